@@ -1,0 +1,64 @@
+"""What all kernels share: the transcendental functions, and noise as a function of a counter.
+
+Other ``kernels.py`` files take sin, cos, exp, log, sqrt and atan2 from here and nowhere else, so
+that portable versions can replace the platform's libm in one place. Kernels are compiled when
+their module is imported (explicit signatures) and cached on disk.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+TWO_PI = 2.0 * math.pi
+
+
+@njit("f8(f8)", cache=True, inline="always")
+def sin(x):
+    return math.sin(x)
+
+
+@njit("f8(f8)", cache=True, inline="always")
+def cos(x):
+    return math.cos(x)
+
+
+@njit("f8(f8)", cache=True, inline="always")
+def exp(x):
+    return math.exp(x)
+
+
+@njit("f8(f8)", cache=True, inline="always")
+def log(x):
+    return math.log(x)
+
+
+@njit("f8(f8, f8)", cache=True, inline="always")
+def atan2(y, x):
+    return math.atan2(y, x)
+
+
+@njit("u8(u8, u8)", cache=True, inline="always")
+def mix(key, counter):
+    """64 well-mixed bits of (key, counter): splitmix64's finalizer (Steele, Lea, Flood 2014) over
+    a Weyl sequence that starts at the key."""
+    z = key + (counter + 1) * 0x9E3779B97F4A7C15
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EB
+    return z ^ (z >> 31)
+
+
+@njit("f8(u8, u8)", cache=True)
+def uniform(key, counter):
+    """Uniform in (0, 1): number ``counter`` of the sequence ``key``, 53 bits, never 0 or 1."""
+    return ((mix(key, counter) >> 11) + 0.5) * (1.0 / 9007199254740992.0)
+
+
+@njit("f8(u8, u8)", cache=True)
+def normal(key, counter):
+    """Standard normal number ``counter`` of the sequence ``key`` (Box-Muller 1958, one of the pair:
+    sqrt(-2 ln u1) cos(2 pi u2))."""
+    u1 = uniform(key, 2 * counter)
+    u2 = uniform(key, 2 * counter + 1)
+    return math.sqrt(-2.0 * log(u1)) * cos(TWO_PI * u2)

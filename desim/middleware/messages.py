@@ -1,0 +1,127 @@
+"""What nodes say to each other, and how many bytes that is in ROS 1.
+
+A content is any object with ``size_bytes``: the serialized size of its ROS message, without the
+4 bytes that TCPROS puts in front. ``Lazy`` is content that is computed when somebody reads it.
+Frame ids count as the names on the paper's robots (``/p3dx0_tf/odom``); the sizes are the message
+definitions' own arithmetic, e.g. 797 B for a scan of 180 beams and 738 B for an odometry message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+MAP_FRAME_BYTES = len("/p3dx0_tf/map")
+ODOM_FRAME_BYTES = len("/p3dx0_tf/odom")
+BASE_FRAME_BYTES = len("/p3dx0_tf/base_footprint")
+LASER_FRAME_BYTES = len("/p3dx0_tf/base_laser_link")
+
+
+class Content(Protocol):
+    """Anything that can be published."""
+
+    size_bytes: int
+
+
+def laser_scan_bytes(beams: int) -> int:
+    """sensor_msgs/LaserScan without intensities: 52 + frame id + 4 per range."""
+    return 52 + LASER_FRAME_BYTES + 4 * beams
+
+
+def occupancy_grid_bytes(cells: int) -> int:
+    """nav_msgs/OccupancyGrid: 96 + frame id + one byte a cell."""
+    return 96 + MAP_FRAME_BYTES + cells
+
+
+ODOMETRY_BYTES = 700 + ODOM_FRAME_BYTES + BASE_FRAME_BYTES  # nav_msgs/Odometry
+TWIST_BYTES = 48  # geometry_msgs/Twist
+POSE_STAMPED_BYTES = 72 + MAP_FRAME_BYTES  # geometry_msgs/PoseStamped
+FLOAT64_BYTES = 8  # std_msgs/Float64
+
+
+class Lazy:
+    """Content whose size is known at birth and whose value is computed at the first reading.
+
+    ``compute`` must be a pure function of immutable things, so that reading at birth, at delivery
+    or never makes no difference to anything else.
+    """
+
+    __slots__ = ("size_bytes", "_compute", "_value")
+
+    def __init__(self, size_bytes: int, compute: Callable[[], Any]) -> None:
+        self.size_bytes = size_bytes
+        self._compute = compute
+        self._value = None
+
+    def read(self) -> Any:
+        if self._compute is not None:
+            self._value = self._compute()
+            self._compute = None
+        return self._value
+
+
+@dataclass(frozen=True, slots=True)
+class LaserScan:
+    """One sweep. ``ranges`` [beams] float32 m; a beam that met nothing reads ``range_max_m``.
+    Beam i points to ``angle_min_rad + i * angle_increment_rad`` from the robot's heading."""
+
+    stamp_ns: int
+    ranges: np.ndarray
+    angle_min_rad: float
+    angle_increment_rad: float
+    range_max_m: float
+
+    @property
+    def size_bytes(self) -> int:
+        return laser_scan_bytes(len(self.ranges))
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A pose in the map frame, from odometry or localization (nav_msgs/Odometry in size)."""
+
+    stamp_ns: int
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    size_bytes: int = ODOMETRY_BYTES
+
+
+@dataclass(frozen=True, slots=True)
+class Twist:
+    """The velocity that a controller wants."""
+
+    forward_mps: float
+    left_mps: float
+    turn_radps: float
+    size_bytes: int = TWIST_BYTES
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """Where to drive (geometry_msgs/PoseStamped); None as coordinates means: stop."""
+
+    x_m: float
+    y_m: float
+    size_bytes: int = POSE_STAMPED_BYTES
+
+
+@dataclass(frozen=True, slots=True)
+class GoalResult:
+    """How the drive to a goal ended (actionlib_msgs/GoalStatus in size)."""
+
+    x_m: float
+    y_m: float
+    reached: bool
+    size_bytes: int = 48
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """std_msgs/Float64: a travelled distance, say."""
+
+    value: float
+    size_bytes: int = FLOAT64_BYTES

@@ -1,0 +1,58 @@
+"""From a name in a scenario to a class: entry points, or a dotted path that the user writes."""
+
+from __future__ import annotations
+
+import importlib
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from desim.errors import InputError, did_you_mean
+
+GROUPS = {
+    "network": "desim.networks",
+    "rule": "desim.rules",
+    "strategy": "desim.strategies",
+    "middleware": "desim.middleware",
+    "world": "desim.worlds",
+    "case": "desim.cases",
+    "validation": "desim.validation",
+}
+
+
+@cache
+def available(kind: str) -> dict[str, EntryPoint]:
+    """Name to entry point for one of the kinds in ``GROUPS``, sorted by name."""
+    return dict(sorted((point.name, point) for point in entry_points(group=GROUPS[kind])))
+
+
+@cache
+def load(kind: str, name: str) -> Any:
+    """The class called ``name``: an entry point's name or ``package.module:Class``.
+
+    Raises ``InputError`` that says what is known, or why the import failed.
+    """
+    if ":" in name:
+        return _import(kind, name)
+    points = available(kind)
+    if name not in points:
+        raise InputError(f"unknown {kind} {name!r}{did_you_mean(name, points)}; known: "
+                         f"{', '.join(points) or 'none'}, or a dotted path 'package.module:Class'")
+    return points[name].load()
+
+
+def _import(kind: str, path: str) -> Any:
+    module, _, attribute = path.partition(":")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(f"cannot load {kind} {path!r}: {error}") from error
+
+
+def reference(kind: str, name: str, cls: Any) -> str:
+    """``package.module:Class``, with its distribution and version where it has one: what a run's
+    identity records of a plug-in."""
+    point = available(kind).get(name)
+    distribution = point.dist if point is not None else None
+    version = f" ({distribution.name} {distribution.version})" if distribution else ""
+    return f"{cls.__module__}:{cls.__qualname__}{version}"

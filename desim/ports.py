@@ -1,0 +1,276 @@
+"""The contracts: what a plug-in sees of desim, and what desim asks of a plug-in.
+
+A network plug-in needs this module, ``desim.units`` and ``desim.errors``, and nothing else of
+desim. Values here stay small: what a model wants to remember about a frame it keeps in a table of
+its own, keyed by the frame's id.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple, Protocol
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+
+_UNIT = re.compile(r"_(ns|bps|bytes|m|mps|mps2|rad|radps|radps2|hz|db|dbm)$")
+
+
+def yaml_key(field: str) -> str:
+    """``rate_bps`` to ``rate``: in YAML the unit stands in the value, in Python in the name."""
+    return _UNIT.sub("", field)
+
+
+class Params(BaseModel):
+    """Base of every parameter block: frozen, unknown keys are errors, defaults are checked.
+
+    A field's Python name carries its unit (``rate_bps``); its YAML key, and the keyword to
+    construct it with, does not (``rate``). Its description ends with the default's source in
+    parentheses.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True,
+                              alias_generator=yaml_key, protected_namespaces=())
+
+
+# ---------------------------------------------------------------------------------------- network
+
+
+class Frame(NamedTuple):
+    """What occupies a medium: one packet, or a train of packets of one message on one hop.
+
+    ``source`` and ``receivers`` are host indices (rows of ``Context.positions``). ``size_bytes``
+    is the whole train with its headers, ``segments`` how many packets it is. A unicast frame has
+    one receiver and ``broadcast`` False.
+    """
+
+    id: int
+    source: int
+    receivers: tuple[int, ...]
+    size_bytes: int
+    segments: int
+    broadcast: bool
+
+
+class Pass(NamedTuple):
+    """A rule has nothing to say about this receiver."""
+
+
+class Deliver(NamedTuple):
+    """Delivered, ``delay_ns`` (int >= 0) from now. From a rule: that much later than the network
+    model says; the delays of several rules add up."""
+
+    delay_ns: int
+
+
+class Drop(NamedTuple):
+    """Not delivered, for one of the reasons that the plug-in's class declares."""
+
+    reason: str
+
+
+PASS = Pass()
+Verdict = Pass | Deliver | Drop
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """What stands between antennas, at one geometry epoch. The arrays are read-only.
+
+    ``segments`` [n, 4] x1 y1 x2 y2 in m | ``material`` [n] index into ``materials`` |
+    ``thickness_m`` [n] | ``height_m`` [n]. ``epoch`` grows when a door or an obstacle moves.
+    """
+
+    segments: np.ndarray
+    material: np.ndarray
+    thickness_m: np.ndarray
+    height_m: np.ndarray
+    materials: tuple[str, ...]
+    epoch: int
+    crossing: Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+    def crossings(self, pairs: np.ndarray) -> np.ndarray:
+        """Which segments the straight lines cross: ``pairs`` [k, 4] x1 y1 x2 y2 in m.
+
+        Returns [c, 2] rows (index of the pair, index of the segment), sorted.
+        """
+        return self.crossing(self.segments, pairs)
+
+
+class Context(Protocol):
+    """All that a network model or a rule may know and do."""
+
+    now_ns: int
+    obstacles: Obstacles
+
+    def at(self, time_ns: int, fn: Callable[[Any], Any], arg: Any = None) -> Any:
+        """Call ``fn(arg)`` at ``time_ns`` in phase NETWORK; the handle has ``cancel()``."""
+
+    def positions(self, time_ns: int) -> np.ndarray:
+        """[hosts, 2] x, y in m of every host as of the last world tick at or before ``time_ns``.
+        A host without a place has NaN."""
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        """Random numbers by name, this medium's own."""
+
+    def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
+        """The fate of ``frame`` at one intended receiver: exactly once each."""
+
+    def settle_many(self, frame: Frame, receivers: Sequence[int], verdict: Deliver | Drop) -> None:
+        """The same fate for several receivers; drops make one aggregate row."""
+
+
+class Rule(Protocol):
+    """A small verdict in front of any network model. Rules are asked in their order; delays add
+    up, the first drop wins. No timers: a rule judges, the medium acts.
+
+    ``start`` is called once, before the first frame, with the names of the hosts in index order.
+    """
+
+    reasons: ClassVar[tuple[str, ...]]
+    Params: ClassVar[type[Params]]
+
+    def start(self, context: Context, hosts: tuple[str, ...]) -> None: ...
+
+    def judge(self, frame: Frame, receivers: tuple[int, ...]) -> list[Verdict]:
+        """One verdict for each of ``receivers``, in their order."""
+
+
+class NetworkModel(Protocol):
+    """Decides each frame's fate at each intended receiver: when it arrives, or why it does not.
+
+    ``reasons`` are the drop reasons it may give. Built as ``Model(params)`` with an instance of
+    its ``Params``.
+    """
+
+    reasons: ClassVar[tuple[str, ...]]
+    Params: ClassVar[type[Params]]
+
+    def start(self, context: Context, hosts: tuple[str, ...]) -> None: ...
+
+    def send(self, frame: Frame) -> None:
+        """Take ``frame``; settle it now or later, once for each of its receivers."""
+
+
+# ------------------------------------------------------------------------------------------ world
+
+
+class Snapshot(NamedTuple):
+    """The matter at one instant, immutable: what a lazily computed reading is computed from.
+
+    ``poses`` [robots, 3] x m, y m, yaw rad (read-only) | ``geometry`` opaque to all but the world.
+    """
+
+    time_ns: int
+    poses: np.ndarray
+    geometry: Any
+
+
+class World(Protocol):
+    """Matter: terrain, bodies, sensors, collisions. Robots are indices in sorted-name order."""
+
+    robots: tuple[str, ...]
+
+    def advance(self, to_ns: int) -> None:
+        """Move everything to ``to_ns``: one kernel call for the whole fleet."""
+
+    def command(self, robot: int, forward_mps: float, left_mps: float, turn_radps: float) -> None:
+        """Set the velocity that ``robot`` shall have; its motors get it there."""
+
+    def snapshot(self) -> Snapshot:
+        """The present state; the same object until ``advance`` is called."""
+
+    def scan(self, snapshot: Snapshot, robots: np.ndarray, tick: int) -> np.ndarray:
+        """[len(robots), beams] float32 ranges in m, with noise number ``tick`` of each laser."""
+
+    def odometry(self, snapshot: Snapshot, robot: int, tick: int) -> np.ndarray:
+        """[3] x m, y m, yaw rad as this robot's odometry reports reading number ``tick``."""
+
+    def contacts(self) -> list[tuple[int, int]]:
+        """Collision episodes that began since the last call: (robot, other robot or -1 for wall),
+        sorted."""
+
+    def obstacles(self) -> Obstacles:
+        """What the network sees of the terrain, at the present epoch."""
+
+
+# ----------------------------------------------------------------------------------------- robots
+
+
+class Frontier(NamedTuple):
+    """A cluster of known free cells beside the unknown.
+
+    ``x_m, y_m`` the cell to drive to | ``path_m`` length of the way there | ``cells`` its size.
+    """
+
+    x_m: float
+    y_m: float
+    path_m: float
+    cells: int
+
+
+class Peer(NamedTuple):
+    """What this robot last heard of another one."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    heard_ns: int
+
+
+class ExplorationView(Protocol):
+    """What a strategy may look at: what this robot has sensed and received, nothing else."""
+
+    name: str
+    now_ns: int
+    pose: tuple[float, float, float]  # x m, y m, yaw rad, as localization has it
+    peers: dict[str, Peer]
+
+    def frontiers(self, limit: int | None = None) -> list[Frontier]:
+        """Reachable frontiers in order of the length of the way; ``limit`` ends the search early.
+        Blacklisted ones are left out."""
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        """Random numbers by name, this robot's own."""
+
+
+class Strategy(Protocol):
+    """What a robot decides to explore next."""
+
+    Params: ClassVar[type[Params]]
+
+    def choose(self, view: ExplorationView) -> Frontier | None:
+        """The frontier to drive to, or None when there is nothing left to explore."""
+
+
+# ------------------------------------------------------------------------------------- middleware
+
+
+class Endpoint(NamedTuple):
+    """A subscription or an advertisement of ``topic`` by ``node`` on host index ``host``."""
+
+    host: int
+    node: str
+    topic: str
+
+
+class Middleware(Protocol):
+    """Who may talk to whom: the registries, and what they know now."""
+
+    Params: ClassVar[type[Params]]
+
+    def start(self, changed: Callable[[str], None]) -> None:
+        """``changed(topic)`` is to be called whenever the answer for a topic changes later."""
+
+    def advertise(self, publisher: Endpoint) -> None: ...
+
+    def subscribe(self, subscriber: Endpoint) -> None: ...
+
+    def forget(self, host: int) -> None:
+        """The host stopped: whatever a registry would notice of that, it notices."""
+
+    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
+        """Whom this publisher's messages go to now, in a fixed order."""

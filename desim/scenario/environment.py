@@ -1,0 +1,89 @@
+"""The environment family: terrain, doors, moving obstacles."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from desim.ports import Params
+from desim.units import Duration, Length, Position, Speed
+
+
+class MapFile(Params):
+    """A ROS map_server YAML with its image (PGM or PNG). Unknown cells are solid."""
+
+    map: str = Field(description="path of the YAML file, relative to the scenario that names it")
+    image: str | None = Field(None, description="image file to use instead of the one that the "
+                                                "YAML names, relative to the YAML file")
+    offset_m: tuple[Position, Position] = Field(
+        ("0 m", "0 m"), description="added to the map's own coordinates")
+
+
+class Rectangle(Params):
+    """A solid block."""
+
+    x_m: tuple[Position, Position]
+    y_m: tuple[Position, Position]
+    material: str = Field("concrete", description="what it is made of, for the radio")
+    height_m: Length = Field("2 m", description="(the paper: obstacles 2 m high)")
+
+
+class Wall(Params):
+    """A straight thin wall. Its thickness matters to the radio alone; bodies and beams meet the
+    line itself."""
+
+    start_m: tuple[Position, Position] = Field(alias="from")
+    end_m: tuple[Position, Position] = Field(alias="to")
+    material: str = "concrete"
+    thickness_m: Length = Field("0.2 m", description="(one cell of the paper's maps)")
+    height_m: Length = "2 m"
+
+
+class Drawing(Params):
+    """Terrain drawn with characters, rows from the top. ``lines``: posts '+', walls '--' and '|'
+    between cells of ``cell`` size (as the paper's maze); or blocks: '#' solid, anything else free.
+    """
+
+    lines: list[str]
+    cell_m: Length = Field("8 m", description="(the paper: roads 8 m wide)")
+    style: str = Field("walls", pattern="^(walls|blocks)$")
+    material: str = "concrete"
+    height_m: Length = "2 m"
+
+
+class Shape(Params):
+    """A terrain written out in the scenario. Its bounds are walls."""
+
+    size_m: tuple[Length, Length] = Field(description="width and depth, centred on the origin")
+    rectangles: list[Rectangle] = []
+    walls: list[Wall] = []
+    drawing: Drawing | None = None
+
+
+class Door(Params):
+    """A wall that is there only while the door is closed."""
+
+    start_m: tuple[Position, Position] = Field(alias="from")
+    end_m: tuple[Position, Position] = Field(alias="to")
+    open_ns: list[tuple[Duration, Duration]] = Field(
+        [], description="intervals [from, to) of simulated time in which the door stands open")
+    material: str = "wood"
+    thickness_m: Length = "0.05 m"
+    height_m: Length = "2 m"
+
+
+class MovingObstacle(Params):
+    """A disc that drives along way points, there and back."""
+
+    path_m: list[tuple[Position, Position]] = Field(min_length=2)
+    speed_mps: Speed = Field("0.5 m/s", description="(a slow walk)")
+    radius_m: Length = "0.3 m"
+
+
+class Environment(Params):
+    """Where the fleet is."""
+
+    terrain: str | MapFile | Shape = Field(
+        "maze", description="loop, cross, zigzag, maze (the paper's four), a map_server YAML, "
+                            "or a shape written out")
+    doors: list[Door] = []
+    moving_obstacles: list[MovingObstacle] = []

@@ -1,0 +1,84 @@
+"""The fleet family: how many robots, of which types, starting where."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from desim.ports import Params
+from desim.units import (
+    Acceleration,
+    Angle,
+    AngularAcceleration,
+    AngularSpeed,
+    Duration,
+    Length,
+    Position,
+    Speed,
+)
+
+
+class BodyType(Params):
+    """A kind of robot body."""
+
+    drive: str = Field("differential", pattern="^(differential|holonomic)$",
+                       description="differential or holonomic")
+    radius_m: Length = Field("0.26 m", description="circle around the footprint (Pioneer 3-DX: "
+                                                 "0.455 m x 0.381 m, circumscribed 0.26 m)")
+    height_m: Length = Field("0.24 m", description="(Pioneer 3-DX data sheet: 23.7 cm)")
+    max_speed_mps: Speed = Field("1.2 m/s", description="(the paper; Pioneer 3-DX data sheet)")
+    max_turn_radps: AngularSpeed = Field("5.24 rad/s", description="(the paper; 300 deg/s)")
+    acceleration_mps2: Acceleration = Field("2.5 m/s^2", description="(TrajectoryPlannerROS acc_lim_x)")
+    turn_acceleration_radps2: AngularAcceleration = Field(
+        "3.2 rad/s^2", description="(TrajectoryPlannerROS acc_lim_theta)")
+    command_timeout_ns: Duration = Field(
+        "0.5 s", description="the base stops when no command came for so long "
+                             "(diff_drive_controller cmd_vel_timeout)")
+
+
+class Group(Params):
+    """Some robots of one type."""
+
+    type: str
+    count: int = Field(ge=1)
+
+
+class StartLine(Params):
+    """Robots in a row: the i-th starts at ``from + i * step``."""
+
+    origin_m: tuple[Position, Position] = Field(("-38 m", "38 m"), alias="from",
+                                              description="(the paper: x = -38 m, y = 38 m)")
+    step_m: tuple[Position, Position] = Field(("0 m", "-2 m"), description="(the paper: 2 m apart)")
+    heading_rad: Angle = Field("0 rad", description="(the paper does not say)")
+    snap: bool = Field(False, description="move a start inside a wall to the nearest free pose")
+
+
+class StartPose(Params):
+    """One robot's start."""
+
+    x_m: Position
+    y_m: Position
+    heading_rad: Angle = "0 rad"
+
+
+class StartList(Params):
+    """Robots at given poses."""
+
+    poses: list[StartPose] = Field(min_length=1)
+    snap: bool = False
+
+
+class StartFile(Params):
+    """Poses from a CSV file with the columns x_m, y_m and, if wanted, yaw_rad."""
+
+    file: str
+    snap: bool = False
+
+
+class Fleet(Params):
+    """The robots."""
+
+    size: int | None = Field(None, ge=1, description="number of robots (default 1, or the sum of "
+                                                     "the groups' counts)")
+    robots: str | list[Group] = Field("pioneer3dx", description="a type, or groups of types")
+    types: dict[str, BodyType] = Field({}, description="own types beside pioneer3dx and holonomic")
+    start: StartLine | StartList | StartFile = Field(default_factory=StartLine)

@@ -1,0 +1,59 @@
+"""A whole scenario, family by family."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from desim.ports import Params
+from desim.scenario.communication import (
+    Coordination,
+    Fault,
+    MiddlewareChoice,
+    Network,
+    StationaryHost,
+)
+from desim.scenario.environment import Environment
+from desim.scenario.experiment import Measure, Stop, TraceParams
+from desim.scenario.fleet import Fleet
+from desim.scenario.robot import Robot
+from desim.units import Duration, Frequency
+
+
+class Testbed(Params):
+    """The paper's cluster: simulator and monitor on a workstation, controllers in virtual machines
+    on cluster nodes."""
+
+    __test__ = False
+
+    robots_per_node: int = Field(4, ge=1, description="virtual machines that share a node's "
+                                                      "network port (the paper)")
+    monitor_period_ns: Duration = Field("1 s", description="each robot's map and distance to the "
+                                                        "monitor (the paper: 1 Hz)")
+
+
+class Physics(Params):
+    """The world's own clock."""
+
+    model: str = Field("plane", description="a world plug-in")
+    rate_hz: Frequency = Field("60 Hz", description="base tick (MORSE, the paper)")
+
+
+class Scenario(Params):
+    """One run, fully described."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
+    seed: int = Field(0, ge=0)
+    deployment: str = Field("testbed", pattern="^(testbed|field)$")
+    testbed: Testbed = Field(default_factory=Testbed)
+    physics: Physics = Field(default_factory=Physics)
+    environment: Environment = Field(default_factory=Environment)
+    fleet: Fleet = Field(default_factory=Fleet)
+    robot: Robot = Field(default_factory=Robot)
+    hosts: dict[str, StationaryHost] = Field({}, description="computers without a body, by name")
+    network: Network = Field(default_factory=Network)
+    middleware: MiddlewareChoice = Field(default_factory=MiddlewareChoice)
+    coordination: Coordination = Field(default_factory=Coordination)
+    faults: list[Fault] = []
+    stop: Stop = Field(default_factory=Stop)
+    measure: Measure = Field(default_factory=Measure)
+    trace: TraceParams = Field(default_factory=TraceParams)

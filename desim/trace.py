@@ -1,0 +1,108 @@
+"""The ship's log: typed rows of fixed size, and their digest.
+
+What is not in the digest did not happen. Rows are hashed in batches, always; they are kept only
+where somebody wants to read them. Names (of hosts, kinds, topics, reasons) appear in rows as
+32-bit ids derived from the name alone, so that one more robot changes nobody else's rows.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from collections.abc import Callable
+
+import numpy as np
+
+from desim.errors import InputError
+
+ROW = np.dtype([("t_ns", "<i8"), ("kind", "<u4"), ("entity", "<u4"),
+                ("a", "<i8"), ("b", "<i8"), ("c", "<i8")])
+_BATCH = 1 << 15
+
+
+class Names:
+    """Names and their ids: 32 bits of blake2b of the name, the same in every run."""
+
+    def __init__(self) -> None:
+        self._id: dict[str, int] = {}
+        self._name: dict[int, str] = {}
+
+    def id(self, name: str) -> int:
+        """The id of ``name``. Raises ``InputError`` in the rare case that two names share one."""
+        known = self._id.get(name)
+        if known is None:
+            known = int.from_bytes(hashlib.blake2b(name.encode(), digest_size=4).digest(), "little")
+            other = self._name.setdefault(known, name)
+            if other != name:
+                raise InputError(f"the names {other!r} and {name!r} have the same 32-bit id; "
+                                 "rename one of them")
+            self._id[name] = known
+        return known
+
+    def __getitem__(self, id_: int) -> str:
+        return self._name[id_]
+
+    def items(self) -> dict[int, str]:
+        """All ids met so far and their names."""
+        return dict(self._name)
+
+
+def bits(value: float) -> int:
+    """A float as the int64 of its bit pattern, to be put into a row without loss."""
+    return struct.unpack("<q", struct.pack("<d", value))[0]
+
+
+def real(value: int) -> float:
+    """The inverse of ``bits``."""
+    return struct.unpack("<d", struct.pack("<q", value))[0]
+
+
+class Trace:
+    """Append-only rows with two digests: of the whole log, and of each entity's own rows.
+
+    ``sink`` receives every full batch as an array of ``ROW``; None keeps nothing.
+    """
+
+    def __init__(self, names: Names, sink: Callable[[np.ndarray], None] | None = None) -> None:
+        self.names = names
+        self.rows_written = 0
+        self._sink = sink
+        self._buffer: list[tuple] = []
+        self._whole = hashlib.blake2b(digest_size=16)
+        self._by_entity: dict[int, hashlib.blake2b] = {}
+
+    def row(self, t_ns: int, kind: int, entity: int, a: int = 0, b: int = 0, c: int = 0) -> None:
+        """Note that at ``t_ns`` a thing of ``kind`` happened to ``entity`` (both name ids)."""
+        buffer = self._buffer
+        buffer.append((t_ns, kind, entity, a, b, c))
+        if len(buffer) >= _BATCH:
+            self.flush()
+
+    def flush(self) -> None:
+        """Hash, and hand to the sink, what has gathered."""
+        if not self._buffer:
+            return
+        rows = np.array(self._buffer, dtype=ROW)
+        self._buffer.clear()
+        self.rows_written += len(rows)
+        self._whole.update(rows.tobytes())
+        order = np.argsort(rows["entity"], kind="stable")
+        own = rows[order]
+        starts = np.flatnonzero(np.r_[True, own["entity"][1:] != own["entity"][:-1]])
+        for start, end in zip(starts, np.r_[starts[1:], len(own)], strict=True):
+            entity = int(own["entity"][start])
+            hasher = self._by_entity.setdefault(entity, hashlib.blake2b(digest_size=16))
+            hasher.update(own[start:end].tobytes())
+        if self._sink is not None:
+            self._sink(rows)
+
+    def digest(self) -> str:
+        """32 hex digits over all rows in order."""
+        self.flush()
+        return self._whole.hexdigest()
+
+    def digest_by_entity(self) -> dict[str, str]:
+        """Entity name to the digest of its own rows, sorted by name."""
+        self.flush()
+        return dict(sorted((self.names[entity], hasher.hexdigest())
+                           for entity, hasher in self._by_entity.items()))
