@@ -9,9 +9,18 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 TWO_PI = 2.0 * math.pi
+
+# Constants of u8 arithmetic are np.uint64: numba turns uint64 with a plain int into float64.
+_ONE = np.uint64(1)
+_TWO = np.uint64(2)
+_WEYL = np.uint64(0x9E3779B97F4A7C15)
+_MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
+_MIX_2 = np.uint64(0x94D049BB133111EB)
+_S11, _S27, _S30, _S31 = np.uint64(11), np.uint64(27), np.uint64(30), np.uint64(31)
 
 
 @njit("f8(f8)", cache=True, inline="always")
@@ -43,22 +52,22 @@ def atan2(y, x):
 def mix(key, counter):
     """64 well-mixed bits of (key, counter): splitmix64's finalizer (Steele, Lea, Flood 2014) over
     a Weyl sequence that starts at the key."""
-    z = key + (counter + 1) * 0x9E3779B97F4A7C15
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EB
-    return z ^ (z >> 31)
+    z = key + (counter + _ONE) * _WEYL
+    z = (z ^ (z >> _S30)) * _MIX_1
+    z = (z ^ (z >> _S27)) * _MIX_2
+    return z ^ (z >> _S31)
 
 
 @njit("f8(u8, u8)", cache=True)
 def uniform(key, counter):
     """Uniform in (0, 1): number ``counter`` of the sequence ``key``, 53 bits, never 0 or 1."""
-    return ((mix(key, counter) >> 11) + 0.5) * (1.0 / 9007199254740992.0)
+    return (np.float64(mix(key, counter) >> _S11) + 0.5) * (1.0 / 9007199254740992.0)
 
 
 @njit("f8(u8, u8)", cache=True)
 def normal(key, counter):
     """Standard normal number ``counter`` of the sequence ``key`` (Box-Muller 1958, one of the pair:
     sqrt(-2 ln u1) cos(2 pi u2))."""
-    u1 = uniform(key, 2 * counter)
-    u2 = uniform(key, 2 * counter + 1)
+    u1 = uniform(key, _TWO * counter)
+    u2 = uniform(key, _TWO * counter + _ONE)
     return math.sqrt(-2.0 * log(u1)) * cos(TWO_PI * u2)
