@@ -7,6 +7,7 @@ its own, keyed by the frame's id.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -198,6 +199,22 @@ class World(Protocol):
 
 
 # ----------------------------------------------------------------------------------------- robots
+
+
+class GridSpec(NamedTuple):
+    """The raster that a fleet's maps share: cell (0, 0) has its lower-left corner at (x_m, y_m);
+    columns run along x, rows along y. ``width`` and ``height`` in cells."""
+
+    resolution_m: float
+    width: int
+    height: int
+    x_m: float
+    y_m: float
+
+    def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
+        """(column, row) of the cell that holds the point; it may lie outside of the grid."""
+        return (math.floor((x_m - self.x_m) / self.resolution_m),
+                math.floor((y_m - self.y_m) / self.resolution_m))
 
 
 class Frontier(NamedTuple):
