@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import floor
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -196,6 +197,30 @@ class World(Protocol):
 
     def obstacles(self) -> Obstacles:
         """What the network sees of the terrain, at the present epoch."""
+
+
+class GridSpec(NamedTuple):
+    """The raster that the fleet's maps and the ground truth share.
+
+    Cell (col, row) covers [x_m + col * resolution_m, ... + resolution_m) in x, and row likewise in
+    y: (x_m, y_m) is the lower left corner of cell (0, 0). Arrays over it are [height, width].
+    """
+
+    resolution_m: float
+    width: int
+    height: int
+    x_m: float
+    y_m: float
+
+    def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
+        """(col, row) of the cell that holds the point; it may lie outside the raster."""
+        return (floor((x_m - self.x_m) / self.resolution_m),
+                floor((y_m - self.y_m) / self.resolution_m))
+
+    def bounds(self) -> tuple[float, float, float, float]:
+        """x0, y0, x1, y1 in m of the whole raster."""
+        return (self.x_m, self.y_m, self.x_m + self.width * self.resolution_m,
+                self.y_m + self.height * self.resolution_m)
 
 
 # ----------------------------------------------------------------------------------------- robots
