@@ -12,31 +12,35 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from enum import IntEnum
 from fractions import Fraction
+from operator import attrgetter
 from typing import Any
 
 import simpy
+from simpy.core import StopSimulation
 
 from desim.errors import KernelError
 from desim.units import NS_PER_S
 
 MAX_ROUNDS = 1000
 
-_ENTITY_BITS = 64
-_PHASE_BITS = 3
+# A priority, from its lowest bit: 64 bits of entity, 3 of phase, the round.
+_PHASE_MASK = 7 << 64
+_ROUND_BIT = 67
 _LAST = 1 << 200  # after everything else of an instant
 
 
 class Phase(IntEnum):
     """What happens first inside one instant. The order of these members is the definition of a
     tick (ARGoS calls it ``CSpace::Update``): matter moves, sensors look, frames travel, hosts
-    receive, controllers decide, the monitor watches."""
+    receive, controllers decide, the monitor watches. A member's value is its place in the key,
+    above the bits of the entity."""
 
-    WORLD = 0
-    SENSE = 1
-    NETWORK = 2
-    DELIVER = 3
-    CONTROL = 4
-    OBSERVE = 5
+    WORLD = 0 << 64
+    SENSE = 1 << 64
+    NETWORK = 2 << 64
+    DELIVER = 3 << 64
+    CONTROL = 4 << 64
+    OBSERVE = 5 << 64
 
 
 def pair(source: int, destination: int) -> int:
@@ -45,16 +49,13 @@ def pair(source: int, destination: int) -> int:
 
 
 class Call:
-    """One agenda entry: a function and its one argument. Looks to SimPy like a triggered event."""
+    """One agenda entry: a function and its one argument. Looks to SimPy like a triggered event.
+
+    Made by ``Kernel`` without a constructor, which would be a quarter of the cost of an event.
+    """
 
     __slots__ = ("callbacks", "fn", "arg", "order")
     _ok = True
-
-    def __init__(self, callbacks: tuple, fn: Callable[[Any], Any], arg: Any, order: int) -> None:
-        self.callbacks = callbacks
-        self.fn = fn
-        self.arg = arg
-        self.order = order
 
     def cancel(self) -> None:
         """Do nothing when the time comes. Cancelling twice, or too late, is harmless."""
@@ -62,12 +63,11 @@ class Call:
         self.arg = None
 
 
+_new_call = Call.__new__
+
+
 def _nothing(_: Any) -> None:
     pass
-
-
-class _Halt(BaseException):
-    """Ends ``Kernel.run``; not an Exception, so that no callback can swallow it."""
 
 
 class Ticker:
@@ -75,8 +75,11 @@ class Ticker:
 
     __slots__ = ("_kernel", "_num", "_den", "_phase", "_entity", "_fn", "_start_ns", "_k", "_call")
 
-    def __init__(self, kernel: Kernel, frequency_hz: Fraction, phase: Phase, entity: int,
+    def __init__(self, kernel: Kernel, frequency_hz: Fraction | int, phase: Phase, entity: int,
                  fn: Callable[[int], Any], start_ns: int) -> None:
+        if type(frequency_hz) not in (int, Fraction) or frequency_hz <= 0:
+            raise KernelError(f"frequency_hz must be an int or a Fraction above 0, got "
+                              f"{frequency_hz!r} for {_name(fn)}")
         self._kernel = kernel
         self._num, self._den = frequency_hz.numerator, frequency_hz.denominator
         self._phase, self._entity, self._fn = phase, entity, fn
@@ -92,8 +95,8 @@ class Ticker:
         k = self._k
         self._k = k + 1
         # The next tick is booked first, so that the callback may cancel it.
-        self._call = self._kernel.at(self._start_ns + (k + 1) * NS_PER_S * self._den // self._num,
-                                     self._phase, self._entity, self._tick)
+        self._call = self._kernel.after(self.time_ns(k + 1) - self.time_ns(k),
+                                        self._phase, self._entity, self._tick)
         self._fn(k)
 
     def cancel(self) -> None:
@@ -113,44 +116,49 @@ class Kernel:
         if type(self.env.now) is not int:
             raise KernelError(f"the SimPy clock must count int nanoseconds, its now is "
                               f"{self.env.now!r}; use simpy.Environment(initial_time=0)")
-        self.events = 0
-        self._instant_ns = -1  # the time, round and phase of the running call
+        self.events = 0  # calls fired so far
+        self._instant_ns = -1  # time and key of the call that fired last
         self._order = 0
+        self._schedule = self.env.schedule
         self._callbacks = (self._fire,)
+        self._stopping: Call | None = None
 
-    @property
-    def now_ns(self) -> int:
-        return self.env.now
-
-    def at(self, time_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
-           arg: Any = None) -> Call:
-        """Call ``fn(arg)`` at ``time_ns`` in ``phase``, ordered by ``entity`` (below 2**64).
-
-        Raises ``KernelError`` for a time that is not an int or lies in the past.
-        """
-        env = self.env
-        now_ns = env.now
-        if type(time_ns) is not int or time_ns < now_ns:
-            raise KernelError(f"time_ns must be an int >= now ({now_ns}), got {time_ns!r} "
-                              f"for {_name(fn)}")
-        order = phase << _ENTITY_BITS | entity
-        if time_ns == now_ns == self._instant_ns:
-            order += self._round_for(phase, fn) << (_ENTITY_BITS + _PHASE_BITS)
-        call = Call(self._callbacks, fn, arg, order)
-        env.schedule(call, order, time_ns - now_ns)
-        return call
+    now_ns = property(attrgetter("env.now"), doc="The time, int nanoseconds.")
 
     def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
               arg: Any = None) -> Call:
-        """Call ``fn(arg)`` after ``delay_ns`` (int >= 0, else ``KernelError``)."""
+        """Call ``fn(arg)`` after ``delay_ns`` in ``phase``, ordered by ``entity`` (below 2**64).
+
+        Raises ``KernelError`` for a delay that is not an int (a float, a numpy integer) or is
+        negative.
+        """
         if type(delay_ns) is not int or delay_ns < 0:
             raise KernelError(f"delay_ns must be an int >= 0, got {delay_ns!r} for {_name(fn)}")
-        return self.at(self.env.now + delay_ns, phase, entity, fn, arg)
+        order = phase + entity
+        if delay_ns == 0:
+            order += self._round_for(phase, fn) << _ROUND_BIT
+        call = _new_call(Call)
+        call.callbacks = self._callbacks
+        call.fn = fn
+        call.arg = arg
+        call.order = order
+        self._schedule(call, order, delay_ns)
+        return call
+
+    def at(self, time_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
+           arg: Any = None) -> Call:
+        """Call ``fn(arg)`` at ``time_ns``, like ``after``. Raises ``KernelError`` for a time that
+        is not an int or lies in the past."""
+        now_ns = self.env.now
+        if type(time_ns) is not int or time_ns < now_ns:
+            raise KernelError(f"time_ns must be an int >= now ({now_ns}), got {time_ns!r} "
+                              f"for {_name(fn)}")
+        return self.after(time_ns - now_ns, phase, entity, fn, arg)
 
     def ticker(self, frequency_hz: Fraction | int, phase: Phase, entity: int,
                fn: Callable[[int], Any], start_ns: int | None = None) -> Ticker:
         """Call ``fn(k)`` for tick k = 0, 1, ...; the first at ``start_ns`` (default: now)."""
-        return Ticker(self, Fraction(frequency_hz), phase, entity, fn,
+        return Ticker(self, frequency_hz, phase, entity, fn,
                       self.now_ns if start_ns is None else start_ns)
 
     def process(self, life: Generator[int, None, None], phase: Phase, entity: int) -> None:
@@ -159,34 +167,48 @@ class Kernel:
         Driven here and not by ``simpy.Process``, which re-creates exceptions and so masks them.
         """
         def step(_: Any) -> None:
-            delay_ns = next(life, None)
-            if delay_ns is not None:
+            for delay_ns in life:
                 self.after(delay_ns, phase, entity, step)
+                return
 
+        step.__qualname__ = _name(life)  # an error message shall name the generator
         self.after(0, phase, entity, step)
 
     def run(self, until_ns: int) -> None:
         """Fire everything up to and including ``until_ns``, or until ``stop`` ends an instant.
 
-        An exception leaves with its own traceback and a note of the simulated time.
+        An exception leaves with its own type, arguments and traceback, and a note of the
+        simulated time.
         """
         if type(until_ns) is not int or until_ns < self.now_ns:
             raise KernelError(f"until_ns must be an int >= now ({self.now_ns}), got {until_ns!r}")
-        halt = Call(self._callbacks, _halt, None, _LAST)
-        self.env.schedule(halt, _LAST, until_ns - self.now_ns)
-        step = self.env.step
+        end = self._end_after(until_ns - self.now_ns)
         try:
-            while True:
-                step()
-        except _Halt:
-            halt.cancel()
+            self.env.run()
         except Exception as error:
             error.add_note(f"at simulated time {self.now_ns / NS_PER_S:.9f} s")
             raise
+        finally:
+            end.cancel()
 
     def stop(self) -> None:
-        """End ``run`` when the current instant is complete."""
-        self.env.schedule(Call(self._callbacks, _halt, None, _LAST), _LAST, 0)
+        """End ``run`` (or the foreign environment's) when the current instant is complete."""
+        if self._stopping is None:
+            self._stopping = self._end_after(0)
+
+    def _end_after(self, delay_ns: int) -> Call:
+        """Ends the environment's ``run`` after everything of that instant."""
+        call = _new_call(Call)
+        call.callbacks = (_run,)
+        call.fn, call.arg, call.order = self._end, None, _LAST
+        self._schedule(call, _LAST, delay_ns)
+        return call
+
+    def _end(self, _: Any) -> None:
+        if self._stopping is not None:
+            self._stopping.cancel()
+            self._stopping = None
+        raise StopSimulation(None)
 
     def _fire(self, call: Call) -> None:
         self._instant_ns = self.env.now
@@ -195,19 +217,20 @@ class Kernel:
         call.fn(call.arg)
 
     def _round_for(self, phase: Phase, fn: Callable) -> int:
-        """The round for something booked for now: a phase that has passed has to wait for the
-        next one."""
-        current = self._order >> _ENTITY_BITS
-        round_ = (current >> _PHASE_BITS) + (phase <= current & 7)
+        """The round of something booked for now: what is not later than the phase that runs has to
+        wait for the next one."""
+        if self.env.now != self._instant_ns:
+            return 0
+        round_ = (self._order >> _ROUND_BIT) + (phase <= self._order & _PHASE_MASK)
         if round_ > MAX_ROUNDS:
             raise KernelError(f"more than {MAX_ROUNDS} rounds at {self.now_ns} ns: the loop goes "
                               f"through {_name(fn)} in phase {Phase(phase).name}")
         return round_
 
 
-def _halt(_: Any) -> None:
-    raise _Halt
+def _run(call: Call) -> None:
+    call.fn(call.arg)
 
 
-def _name(fn: Callable) -> str:
+def _name(fn: Any) -> str:
     return getattr(fn, "__qualname__", repr(fn))
