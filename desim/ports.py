@@ -11,12 +11,10 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import floor
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
-
 
 _UNIT = re.compile(r"_(ns|bps|bytes|m|mps|mps2|rad|radps|radps2|hz|db|dbm)$")
 
@@ -214,8 +212,8 @@ class GridSpec(NamedTuple):
 
     def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
         """(col, row) of the cell that holds the point; it may lie outside the raster."""
-        return (floor((x_m - self.x_m) / self.resolution_m),
-                floor((y_m - self.y_m) / self.resolution_m))
+        return (math.floor((x_m - self.x_m) / self.resolution_m),
+                math.floor((y_m - self.y_m) / self.resolution_m))
 
     def bounds(self) -> tuple[float, float, float, float]:
         """x0, y0, x1, y1 in m of the whole raster."""
@@ -224,22 +222,6 @@ class GridSpec(NamedTuple):
 
 
 # ----------------------------------------------------------------------------------------- robots
-
-
-class GridSpec(NamedTuple):
-    """The raster that a fleet's maps share: cell (0, 0) has its lower-left corner at (x_m, y_m);
-    columns run along x, rows along y. ``width`` and ``height`` in cells."""
-
-    resolution_m: float
-    width: int
-    height: int
-    x_m: float
-    y_m: float
-
-    def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
-        """(column, row) of the cell that holds the point; it may lie outside of the grid."""
-        return (math.floor((x_m - self.x_m) / self.resolution_m),
-                math.floor((y_m - self.y_m) / self.resolution_m))
 
 
 class Frontier(NamedTuple):
