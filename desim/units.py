@@ -2,8 +2,8 @@
 
 One dimension has one inner unit, named in the variables that hold it (``delay_ns``, ``rate_bps``).
 ``Annotated`` types at the bottom are what schema fields use; they accept text with a unit, refuse
-a bare number, and print themselves with a unit again, so that a resolved scenario reads like one
-written by hand.
+a bare number (zero too: one rule), and print themselves with a unit again, so that a resolved
+scenario reads like one written by hand.
 """
 
 from __future__ import annotations
@@ -12,13 +12,17 @@ import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, PlainSerializer, WithJsonSchema
 
 NS_PER_S = 1_000_000_000
 
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*$")
+# Two digits of exponent are enough for every quantity, and keep the exact arithmetic short.
+_DECIMAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,2})?"
+_NUMBER = re.compile(rf"\s*({_DECIMAL})(?![\d.])\s*(\S.*?)?\s*")
+_LONGEST_NUMBER, _LONGEST = 40, 60  # characters; more would only cost time in exact arithmetic
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,9 @@ class Dimension:
     """A kind of quantity: its inner unit and the units that it is written in.
 
     ``kind`` is ``int`` (rounded, exact arithmetic), ``float`` or ``Fraction``. ``units`` maps a
-    written unit to its size in inner units; ``example`` is shown in error messages.
+    unit to its size in inner units; those in ``aliases`` are read but not written. ``maximum`` and
+    ``least``, the smallest quantity beside zero, are in inner units and inclusive; ``example`` is
+    shown in error messages.
     """
 
     name: str
@@ -34,92 +40,129 @@ class Dimension:
     kind: type
     units: dict[str, Fraction]
     example: str
-    minimum: float | None = 0.0
+    signed: bool = False
     positive: bool = False
+    maximum: int = 10**15
+    least: Fraction = Fraction(0)
+    aliases: tuple[str, ...] = ()
 
     def parse(self, value: Any) -> Any:
         """The quantity in inner units. Raises ``ValueError`` with what is wrong and allowed."""
-        if isinstance(value, bool) or not isinstance(value, str):
-            raise ValueError(f"{value!r} is not a {self.name}; write it with its unit, "
-                             f"e.g. {self.example!r}")
-        match = _NUMBER.match(value)
-        if match is None:
-            raise ValueError(f"{value!r} is not a {self.name}, e.g. {self.example!r}")
+        if isinstance(value, (int, float, Fraction)) and not isinstance(value, bool):
+            raise ValueError(f"{value} has no unit; {self._allowed}")
+        match = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+        if match is None or len(value) > _LONGEST:
+            raise ValueError(f"{_short(value)} is not a {self.name}; {self._allowed}")
         number, unit = match.groups()
+        if len(number) > _LONGEST_NUMBER:
+            raise ValueError(f"{_short(value)} has too many digits; at most {_LONGEST_NUMBER}")
         if unit is None:
-            raise ValueError(f"{value!r} has no unit; allowed: {', '.join(self.units)}, "
-                             f"e.g. {self.example!r}")
+            raise ValueError(f"{value!r} has no unit; {self._allowed}")
         if unit not in self.units:
-            raise ValueError(f"unknown unit {unit!r} for a {self.name}; allowed: "
-                             f"{', '.join(self.units)}")
-        exact = Fraction(number) * self.units[unit]
+            raise ValueError(f"unknown unit {unit!r} for a {self.name}; {self._allowed}")
+        return self._inner(value, Fraction(number) * self.units[unit])
+
+    def _inner(self, text: str, exact: Fraction) -> Any:
         if self.positive and exact <= 0:
-            raise ValueError(f"{value!r} must be above zero")
-        if self.minimum is not None and exact < Fraction(self.minimum):
-            raise ValueError(f"{value!r} must not be negative")
+            raise ValueError(f"{text!r} must be above zero")
+        if exact < 0 and not self.signed:
+            raise ValueError(f"{text!r} must not be negative")
+        if abs(exact) > self.maximum:
+            raise ValueError(f"{text!r} is too large; at most {self.format(self.maximum)}")
+        if 0 < exact < self.least:
+            raise ValueError(f"{text!r} is too small; at least {self.format(self.least)}")
         if self.kind is int:
             return round(exact)
         return exact if self.kind is Fraction else float(exact)
 
     def format(self, quantity: Any) -> str:
-        """Text that parses back to ``quantity`` exactly, in the largest unit that stays short."""
+        """The shortest text that parses back to ``quantity`` exactly."""
         exact = Fraction(quantity)
-        for unit, size in sorted(self.units.items(), key=lambda item: -item[1]):
-            scaled = exact / size
-            if scaled.denominator == 1 and (abs(scaled) >= 1 or exact == 0):
-                return f"{scaled.numerator} {unit}" if exact else f"0 {self.inner}"
-        if self.kind is Fraction:
-            return _decimal(exact, self.inner)
-        return f"{float(exact)!r} {self.inner}"
+        texts = [f"{_plain(float(exact / size))} {unit}" for unit, size in self.units.items()
+                 if unit not in self.aliases]
+        # Sorting keeps the order of ``units`` among texts of the same length.
+        for text in sorted(texts, key=len):
+            number, _, unit = text.partition(" ")
+            if self.kind(Fraction(number) * self.units[unit]) == quantity:
+                return text
+        return f"{_digits(exact) if self.kind is Fraction else repr(quantity)} {self.inner}"
+
+    @cached_property
+    def _allowed(self) -> str:
+        return f"allowed: {', '.join(self.units)}, e.g. {self.example!r}"
+
+    @cached_property
+    def json_schema(self) -> dict[str, Any]:
+        """What an editor needs to know of this quantity."""
+        number = _DECIMAL if self.signed else _DECIMAL.removeprefix("[+-]?")
+        units = "|".join(re.escape(unit) for unit in self.units)
+        return {"type": "string", "pattern": rf"^\s*{number}\s*({units})\s*$",
+                "examples": [self.example]}
 
 
-def _decimal(value: Fraction, unit: str) -> str:
-    text = repr(float(value))
-    if Fraction(text) != value:
-        raise ValueError(f"{value} has no finite decimal form")
-    return f"{text} {unit}"
+def _plain(value: float) -> str:
+    """At most 12 digits, without an exponent where that stays readable."""
+    return f"{value:.0f}" if value.is_integer() and abs(value) < 1e15 else f"{value:.12g}"
 
 
-def _scale(base: str, **prefixes: str) -> dict[str, Fraction]:
-    return {prefix.rstrip("_") + base: Fraction(size) for prefix, size in prefixes.items()}
+def _digits(value: Fraction) -> str:
+    """All digits of a fraction whose denominator divides a power of ten."""
+    for places in range(2 * _LONGEST):
+        scaled = value * 10**places
+        if scaled.denominator == 1:
+            return f"{scaled.numerator}e-{places}" if places else str(scaled.numerator)
+    raise ValueError(f"{value} has no finite decimal form")
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= _LONGEST else text[:_LONGEST - 3] + "..."
 
 
 _SI = {"": 1, "k": 10**3, "M": 10**6, "G": 10**9}
+_PER_DEGREE = Fraction(math.pi) / 180
 
 DURATION = Dimension("duration", "ns", int, {
-    "ns": Fraction(1), "us": Fraction(10**3), "µs": Fraction(10**3), "ms": Fraction(10**6),
-    "s": Fraction(NS_PER_S), "min": Fraction(60 * NS_PER_S), "h": Fraction(3600 * NS_PER_S),
-}, "20 ms")
+    "s": Fraction(NS_PER_S), "ms": Fraction(10**6), "us": Fraction(10**3), "ns": Fraction(1),
+    "min": Fraction(60 * NS_PER_S), "h": Fraction(3600 * NS_PER_S), "µs": Fraction(10**3),
+}, "20 ms", maximum=10**18, least=Fraction(1),
+   aliases=("µs",))
+PERIOD = Dimension("period", "ns", int, DURATION.units, "5 s", positive=True, maximum=10**18,
+                   least=Fraction(1), aliases=DURATION.aliases)
 BIT_RATE = Dimension("bit rate", "b/s", int, {
     **{p + "b/s": Fraction(f) for p, f in _SI.items()},
     **{p + "bit/s": Fraction(f) for p, f in _SI.items()},
     **{p + "B/s": Fraction(8 * f) for p, f in _SI.items()},
-}, "54 Mb/s", positive=True)
+}, "54 Mb/s", positive=True, least=Fraction(1),
+   aliases=tuple(p + u for u in ("bit/s", "B/s") for p in _SI))
 BYTE_SIZE = Dimension("size", "B", int, {
     **{p + "B": Fraction(f) for p, f in _SI.items()},
     "KiB": Fraction(2**10), "MiB": Fraction(2**20),
-}, "1500 B")
+}, "1500 B", least=Fraction(1))
 LENGTH = Dimension("length", "m", float, {
     "m": Fraction(1), "km": Fraction(1000), "cm": Fraction(1, 100), "mm": Fraction(1, 1000),
-}, "200 m")
-POSITION = Dimension("coordinate", "m", float, LENGTH.units, "-38 m", minimum=None)
+}, "200 m", maximum=10**9, aliases=("cm", "mm", "km"))
+POSITION = Dimension("coordinate", "m", float, LENGTH.units, "-38 m", signed=True, maximum=10**9,
+                     aliases=LENGTH.aliases)
 ANGLE = Dimension("angle", "rad", float, {
-    "rad": Fraction(1), "deg": Fraction(math.pi) / 180,
-}, "0.5 rad", minimum=None)
+    "rad": Fraction(1), "deg": _PER_DEGREE,
+}, "0.5 rad", signed=True, maximum=10**6)
 SPEED = Dimension("speed", "m/s", float, {
     "m/s": Fraction(1), "cm/s": Fraction(1, 100), "km/h": Fraction(1000, 3600),
-}, "1.2 m/s")
+}, "1.2 m/s", maximum=10**6, aliases=("cm/s",))
 ANGULAR_SPEED = Dimension("angular speed", "rad/s", float, {
-    "rad/s": Fraction(1), "deg/s": Fraction(math.pi) / 180,
-}, "5.24 rad/s")
+    "rad/s": Fraction(1), "deg/s": _PER_DEGREE,
+}, "5.24 rad/s", maximum=10**6)
 ACCELERATION = Dimension("acceleration", "m/s^2", float, {"m/s^2": Fraction(1)}, "2.5 m/s^2",
-                         positive=True)
+                         positive=True, maximum=10**6)
 ANGULAR_ACCELERATION = Dimension("angular acceleration", "rad/s^2", float,
-                                 {"rad/s^2": Fraction(1)}, "3.2 rad/s^2", positive=True)
+                                 {"rad/s^2": Fraction(1)}, "3.2 rad/s^2", positive=True,
+                                 maximum=10**6)
+# Two ticks never fall on one nanosecond.
 FREQUENCY = Dimension("frequency", "Hz", Fraction, {
     "Hz": Fraction(1), "kHz": Fraction(1000), "mHz": Fraction(1, 1000),
-}, "25 Hz", positive=True)
-RATIO = Dimension("ratio", "%", float, {"%": Fraction(1, 100)}, "99 %")
+}, "25 Hz", positive=True, maximum=NS_PER_S, least=Fraction(1, NS_PER_S))
+RATIO = Dimension("ratio", "%", float, {"%": Fraction(1, 100)}, "99 %", maximum=1)
 
 
 def ns(seconds: float) -> int:
@@ -143,24 +186,16 @@ def airtime_ns(size_bytes: int, rate_bps: int) -> int:
 
 
 def _field(dimension: Dimension) -> Any:
-    def validate(value: Any) -> Any:
-        if isinstance(value, (int, Fraction, float)) and not isinstance(value, (bool, str)):
-            # Only code reaches this: YAML numbers are refused by the loader's strict context.
-            raise ValueError(f"{value!r} has no unit; allowed: {', '.join(dimension.units)}, "
-                             f"e.g. {dimension.example!r}")
-        return dimension.parse(value)
-
     return Annotated[
         Any,
-        BeforeValidator(validate),
+        BeforeValidator(dimension.parse),
         PlainSerializer(dimension.format, return_type=str),
-        WithJsonSchema({"type": "string", "examples": [dimension.example],
-                        "description": f"{dimension.name} with a unit: "
-                                       f"{', '.join(dimension.units)}"}),
+        WithJsonSchema(dimension.json_schema),
     ]
 
 
 Duration = _field(DURATION)  # int ns
+Period = _field(PERIOD)  # int ns, above zero
 BitRate = _field(BIT_RATE)  # int bit/s
 ByteSize = _field(BYTE_SIZE)  # int bytes
 Length = _field(LENGTH)  # float m, not negative
@@ -176,16 +211,20 @@ Frequency = _field(FREQUENCY)  # Fraction Hz
 def _ratio(value: Any) -> float:
     """``99 %`` or a plain number from 0 to 1."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        ratio = float(value)
-    else:
-        ratio = RATIO.parse(value)
-    if not 0.0 <= ratio <= 1.0:
-        raise ValueError(f"{value!r} must lie between 0 and 1 (0 % and 100 %)")
-    return ratio
+        if not 0.0 <= value <= 1.0:
+            raise ValueError(f"{value!r} must lie between 0 and 1 (0 % and 100 %)")
+        return float(value)
+    return RATIO.parse(value)
+
+
+def _ratio_text(ratio: float) -> str | float:
+    """With ``%`` where that is exact."""
+    text = f"{_plain(ratio * 100)} %"
+    return text if RATIO.parse(text) == ratio else ratio
 
 
 Ratio = Annotated[
-    Any, BeforeValidator(_ratio),
+    Any, BeforeValidator(_ratio), PlainSerializer(_ratio_text),
     WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0, "maximum": 1},
-                              {"type": "string", "examples": ["99 %"]}]}),
+                              RATIO.json_schema]}),
 ]
