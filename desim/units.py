@@ -43,7 +43,7 @@ class Dimension:
     signed: bool = False
     positive: bool = False
     maximum: int = 10**15
-    least: Fraction = Fraction(0)
+    least: Fraction = Fraction(1, 10**30)
     aliases: tuple[str, ...] = ()
 
     def parse(self, value: Any) -> Any:
@@ -69,7 +69,7 @@ class Dimension:
             raise ValueError(f"{text!r} must not be negative")
         if abs(exact) > self.maximum:
             raise ValueError(f"{text!r} is too large; at most {self.format(self.maximum)}")
-        if 0 < exact < self.least:
+        if 0 < abs(exact) < self.least:
             raise ValueError(f"{text!r} is too small; at least {self.format(self.least)}")
         if self.kind is int:
             return round(exact)
@@ -80,10 +80,11 @@ class Dimension:
         exact = Fraction(quantity)
         texts = [f"{_plain(float(exact / size))} {unit}" for unit, size in self.units.items()
                  if unit not in self.aliases]
-        # Sorting keeps the order of ``units`` among texts of the same length.
-        for text in sorted(texts, key=len):
+        # Sorting keeps the order of ``units`` among texts that are equally good.
+        for text in sorted(texts, key=lambda text: ("e+" in text or "e-" in text, len(text))):
             number, _, unit = text.partition(" ")
-            if self.kind(Fraction(number) * self.units[unit]) == quantity:
+            read = Fraction(number) * self.units[unit]
+            if read == exact or (self.kind is float and float(read) == quantity):
                 return text
         return f"{_digits(exact) if self.kind is Fraction else repr(quantity)} {self.inner}"
 
@@ -219,8 +220,8 @@ def _ratio(value: Any) -> float:
 
 def _ratio_text(ratio: float) -> str | float:
     """With ``%`` where that is exact."""
-    text = f"{_plain(ratio * 100)} %"
-    return text if RATIO.parse(text) == ratio else ratio
+    percent = _plain(ratio * 100)
+    return f"{percent} %" if float(Fraction(percent) / 100) == ratio >= 1e-9 else ratio
 
 
 Ratio = Annotated[
