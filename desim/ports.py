@@ -36,6 +36,12 @@ class Params(BaseModel):
                               alias_generator=yaml_key, protected_namespaces=())
 
 
+def natural_key(name: str) -> tuple:
+    """Sorts ``robot_2`` before ``robot_10``: the order of host and robot indices."""
+    return tuple((1, int(part), "") if part.isdigit() else (0, 0, part)
+                 for part in re.split(r"(\d+)", name) if part), name
+
+
 # ---------------------------------------------------------------------------------------- network
 
 

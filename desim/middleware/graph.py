@@ -1,0 +1,271 @@
+"""Hosts, their nodes, and the topics between them.
+
+``publish`` makes a ``Message``; the registries say which hosts listen; the publisher's transport
+takes it to them; each of them puts it into its subscriptions' queues and runs the callbacks in
+phase CONTROL of the same instant. Every message between hosts leaves rows in the trace: ``sent``
+(entity: the source), ``frame`` for each frame (the source), ``lost`` for each frame that a stream
+will send again (the destination), ``delivered`` or ``dropped`` (the destination), ``callback``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
+from desim.errors import InputError, did_you_mean
+from desim.kernel import Kernel, Phase
+from desim.middleware.node import Node
+from desim.middleware.topics import Message, Publisher, Subscription, Topic
+from desim.ports import Endpoint, Middleware, natural_key
+from desim.streams import Streams
+from desim.trace import Names, Trace
+
+if TYPE_CHECKING:
+    from desim.middleware.medium import Medium
+
+__all__ = ["Graph", "Host", "Message", "Node"]
+
+OnFate = Callable[[Message, int, int, "str | None", int, int], Any]
+
+
+class Host:
+    """A computer: interfaces to media, and nodes that run while it is up.
+
+    ``software`` makes the nodes, afresh at every start.
+    """
+
+    def __init__(self, graph: Graph, name: str, index: int) -> None:
+        self.graph = graph
+        self.name = name
+        self.index = index
+        self.id = graph.names.id(name)
+        self.media: list[Medium] = []  # in order of preference
+        self.software: Callable[[Host], list[Node]] = lambda host: []
+        self.nodes: list[Node] = []
+        self.published = 0
+        self._publishers: list[Publisher] = []
+        self._subscriptions: dict[str, list[Subscription]] = {}
+        self._inbox: list[tuple[Subscription, Message]] = []
+
+    @property
+    def up(self) -> bool:
+        return self.graph.up[self.index]
+
+    @property
+    def tx_bytes(self) -> int:
+        """Bytes of frames that its interfaces sent, with headers."""
+        return sum(medium.tx_bytes[self.index] for medium in self.media)
+
+    @property
+    def rx_bytes(self) -> int:
+        """Bytes of frames that its interfaces received, with headers."""
+        return sum(medium.rx_bytes[self.index] for medium in self.media)
+
+    def start(self) -> None:
+        """Run fresh nodes. Harmless on a host that is up."""
+        if self.up:
+            return
+        graph = self.graph
+        graph.up[self.index] = True
+        graph.trace.row(graph.kernel.now_ns, graph.names.id("host_started"), self.id)
+        self.nodes = self.software(self)
+        for node in self.nodes:
+            node.start()
+
+    def stop(self) -> None:
+        """Its memory is gone: timers, queues, outboxes, subscriptions. Frames that it has sent go
+        on; frames on their way to it are dropped as ``host_down``."""
+        if not self.up:
+            return
+        graph = self.graph
+        graph.up[self.index] = False
+        graph.trace.row(graph.kernel.now_ns, graph.names.id("host_stopped"), self.id)
+        for node in self.nodes:
+            node.stop()
+        for publisher in self._publishers:
+            publisher.topic.publishers.remove(publisher)
+            publisher.close("sender_down")
+        for subscription, _ in self._inbox:
+            subscription.topic.counts.discarded += 1
+        self.nodes = []
+        self._publishers = []
+        self._subscriptions = {}
+        self._inbox = []
+        graph.middleware.forget(self.index)
+
+    def absolute(self, topic: str) -> str:
+        """``scan`` on ``robot_3`` is ``/robot_3/scan``; with a leading slash it is absolute."""
+        return topic if topic.startswith("/") else f"/{self.name}/{topic}"
+
+    def advertise(self, node: str, topic: str, transport: str, via: str, queue: int,
+                  latch: bool) -> Publisher:
+        """A publisher of ``topic`` for ``node``; see ``Node.advertise``."""
+        about = self.graph.topic(self.absolute(topic))
+        publisher = Publisher(self, node, about, transport, via, queue, latch)
+        about.publishers.append(publisher)
+        self._publishers.append(publisher)
+        self.graph.middleware.advertise(publisher.endpoint)
+        return publisher
+
+    def subscribe(self, node: str, topic: str, callback: Callable[[Message], Any],
+                  queue: int) -> None:
+        """See ``Node.subscribe``."""
+        about = self.graph.topic(self.absolute(topic))
+        own = self._subscriptions.setdefault(about.name, [])
+        own.append(Subscription(about, callback, queue))
+        self.graph.middleware.subscribe(Endpoint(self.index, node, about.name))
+
+    def receive(self, message: Message) -> bool:
+        """Put ``message`` into the queues of its topic's subscriptions; False if there are none."""
+        subscriptions = self._subscriptions.get(message.about.name)
+        if not subscriptions:
+            return False
+        inbox = self._inbox
+        if not inbox:
+            kernel = self.graph.kernel
+            kernel.at(kernel.now_ns, Phase.CONTROL, self.id, self._drain)
+        for subscription in subscriptions:
+            if 0 < subscription.limit <= subscription.waiting:
+                self._overwrite(subscription)
+            subscription.waiting += 1
+            inbox.append((subscription, message))
+        message.about.counts.queued += len(subscriptions)
+        return True
+
+    def _overwrite(self, subscription: Subscription) -> None:
+        """The queue is full: its oldest message goes."""
+        inbox = self._inbox
+        oldest = next(i for i, entry in enumerate(inbox) if entry[0] is subscription)
+        message = inbox.pop(oldest)[1]
+        subscription.waiting -= 1
+        message.about.counts.overwritten += 1
+        graph = self.graph
+        graph.trace.row(graph.kernel.now_ns, graph.OVERWRITTEN, self.id, message.origin.id,
+                        message.seq, message.about.id)
+
+    def _drain(self, _: Any) -> None:
+        """Run the callbacks of all that waits, in order of arrival."""
+        inbox, self._inbox = self._inbox, []
+        graph, own = self.graph, self.id
+        now_ns, row, callback = graph.kernel.now_ns, graph.trace.row, graph.CALLBACK
+        for subscription, message in inbox:
+            subscription.waiting -= 1
+            about = message.about
+            about.counts.called += 1
+            row(now_ns, callback, own, message.origin.id, message.seq, about.id)
+            subscription.callback(message)
+
+
+class Graph:
+    """All hosts and topics of a run, and the account of every message.
+
+    ``hosts``: names in any order; their indices follow the natural order. ``payloads`` says when a
+    lazy content is read: ``lazy`` (by the callback that wants it), ``birth`` or ``delivery``; no
+    result depends on it. ``on_fate(message, receiver, time_ns, reason, first_ns, last_ns)`` is told
+    each message's fate at each receiving host: ``reason`` None for delivered, the instants of its
+    first and last frame, -1 for a message that never became a frame.
+    """
+
+    def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
+                 middleware: Middleware, hosts: Iterable[str], *, payloads: str = "lazy",
+                 on_fate: OnFate | None = None) -> None:
+        if payloads not in ("lazy", "birth", "delivery"):
+            raise InputError(f"payloads are read lazy, at birth or at delivery, not {payloads!r}")
+        self.kernel, self.names, self.trace, self.streams = kernel, names, trace, streams
+        self.middleware = middleware
+        self.read_at_birth = payloads == "birth"
+        self._read_at_delivery = payloads == "delivery"
+        self._on_fate = on_fate
+        self.SENT, self.FRAME, self.LOST = map(names.id, ("sent", "frame", "lost"))
+        self.DELIVERED, self.DROPPED = names.id("delivered"), names.id("dropped")
+        self.CALLBACK, self.OVERWRITTEN = names.id("callback"), names.id("overwritten")
+        self.topics: dict[str, Topic] = {}
+        self.media: list[Medium] = []
+        self.messages = 0  # between hosts, so far
+        self.hosts = [Host(self, name, index)
+                      for index, name in enumerate(sorted(hosts, key=natural_key))]
+        self.up = [False] * len(self.hosts)
+        self._by_name = {host.name: host for host in self.hosts}
+        middleware.start(self._changed)
+
+    def host(self, name: str) -> Host:
+        if name not in self._by_name:
+            raise InputError(f"no host {name!r}{did_you_mean(name, self._by_name)}; known: "
+                             f"{', '.join(self._by_name)}")
+        return self._by_name[name]
+
+    def topic(self, name: str) -> Topic:
+        """The topic of this absolute name."""
+        about = self.topics.get(name)
+        if about is None:
+            about = self.topics[name] = Topic(name, self.names.id(name))
+        return about
+
+    def attach(self, medium: Medium, hosts: Iterable[str] | None = None) -> None:
+        """Give ``hosts`` (default: all) an interface to ``medium``, after those they have."""
+        self.media.append(medium)
+        medium.up = self.up
+        for host in self.hosts if hosts is None else map(self.host, hosts):
+            host.media.append(medium)
+
+    def route(self, source: Host, receiver: int) -> Medium | None:
+        """The first of the source's media that the receiver is attached to as well."""
+        others = self.hosts[receiver].media
+        return next((medium for medium in source.media if medium in others), None)
+
+    def start(self) -> None:
+        """Start every host."""
+        for host in self.hosts:
+            host.start()
+
+    def depart(self, message: Message, receivers: int) -> None:
+        """``message`` sets out for ``receivers`` other hosts."""
+        self.messages = message.number = self.messages + 1
+        message.about.counts.intended += receivers
+        self.trace.row(message.born_ns, self.SENT, message.origin.id, message.about.id,
+                       message.seq, message.size_bytes)
+
+    def deliver(self, message: Message, host: Host, first_ns: int, last_ns: int) -> None:
+        """``message`` is at ``host``."""
+        if self._read_at_delivery:
+            message.content  # noqa: B018 - reading computes it
+        if not host.receive(message):
+            self.drop(message, host.index, "no_subscriber", first_ns, last_ns)
+            return
+        now_ns = self.kernel.now_ns
+        latency_ns = now_ns - message.born_ns
+        counts = message.about.counts
+        counts.delivered += 1
+        counts.bytes += message.size_bytes
+        counts.latency.add(latency_ns)
+        self.trace.row(now_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns)
+        if self._on_fate is not None:
+            self._on_fate(message, host.index, now_ns, None, first_ns, last_ns)
+
+    def drop(self, message: Message, receiver: int, reason: str, first_ns: int = -1,
+             last_ns: int = -1) -> None:
+        """``message`` will never be at host ``receiver``."""
+        now_ns = self.kernel.now_ns
+        message.about.counts.drop(reason)
+        self.trace.row(now_ns, self.DROPPED, self.hosts[receiver].id, message.origin.id,
+                       message.seq, self.names.id(reason))
+        if self._on_fate is not None:
+            self._on_fate(message, receiver, now_ns, reason, first_ns, last_ns)
+
+    def miss(self, message: Message, receivers: Iterable[int], reason: str,
+             medium: Medium) -> None:
+        """A broadcast did not reach ``receivers``: one row, of kind ``reason``, of the medium's."""
+        receivers = tuple(receivers)
+        now_ns = self.kernel.now_ns
+        message.about.counts.drop(reason, len(receivers))
+        self.trace.row(now_ns, self.names.id(reason), medium.id, message.origin.id, message.seq,
+                       len(receivers))
+        if self._on_fate is not None:
+            for receiver in receivers:
+                self._on_fate(message, receiver, now_ns, reason, message.born_ns, message.born_ns)
+
+    def _changed(self, topic: str) -> None:
+        about = self.topics.get(topic)
+        if about is not None:
+            for publisher in about.publishers:
+                publisher.changed()

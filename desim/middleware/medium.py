@@ -1,0 +1,255 @@
+"""One medium: it asks its rules about each frame, hands it to its network model, and keeps the
+account of what became of it at each intended receiver.
+
+It needs a ``Kernel`` and names, not a ``Graph``: a plain SimPy program can send over it, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from desim.errors import ModelError
+from desim.kernel import Call, Kernel, Phase
+from desim.ports import Deliver, Drop, Frame, NetworkModel, Obstacles, Pass, Rule
+from desim.streams import Streams
+from desim.trace import Names
+
+
+class Carrier(Protocol):
+    """Who sent a frame, and wants to know. ``token`` is whatever it gave along."""
+
+    def arrived(self, token: Any, receiver: int) -> None: ...
+
+    def lost(self, token: Any, receiver: int, reason: str) -> None: ...
+
+    def missed(self, token: Any, receivers: tuple[int, ...], reason: str,
+               medium: Medium) -> None:
+        """One fate of several receivers of a broadcast frame."""
+
+
+class Place(Protocol):
+    """Where the hosts are, and what stands between them."""
+
+    obstacles: Obstacles
+
+    def positions(self, time_ns: int) -> np.ndarray: ...
+
+
+def _no_crossings(segments: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    return np.empty((0, 2), np.int64)
+
+
+class Nowhere:
+    """The place of hosts that have none: positions are NaN, nothing is in the way."""
+
+    def __init__(self, hosts: int) -> None:
+        self._positions = np.full((hosts, 2), np.nan)
+        self._positions.flags.writeable = False
+        nothing = np.empty(0)
+        self.obstacles = Obstacles(np.empty((0, 4)), nothing.astype(np.int64), nothing, nothing,
+                                   (), 0, _no_crossings)
+
+    def positions(self, time_ns: int) -> np.ndarray:
+        return self._positions
+
+
+class RuleContext:
+    """What a rule may know: a ``ports.Context`` without the means to act."""
+
+    __slots__ = ("_medium", "_name")
+
+    def __init__(self, medium: Medium, name: str) -> None:
+        self._medium = medium
+        self._name = name
+
+    @property
+    def now_ns(self) -> int:
+        return self._medium.now_ns
+
+    @property
+    def obstacles(self) -> Obstacles:
+        return self._medium.obstacles
+
+    def positions(self, time_ns: int) -> np.ndarray:
+        return self._medium.positions(time_ns)
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return self._medium.stream(self._name, *name)
+
+
+class Medium:
+    """A network model with the rules in front of it. It is the model's ``ports.Context``.
+
+    ``hosts`` are all host names in index order. Counted per frame and receiver: ``intended`` =
+    ``delivered`` + ``dropped`` by reason + ``in_flight()``. ``bytes_on_air`` are those of frames
+    that the rules let through to somebody, with headers; ``tx_bytes`` and ``rx_bytes`` by host.
+    """
+
+    def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
+                 kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
+                 place: Place | None = None) -> None:
+        self.name = name
+        self.id = names.id(f"medium/{name}")
+        self.model = model
+        self.rules = tuple(rules)
+        self.up = [True] * len(hosts)
+        self.frames = 0
+        self.intended = 0
+        self.delivered = 0
+        self.dropped: dict[str, int] = {}
+        self.bytes_on_air = 0
+        self.tx_bytes = [0] * len(hosts)
+        self.rx_bytes = [0] * len(hosts)
+        self._kernel = kernel
+        self._env = kernel.env
+        self._streams = streams
+        self._place = Nowhere(len(hosts)) if place is None else place
+        self._ids = [names.id(host) for host in hosts]
+        self._open: dict[tuple[int, int], tuple[Carrier, Any, int]] = {}
+        self._flying = 0
+        self._reasons = frozenset(model.reasons)
+        for number, rule in enumerate(self.rules):
+            rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
+        model.start(self, tuple(hosts))
+
+    # What models may know and do: ports.Context.
+
+    @property
+    def now_ns(self) -> int:
+        return self._env.now
+
+    @property
+    def obstacles(self) -> Obstacles:
+        return self._place.obstacles
+
+    def at(self, time_ns: int, fn: Callable[[Any], Any], arg: Any = None) -> Call:
+        return self._kernel.at(time_ns, Phase.NETWORK, self.id, fn, arg)
+
+    def positions(self, time_ns: int) -> np.ndarray:
+        return self._place.positions(time_ns)
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return self._streams("medium", self.name, *name)
+
+    def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
+        carrier, token, extra_ns = self._claim(frame, receiver)
+        if type(verdict) is Deliver:
+            if verdict.delay_ns < 0:
+                raise ModelError(f"{self._model()} delivers {-verdict.delay_ns} ns in the past")
+            ids = self._ids
+            self._flying += 1
+            self._kernel.at(self._env.now + extra_ns + verdict.delay_ns, Phase.DELIVER,
+                            ids[frame.source] << 32 | ids[receiver], self._deliver,
+                            (carrier, token, receiver, frame.size_bytes))
+        else:
+            self._count(self._declared(verdict), 1)
+            carrier.lost(token, receiver, verdict.reason)
+
+    def settle_many(self, frame: Frame, receivers: Sequence[int],
+                    verdict: Deliver | Drop) -> None:
+        if type(verdict) is Deliver or not frame.broadcast:
+            for receiver in receivers:
+                self.settle(frame, receiver, verdict)
+        elif receivers:
+            reason = self._declared(verdict)
+            claims = [self._claim(frame, receiver) for receiver in receivers]
+            self._count(reason, len(receivers))
+            carrier, token, _ = claims[0]
+            carrier.missed(token, tuple(receivers), reason, self)
+
+    # What transports do.
+
+    def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
+                 broadcast: bool, carrier: Carrier, token: Any) -> None:
+        """Take a frame; ``carrier`` hears of its fate at each receiver, with ``token``."""
+        self.frames = number = self.frames + 1
+        self.intended += len(receivers)
+        self.tx_bytes[source] += size_bytes
+        frame = Frame(number, source, receivers, size_bytes, segments, broadcast)
+        delays_ns = None
+        if self.rules:
+            delays_ns = self._judge(frame, carrier, token)
+            if not delays_ns:
+                return
+            if len(delays_ns) < len(receivers):
+                receivers = tuple(delays_ns)
+                frame = frame._replace(receivers=receivers)
+        for receiver in receivers:
+            self._open[number, receiver] = (carrier, token,
+                                            delays_ns[receiver] if delays_ns else 0)
+        self.bytes_on_air += size_bytes
+        self.model.send(frame)
+
+    def in_flight(self) -> int:
+        """Frames, per receiver, that are not settled yet or on their way."""
+        return len(self._open) + self._flying
+
+    def _judge(self, frame: Frame, carrier: Carrier, token: Any) -> dict[int, int]:
+        """Ask the rules. Returns the receivers that are left, with the delay to add."""
+        delays_ns = dict.fromkeys(frame.receivers, 0)
+        for rule in self.rules:
+            receivers = tuple(delays_ns)
+            verdicts = rule.judge(frame, receivers)
+            if len(verdicts) != len(receivers):
+                raise ModelError(f"{_class(rule)} gave {len(verdicts)} verdicts for "
+                                 f"{len(receivers)} receivers")
+            for receiver, verdict in zip(receivers, verdicts, strict=True):
+                if type(verdict) is Deliver:
+                    if type(verdict.delay_ns) is not int or verdict.delay_ns < 0:
+                        raise ModelError(f"{_class(rule)} delays by {verdict.delay_ns!r}; a delay "
+                                         "is an int >= 0 of nanoseconds")
+                    delays_ns[receiver] += verdict.delay_ns
+                elif type(verdict) is Drop:
+                    if verdict.reason not in rule.reasons:
+                        raise _undeclared(rule, verdict.reason)
+                    del delays_ns[receiver]
+                    self._count(verdict.reason, 1)
+                    carrier.lost(token, receiver, verdict.reason)
+                elif type(verdict) is not Pass:
+                    raise ModelError(f"{_class(rule)} gave {verdict!r}, which is no verdict")
+            if not delays_ns:
+                break
+        return delays_ns
+
+    def _deliver(self, arrival: tuple[Carrier, Any, int, int]) -> None:
+        carrier, token, receiver, size_bytes = arrival
+        self._flying -= 1
+        if self.up[receiver]:
+            self.delivered += 1
+            self.rx_bytes[receiver] += size_bytes
+            carrier.arrived(token, receiver)
+        else:
+            self._count("host_down", 1)
+            carrier.lost(token, receiver, "host_down")
+
+    def _claim(self, frame: Frame, receiver: int) -> tuple[Carrier, Any, int]:
+        try:
+            return self._open.pop((frame.id, receiver))
+        except KeyError:
+            raise ModelError(f"{self._model()} settled {frame} at receiver {receiver}, which is "
+                             "settled already or was never intended") from None
+
+    def _declared(self, verdict: Any) -> str:
+        if type(verdict) is not Drop:
+            raise ModelError(f"{self._model()} settled with {verdict!r}; Deliver or Drop is wanted")
+        if verdict.reason not in self._reasons:
+            raise _undeclared(self.model, verdict.reason)
+        return verdict.reason
+
+    def _count(self, reason: str, count: int) -> None:
+        self.dropped[reason] = self.dropped.get(reason, 0) + count
+
+    def _model(self) -> str:
+        return f"{_class(self.model)} of medium {self.name!r}"
+
+
+def _class(plugin: Any) -> str:
+    return f"{type(plugin).__module__}.{type(plugin).__qualname__}"
+
+
+def _undeclared(plugin: Any, reason: str) -> ModelError:
+    return ModelError(f"{_class(plugin)} dropped for {reason!r}, which its class does not declare "
+                      f"(reasons = {plugin.reasons!r})")

@@ -1,0 +1,103 @@
+"""A ROS-like process on a host: it subscribes, publishes and sets timers, and holds no clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim.errors import InputError
+from desim.kernel import Call, Phase, Ticker
+from desim.middleware.topics import Message, Publisher
+from desim.units import NS_PER_S
+
+if TYPE_CHECKING:
+    from desim.middleware.graph import Host
+
+
+class Node:
+    """Subclasses call ``super().__init__(host, name)`` and say in ``start`` what they advertise,
+    subscribe to and tick at. Nothing of a stopped node runs any more."""
+
+    def __init__(self, host: Host, name: str) -> None:
+        self.host = host
+        self.name = name
+        self._graph = host.graph
+        self._publishers: dict[str, Publisher] = {}
+        self._tickers: list[Ticker] = []
+        self._alive = True
+
+    def start(self) -> None:
+        """Called once, when its host starts."""
+
+    def stop(self) -> None:
+        """Called by the host when it stops."""
+        self._alive = False
+        for ticker in self._tickers:
+            ticker.cancel()
+
+    @property
+    def now_ns(self) -> int:
+        """The host's clock."""
+        return self._graph.kernel.now_ns
+
+    def advertise(self, topic: str, *, transport: str = "stream", latch: bool = False,
+                  queue: int = 1, via: str = "unicast") -> None:
+        """``topic`` may be published from now on. ``transport``: stream or datagram; ``via``:
+        unicast, or broadcast, which is by datagram whatever ``transport`` says. ``queue`` bounds
+        the outbox of each stream link (0: no bound)."""
+        self._publishers[topic] = self.host.advertise(self.name, topic, transport, via, queue,
+                                                      latch)
+
+    def publish(self, topic: str, content: Any) -> None:
+        """Send ``content`` to whoever subscribes to ``topic`` now."""
+        publisher = self._publishers.get(topic)
+        if publisher is None:
+            raise InputError(f"node {self.name!r} publishes {topic!r} without advertising it")
+        publisher.publish(content)
+
+    def has_subscribers(self, topic: str) -> bool:
+        """Whether anybody would get what this node publishes on ``topic``."""
+        return self._publishers[topic].has_subscribers()
+
+    def subscribe(self, topic: str, callback: Callable[[Message], Any], queue: int = 1) -> None:
+        """Call ``callback(message)``, in phase CONTROL, for each message of ``topic``; ``queue``
+        of them may wait, then the oldest goes (0: no bound)."""
+        self.host.subscribe(self.name, topic, callback, queue)
+
+    def timer(self, frequency_hz: Fraction | int, callback: Callable[[int], Any],
+              start: str = "random") -> Ticker:
+        """Call ``callback(k)`` at tick k. The first tick is now (``zero``) or after a part of the
+        period that is drawn from the names of host, node and timer (``random``)."""
+        offset_ns = 0
+        if start == "random":
+            period_ns = int(NS_PER_S / Fraction(frequency_hz))
+            offset_ns = self._graph.streams.integer(period_ns, "host", self.host.name, self.name,
+                                                    "timer", len(self._tickers))
+        elif start != "zero":
+            raise InputError(f"a timer starts at 'random' or 'zero', not {start!r}")
+        ticker = self._graph.kernel.ticker(frequency_hz, Phase.CONTROL, self.host.id, callback,
+                                           self.now_ns + offset_ns)
+        self._tickers.append(ticker)
+        return ticker
+
+    def after(self, delay_ns: int, callback: Callable[[Any], Any], arg: Any = None) -> Call:
+        """Call ``callback(arg)`` once, ``delay_ns`` from now."""
+        return self._graph.kernel.after(delay_ns, Phase.CONTROL, self.host.id, self._run,
+                                        (callback, arg))
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        """Random numbers by name, this node's own."""
+        return self._graph.streams("host", self.host.name, self.name, *name)
+
+    def record(self, kind: str, a: int = 0, b: int = 0, c: int = 0) -> None:
+        """A trace row of this host."""
+        graph = self._graph
+        graph.trace.row(graph.kernel.now_ns, graph.names.id(kind), self.host.id, a, b, c)
+
+    def _run(self, what: tuple[Callable[[Any], Any], Any]) -> None:
+        if self._alive:
+            callback, arg = what
+            callback(arg)

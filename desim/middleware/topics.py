@@ -1,0 +1,161 @@
+"""Messages, and the two ends of a topic on a host: publishers and subscriptions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from desim.errors import InputError
+from desim.kernel import Phase
+from desim.middleware.counts import TopicCounts
+from desim.middleware.messages import Lazy
+from desim.middleware.transports import Datagram, Stream
+from desim.ports import Endpoint
+
+if TYPE_CHECKING:
+    from desim.middleware.graph import Host
+
+
+class Topic:
+    """A name that messages are published under, its trace id and its counts."""
+
+    __slots__ = ("name", "id", "counts", "publishers")
+
+    def __init__(self, name: str, id_: int) -> None:
+        self.name = name
+        self.id = id_
+        self.counts = TopicCounts()
+        self.publishers: list[Publisher] = []
+
+
+class Message:
+    """What a node says. ``seq`` counts what its host has published; ``number`` counts the messages
+    between hosts of the whole run (0: it never left its host) and is in no digest."""
+
+    __slots__ = ("origin", "about", "seq", "size_bytes", "born_ns", "number", "_content")
+
+    def __init__(self, origin: Host, about: Topic, seq: int, size_bytes: int, born_ns: int,
+                 content: Any) -> None:
+        self.origin = origin
+        self.about = about
+        self.seq = seq
+        self.size_bytes = size_bytes
+        self.born_ns = born_ns
+        self.number = 0
+        self._content = content
+
+    @property
+    def source(self) -> int:
+        """Index of the host that published it."""
+        return self.origin.index
+
+    @property
+    def topic(self) -> str:
+        """Absolute name."""
+        return self.about.name
+
+    @property
+    def content(self) -> Any:
+        content = self._content
+        return content.read() if type(content) is Lazy else content
+
+
+class Subscription:
+    """One callback of one node. ``limit`` messages may wait (0: any number)."""
+
+    __slots__ = ("topic", "callback", "limit", "waiting")
+
+    def __init__(self, topic: Topic, callback: Callable[[Message], Any], limit: int) -> None:
+        self.topic = topic
+        self.callback = callback
+        self.limit = limit
+        self.waiting = 0
+
+
+class Publisher:
+    """One node's right to publish one topic, with its connections to the hosts that listen.
+
+    The registries are asked again only after they said that the topic changed.
+    """
+
+    __slots__ = ("host", "topic", "endpoint", "transport", "latch", "_last", "_local", "_stale",
+                 "_receivers")
+
+    def __init__(self, host: Host, node: str, topic: Topic, transport: str, via: str,
+                 queue: int, latch: bool) -> None:
+        if transport not in ("stream", "datagram") or via not in ("unicast", "broadcast"):
+            raise InputError(f"topic {topic.name}: no transport {transport!r} via {via!r}; "
+                             "allowed: stream or datagram, unicast or broadcast")
+        self.host = host
+        self.topic = topic
+        self.endpoint = Endpoint(host.index, node, topic.name)
+        self.transport = (Stream(host, queue) if (transport, via) == ("stream", "unicast")
+                          else Datagram(host, via == "broadcast"))
+        self.latch = latch
+        self._last: Message | None = None
+        self._local = False
+        self._stale = True
+        self._receivers = 0
+
+    def publish(self, content: Any) -> None:
+        host = self.host
+        host.published = seq = host.published + 1
+        if self._stale:
+            self._refresh()
+        if not (self._receivers or self._local or self.latch):
+            return
+        graph = host.graph
+        message = Message(host, self.topic, seq, content.size_bytes, graph.kernel.now_ns, content)
+        if graph.read_at_birth:
+            message.content  # noqa: B018 - reading computes it
+        if self.latch:
+            self._last = message
+        if self._local:
+            self.topic.counts.local += 1
+            host.receive(message)
+        if self._receivers:
+            graph.depart(message, self._receivers)
+            self.transport.send(message)
+
+    def has_subscribers(self) -> bool:
+        if self._stale:
+            self._refresh()
+        return self._local or self._receivers > 0
+
+    def changed(self) -> None:
+        """The registries answer differently now; look at them in this host's own turn."""
+        if not self._stale:
+            self._stale = True
+            kernel = self.host.graph.kernel
+            kernel.at(kernel.now_ns, Phase.CONTROL, self.host.id, self._look)
+
+    def close(self, reason: str) -> None:
+        """The host stopped: what waits is dropped for ``reason``."""
+        self._stale = False
+        self._local = self.latch = False
+        self._receivers = 0
+        self.transport.close(reason)
+
+    def _look(self, _: Any) -> None:
+        if self._stale:
+            self._refresh()
+
+    def _refresh(self) -> None:
+        self._stale = False
+        own = self.host.index
+        hosts = dict.fromkeys(end.host for end in
+                              self.host.graph.middleware.subscribers(self.endpoint))
+        self._local = hosts.pop(own, own) is None
+        self._receivers = len(hosts)
+        fresh = self.transport.connect(list(hosts))
+        if fresh and self.latch and self._last is not None:
+            self._repeat(fresh)
+
+    def _repeat(self, receivers: list[int]) -> None:
+        """A latched topic's last message goes to every new connection."""
+        host, last = self.host, self._last
+        host.published += 1
+        message = Message(host, self.topic, host.published, last.size_bytes,
+                          host.graph.kernel.now_ns, last._content)
+        host.graph.depart(message, len(receivers))
+        self.transport.send(message, receivers)

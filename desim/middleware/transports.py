@@ -1,0 +1,251 @@
+"""How a message becomes frames: ``Stream`` (TCPROS-like) and ``Datagram`` (UDPROS-like).
+
+A transport is one publisher's. It hands frames to media and hears from them, as their carrier,
+what became of each. Of the two simplifications of ``Stream`` the first is that the sender knows a
+frame's fate when the medium settles it, with no acknowledgement on the air; the second that a
+train is lost or delivered as a whole.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+from desim.kernel import Phase, pair
+
+if TYPE_CHECKING:
+    from desim.middleware.graph import Host
+    from desim.middleware.medium import Medium
+    from desim.middleware.topics import Message
+
+LENGTH_BYTES = 4  # roscpp: every serialized message is preceded by its length
+MSS_BYTES = 1448  # Ethernet MTU 1500 - 20 IP - 32 TCP with timestamps
+SEGMENT_HEADER_BYTES = 14 + 4 + 20 + 32  # Ethernet, its check sequence, IP, TCP
+UDPROS_PAYLOAD_BYTES = 1500 - 8  # roscpp transport_udp: datagrams of 1500 B with an 8 B header
+DATAGRAM_HEADER_BYTES = 14 + 4 + 20 + 8 + 8  # Ethernet, its check sequence, IP, UDP, UDPROS
+RTO_MIN_NS = 200_000_000  # Linux TCP_RTO_MIN
+RTO_MAX_NS = 120_000_000_000  # Linux TCP_RTO_MAX
+
+
+def stream_frame(size_bytes: int) -> tuple[int, int]:
+    """Bytes with all headers, and segments, of a message of ``size_bytes`` over TCP."""
+    payload = size_bytes + LENGTH_BYTES
+    segments = -(-payload // MSS_BYTES)
+    return payload + segments * SEGMENT_HEADER_BYTES, segments
+
+
+def datagram_frame(size_bytes: int) -> tuple[int, int]:
+    """Bytes with all headers, and datagrams, of a message of ``size_bytes`` over UDPROS. That IP
+    would cut each full datagram (1528 B) once more is left out."""
+    payload = size_bytes + LENGTH_BYTES
+    segments = -(-payload // UDPROS_PAYLOAD_BYTES)
+    return payload + segments * DATAGRAM_HEADER_BYTES, segments
+
+
+class Stream:
+    """In order and reliable: one ``StreamLink`` per receiving host."""
+
+    __slots__ = ("_source", "_limit", "_links", "_unrouted")
+
+    def __init__(self, source: Host, limit: int) -> None:
+        self._source = source
+        self._limit = limit
+        self._links: dict[int, StreamLink] = {}
+        self._unrouted: list[int] = []
+
+    def connect(self, receivers: list[int]) -> list[int]:
+        """Keep, open and close links so that they lead to ``receivers``. Returns the new ones."""
+        old, graph = self._links, self._source.graph
+        routes = {receiver: graph.route(self._source, receiver) for receiver in receivers}
+        self._unrouted = [receiver for receiver in receivers if routes[receiver] is None]
+        self._links = {receiver: old.get(receiver)
+                       or StreamLink(self._source, graph.hosts[receiver], medium, self._limit)
+                       for receiver, medium in routes.items() if medium is not None}
+        for receiver, link in old.items():
+            if receiver not in self._links:
+                link.close("link_closed")
+        return [receiver for receiver in self._links if receiver not in old]
+
+    def send(self, message: Message, only: list[int] | None = None) -> None:
+        if only is not None:
+            for receiver in only:
+                self._links[receiver].offer(message)
+            return
+        for link in self._links.values():
+            link.offer(message)
+        for receiver in self._unrouted:
+            self._source.graph.drop(message, receiver, "no_route")
+
+    def close(self, reason: str) -> None:
+        for link in self._links.values():
+            link.close(reason)
+        self._links = {}
+        self._unrouted = []
+
+    def waiting(self) -> int:
+        """Messages in outboxes and on the wire."""
+        return sum(link.waiting() for link in self._links.values())
+
+
+class StreamLink:
+    """One message on the wire; an outbox behind it that drops its oldest when full.
+
+    A lost frame is sent again at the retransmission timeout, which doubles from 0.2 s to 120 s and
+    starts anew when a frame arrives: a blocked link resumes at its next timeout, not when the
+    way is free again.
+    """
+
+    __slots__ = ("_graph", "_source", "_host", "_to", "_medium", "_limit", "_outbox", "_wire",
+                 "_rto_ns", "_first_ns", "_sent_ns", "_timer", "_closed", "_entity")
+
+    def __init__(self, source: Host, destination: Host, medium: Medium, limit: int) -> None:
+        self._graph = source.graph
+        self._source = source
+        self._host = destination
+        self._to = (destination.index,)
+        self._medium = medium
+        self._limit = limit
+        self._outbox: deque[Message] = deque()
+        self._wire: Message | None = None
+        self._rto_ns = RTO_MIN_NS
+        self._first_ns = self._sent_ns = 0
+        self._timer: Any = None
+        self._closed: str | None = None
+        self._entity = pair(source.id, destination.id)
+
+    def offer(self, message: Message) -> None:
+        if self._wire is None:
+            self._begin(message)
+            return
+        outbox = self._outbox
+        outbox.append(message)
+        if 0 < self._limit < len(outbox):
+            self._graph.drop(outbox.popleft(), self._host.index, "outbox_full")
+
+    def arrived(self, message: Message, receiver: int) -> None:
+        """The medium delivered the frame."""
+        self._wire = None
+        self._rto_ns = RTO_MIN_NS
+        if self._closed == "link_closed":
+            self._graph.drop(message, receiver, self._closed, self._first_ns, self._sent_ns)
+            return
+        self._graph.deliver(message, self._host, self._first_ns, self._sent_ns)
+        if self._outbox and self._wire is None:
+            self._begin(self._outbox.popleft())
+
+    def lost(self, message: Message, receiver: int, reason: str) -> None:
+        """The medium lost the frame: wait for the timeout that runs since it was sent."""
+        if self._closed is not None:
+            self._wire = None
+            self._graph.drop(message, receiver, reason, self._first_ns, self._sent_ns)
+            return
+        graph = self._graph
+        now_ns = graph.kernel.now_ns
+        graph.trace.row(now_ns, graph.LOST, self._host.id, self._source.id, message.seq,
+                        graph.names.id(reason))
+        self._timer = graph.kernel.at(max(now_ns, self._sent_ns + self._rto_ns), Phase.NETWORK,
+                                      self._entity, self._transmit)
+        self._rto_ns = min(2 * self._rto_ns, RTO_MAX_NS)
+
+    def close(self, reason: str) -> None:
+        """Drop what waits. A frame that is on its way meets its own fate."""
+        self._closed = reason
+        graph, receiver = self._graph, self._host.index
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+            graph.drop(self._wire, receiver, reason, self._first_ns, self._sent_ns)
+            self._wire = None
+        for message in self._outbox:
+            graph.drop(message, receiver, reason)
+        self._outbox.clear()
+
+    def waiting(self) -> int:
+        return len(self._outbox) + (self._wire is not None)
+
+    def _begin(self, message: Message) -> None:
+        self._wire = message
+        self._first_ns = self._graph.kernel.now_ns
+        self._transmit(None)
+
+    def _transmit(self, _: Any) -> None:
+        message, graph = self._wire, self._graph
+        self._timer = None
+        self._sent_ns = now_ns = graph.kernel.now_ns
+        size_bytes, segments = stream_frame(message.size_bytes)
+        graph.trace.row(now_ns, graph.FRAME, self._source.id, self._host.id, message.seq,
+                        size_bytes)
+        self._medium.transmit(self._source.index, self._to, size_bytes, segments, False, self,
+                              message)
+
+
+class Datagram:
+    """Fire and forget: a frame per receiving host, or one broadcast frame per medium. Any lost
+    datagram of a message loses the message."""
+
+    __slots__ = ("_graph", "_source", "_broadcast", "_routes", "_known", "_unrouted", "_flying")
+
+    def __init__(self, source: Host, broadcast: bool) -> None:
+        self._graph = source.graph
+        self._source = source
+        self._broadcast = broadcast
+        self._routes: list[tuple[Medium, tuple[int, ...]]] = []
+        self._known: list[int] = []
+        self._unrouted: list[int] = []
+        self._flying = 0
+
+    def connect(self, receivers: list[int]) -> list[int]:
+        """Send to ``receivers`` from now on. Returns the new ones among those that have a way."""
+        by_medium: dict[Any, list[int]] = {}
+        for receiver in receivers:
+            by_medium.setdefault(self._graph.route(self._source, receiver), []).append(receiver)
+        self._unrouted = by_medium.pop(None, [])
+        self._routes = self._frames(by_medium)
+        old = self._known
+        self._known = [receiver for group in by_medium.values() for receiver in group]
+        return [receiver for receiver in self._known if receiver not in old]
+
+    def _frames(self, by_medium: dict[Medium, list[int]]) -> list[tuple[Medium, tuple[int, ...]]]:
+        if self._broadcast:
+            return [(medium, tuple(group)) for medium, group in by_medium.items()]
+        return [(medium, (receiver,)) for medium, group in by_medium.items() for receiver in group]
+
+    def send(self, message: Message, only: list[int] | None = None) -> None:
+        routes, unrouted = self._routes, self._unrouted
+        if only is not None:
+            kept = [(medium, [receiver for receiver in group if receiver in only])
+                    for medium, group in routes]
+            routes, unrouted = [(medium, tuple(group)) for medium, group in kept if group], []
+        graph, source = self._graph, self._source
+        size_bytes, segments = datagram_frame(message.size_bytes)
+        for medium, group in routes:
+            to = medium.id if self._broadcast else graph.hosts[group[0]].id
+            graph.trace.row(graph.kernel.now_ns, graph.FRAME, source.id, to, message.seq,
+                            size_bytes)
+            self._flying += len(group)
+            medium.transmit(source.index, group, size_bytes, segments, self._broadcast, self,
+                            message)
+        for receiver in unrouted:
+            graph.drop(message, receiver, "no_route")
+
+    def arrived(self, message: Message, receiver: int) -> None:
+        self._flying -= 1
+        self._graph.deliver(message, self._graph.hosts[receiver], message.born_ns, message.born_ns)
+
+    def lost(self, message: Message, receiver: int, reason: str) -> None:
+        self._flying -= 1
+        self._graph.drop(message, receiver, reason, message.born_ns, message.born_ns)
+
+    def missed(self, message: Message, receivers: tuple[int, ...], reason: str,
+               medium: Medium) -> None:
+        """A broadcast did not reach several hosts: one row of the medium's for all of them."""
+        self._flying -= len(receivers)
+        self._graph.miss(message, receivers, reason, medium)
+
+    def close(self, reason: str) -> None:
+        """Nothing waits here, and what is on its way goes on."""
+        self._routes, self._known, self._unrouted = [], [], []
+
+    def waiting(self) -> int:
+        """Receptions under way."""
+        return self._flying

@@ -1,0 +1,26 @@
+"""A network that is never in the way."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from desim import ports
+from desim.units import Duration
+
+
+class Ideal:
+    """Everything arrives after the same time, however much there is."""
+
+    class Params(ports.Params):
+        delay_ns: Duration = Field("0 ns", description="from sending to arrival (ideal: none)")
+
+    reasons = ()
+
+    def __init__(self, params: Params) -> None:
+        self._arrive = ports.Deliver(params.delay_ns)
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+
+    def send(self, frame: ports.Frame) -> None:
+        self._context.settle_many(frame, frame.receivers, self._arrive)
