@@ -20,7 +20,7 @@ _TWO = np.uint64(2)
 _WEYL = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
 _MIX_2 = np.uint64(0x94D049BB133111EB)
-_S11, _S27, _S30, _S31 = np.uint64(11), np.uint64(27), np.uint64(30), np.uint64(31)
+_S12, _S27, _S30, _S31 = np.uint64(12), np.uint64(27), np.uint64(30), np.uint64(31)
 
 
 @njit("f8(f8)", cache=True, inline="always")
@@ -60,8 +60,11 @@ def mix(key, counter):
 
 @njit("f8(u8, u8)", cache=True)
 def uniform(key, counter):
-    """Uniform in (0, 1): number ``counter`` of the sequence ``key``, 53 bits, never 0 or 1."""
-    return (np.float64(mix(key, counter) >> _S11) + 0.5) * (1.0 / 9007199254740992.0)
+    """Uniform in (0, 1): number ``counter`` of the sequence ``key``, never 0 or 1.
+
+    52 bits and a half: with one bit more, the half would round the largest up to 1.
+    """
+    return (np.float64(mix(key, counter) >> _S12) + 0.5) * (1.0 / 4503599627370496.0)
 
 
 @njit("f8(u8, u8)", cache=True)

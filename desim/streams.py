@@ -12,10 +12,16 @@ import hashlib
 
 import numpy as np
 
+from desim.errors import ModelError
 
-def _digest(seed: int, name: tuple) -> bytes:
+
+def _digest(seed: int, use: str, name: tuple) -> bytes:
+    for part in name:
+        if type(part) not in (str, int):
+            raise ModelError(f"a random stream's name consists of str and int, got {part!r} "
+                             f"in {name!r}")
     # repr of the tuple joins injectively: ("a/b", "c") differs from ("a", "b/c"), 3 from "3".
-    return hashlib.sha256(f"{seed}|{name!r}".encode()).digest()
+    return hashlib.sha256(f"{seed}|{use}|{name!r}".encode()).digest()
 
 
 class Streams:
@@ -23,21 +29,26 @@ class Streams:
 
     def __init__(self, seed: int) -> None:
         self.seed = seed
-        self._made: dict[tuple, np.random.Generator] = {}
+        self._made: dict[bytes, np.random.Generator] = {}
 
     def __call__(self, *name: str | int) -> np.random.Generator:
-        """The PCG64 generator of this name; asking again gives the same object."""
-        made = self._made.get(name)
+        """The PCG64 generator of this name; asking again gives the same object.
+
+        Raises ``ModelError`` for a name of anything but str and int, here and below: a numpy
+        integer would compare equal to an int and yet be spelled differently.
+        """
+        digest = _digest(self.seed, "generator", name)
+        made = self._made.get(digest)
         if made is None:
-            words = np.frombuffer(_digest(self.seed, name), dtype="<u4").tolist()
-            made = self._made[name] = np.random.Generator(
+            words = np.frombuffer(digest, dtype="<u4").tolist()
+            made = self._made[digest] = np.random.Generator(
                 np.random.PCG64(np.random.SeedSequence(words)))
         return made
 
     def key(self, *name: str | int) -> int:
         """A 64-bit key for counter-based noise, as an int below 2**64."""
-        return int.from_bytes(_digest(self.seed, ("key", *name))[:8], "little")
+        return int.from_bytes(_digest(self.seed, "key", name)[:8], "little")
 
     def integer(self, below: int, *name: str | int) -> int:
         """One number in [0, below), a pure function of seed and name: start phases, offsets."""
-        return int.from_bytes(_digest(self.seed, ("integer", *name))[:16], "little") % below
+        return int.from_bytes(_digest(self.seed, "integer", name)[:16], "little") % below

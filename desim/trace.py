@@ -17,6 +17,7 @@ from desim.errors import InputError
 
 ROW = np.dtype([("t_ns", "<i8"), ("kind", "<u4"), ("entity", "<u4"),
                 ("a", "<i8"), ("b", "<i8"), ("c", "<i8")])
+_pack = struct.Struct("<qIIqqq").pack  # one ROW
 _BATCH = 1 << 15
 
 
@@ -67,14 +68,17 @@ class Trace:
         self.names = names
         self.rows_written = 0
         self._sink = sink
-        self._buffer: list[tuple] = []
+        self._buffer: list[bytes] = []
         self._whole = hashlib.blake2b(digest_size=16)
         self._by_entity: dict[int, hashlib.blake2b] = {}
 
     def row(self, t_ns: int, kind: int, entity: int, a: int = 0, b: int = 0, c: int = 0) -> None:
-        """Note that at ``t_ns`` a thing of ``kind`` happened to ``entity`` (both name ids)."""
+        """Note that at ``t_ns`` a thing of ``kind`` happened to ``entity`` (both name ids).
+
+        Raises ``struct.error`` for what is no int or does not fit; a float goes through ``bits``.
+        """
         buffer = self._buffer
-        buffer.append((t_ns, kind, entity, a, b, c))
+        buffer.append(_pack(t_ns, kind, entity, a, b, c))
         if len(buffer) >= _BATCH:
             self.flush()
 
@@ -82,10 +86,11 @@ class Trace:
         """Hash, and hand to the sink, what has gathered."""
         if not self._buffer:
             return
-        rows = np.array(self._buffer, dtype=ROW)
+        packed = b"".join(self._buffer)
         self._buffer.clear()
+        self._whole.update(packed)
+        rows = np.frombuffer(packed, dtype=ROW)
         self.rows_written += len(rows)
-        self._whole.update(rows.tobytes())
         order = np.argsort(rows["entity"], kind="stable")
         own = rows[order]
         starts = np.flatnonzero(np.r_[True, own["entity"][1:] != own["entity"][:-1]])

@@ -1,0 +1,24 @@
+"""Shared by all tests: reproducible property tests, and where the reference data lie."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+settings.register_profile("desim", derandomize=True, deadline=None, max_examples=50)
+settings.load_profile("desim")
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    """The root of the checkout."""
+    return Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="session")
+def reference(repository) -> Path:
+    """The folder of reference data beside the checkout; tests that need it are skipped without."""
+    folder = repository.parent / "shared" / "reference"
+    if not folder.is_dir():
+        pytest.skip("the reference data folder is not beside the repository")
+    return folder
