@@ -1,0 +1,39 @@
+"""Counting known cells of a map, tile by tile."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from desim.robot.tiles import CELLS, FREE, OCCUPIED
+
+_FREE, _OCCUPIED = np.int16(FREE), np.int16(OCCUPIED)
+
+
+@njit("void(i2[:, ::1], u1[:, ::1], i4[::1], i4[::1], u1[:, ::1], i4[::1], i8[::1])", cache=True)
+def recount(fused, inside, tiles, known, union, union_known, out):
+    """Count again the cells that ``tiles`` of one robot's map know, and add them to the union.
+
+    fused [T, 1024] log-odds | inside [T, 1024] 1 where a cell counts | tiles [k] changed tiles |
+    known [T] this robot's counts | union [T, 1024] 1 where some robot has known the cell |
+    union_known [T] its counts | out [2] the changes of this robot's total and of the union's
+
+    Three plain loops over 16-bit values: each of them becomes vector instructions.
+    """
+    for k in range(tiles.shape[0]):
+        tile = tiles[k]
+        values, mask, seen = fused[tile], inside[tile], union[tile]
+        own, all_ = np.int16(0), np.int16(0)
+        for cell in range(CELLS):
+            value = values[cell]
+            is_known = np.uint8((value <= _FREE) | (value >= _OCCUPIED))
+            own = np.int16(own + np.int16(mask[cell] & is_known))
+        for cell in range(CELLS):
+            value = values[cell]
+            seen[cell] |= mask[cell] & np.uint8((value <= _FREE) | (value >= _OCCUPIED))
+        for cell in range(CELLS):
+            all_ = np.int16(all_ + np.int16(seen[cell]))
+        out[0] += own - known[tile]
+        out[1] += all_ - union_known[tile]
+        known[tile] = own
+        union_known[tile] = all_

@@ -1,0 +1,197 @@
+"""The monitor: it alone sees the truth. It samples, decides when the run is over, and sums up.
+
+It watches out of band, so that no load on the networks can delay its verdict. First instants (99 %
+of the terrain known, a condition met at an event) come from what happens, not from polling.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from desim.experiment.metrics import EXPLORED, Coverage, Ground, Reached
+from desim.experiment.splits import Splits
+from desim.experiment.traffic import Families, totals
+from desim.kernel import Kernel, Phase
+from desim.middleware.graph import Graph
+from desim.robot.tiles import Belief
+from desim.scenario.expression import compile as compile_expression
+from desim.scenario.schema import Scenario
+from desim.trace import Trace, bits
+from desim.units import NS_PER_S
+
+QUANTITIES = ("time_s", "explored", "explored_union", "explored_all", "collisions", "recoveries",
+              "messages_sent", "messages_delivered", "messages_dropped", "bytes_on_air",
+              "distance_m", "partitions", "robots_moving")
+EVENTS = ("explored_10pct", "collision", "recovery", "partition")
+MOVING_M = 0.05  # who came farther than this within the last second is moving
+
+
+class Monitor:
+    """Watches one run.
+
+    ``robots`` names in index order, ``explorers`` those of them that carry software; each is the
+    name of its host, too. ``poses()`` gives [robots, 3] x m, y m, yaw rad, ``travelled_m()``
+    [robots] m, both true. ``reach_m``: how far two robots hear each other, None for any distance.
+    """
+
+    def __init__(self, kernel: Kernel, trace: Trace, scenario: Scenario, *,
+                 robots: tuple[str, ...], explorers: tuple[str, ...], ground: Ground,
+                 graph: Graph, poses: Callable[[], np.ndarray],
+                 travelled_m: Callable[[], np.ndarray], reach_m: float | None = None) -> None:
+        self.robots, self.explorers, self.ground, self.graph = robots, explorers, ground, graph
+        self.beliefs: dict[str, Belief | None] = dict.fromkeys(explorers)
+        self.families = Families(graph)
+        self.hosts = [graph.host(name) for name in robots]
+        self.splits = Splits(reach_m)
+        self.collisions = 0
+        self.collisions_of = [0] * len(robots)
+        self.recoveries_of = [0] * len(robots)
+        self.stop_reason: str | None = None
+        self.samples: list[dict[str, Any]] = []
+        self.tracks: list[tuple] = []  # (time_ns, poses, known cells, travelled, rx, tx)
+        self._kernel, self._trace, self._stop = kernel, trace, scenario.stop
+        self._poses, self.travelled_m = poses, travelled_m
+        self._measured_on = frozenset(scenario.measure.on)
+        self._condition = (compile_expression(scenario.stop.when, QUANTITIES)
+                           if scenario.stop.when else None)
+        self._causes: list[str] = []
+        self._percent = 0
+        self._moved_m = travelled_m().copy()
+        self._moving = 0
+        self._watch_coverage(scenario)
+        self._name_rows(trace)
+        kernel.ticker(1, Phase.OBSERVE, self._entity, self._each_second)
+        kernel.ticker(Fraction(NS_PER_S, scenario.measure.every_ns), Phase.OBSERVE, self._entity,
+                      lambda k: self._sample("period"))
+
+    def _watch_coverage(self, scenario: Scenario) -> None:
+        self._explorers = np.array([self.robots.index(name) for name in self.explorers], np.int64)
+        self.coverage = Coverage(self.ground, self.explorers, self._learned)
+        count = len(self.explorers)
+        self.explored = Reached(self.coverage.cells_for(EXPLORED), count)
+        self._enough = Reached(self.coverage.cells_for(scenario.stop.explored), count)
+
+    def _name_rows(self, trace: Trace) -> None:
+        self._entity = trace.names.id("monitor")
+        self._robot_ids = [trace.names.id(name) for name in self.robots]
+        self._kind = {kind: trace.names.id(kind) for kind in (
+            "sample", "sample_traffic", "sample_motion", "pose", "partition", "stop")}
+
+    # ------------------------------------------------------------------------- what happens
+
+    def watch(self, robot: str, belief: Belief | None) -> None:
+        """``robot`` has a fresh belief (its software started), or none (its host stopped)."""
+        i = self.explorers.index(robot)
+        self.beliefs[robot] = belief
+        self.coverage.restart(i)
+        if belief is not None:
+            belief.observers.append(self.coverage.observer(i))
+
+    def collided(self, robot: int, other: int) -> None:
+        """A collision episode of ``robot`` with robot ``other``, or with a wall (-1), began."""
+        self.collisions += 1
+        self.collisions_of[robot] += 1
+        if other >= 0:
+            self.collisions_of[other] += 1
+        self._happened("collision")
+
+    def recovered(self, robot: int) -> None:
+        """``robot`` started a recovery."""
+        self.recoveries_of[robot] += 1
+        self._happened("recovery")
+
+    def _learned(self, i: int) -> None:
+        coverage, now_ns = self.coverage, self._kernel.now_ns
+        known, union = coverage.known[i], coverage.union_known
+        self.explored.look(i, known, union, now_ns)
+        self._enough.look(i, known, union, now_ns)
+        if self.stop_reason is None and self._enough.first_ns[self._stop.by] is not None:
+            self._end("explored")
+        percent = int(100 * coverage.share(known))
+        if percent > self._percent:
+            before, self._percent = self._percent, percent
+            self._happened("explored_10pct" if percent // 10 > before // 10 else "explored_1pct")
+
+    def _happened(self, event: str) -> None:
+        # Looked at once, when the instant's other phases are complete.
+        if not self._causes:
+            self._kernel.after(0, Phase.OBSERVE, self._entity, self._look)
+        if event not in self._causes:
+            self._causes.append(event)
+
+    def _look(self, _: Any) -> None:
+        causes, self._causes = self._causes, []
+        measured = [cause for cause in causes if cause in self._measured_on]
+        if measured:
+            self._sample("+".join(measured))
+        elif self._condition is not None:
+            self._judge(self.quantities())
+
+    # ----------------------------------------------------------------------------- sampling
+
+    def quantities(self) -> dict[str, float]:
+        """The present values of ``QUANTITIES``, as expressions see them."""
+        coverage, traffic = self.coverage, totals(self.graph)
+        return {
+            "time_s": self._kernel.now_ns / NS_PER_S,
+            "explored": coverage.share(max(coverage.known, default=0)),
+            "explored_union": coverage.share(coverage.union_known),
+            "explored_all": coverage.share(min(coverage.known, default=0)),
+            "collisions": self.collisions,
+            "recoveries": sum(self.recoveries_of),
+            "messages_sent": traffic.sent,
+            "messages_delivered": traffic.delivered,
+            "messages_dropped": sum(traffic.dropped.values()),
+            "bytes_on_air": traffic.bytes_on_air,
+            "distance_m": math.fsum(self.travelled_m().tolist()),
+            "partitions": self.splits.count,
+            "robots_moving": self._moving,
+        }
+
+    def finish(self) -> None:
+        """The run is over, for whatever reason: take the last sample, close what is open."""
+        self.splits.close(self._kernel.now_ns)
+        self._sample("end")
+        if self.stop_reason is None:
+            self.stop_reason = "elapsed"
+
+    def _sample(self, cause: str) -> None:
+        values = self.quantities()
+        now_ns, row, kind = self._kernel.now_ns, self._trace.row, self._kind
+        row(now_ns, kind["sample"], self._entity, bits(values["explored"]),
+            bits(values["explored_union"]), bits(values["explored_all"]))
+        row(now_ns, kind["sample_traffic"], self._entity, values["messages_sent"],
+            values["messages_delivered"], values["bytes_on_air"])
+        row(now_ns, kind["sample_motion"], self._entity, values["collisions"],
+            values["recoveries"], bits(values["distance_m"]))
+        self.samples.append({**values, "cause": cause, "bytes": self.families.bytes()})
+        self._judge(values)
+
+    def _judge(self, values: dict[str, float]) -> None:
+        if self._condition is not None and self.stop_reason is None and self._condition(values):
+            self._end(f"condition: {self._stop.when}")
+
+    def _end(self, reason: str) -> None:
+        self.stop_reason = reason
+        self._trace.row(self._kernel.now_ns, self._kind["stop"], self._entity)
+        self._kernel.stop()
+
+    def _each_second(self, _: int) -> None:
+        now_ns, row, pose_kind = self._kernel.now_ns, self._trace.row, self._kind["pose"]
+        poses, travelled_m = self._poses().copy(), self.travelled_m().copy()
+        as_bits = poses.view(np.int64).tolist()
+        for entity, (x, y, yaw) in zip(self._robot_ids, as_bits, strict=True):
+            row(now_ns, pose_kind, entity, x, y, yaw)
+        self._moving = int(np.count_nonzero(travelled_m - self._moved_m > MOVING_M))
+        self._moved_m = travelled_m
+        self.tracks.append((now_ns, poses, tuple(self.coverage.known), travelled_m,
+                            [host.rx_bytes for host in self.hosts],
+                            [host.tx_bytes for host in self.hosts]))
+        if self.splits.look(now_ns, poses[self._explorers, :2]):
+            row(now_ns, self._kind["partition"], self._entity, self.splits.parts)
+            self._happened("partition")
