@@ -73,7 +73,8 @@ def _nothing(_: Any) -> None:
 class Ticker:
     """The k-th tick of an f Hz timer is at ``start + k * 10**9 // f``: exact, never drifting."""
 
-    __slots__ = ("_kernel", "_num", "_den", "_phase", "_entity", "_fn", "_start_ns", "_k", "_call")
+    __slots__ = ("_kernel", "_num", "_den", "_phase", "_entity", "_fn", "_start_ns", "_k",
+                 "_due_ns", "_call")
 
     def __init__(self, kernel: Kernel, frequency_hz: Fraction | int, phase: Phase, entity: int,
                  fn: Callable[[int], Any], start_ns: int) -> None:
@@ -83,7 +84,7 @@ class Ticker:
         self._kernel = kernel
         self._num, self._den = frequency_hz.numerator, frequency_hz.denominator
         self._phase, self._entity, self._fn = phase, entity, fn
-        self._start_ns = start_ns
+        self._start_ns = self._due_ns = start_ns
         self._k = 0
         self._call = kernel.at(start_ns, phase, entity, self._tick)
 
@@ -94,9 +95,11 @@ class Ticker:
     def _tick(self, _: Any) -> None:
         k = self._k
         self._k = k + 1
+        now_ns = self._due_ns
+        self._due_ns = self.time_ns(k + 1)
         # The next tick is booked first, so that the callback may cancel it.
-        self._call = self._kernel.after(self.time_ns(k + 1) - self.time_ns(k),
-                                        self._phase, self._entity, self._tick)
+        self._call = self._kernel.after(self._due_ns - now_ns, self._phase, self._entity,
+                                        self._tick)
         self._fn(k)
 
     def cancel(self) -> None:

@@ -1,0 +1,173 @@
+"""How fast desim is on this machine: `python tools/bench.py [--json] [kernel laser scenarios w]`.
+
+Every figure is CPU time of one core after compilation; the best of several runs where runs are
+short, for other processes on the machine can only slow a run down.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+
+import simpy
+from rich.console import Console
+from rich.table import Table
+
+from desim.kernel import Kernel, Phase, pair
+
+Row = dict[str, object]
+
+
+def machine() -> Row:
+    """What the figures were measured on."""
+    cpu = platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        models = [line.partition(":")[2].strip() for line in info.read_text().splitlines()
+                  if line.startswith("model name")]
+        cpu = models[0] if models else cpu
+    packages = {name: version(name) for name in ("desim", "simpy", "numpy", "numba")}
+    return {"cpu": cpu, "cores": os.cpu_count(), "system": platform.platform(),
+            "python": platform.python_version(), **packages}
+
+
+def fastest(run: Callable[[], float], times: int) -> float:
+    """The least of the CPU times that ``run`` returns."""
+    return min(run() for _ in range(times))
+
+
+# ------------------------------------------------------------------------------------------ kernel
+
+EVENTS = 200_000
+
+
+def _simpy_timeouts() -> float:
+    env, left = simpy.Environment(initial_time=0), EVENTS
+
+    def fire(_):
+        nonlocal left
+        left -= 1
+        if left:
+            env.timeout(1).callbacks.append(fire)
+
+    env.timeout(1).callbacks.append(fire)
+    start = time.process_time()
+    env.run()
+    return time.process_time() - start
+
+
+def _simpy_process() -> float:
+    env = simpy.Environment(initial_time=0)
+
+    def life():
+        for _ in range(EVENTS):
+            yield env.timeout(1)
+
+    env.process(life())
+    start = time.process_time()
+    env.run()
+    return time.process_time() - start
+
+
+def _kernel_calls() -> float:
+    kernel, left, entity = Kernel(), EVENTS, pair(2**32 - 5, 2**31)
+
+    def fire(_):
+        nonlocal left
+        left -= 1
+        if left:
+            kernel.after(1, Phase.CONTROL, entity, fire)
+
+    kernel.after(1, Phase.CONTROL, entity, fire)
+    start = time.process_time()
+    kernel.run(EVENTS)
+    return time.process_time() - start
+
+
+def _kernel_process() -> float:
+    kernel = Kernel()
+
+    def life():
+        for _ in range(EVENTS):
+            yield 1
+
+    kernel.process(life(), Phase.CONTROL, 0)
+    start = time.process_time()
+    kernel.run(EVENTS)
+    return time.process_time() - start
+
+
+def _kernel_tickers() -> float:
+    kernel, robots = Kernel(), 1000
+
+    def tick(k):
+        pass
+
+    for robot in range(robots):
+        kernel.ticker(10, Phase.CONTROL, robot, tick, start_ns=robot * 10**5)
+    start = time.process_time()
+    kernel.run(EVENTS // robots * 10**8 - 1)
+    return time.process_time() - start
+
+
+def kernel() -> list[Row]:
+    """Events per second beside bare SimPy, taken in turns in the same run."""
+    runs = {"SimPy: Timeout with a callback": _simpy_timeouts,
+            "SimPy: one process yielding timeouts": _simpy_process,
+            "desim: callback with its key": _kernel_calls,
+            "desim: one generator process": _kernel_process,
+            "desim: 1000 tickers": _kernel_tickers}
+    best = dict.fromkeys(runs, float("inf"))
+    for _ in range(7):
+        for name, run in runs.items():
+            best[name] = min(best[name], run())
+    bare = best["SimPy: Timeout with a callback"]
+    return [{"what": name, "Mevents/s": round(EVENTS / cpu_s / 1e6, 3),
+             "of bare SimPy": round(bare / cpu_s, 2)} for name, cpu_s in best.items()]
+
+
+# ------------------------------------------------------------------------------------------ report
+
+PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel}
+
+
+def show(title: str, rows: list[Row]) -> None:
+    """One part as a table."""
+    table = Table(title=title, title_justify="left")
+    for column in rows[0]:
+        table.add_column(column, justify="left" if column == "what" else "right")
+    for row in rows:
+        table.add_row(*(str(value) for value in row.values()))
+    Console(width=120).print(table)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("parts", nargs="*", metavar="part",
+                        help=f"of {', '.join(PARTS)}; default: all")
+    parser.add_argument("--json", action="store_true", help="JSON instead of tables")
+    arguments = parser.parse_args()
+    unknown = sorted(name for name in arguments.parts if name not in PARTS)
+    if unknown:
+        parser.error(f"unknown part {', '.join(unknown)}; known: {', '.join(PARTS)}")
+    result: dict[str, object] = {"machine": machine()}
+    for name in arguments.parts or PARTS:
+        result[name] = rows = PARTS[name]()
+        if not arguments.json:
+            show((PARTS[name].__doc__ or name).splitlines()[0], rows)
+    if arguments.json:
+        json.dump(result, sys.stdout, indent=2)
+        print()
+    else:
+        print(", ".join(f"{key} {value}" for key, value in result["machine"].items()))
+
+
+if __name__ == "__main__":
+    main()
