@@ -1,0 +1,49 @@
+"""An access link per host, and nothing but free capacity behind it."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from desim import ports
+from desim.units import NS_PER_S, BitRate, ByteSize, Duration, airtime_ns
+
+
+class Link:
+    """Each host has its own full-duplex link of ``rate`` and ``latency`` with a drop-tail queue.
+
+    delay = wait behind the sender's own earlier frames + size * 8 / rate + latency. Receiving is
+    free: where several senders meet at one receiver's port, ``switch`` is the model. A broadcast
+    takes the link once and is copied behind it.
+    """
+
+    class Params(ports.Params):
+        rate_bps: BitRate = Field("100 Mb/s", description="(Fast Ethernet)")
+        latency_ns: Duration = Field("0 ns", description="one way, after the last bit was sent "
+                                                         "(none)")
+        queue_bytes: ByteSize = Field(
+            "64 MB", description="what may wait before the link; the send buffers of a host's "
+                                 "sockets (Linux: up to 4 MB each) stand here too (room for 16)")
+
+    reasons = ("queue_full",)
+
+    def __init__(self, params: Params) -> None:
+        self._rate_bps = params.rate_bps
+        self._latency_ns = params.latency_ns
+        self._queue_bytes = params.queue_bytes
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+        self._free_ns = [0] * len(hosts)
+
+    def send(self, frame: ports.Frame) -> None:
+        context, size_bytes = self._context, frame.size_bytes
+        now_ns = context.now_ns
+        begin_ns = max(now_ns, self._free_ns[frame.source])
+        waiting_bytes = (begin_ns - now_ns) * self._rate_bps // (8 * NS_PER_S)
+        if waiting_bytes and waiting_bytes + size_bytes > self._queue_bytes:
+            context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
+            return
+        end_ns = begin_ns + airtime_ns(size_bytes, self._rate_bps)
+        self._free_ns[frame.source] = end_ns
+        context.settle_many(frame, frame.receivers,
+                            ports.Deliver(end_ns - now_ns + self._latency_ns))

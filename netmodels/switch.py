@@ -1,0 +1,224 @@
+"""A store-and-forward Ethernet switch: full-duplex ports of one rate, a finite queue at each exit.
+
+A train of packets (transmission time T, first packet t) is pipelined: its first packet goes on
+while the second comes in, so that a lone train arrives T + t + 2 propagation after its sending.
+
+At the sender's port trains go one after another; a single packet goes between two packets of the
+train under way, and before the trains that wait (as fq_codel serves sparse flows, RFC 8290).
+
+At an exit trains that come in together are interleaved: the queue is a fluid one. A train puts its
+first packet there at once and pours the rest in at line rate; the queue pours out at line rate, in
+order of arrival. Fluid and packets differ by less than one packet of each train that is coming in,
+hence so do the arrivals, and no more trains come in at once than there are ports. ``per_segment``
+sends packet by packet instead, without that error, for an event and more a packet.
+"""
+
+from __future__ import annotations
+
+from heapq import heappop, heappush
+from typing import NamedTuple
+
+from pydantic import Field
+
+from desim import ports
+from desim.errors import InputError, did_you_mean
+from desim.units import BitRate, ByteSize, Duration, airtime_ns
+
+GAP_BYTES = 8 + 12  # IEEE 802.3: preamble with start delimiter, and the interframe gap
+FULL_BYTES = 1518  # IEEE 802.3: 1500 B payload, 14 B header, 4 B check sequence
+
+
+class Exit:
+    """The queue of one port towards its host, in ns of transmission. Asked in order of time."""
+
+    __slots__ = ("_limit_ns", "_at_ns", "_work_ns", "_trains", "_changes", "_full_at_ns")
+
+    def __init__(self, limit_ns: int) -> None:
+        self._limit_ns = limit_ns
+        self._at_ns = self._work_ns = 0
+        self._trains = 0  # coming in
+        self._changes: list[tuple[int, int, int]] = []  # heap of when, trains, work
+        self._full_at_ns = -1
+
+    def packet(self, now_ns: int, wire_ns: int) -> int | None:
+        """When a packet that is here now will have left; None if it finds the queue full."""
+        self._run(now_ns)
+        if self._work_ns and self._work_ns + wire_ns > self._limit_ns:
+            return None
+        self._work_ns += wire_ns
+        return now_ns + self._work_ns
+
+    def announce(self, first_ns: int, last_ns: int, packet_ns: int) -> None:
+        """A train's first packet will be here at ``first_ns``, its last one at ``last_ns``."""
+        heappush(self._changes, (first_ns, 1, packet_ns))
+        heappush(self._changes, (last_ns, -1, 0))
+
+    def train(self, first_ns: int, now_ns: int) -> int | None:
+        """When the train whose last packet is here now will have left; None if the queue was full
+        while it came in."""
+        self._run(now_ns)
+        return None if self._full_at_ns >= first_ns else now_ns + self._work_ns
+
+    def _run(self, now_ns: int) -> None:
+        changes = self._changes
+        while changes and changes[0][0] <= now_ns:
+            time_ns, trains, work_ns = heappop(changes)
+            self._pour(time_ns)
+            self._trains += trains
+            self._work_ns += work_ns
+        self._pour(now_ns)
+
+    def _pour(self, until_ns: int) -> None:
+        work_ns = self._work_ns + (self._trains - 1) * (until_ns - self._at_ns)
+        if work_ns > self._limit_ns and self._trains > 1:
+            work_ns = max(self._work_ns, self._limit_ns)
+            self._full_at_ns = until_ns
+        self._work_ns = work_ns if work_ns > 0 else 0
+        self._at_ns = until_ns
+
+
+class Crossing(NamedTuple):
+    """A packet or train on its way into the switch: its exits, each with the receivers behind."""
+
+    frame: ports.Frame
+    exits: dict[int, list[int]]
+    first_ns: int  # its first packet is in the switch
+    wire_ns: int  # transmission time of a single packet
+
+
+def segment_sizes(size_bytes: int, segments: int) -> list[int]:
+    """The packets of a train: full ones and a rest where that fits, else as equal as can be."""
+    rest = size_bytes - (segments - 1) * FULL_BYTES
+    if 0 < rest <= FULL_BYTES:
+        return [FULL_BYTES] * (segments - 1) + [rest]
+    each, longer = divmod(size_bytes, segments)
+    return [each + 1] * longer + [each] * (segments - longer)
+
+
+class Switch:
+    """Hosts that share a port (virtual machines on one node) share its rate in both directions;
+    what they say to each other stays inside the node. A broadcast is copied to the exits of its
+    receivers only."""
+
+    class Params(ports.Params):
+        rate_bps: BitRate = Field("1 Gb/s", description="of every port (the paper: Gigabit)")
+        propagation_ns: Duration = Field("500 ns", description="of one cable (100 m at 2e8 m/s)")
+        queue_bytes: ByteSize = Field("4 MB", description="packet buffer of an exit (access "
+                                                          "switches have some megabytes)")
+        ports: dict[str, list[str]] = Field({}, description="port name to the hosts that share it; "
+                                                            "all others have one each (none)")
+        local_latency_ns: Duration = Field("0 ns", description="between hosts of one port (the "
+                                                               "paper does not say)")
+        per_segment: bool = Field(False, description="packet by packet instead of trains (slow)")
+
+    reasons = ("queue_full",)
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+        self._rate_bps = params.rate_bps
+        self._propagation_ns = params.propagation_ns
+        self._full_ns = self._wire_ns(FULL_BYTES, 1)
+        self._lost: set[tuple[int, int]] = set()  # (frame id, exit) of trains that lost a packet
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+        self._port = _assign(self._params.ports, hosts)
+        count = max(self._port, default=0) + 1
+        self._trains_free_ns = [0] * count
+        self._packets_free_ns = [0] * count
+        limit_ns = airtime_ns(self._params.queue_bytes, self._rate_bps)
+        self._exits = [Exit(limit_ns) for _ in range(count)]
+
+    def send(self, frame: ports.Frame) -> None:
+        port_of = self._port
+        port = port_of[frame.source]
+        exits: dict[int, list[int]] = {}
+        for receiver in frame.receivers:
+            exits.setdefault(port_of[receiver], []).append(receiver)
+        if port in exits:
+            self._context.settle_many(frame, exits.pop(port),
+                                      ports.Deliver(self._params.local_latency_ns))
+        if not exits:
+            return
+        if frame.segments == 1:
+            self._send_packet(frame, port, exits)
+        elif self._params.per_segment:
+            self._send_segments(frame, port, exits)
+        else:
+            self._send_train(frame, port, exits)
+
+    def _send_packet(self, frame: ports.Frame, port: int, exits: dict[int, list[int]]) -> None:
+        now_ns = self._context.now_ns
+        wire_ns = self._wire_ns(frame.size_bytes, 1)
+        begin_ns = max(now_ns, self._packets_free_ns[port])
+        if self._trains_free_ns[port] > begin_ns:
+            begin_ns = min(begin_ns + self._full_ns, self._trains_free_ns[port])
+            self._trains_free_ns[port] += wire_ns
+        end_ns = self._packets_free_ns[port] = begin_ns + wire_ns
+        in_ns = end_ns + self._propagation_ns
+        self._context.at(in_ns, self._cross, Crossing(frame, exits, in_ns, wire_ns))
+
+    def _send_train(self, frame: ports.Frame, port: int, exits: dict[int, list[int]]) -> None:
+        begin_ns = self._begin_train(port)
+        end_ns = begin_ns + self._wire_ns(frame.size_bytes, frame.segments)
+        self._trains_free_ns[port] = end_ns
+        packet_ns = self._wire_ns(segment_sizes(frame.size_bytes, frame.segments)[0], 1)
+        first_ns = begin_ns + packet_ns + self._propagation_ns
+        last_ns = end_ns + self._propagation_ns
+        for exit_ in exits:
+            self._exits[exit_].announce(first_ns, last_ns, packet_ns)
+        self._context.at(last_ns, self._cross, Crossing(frame, exits, first_ns, 0))
+
+    def _send_segments(self, frame: ports.Frame, port: int, exits: dict[int, list[int]]) -> None:
+        end_ns = self._begin_train(port)
+        first_ns = None
+        sizes = segment_sizes(frame.size_bytes, frame.segments)
+        for number, size_bytes in enumerate(sizes, 1):
+            wire_ns = self._wire_ns(size_bytes, 1)
+            end_ns += wire_ns
+            in_ns = end_ns + self._propagation_ns
+            first_ns = first_ns or in_ns
+            self._context.at(in_ns, self._cross if number == len(sizes) else self._cross_segment,
+                             Crossing(frame, exits, first_ns, wire_ns))
+        self._trains_free_ns[port] = end_ns
+
+    def _cross(self, crossing: Crossing) -> None:
+        """The last packet is in the switch."""
+        context = self._context
+        now_ns = context.now_ns
+        frame, exits, first_ns, wire_ns = crossing
+        for exit_, receivers in exits.items():
+            queue = self._exits[exit_]
+            end_ns = queue.packet(now_ns, wire_ns) if wire_ns else queue.train(first_ns, now_ns)
+            if end_ns is None or (frame.id, exit_) in self._lost:
+                self._lost.discard((frame.id, exit_))
+                verdict = ports.Drop("queue_full")
+            else:
+                verdict = ports.Deliver(end_ns - now_ns + self._propagation_ns)
+            context.settle_many(frame, receivers, verdict)
+
+    def _cross_segment(self, crossing: Crossing) -> None:
+        """A packet of a train, not its last, is in the switch."""
+        for exit_ in crossing.exits:
+            if self._exits[exit_].packet(self._context.now_ns, crossing.wire_ns) is None:
+                self._lost.add((crossing.frame.id, exit_))
+
+    def _begin_train(self, port: int) -> int:
+        return max(self._context.now_ns, self._trains_free_ns[port], self._packets_free_ns[port])
+
+    def _wire_ns(self, size_bytes: int, segments: int) -> int:
+        return airtime_ns(size_bytes + segments * GAP_BYTES, self._rate_bps)
+
+
+def _assign(shared: dict[str, list[str]], hosts: tuple[str, ...]) -> list[int]:
+    """Host index to port number. Raises ``InputError`` for unknown hosts and those named twice."""
+    port_of: dict[str, int] = {}
+    for number, (port, members) in enumerate(shared.items()):
+        for host in members:
+            if host not in hosts:
+                raise InputError(f"switch port {port!r}: no host {host!r}"
+                                 f"{did_you_mean(host, hosts)}")
+            if host in port_of:
+                raise InputError(f"switch port {port!r}: host {host!r} has a port already")
+            port_of[host] = number
+    return [port_of.setdefault(host, len(shared) + index) for index, host in enumerate(hosts)]
