@@ -8,6 +8,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from desim.errors import InputError, did_you_mean
+from desim.ports import Params
 
 GROUPS = {
     "network": "desim.networks",
@@ -33,15 +34,25 @@ def load(kind: str, name: str) -> Any:
     Raises ``InputError`` that says what is known, or why the import failed.
     """
     if ":" in name:
-        return _import(kind, name)
+        return imported(kind, name)
     points = available(kind)
     if name not in points:
         raise InputError(f"unknown {kind} {name!r}{did_you_mean(name, points)}; known: "
                          f"{', '.join(points) or 'none'}, or a dotted path 'package.module:Class'")
-    return points[name].load()
+    return imported(kind, points[name].value)
 
 
-def _import(kind: str, path: str) -> Any:
+def parameters(kind: str, name: str) -> type[Params]:
+    """The parameter block of the plug-in called ``name``. Raises ``InputError``."""
+    block = getattr(load(kind, name), "Params", None)
+    if not (isinstance(block, type) and issubclass(block, Params)):
+        raise InputError(f"the {kind} {name!r} has no class Params, a desim.ports.Params: it is "
+                         "not a plug-in for this place")
+    return block
+
+
+def imported(kind: str, path: str) -> Any:
+    """What ``package.module:name`` names. Raises ``InputError`` that says why it does not."""
     module, _, attribute = path.partition(":")
     try:
         return getattr(importlib.import_module(module), attribute)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from desim.ports import Params
+from desim.scenario.choice import by_shape
 from desim.units import Duration, Length, Position, Speed
+
+BUILT_IN_TERRAINS = ("loop", "cross", "zigzag", "maze")  # the paper's four
 
 
 class MapFile(Params):
@@ -21,10 +26,10 @@ class MapFile(Params):
 class Rectangle(Params):
     """A solid block."""
 
-    x_m: tuple[Position, Position]
-    y_m: tuple[Position, Position]
+    x_m: tuple[Position, Position] = Field(description="from, to")
+    y_m: tuple[Position, Position] = Field(description="from, to")
     material: str = Field("concrete", description="what it is made of, for the radio")
-    height_m: Length = Field("2 m", description="(the paper: obstacles 2 m high)")
+    height_m: Length = Field("2 m", gt=0, description="(the paper: obstacles 2 m high)")
 
 
 class Wall(Params):
@@ -33,29 +38,29 @@ class Wall(Params):
 
     start_m: tuple[Position, Position] = Field(alias="from")
     end_m: tuple[Position, Position] = Field(alias="to")
-    material: str = "concrete"
+    material: str = Field("concrete", description="what it is made of, for the radio")
     thickness_m: Length = Field("0.2 m", description="(one cell of the paper's maps)")
-    height_m: Length = "2 m"
+    height_m: Length = Field("2 m", gt=0, description="(the paper)")
 
 
 class Drawing(Params):
-    """Terrain drawn with characters, rows from the top. ``lines``: posts '+', walls '--' and '|'
+    """Terrain drawn with characters, rows from the top. ``walls``: posts '+', walls '--' and '|'
     between cells of ``cell`` size (as the paper's maze); or blocks: '#' solid, anything else free.
     """
 
-    lines: list[str]
-    cell_m: Length = Field("8 m", description="(the paper: roads 8 m wide)")
-    style: str = Field("walls", pattern="^(walls|blocks)$")
-    material: str = "concrete"
-    height_m: Length = "2 m"
+    lines: tuple[str, ...] = Field(min_length=1)
+    cell_m: Length = Field("8 m", gt=0, description="(the paper: roads 8 m wide)")
+    style: Literal["walls", "blocks"] = "walls"
+    material: str = Field("concrete", description="what it is made of, for the radio")
+    height_m: Length = Field("2 m", gt=0, description="(the paper)")
 
 
 class Shape(Params):
     """A terrain written out in the scenario. Its bounds are walls."""
 
     size_m: tuple[Length, Length] = Field(description="width and depth, centred on the origin")
-    rectangles: list[Rectangle] = []
-    walls: list[Wall] = []
+    rectangles: tuple[Rectangle, ...] = ()
+    walls: tuple[Wall, ...] = ()
     drawing: Drawing | None = None
 
 
@@ -64,26 +69,25 @@ class Door(Params):
 
     start_m: tuple[Position, Position] = Field(alias="from")
     end_m: tuple[Position, Position] = Field(alias="to")
-    open_ns: list[tuple[Duration, Duration]] = Field(
-        [], description="intervals [from, to) of simulated time in which the door stands open")
-    material: str = "wood"
+    open_ns: tuple[tuple[Duration, Duration], ...] = Field((), description=(
+        "intervals [from, to) of simulated time in which the door stands open, in order"))
+    material: str = Field("wood", description="what it is made of, for the radio")
     thickness_m: Length = "0.05 m"
-    height_m: Length = "2 m"
+    height_m: Length = Field("2 m", gt=0)
 
 
 class MovingObstacle(Params):
     """A disc that drives along way points, there and back."""
 
-    path_m: list[tuple[Position, Position]] = Field(min_length=2)
-    speed_mps: Speed = Field("0.5 m/s", description="(a slow walk)")
-    radius_m: Length = "0.3 m"
+    path_m: tuple[tuple[Position, Position], ...] = Field(min_length=2)
+    speed_mps: Speed = Field("0.5 m/s", gt=0, description="(a slow walk)")
+    radius_m: Length = Field("0.3 m", gt=0)
 
 
 class Environment(Params):
     """Where the fleet is."""
 
-    terrain: str | MapFile | Shape = Field(
-        "maze", description="loop, cross, zigzag, maze (the paper's four), a map_server YAML, "
-                            "or a shape written out")
-    doors: list[Door] = []
-    moving_obstacles: list[MovingObstacle] = []
+    terrain: by_shape(str, MapFile, Shape) = Field("maze", description=(
+        "loop, cross, zigzag, maze (the paper's four), a map_server YAML, or a shape written out"))
+    doors: tuple[Door, ...] = ()
+    moving_obstacles: tuple[MovingObstacle, ...] = ()

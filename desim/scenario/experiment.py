@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from desim.ports import Params
-from desim.units import Duration, Ratio
+from desim.units import Period, Ratio
+
+# What the monitor offers to expressions.
+QUANTITIES = (
+    "time_s", "explored", "explored_union", "explored_all", "collisions", "recoveries",
+    "messages_sent", "messages_delivered", "messages_dropped", "bytes_on_air", "distance_m",
+    "partitions", "robots_moving",
+)
 
 
 class Stop(Params):
@@ -13,25 +22,24 @@ class Stop(Params):
 
     explored: Ratio = Field("99 %", description="share of the reachable free cells that some "
                                                 "robot's own belief knows (the paper)")
-    by: str = Field("any", pattern="^(any|union|all)$",
-                    description="whose knowledge counts: any one robot's (the paper), the union, "
-                                "or all robots'")
-    elapsed_ns: Duration = Field("2000 s", description="(the paper)")
-    when: str | None = Field(None, description="an expression over the monitor's quantities, e.g. "
-                                               "'explored > 0.9 and collisions == 0'")
+    by: Literal["any", "union", "all"] = Field("any", description=(
+        "whose knowledge counts: any one robot's (the paper), the union, or all robots'"))
+    elapsed_ns: Period = Field("2000 s", description="(the paper)")
+    when: str | None = Field(None, description=(
+        "an expression over the monitor's quantities, e.g. 'explored > 0.9 and collisions == 0', "
+        "or a function 'package.module:function' of a mapping of them"))
 
 
 class Measure(Params):
     """What the monitor samples."""
 
-    every_ns: Duration = Field("5 s", description="period of samples (the paper's robot log)")
-    on: list[str] = Field([], description="events that also cause a sample: explored_10pct, "
-                                          "collision, recovery, partition")
+    every_ns: Period = Field("5 s", description="period of samples (the paper's robot log)")
+    on: tuple[Literal["explored_10pct", "collision", "recovery", "partition"], ...] = Field(
+        (), description="events that also cause a sample")
 
 
 class TraceParams(Params):
     """What is kept of the trace; the digest is the same either way."""
 
-    keep: str = Field("messages", pattern="^(none|messages|all)$",
-                      description="none; messages: one row a message between hosts; all: every "
-                                  "trace row too")
+    keep: Literal["none", "messages", "all"] = Field("messages", description=(
+        "none; messages: one row a message between hosts; all: every trace row too"))

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from desim.ports import Params
+from desim.scenario.choice import by_shape
+from desim.scenario.communication import Name
 from desim.units import (
     Acceleration,
     Angle,
@@ -20,19 +24,24 @@ from desim.units import (
 class BodyType(Params):
     """A kind of robot body."""
 
-    drive: str = Field("differential", pattern="^(differential|holonomic)$",
-                       description="differential or holonomic")
-    radius_m: Length = Field("0.26 m", description="circle around the footprint (Pioneer 3-DX: "
-                                                 "0.455 m x 0.381 m, circumscribed 0.26 m)")
-    height_m: Length = Field("0.24 m", description="(Pioneer 3-DX data sheet: 23.7 cm)")
-    max_speed_mps: Speed = Field("1.2 m/s", description="(the paper; Pioneer 3-DX data sheet)")
-    max_turn_radps: AngularSpeed = Field("5.24 rad/s", description="(the paper; 300 deg/s)")
-    acceleration_mps2: Acceleration = Field("2.5 m/s^2", description="(TrajectoryPlannerROS acc_lim_x)")
+    drive: Literal["differential", "holonomic"] = "differential"
+    radius_m: Length = Field("0.26 m", gt=0, description=(
+        "circle around the footprint (Pioneer 3-DX: 0.455 m x 0.381 m, circumscribed 0.26 m)"))
+    height_m: Length = Field("0.24 m", gt=0, description="(Pioneer 3-DX data sheet: 23.7 cm)")
+    max_speed_mps: Speed = Field("1.2 m/s", gt=0, description="(the paper; Pioneer 3-DX data sheet)")
+    max_turn_radps: AngularSpeed = Field("5.24 rad/s", gt=0, description="(the paper; 300 deg/s)")
+    acceleration_mps2: Acceleration = Field("2.5 m/s^2",
+                                            description="(TrajectoryPlannerROS acc_lim_x)")
     turn_acceleration_radps2: AngularAcceleration = Field(
         "3.2 rad/s^2", description="(TrajectoryPlannerROS acc_lim_theta)")
-    command_timeout_ns: Duration = Field(
-        "0.5 s", description="the base stops when no command came for so long "
-                             "(diff_drive_controller cmd_vel_timeout)")
+    command_timeout_ns: Duration = Field("0.5 s", description=(
+        "the base stops when no command came for so long (diff_drive_controller cmd_vel_timeout)"))
+
+
+BUILT_IN_TYPES = {
+    "pioneer3dx": BodyType(),
+    "holonomic": BodyType(drive="holonomic"),
+}
 
 
 class Group(Params):
@@ -46,7 +55,7 @@ class StartLine(Params):
     """Robots in a row: the i-th starts at ``from + i * step``."""
 
     origin_m: tuple[Position, Position] = Field(("-38 m", "38 m"), alias="from",
-                                              description="(the paper: x = -38 m, y = 38 m)")
+                                                description="(the paper: x = -38 m, y = 38 m)")
     step_m: tuple[Position, Position] = Field(("0 m", "-2 m"), description="(the paper: 2 m apart)")
     heading_rad: Angle = Field("0 rad", description="(the paper does not say)")
     snap: bool = Field(False, description="move a start inside a wall to the nearest free pose")
@@ -55,6 +64,8 @@ class StartLine(Params):
 class StartPose(Params):
     """One robot's start."""
 
+    name: Name | None = Field(None, description=(
+        "the robot's name; all poses have one, or none has and the i-th is that of robot_i"))
     x_m: Position
     y_m: Position
     heading_rad: Angle = "0 rad"
@@ -63,22 +74,24 @@ class StartPose(Params):
 class StartList(Params):
     """Robots at given poses."""
 
-    poses: list[StartPose] = Field(min_length=1)
+    poses: tuple[StartPose, ...] = Field(min_length=1)
     snap: bool = False
 
 
 class StartFile(Params):
-    """Poses from a CSV file with the columns x_m, y_m and, if wanted, yaw_rad."""
+    """Poses from a CSV file with the columns x_m, y_m and, if wanted, yaw_rad and name."""
 
-    file: str
+    file: str = Field(description="path, relative to the scenario that names it")
     snap: bool = False
 
 
 class Fleet(Params):
     """The robots."""
 
-    size: int | None = Field(None, ge=1, description="number of robots (default 1, or the sum of "
-                                                     "the groups' counts)")
-    robots: str | list[Group] = Field("pioneer3dx", description="a type, or groups of types")
-    types: dict[str, BodyType] = Field({}, description="own types beside pioneer3dx and holonomic")
-    start: StartLine | StartList | StartFile = Field(default_factory=StartLine)
+    size: int | None = Field(None, ge=1, description=(
+        "number of robots (default: the groups' counts together, or as many as there are start "
+        "poses, or 1)"))
+    robots: by_shape(str, tuple[Group, ...]) = Field(
+        "pioneer3dx", description="a type, or groups of types: the first robots are of the first")
+    types: dict[Name, BodyType] = Field({}, description="own types beside pioneer3dx and holonomic")
+    start: by_shape(StartLine, StartList, StartFile) = Field(default_factory=StartLine)

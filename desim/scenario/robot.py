@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from desim.ports import Params
+from desim.scenario.choice import by_shape
 from desim.units import (
     Angle,
     Duration,
     Frequency,
     Length,
+    Period,
 )
 
 
@@ -17,36 +21,37 @@ class Laser(Params):
     """A planar laser scanner."""
 
     beams: int = Field(180, ge=2, description="rays of a sweep (the paper: 180)")
-    field_of_view_rad: Angle = Field("190 deg", description="(SICK LMS500, the paper)")
-    max_range_m: Length = Field("26 m", description="(the paper)")
+    field_of_view_rad: Angle = Field("190 deg", gt=0, description="(SICK LMS500, the paper)")
+    max_range_m: Length = Field("26 m", gt=0, description="(the paper)")
     rate_hz: Frequency = Field("25 Hz", description="(the paper)")
     noise_m: Length = Field("0 m", description="standard deviation of a range, Gaussian (MORSE's "
                                              "Sick has none)")
-    pose: str = Field("last_tick", pattern="^(last_tick|interpolated)$",
-                      description="a scan between two world ticks sees the pose of the last tick, "
-                                  "or the interpolated one")
+    pose: Literal["last_tick", "interpolated"] = Field("last_tick", description=(
+        "a scan between two world ticks sees the pose of the last tick, or the interpolated one"))
+
+
+BUILT_IN_LASERS = {"lms500": Laser()}
 
 
 class Odometry(Params):
     """Wheel odometry."""
 
     rate_hz: Frequency = Field("10 Hz", description="(the paper)")
-    model: str = Field("independent", pattern="^(independent|random_walk)$",
-                       description="independent: each reading is the true pose plus fresh noise "
-                                   "(MORSE's pose noise); random_walk: each step adds noise, so "
-                                   "that it drifts")
+    model: Literal["independent", "random_walk"] = Field("independent", description=(
+        "independent: each reading is the true pose plus fresh noise (MORSE's pose noise); "
+        "random_walk: each step adds noise, so that it drifts"))
     position_noise_m: Length = Field("0.022 m", description="standard deviation (the paper)")
-    heading_noise_rad: Angle = Field("0.02 rad", description="standard deviation (the paper)")
+    heading_noise_rad: Angle = Field("0.02 rad", ge=0, description="standard deviation (the paper)")
 
 
 class Mapping(Params):
     """The occupancy grid that a robot makes of its own scans."""
 
-    resolution_m: Length = Field("0.2 m", description="(the paper; gmapping delta 0.20)")
+    resolution_m: Length = Field("0.2 m", gt=0, description="(the paper; gmapping delta 0.20)")
     linear_update_m: Length = Field("1 m", description="a scan is taken in after driving so far "
                                                      "(gmapping linearUpdate)")
-    angular_update_rad: Angle = Field("0.5 rad", description="or turning so far (gmapping)")
-    usable_range_m: Length = Field("25 m", description="a longer beam clears space up to here and "
+    angular_update_rad: Angle = Field("0.5 rad", ge=0, description="or turning so far (gmapping)")
+    usable_range_m: Length = Field("25 m", gt=0, description="a longer beam clears space up to here and "
                                                      "marks nothing (the paper's maxUrange)")
 
 
@@ -55,16 +60,16 @@ class Navigation(Params):
 
     control_rate_hz: Frequency = Field("10 Hz", description="(the paper's controller_frequency)")
     local_rate_hz: Frequency = Field("5 Hz", description="update of the local layer (the paper)")
-    local_size_m: Length = Field("6 m", description="side of the local window (the paper's yaml)")
-    local_resolution_m: Length = Field("0.1 m", description="(the paper's yaml)")
+    local_size_m: Length = Field("6 m", gt=0, description="side of the local window (the paper's yaml)")
+    local_resolution_m: Length = Field("0.1 m", gt=0, description="(the paper's yaml)")
     inflation_radius_m: Length = Field("0.55 m", description="(costmap_2d default)")
     inflation_scaling: float = Field(10.0, gt=0, description="cost decay per metre (costmap_2d "
                                                              "cost_scaling_factor)")
-    sim_time_ns: Duration = Field("1 s", description="rollout length (TrajectoryPlannerROS)")
+    sim_time_ns: Period = Field("1 s", description="rollout length (TrajectoryPlannerROS)")
     speed_samples: int = Field(3, ge=1, description="(TrajectoryPlannerROS vx_samples)")
     turn_samples: int = Field(20, ge=3, description="(TrajectoryPlannerROS vtheta_samples)")
-    goal_tolerance_m: Length = Field("0.4 m", description="(two cells of the map)")
-    stuck_after_ns: Duration = Field("5 s", description="no progress for so long starts a recovery "
+    goal_tolerance_m: Length = Field("0.4 m", gt=0, description="(two cells of the map)")
+    stuck_after_ns: Period = Field("5 s", description="no progress for so long starts a recovery "
                                                      "(move_base controller_patience)")
     give_up_after: int = Field(3, ge=1, description="recoveries before the goal is aborted")
 
@@ -84,15 +89,16 @@ class Exploration(Params):
 class Robot(Params):
     """What every robot carries."""
 
-    localization: str = Field("ground_truth", pattern="^(ground_truth|odometry)$",
-                              description="ground_truth: a sensor that publishes the true pose; "
-                                          "odometry: the odometry taken at its word")
-    laser: str | Laser = Field(default_factory=Laser, description="lms500, or its parameters")
+    localization: Literal["ground_truth", "odometry"] = Field("ground_truth", description=(
+        "ground_truth: a sensor that publishes the true pose; odometry: the odometry taken at its "
+        "word"))
+    laser: by_shape(str, Laser) = Field(default_factory=Laser,
+                                        description="lms500, or its parameters")
     odometry: Odometry = Field(default_factory=Odometry)
     mapping: Mapping = Field(default_factory=Mapping)
     navigation: Navigation = Field(default_factory=Navigation)
     exploration: Exploration = Field(default_factory=Exploration)
-    passive: list[str] = Field([], description="names of robots that carry no software: they "
+    passive: tuple[str, ...] = Field((), description="names of robots that carry no software: they "
                                                "stand where they are and say nothing")
 
 

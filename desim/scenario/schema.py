@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import zlib
+from typing import Literal
+
 from pydantic import Field
 
 from desim.ports import Params
@@ -9,6 +12,7 @@ from desim.scenario.communication import (
     Coordination,
     Fault,
     MiddlewareChoice,
+    Name,
     Network,
     StationaryHost,
 )
@@ -16,7 +20,7 @@ from desim.scenario.environment import Environment
 from desim.scenario.experiment import Measure, Stop, TraceParams
 from desim.scenario.fleet import Fleet
 from desim.scenario.robot import Robot
-from desim.units import Duration, Frequency
+from desim.units import Frequency, Period
 
 
 class Testbed(Params):
@@ -27,7 +31,7 @@ class Testbed(Params):
 
     robots_per_node: int = Field(4, ge=1, description="virtual machines that share a node's "
                                                       "network port (the paper)")
-    monitor_period_ns: Duration = Field("1 s", description="each robot's map and distance to the "
+    monitor_period_ns: Period = Field("1 s", description="each robot's map and distance to the "
                                                         "monitor (the paper: 1 Hz)")
 
 
@@ -43,17 +47,23 @@ class Scenario(Params):
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     seed: int = Field(0, ge=0)
-    deployment: str = Field("testbed", pattern="^(testbed|field)$")
+    deployment: Literal["testbed", "field"] = Field("testbed", description=(
+        "testbed: the paper's cluster, everything over one LAN; field: a computer on each robot, "
+        "radio between them"))
     testbed: Testbed = Field(default_factory=Testbed)
     physics: Physics = Field(default_factory=Physics)
     environment: Environment = Field(default_factory=Environment)
     fleet: Fleet = Field(default_factory=Fleet)
     robot: Robot = Field(default_factory=Robot)
-    hosts: dict[str, StationaryHost] = Field({}, description="computers without a body, by name")
+    hosts: dict[Name, StationaryHost] = Field({}, description="computers without a body, by name")
     network: Network = Field(default_factory=Network)
     middleware: MiddlewareChoice = Field(default_factory=MiddlewareChoice)
     coordination: Coordination = Field(default_factory=Coordination)
-    faults: list[Fault] = []
+    faults: tuple[Fault, ...] = ()
     stop: Stop = Field(default_factory=Stop)
     measure: Measure = Field(default_factory=Measure)
     trace: TraceParams = Field(default_factory=TraceParams)
+
+    def __hash__(self) -> int:
+        # Mappings have no hash of their own, and Python's hash of text differs between processes.
+        return zlib.crc32(self.model_dump_json(by_alias=True).encode())

@@ -1,0 +1,167 @@
+"""From pydantic's errors to complaints in the user's words: what is wrong, what is allowed."""
+
+from __future__ import annotations
+
+import json
+import types
+from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
+
+from pydantic import ValidationError
+
+from desim.errors import did_you_mean
+from desim.ports import Params
+from desim.scenario.choice import alternatives, keys
+from desim.scenario.places import Path, Places, dotted
+
+
+class Complaint(NamedTuple):
+    """What is wrong at ``path``; ``at_key`` where the key itself is what is wrong."""
+
+    path: Path
+    text: str
+    at_key: bool = False
+
+    def line(self, places: Places) -> str:
+        """``file:line:column: path: text``."""
+        place = places.key(self.path) if self.at_key else places.value(self.path)
+        return ": ".join(filter(None, (str(place), dotted(self.path), self.text)))
+
+
+def validated(block: type[Params], data: Any, path: Path = (),
+              more: tuple[str, ...] = ()) -> Params | list[Complaint]:
+    """An instance of ``block`` from ``data``, which stands at ``path``, or all that is wrong.
+
+    ``more``: keys that are allowed beside the block's own and are judged elsewhere.
+    """
+    try:
+        # As JSON: strict about numbers, text and truth values, and a list may become a tuple.
+        return block.model_validate_json(json.dumps(data), strict=True)
+    except ValidationError as error:
+        return [_complaint(block, data, path, more, found)
+                for found in error.errors(include_url=False)]
+
+
+def _complaint(block: type[Params], data: Any, base: Path, more: tuple[str, ...],
+               error: Any) -> Complaint:
+    location = tuple(step for step in error["loc"] if step != "[key]")
+    own = tuple(step for step in location if not _is_tag(step))
+    path = (*base, *own)
+    kind, context = error["type"], error.get("ctx", {})
+    given = _short(_at(data, own))
+    if kind == "extra_forbidden":
+        known = [*more, *keys(_annotation(block, location[:-1]))]
+        return Complaint(path, f"unknown key{did_you_mean(str(own[-1]), known)}; allowed: "
+                               f"{', '.join(known)}", at_key=True)
+    if kind == "missing":
+        return _missing(block, data, base, location)
+    if kind == "value_error":
+        return Complaint(path, str(context["error"]))
+    if kind == "literal_error":
+        options = _options(_annotation(block, location))
+        guess = did_you_mean(str(_at(data, own)), options)
+        return Complaint(path, f"{given} is not allowed{guess}; allowed: {', '.join(options)}")
+    if "[key]" in error["loc"]:
+        return Complaint(path, _pattern_rule(str(own[-1]), context), at_key=True)
+    if kind == "string_pattern_mismatch":
+        return Complaint(path, _pattern_rule(_at(data, own), context))
+    text = _BOUNDS[kind].format(**context) if kind in _BOUNDS else _wanted(_annotation(
+        block, location))
+    return Complaint(path, f"must be {text}, got {given}")
+
+
+_BOUNDS = {
+    "greater_than": "above {gt}",
+    "greater_than_equal": "at least {ge}",
+    "less_than": "below {lt}",
+    "less_than_equal": "at most {le}",
+    "too_short": "a list of at least {min_length}",
+    "too_long": "a list of at most {max_length}",
+    "finite_number": "a finite number",
+}
+
+
+def _missing(block: type[Params], data: Any, base: Path, location: tuple) -> Complaint:
+    own = tuple(step for step in location if not _is_tag(step))
+    if isinstance(own[-1], int):
+        return Complaint((*base, *own[:-1]), f"must be {_wanted(_annotation(block, location[:-1]))}"
+                                             f", got {_short(_at(data, own[:-1]))}")
+    info = _field(_annotation(block, location[:-1]), own[-1])
+    about = f": {info.description}" if info.description else ""
+    return Complaint((*base, *own[:-1]), f"the key {own[-1]!r} is missing{about}", at_key=True)
+
+
+def _pattern_rule(text: str, context: dict[str, Any]) -> str:
+    return f"{_short(text)} is not allowed; allowed: text that matches {context['pattern']}"
+
+
+def _wanted(annotation: Any) -> str:
+    """What a value of this type looks like, for people."""
+    options = _without_null(annotation)
+    shapes = alternatives(annotation).values() or options
+    texts = []
+    for shape in shapes:
+        origin, inside = get_origin(shape), get_args(shape)
+        if isinstance(shape, type) and issubclass(shape, Params):
+            texts.append(f"a mapping with {', '.join(keys(shape))}")
+        elif origin is tuple and inside[-1] is not Ellipsis:
+            texts.append(f"a list of {len(inside)}")
+        else:
+            texts.append({str: "text", int: "a whole number", float: "a number",
+                          bool: "true or false", dict: "a mapping", tuple: "a list",
+                          }.get(origin or shape, "something else"))
+    return ", or ".join(texts)
+
+
+def _annotation(block: type[Params], location: tuple) -> Any:
+    """The type that stands at a location of a validation error."""
+    here: Any = block
+    for step in location:
+        options = alternatives(here)
+        if options:
+            here = options[step]
+            continue
+        here = _without_null(here)[0]
+        inside = get_args(here)
+        if get_origin(here) is dict:
+            here = inside[1]
+        elif get_origin(here) is tuple:
+            here = inside[0] if inside[-1] is Ellipsis else inside[min(step, len(inside) - 1)]
+        else:
+            here = _field(here, step).annotation
+    return here
+
+
+def _field(block: type[Params], key: str) -> Any:
+    return next(field for name, field in block.model_fields.items()
+                if key == (field.alias or name))
+
+
+def _without_null(annotation: Any) -> tuple:
+    if get_origin(annotation) in (Union, types.UnionType) and not alternatives(annotation):
+        return tuple(option for option in get_args(annotation) if option is not types.NoneType)
+    return (annotation,)
+
+
+def _options(annotation: Any) -> list[str]:
+    literal = next(option for option in _without_null(annotation)
+                   if get_origin(option) is Literal)
+    return list(get_args(literal))
+
+
+def _is_tag(step: Any) -> bool:
+    return isinstance(step, str) and step.startswith("<")
+
+
+def _at(data: Any, path: Path) -> Any:
+    for step in path:
+        data = data[step]
+    return data
+
+
+def _short(value: Any) -> str:
+    text = {True: "true", False: "false", None: "null"}.get(value) if isinstance(
+        value, (bool, type(None))) else None
+    if isinstance(value, (dict, list)):
+        text = ("a mapping" if isinstance(value, dict) else f"a list of {len(value)}")
+    text = text or repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,135 @@
+"""``extends`` and ``--set``: one mapping laid over another, keeping the place of every part.
+
+Mappings merge, everything else is replaced. Where the upper mapping makes another choice (another
+plug-in, another shape of terrain), what belongs to the lower one's choice is not inherited.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from desim.errors import InputError
+from desim.scenario import yaml12
+from desim.scenario.choice import alternatives, keys, which
+from desim.scenario.communication import Coordination, Medium, MiddlewareChoice, PluginChoice
+from desim.scenario.environment import Environment
+from desim.scenario.fleet import Fleet
+from desim.scenario.places import Path, Place, Places, dotted, split
+
+Document = tuple[dict[str, Any], Places]
+
+# Where a plug-in is chosen, by which key, and what desim itself reads there.
+CHOICES: dict[tuple[str, ...], tuple[str, str, type[PluginChoice]]] = {
+    ("network", "media", "*"): ("network", "model", Medium),
+    ("middleware",): ("middleware", "model", MiddlewareChoice),
+    ("coordination",): ("strategy", "strategy", Coordination),
+}
+_SHAPES = {
+    ("environment", "terrain"): Environment.model_fields["terrain"],
+    ("fleet", "start"): Fleet.model_fields["start"],
+}
+# Mappings of names: null takes an inherited entry away.
+_BY_NAME = (("network", "media"), ("hosts",), ("fleet", "types"))
+
+
+def extended(path: str, below: tuple[str, ...] = ()) -> Document:
+    """The mapping in a file, laid over those that it extends. Raises ``InputError``."""
+    data, places = yaml12.read(path)
+    if "extends" not in data:
+        return data, places
+    parent = data.pop("extends")
+    where = places.where("extends")
+    if not isinstance(parent, str):
+        raise InputError(f"{where}: must be the path of a file, got {parent!r}")
+    parent = os.path.normpath(os.path.join(os.path.dirname(path), parent))
+    chain = (*below, path)
+    loop = [os.path.realpath(file) for file in chain]
+    if os.path.realpath(parent) in loop:
+        start = loop.index(os.path.realpath(parent))
+        raise InputError(f"{where}: a circle: {' -> '.join((*chain[start:], parent))}")
+    if not os.path.exists(parent):
+        raise InputError(f"{where}: no such file: {parent}")
+    lower, lower_places = extended(parent, chain)
+    merged = _overlay(lower, data, ())
+    return merged, lower_places.under(places, merged)
+
+
+def overridden(document: Document, override: str) -> Document:
+    """``a.b.c=value`` laid over the document; the value is YAML. Raises ``InputError``."""
+    data, places = document
+    source = f"--set {override}"
+    key, equals, text = override.partition("=")
+    if not equals or not all(key.split(".")):
+        raise InputError(f"{source}: must look like a.b.c=value, e.g. fleet.size=8")
+    value = yaml12.parse_value(text, source)
+    path = split(key.strip())
+    merged = _put(data, path, value, (), source)
+    top = Places(Place(source))
+    top.put_all(value, Place(source), path)
+    return merged, places.under(top, merged)
+
+
+def without_removed(document: Document) -> Document:
+    """The document without the named things that null took away."""
+    data, places = document
+    for path in _BY_NAME:
+        data = _map_at(data, path, lambda entries: {
+            name: entry for name, entry in entries.items() if entry is not None})
+    return data, places
+
+
+def choice_at(path: Path) -> tuple[str, str, type[PluginChoice]] | None:
+    """The kind of plug-in chosen at ``path``, the key that names it, and its block."""
+    for pattern, choice in CHOICES.items():
+        if len(pattern) == len(path) and all(p in ("*", step) for p, step in
+                                             zip(pattern, path, strict=True)):
+            return choice
+    return None
+
+
+def _overlay(lower: Any, upper: Any, path: Path) -> Any:
+    if not (isinstance(lower, dict) and isinstance(upper, dict)):
+        return upper
+    merged = _inherited(lower, upper, path)
+    for key, value in upper.items():
+        merged[key] = _overlay(merged.get(key), value, (*path, key))
+    return merged
+
+
+def _inherited(lower: dict, upper: dict, path: Path) -> dict:
+    """What of ``lower`` still makes sense under ``upper``."""
+    choice = choice_at(path)
+    if choice is not None:
+        _, key, block = choice
+        if key in upper and upper[key] != lower.get(key):
+            return {k: v for k, v in lower.items() if k in keys(block)}
+    if path in _SHAPES:
+        shapes = tuple(alternatives(_SHAPES[path].annotation).values())
+        shape = alternatives(_SHAPES[path].annotation)[which(shapes, lower)]
+        if which(shapes, upper) != which(shapes, lower) and not upper.keys() <= {*keys(shape)}:
+            return {}
+    return dict(lower)
+
+
+def _put(node: Any, steps: Path, value: Any, path: Path, source: str) -> Any:
+    if not steps:
+        return _overlay(node, value, path)
+    step, rest = steps[0], steps[1:]
+    if isinstance(node, list):
+        if not isinstance(step, int) or step >= len(node):
+            raise InputError(f"{source}: {dotted(path)}: is a list of {len(node)}; allowed: an "
+                             f"index from 0 to {len(node) - 1}, not {step!r}")
+        item = _put(node[step], rest, value, (*path, step), source)
+        return [*node[:step], item, *node[step + 1:]]
+    below = node.get(str(step)) if isinstance(node, dict) else None
+    return _overlay(node, {str(step): _put(below, rest, value, (*path, str(step)), source)}, path)
+
+
+def _map_at(data: Any, path: Path, change: Any) -> Any:
+    if not isinstance(data, dict):
+        return data
+    if not path:
+        return change(data)
+    step, rest = path[0], path[1:]
+    return {**data, step: _map_at(data[step], rest, change)} if step in data else data

@@ -1,0 +1,41 @@
+"""Who is in a scenario: the names of robots and hosts, in the order that every index follows."""
+
+from __future__ import annotations
+
+import re
+
+from desim.scenario.fleet import Fleet, StartList
+from desim.scenario.schema import Scenario
+
+WORKSTATION = "workstation"  # testbed: where the simulator and the monitor run
+
+
+def natural(name: str) -> tuple:
+    """A sorting key under which ``robot_2`` comes before ``robot_10``."""
+    parts = re.split(r"(\d+)", name)
+    return (tuple(int(part) if i % 2 else part for i, part in enumerate(parts)), name)
+
+
+def fleet_size(fleet: Fleet) -> int:
+    """``size`` where it is given, else the groups' counts, else the number of start poses, or 1."""
+    if fleet.size is not None:
+        return fleet.size
+    if not isinstance(fleet.robots, str):
+        return sum(group.count for group in fleet.robots)
+    return len(fleet.start.poses) if isinstance(fleet.start, StartList) else 1
+
+
+def robot_names(scenario: Scenario) -> tuple[str, ...]:
+    """All robots, sorted naturally: ``robot_0`` ..., or the names that the start poses carry."""
+    start = scenario.fleet.start
+    if isinstance(start, StartList) and all(pose.name for pose in start.poses):
+        return tuple(sorted((pose.name for pose in start.poses), key=natural))
+    return tuple(f"robot_{i}" for i in range(fleet_size(scenario.fleet)))
+
+
+def host_names(scenario: Scenario) -> tuple[str, ...]:
+    """All computers, sorted naturally: on robots, without a body, and testbed's workstation."""
+    names = [*robot_names(scenario), *scenario.hosts]
+    if scenario.deployment == "testbed":
+        names.append(WORKSTATION)
+    return tuple(sorted(names, key=natural))

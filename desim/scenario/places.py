@@ -1,0 +1,85 @@
+"""Where each thing was written: the place of every key and value, by its path."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+Path = tuple[str | int, ...]
+
+
+class Place(NamedTuple):
+    """``file:line:column``, or another source as a whole (``--set a.b=1``) with line 0."""
+
+    source: str
+    line: int = 0
+    column: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.source}:{self.line}:{self.column}" if self.line else self.source
+
+
+class Places:
+    """Path to the places of a key and of its value."""
+
+    def __init__(self, root: Place) -> None:
+        self._root = root
+        self._of: dict[Path, tuple[Place, Place]] = {}
+
+    def put(self, path: Path, key: Place, value: Place) -> None:
+        """Note where the key (or list item) and the value at ``path`` stand."""
+        self._of[path] = (key, value)
+
+    def put_all(self, data: Any, place: Place, path: Path) -> None:
+        """Everything in ``data``, which belongs at ``path``, comes from one place."""
+        self.put(path, place, place)
+        for step in steps(data):
+            self.put_all(data[step], place, (*path, step))
+
+    def key(self, path: Path) -> Place:
+        """The place of the key at ``path``, or of the nearest thing around it."""
+        return self._nearest(path, 0)
+
+    def value(self, path: Path) -> Place:
+        """The place of the value at ``path``, or of the nearest thing around it (its key)."""
+        return self._of[path][1] if path in self._of else self._nearest(path[:-1], 0)
+
+    def _nearest(self, path: Path, which: int) -> Place:
+        while path and path not in self._of:
+            path = path[:-1]
+        return self._of[path][which] if path else self._root
+
+    def under(self, top: Places, data: Any) -> Places:
+        """The places of ``data``, which came about by laying ``top`` over this."""
+        merged = Places(top._root)
+        merged._of = {path: places for path, places in self._of.items() if _has(data, path)}
+        merged._of.update(top._of)
+        return merged
+
+    def where(self, path: str) -> str:
+        """``file:line:column: path`` for a dotted path such as ``faults.0.at``."""
+        return f"{self.value(split(path))}: {path}"
+
+
+def steps(data: Any) -> list[str | int]:
+    """The keys or indices below ``data``."""
+    if isinstance(data, dict):
+        return list(data)
+    return list(range(len(data))) if isinstance(data, list) else []
+
+
+def dotted(path: Path) -> str:
+    """``faults.0.at``: the notation of ``--set`` and of all messages."""
+    return ".".join(map(str, path))
+
+
+def split(path: str) -> Path:
+    """The inverse of ``dotted``."""
+    return tuple(int(step) if step.isdecimal() else step for step in path.split("."))
+
+
+def _has(data: Any, path: Path) -> bool:
+    for step in path:
+        if step not in steps(data):
+            return False
+        data = data[step]
+    return True

@@ -1,0 +1,190 @@
+"""YAML 1.2 with places: the core schema (``1e6`` is a number, ``no`` is text), no duplicate keys.
+
+PyYAML reads YAML 1.1, so its tables of plain scalars are replaced by those of the YAML 1.2.2
+specification, section 10.3.2, for reading and for writing.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import yaml
+
+from desim.errors import InputError
+from desim.scenario.places import Path, Place, Places
+
+_CORE = {
+    "null": (r"^(?:~|null|Null|NULL|)$", ["~", "n", "N", ""]),
+    "bool": (r"^(?:true|True|TRUE|false|False|FALSE)$", list("tTfF")),
+    "int": (r"^(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)$", list("-+0123456789")),
+    "float": (r"^(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
+              r"|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$", list("-+0123456789.")),
+}
+_TAG = "tag:yaml.org,2002:"
+_MOST_VALUES = 100_000  # aliases of aliases grow without bound
+
+
+class _Loader(yaml.SafeLoader):
+    yaml_implicit_resolvers: dict = {}
+
+
+class _Dumper(yaml.SafeDumper):
+    yaml_implicit_resolvers: dict = {}
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+for _name, (_pattern, _first) in _CORE.items():
+    _Loader.add_implicit_resolver(_TAG + _name, re.compile(_pattern), _first)
+    _Dumper.add_implicit_resolver(_TAG + _name, re.compile(_pattern), _first)
+_Dumper.add_representer(tuple, _Dumper.represent_list)
+
+
+def dump(data: Any) -> str:
+    """Block style YAML that ``parse`` reads back to the same ``data``; short lists on one line."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100,
+                     default_flow_style=None)
+
+
+def read(path: str) -> tuple[dict[str, Any], Places]:
+    """The mapping in a file, and where its parts stand. Raises ``InputError``."""
+    try:
+        with open(path, "rb") as file:
+            text = file.read().decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file (UTF-8)") from None
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{path}: cannot be read: {reason}") from None
+    return parse(text, path)
+
+
+def parse(text: str, source: str) -> tuple[dict[str, Any], Places]:
+    """The mapping that ``text`` holds, and where its parts stand. Raises ``InputError``."""
+    node = _compose(text, source)
+    if node is None:
+        raise InputError(f"{source}: is empty; a scenario is a mapping, e.g. 'name: hello'")
+    if not isinstance(node, yaml.MappingNode):
+        kind = "a list" if isinstance(node, yaml.SequenceNode) else "a single value"
+        raise InputError(f"{_place(node, source)}: is {kind}; a scenario is a mapping, "
+                         "e.g. 'name: hello'")
+    return _Builder(source).whole(node)
+
+
+def parse_value(text: str, source: str) -> Any:
+    """A value on a command line. Raises ``InputError``."""
+    node = _compose(text, source)
+    return None if node is None else _Builder(source).whole(node)[0]
+
+
+def _compose(text: str, source: str) -> yaml.Node | None:
+    try:
+        return yaml.compose(text, Loader=_Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f"{source}:{mark.line + 1}:{mark.column + 1}"
+        problem = error.problem or error.context
+        if "'\\t'" in problem:
+            problem = "a tab; indent with spaces"
+        raise InputError(f"{where}: not YAML: {problem}") from None
+    except yaml.YAMLError as error:
+        problem = getattr(error, "reason", "unreadable")
+        raise InputError(f"{source}: not YAML: {problem}") from None
+    except RecursionError:
+        raise InputError(f"{source}: nested too deeply") from None
+
+
+def _place(node: yaml.Node, source: str) -> Place:
+    return Place(source, node.start_mark.line + 1, node.start_mark.column + 1)
+
+
+class _Builder:
+    """Values from nodes; all complaints are gathered before one error is raised."""
+
+    def __init__(self, source: str) -> None:
+        self._source = source
+        self._complaints: list[str] = []
+        self._open: set[int] = set()  # nodes being built: an alias to one of them is a circle
+        self._left = _MOST_VALUES
+
+    def whole(self, node: yaml.Node) -> tuple[Any, Places]:
+        self._places = Places(_place(node, self._source))
+        try:
+            data = self._build(node, ())
+        except RecursionError:
+            raise InputError(f"{self._source}: nested too deeply") from None
+        if self._complaints:
+            raise InputError(*self._complaints)
+        return data, self._places
+
+    def _build(self, node: yaml.Node, path: Path) -> Any:
+        self._left -= 1
+        if id(node) in self._open or self._left < 0:
+            raise InputError(f"{_place(node, self._source)}: an alias that contains itself, or "
+                             f"more than {_MOST_VALUES} values")
+        if isinstance(node, yaml.ScalarNode):
+            return self._scalar(node)
+        self._open.add(id(node))
+        if node.tag not in (_TAG + "map", _TAG + "seq"):
+            self._complain(node, f"the tag {node.tag!r} is not allowed")
+        build = self._mapping if isinstance(node, yaml.MappingNode) else self._sequence
+        data = build(node, path)
+        self._open.remove(id(node))
+        return data
+
+    def _mapping(self, node: yaml.MappingNode, path: Path) -> dict[str, Any]:
+        data: dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            key = key_node.value
+            if key_node.tag != _TAG + "str":
+                self._complain(key_node, f"the key {key!r} must be text" if
+                               isinstance(key, str) else "a key must be text")
+                continue
+            if key in data:
+                first = self._places.key((*path, key)).line
+                self._complain(key_node, f"the key {key!r} stands here a second time, first in "
+                                         f"line {first}")
+                continue
+            below = (*path, key)
+            self._places.put(below, _place(key_node, self._source),
+                             _place(value_node, self._source))
+            data[key] = self._build(value_node, below)
+        return data
+
+    def _sequence(self, node: yaml.SequenceNode, path: Path) -> list[Any]:
+        data = []
+        for index, item in enumerate(node.value):
+            place = _place(item, self._source)
+            self._places.put((*path, index), place, place)
+            data.append(self._build(item, (*path, index)))
+        return data
+
+    def _scalar(self, node: yaml.ScalarNode) -> Any:
+        kind, text = node.tag.removeprefix(_TAG), node.value
+        if kind == "str":
+            return text
+        if kind not in _CORE or not re.match(_CORE[kind][0], text):
+            self._complain(node, f"the tag {node.tag!r} is not allowed for {text!r}")
+            return None
+        if kind == "null":
+            return None
+        if kind == "bool":
+            return text.lower() == "true"
+        number = _integer(text) if kind == "int" else float(re.sub(r"\.(?=[iInN])", "", text))
+        if not -math.inf < number < math.inf:
+            self._complain(node, f"{text} is not a finite number")
+        return number
+
+    def _complain(self, node: yaml.Node, text: str) -> None:
+        self._complaints.append(f"{_place(node, self._source)}: {text}")
+
+
+def _integer(text: str) -> int | float:
+    if len(text) > 40:
+        return math.inf
+    return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
