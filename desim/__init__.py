@@ -1,3 +1,18 @@
-"""desim: deterministic discrete-event co-simulation of robot fleets and their networks."""
+"""desim: deterministic discrete-event co-simulation of robot fleets and their networks.
+
+``desim.load(path)`` reads a scenario, ``desim.run(scenario)`` runs it and returns a ``desim.Run``.
+"""
+
+from typing import Any
 
 __version__ = "0.1.0"
+__all__ = ["Run", "load", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    # Imported when first used: ``import desim`` and ``desim --help`` stay light.
+    if name in __all__:
+        from desim import api
+
+        return getattr(api, name)
+    raise AttributeError(f"module 'desim' has no attribute {name!r}")

@@ -54,13 +54,14 @@ class Monitor:
         self.stop_reason: str | None = None
         self.samples: list[dict[str, Any]] = []
         self.tracks: list[tuple] = []  # (time_ns, poses, known cells, travelled, rx, tx)
-        self._kernel, self._trace, self._stop = kernel, trace, scenario.stop
+        self._kernel, self.trace, self._stop = kernel, trace, scenario.stop
         self._poses, self.travelled_m = poses, travelled_m
         self._measured_on = frozenset(scenario.measure.on)
         self._condition = (compile_expression(scenario.stop.when, QUANTITIES)
                            if scenario.stop.when else None)
         self._causes: list[str] = []
         self._percent = 0
+        self._finished = False
         self._moved_m = travelled_m().copy()
         self._moving = 0
         self._watch_coverage(scenario)
@@ -153,16 +154,20 @@ class Monitor:
             "robots_moving": self._moving,
         }
 
-    def finish(self) -> None:
-        """The run is over, for whatever reason: take the last sample, close what is open."""
+    def finish(self, reason: str | None = None) -> None:
+        """The run is over, at the time limit unless ``reason`` or an earlier one says otherwise:
+        take the last sample, close what is open. A second call does nothing."""
+        if self._finished:
+            return
+        self._finished = True
+        if self.stop_reason is None:
+            self.stop_reason = reason or "elapsed"
         self.splits.close(self._kernel.now_ns)
         self._sample("end")
-        if self.stop_reason is None:
-            self.stop_reason = "elapsed"
 
     def _sample(self, cause: str) -> None:
         values = self.quantities()
-        now_ns, row, kind = self._kernel.now_ns, self._trace.row, self._kind
+        now_ns, row, kind = self._kernel.now_ns, self.trace.row, self._kind
         row(now_ns, kind["sample"], self._entity, bits(values["explored"]),
             bits(values["explored_union"]), bits(values["explored_all"]))
         row(now_ns, kind["sample_traffic"], self._entity, values["messages_sent"],
@@ -178,11 +183,11 @@ class Monitor:
 
     def _end(self, reason: str) -> None:
         self.stop_reason = reason
-        self._trace.row(self._kernel.now_ns, self._kind["stop"], self._entity)
+        self.trace.row(self._kernel.now_ns, self._kind["stop"], self._entity)
         self._kernel.stop()
 
     def _each_second(self, _: int) -> None:
-        now_ns, row, pose_kind = self._kernel.now_ns, self._trace.row, self._kind["pose"]
+        now_ns, row, pose_kind = self._kernel.now_ns, self.trace.row, self._kind["pose"]
         poses, travelled_m = self._poses().copy(), self.travelled_m().copy()
         as_bits = poses.view(np.int64).tolist()
         for entity, (x, y, yaw) in zip(self._robot_ids, as_bits, strict=True):

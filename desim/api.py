@@ -1,0 +1,147 @@
+"""The small Python API: load a scenario, run it, look at what came out."""
+
+from __future__ import annotations
+
+import json
+import resource
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+
+from desim.errors import InputError
+from desim.experiment import maps
+from desim.experiment.results import FAILED, FINISHED, INTERRUPTED, RunFolder, manifest_of
+from desim.scenario.load import load
+from desim.scenario.schema import Scenario
+from desim.simulation import Simulation
+from desim.units import NS_PER_S
+
+Watch = Callable[[Simulation], AbstractContextManager[Any]]
+
+
+class Run:
+    """A run's folder: everything is read when it is asked for."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        if manifest_of(self.path) is None:
+            cut_off = self.path.suffix == ".partial"
+            raise InputError(f"{self.path}: not the folder of a run"
+                             f"{' (it is being written, or was cut off)' if cut_off else ''}; a "
+                             "run's folder has a manifest.json, e.g. results/hello/1a2b3c4d5e6f")
+
+    @cached_property
+    def manifest(self) -> dict[str, Any]:
+        """How it ran: status, digest, versions, times."""
+        return manifest_of(self.path)
+
+    @cached_property
+    def metrics(self) -> dict[str, Any]:
+        """The summary."""
+        return json.loads(self._file("summary.json").read_text())
+
+    @cached_property
+    def samples(self) -> dict[str, np.ndarray]:
+        """The monitor's time series, by column."""
+        return self.table("samples")
+
+    @cached_property
+    def robots(self) -> dict[str, np.ndarray]:
+        """Where each robot was, once a second, by column."""
+        return self.table("robots")
+
+    @cached_property
+    def map(self) -> maps.OccupancyMap:
+        """What the robot that the metrics speak of believed in at the end."""
+        return maps.load(self._file("map"), "merged")
+
+    @cached_property
+    def truth(self) -> maps.OccupancyMap:
+        """The ground truth; what no laser can reach is unknown."""
+        return maps.load(self._file("map"), "truth")
+
+    def table(self, name: str) -> dict[str, np.ndarray]:
+        """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column."""
+        table = pq.read_table(self._file(f"{name}.parquet"))
+        return {column: table[column].to_numpy() for column in table.column_names}
+
+    def _file(self, name: str) -> Path:
+        path = self.path / name
+        if not path.exists():
+            raise InputError(f"{self.path}: has no {name} (its status is "
+                             f"{self.manifest['status']!r})")
+        return path
+
+    def __repr__(self) -> str:
+        return f"Run({str(self.path)!r})"
+
+
+def run(scenario: Scenario | str | Path, *, out: str | Path = "results",
+        overrides: Sequence[str] = (), seed: int | None = None, watch: Watch | None = None,
+        command: str = "") -> Run:
+    """Run a scenario (or the file of one) and leave its folder in ``out/<name>/<run id>``.
+
+    ``overrides`` and ``seed`` as ``desim.load`` takes them. ``watch(simulation)`` is entered while
+    the clock runs. Ctrl-C ends the run: what there is until then is kept, ``KeyboardInterrupt``
+    goes on with the folder's path as its argument. An error of the run goes on after the manifest
+    says ``failed``. Raises ``InputError`` for a wrong scenario or a folder that cannot be written.
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load(scenario, overrides, seed)
+    elif overrides or seed is not None:
+        raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")
+    folder = RunFolder(out, scenario)
+    meter = _Meter(command)
+    try:
+        simulation = Simulation(scenario, trace_sink=folder.trace_sink, on_fate=folder.on_fate)
+        folder.begin(simulation.names, tuple(host.name for host in simulation.graph.hosts))
+        with (watch or nullcontext)(simulation):
+            simulation.run()
+    except InputError:
+        folder.discard()
+        raise
+    except KeyboardInterrupt:
+        if "simulation" not in locals():
+            folder.discard()
+            raise
+        _finish(folder, simulation, meter, INTERRUPTED)
+        raise KeyboardInterrupt(str(folder.path)) from None
+    except Exception:
+        folder.abandon({"status": FAILED, "digest": None, **meter.read(0),
+                        "error": traceback.format_exc()})
+        raise
+    _finish(folder, simulation, meter, FINISHED)
+    return Run(folder.path)
+
+
+def _finish(folder: RunFolder, simulation: Simulation, meter: _Meter, status: str) -> None:
+    simulation.monitor.finish(None if status == FINISHED else status)
+    now_ns = simulation.kernel.now_ns
+    folder.finish(simulation.monitor, now_ns, {
+        "status": status, "digest": simulation.trace.digest(),
+        "digest_by_entity": simulation.trace.digest_by_entity(),
+        "events": simulation.kernel.events, **meter.read(now_ns)})
+
+
+class _Meter:
+    """What a run costs. It starts when everything is imported and compiled."""
+
+    def __init__(self, command: str) -> None:
+        self._command = command
+        self._wall_s, self._cpu_s = time.perf_counter(), time.process_time()
+
+    def read(self, simulated_ns: int) -> dict[str, Any]:
+        cpu_s = time.process_time() - self._cpu_s
+        return {"command": self._command, "simulated_s": simulated_ns / NS_PER_S,
+                "wall_s": round(time.perf_counter() - self._wall_s, 3), "cpu_s": round(cpu_s, 3),
+                "real_time_factor": round(simulated_ns / NS_PER_S / max(cpu_s, 1e-9), 2),
+                # ru_maxrss is in kB on Linux
+                "peak_memory_mb": round(
+                    resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1)}

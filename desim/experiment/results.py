@@ -1,0 +1,185 @@
+"""The folder that a run leaves. Until it is complete it is called ``<run id>.partial``."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from desim.errors import InputError
+from desim.experiment import identity, maps, tables
+from desim.experiment.messagelog import MessageLog
+from desim.experiment.metrics import states
+from desim.experiment.monitor import Monitor
+from desim.experiment.summary import (
+    judged_robot,
+    known_map,
+    robots_table,
+    samples_table,
+    summarize,
+)
+from desim.experiment.traffic import latency_table
+from desim.scenario.load import resolved_yaml
+from desim.scenario.schema import Scenario
+from desim.trace import Names
+
+FINISHED, INTERRUPTED, FAILED = "finished", "interrupted", "failed"
+
+
+class RunFolder:
+    """``out/<name>/<run id>/``, written beside it and renamed at the end.
+
+    Give ``trace_sink`` to the run's ``Trace`` and ``on_fate`` to its ``Graph`` (None where nothing
+    is kept), and call ``begin`` before the clock runs. Raises ``InputError`` where the folder
+    cannot be written, or another process is writing it.
+    """
+
+    def __init__(self, out: str | Path, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.resolved = resolved_yaml(scenario)
+        self.plugins = identity.plugin_references(scenario)
+        self.run_id = identity.run_id(self.resolved, scenario.seed, self.plugins)
+        self.path = Path(out) / scenario.name / self.run_id
+        self._partial = self.path.with_name(f"{self.run_id}.partial")
+        keep = scenario.trace.keep
+        self._trace: tables.TraceTable | None = None
+        self._messages: tables.MessageTable | None = None
+        self._log = MessageLog(self._add_messages) if keep != "none" else None
+        self.trace_sink: Callable[[np.ndarray], None] | None = (
+            self._add_rows if keep == "all" else None)
+        self.on_fate = self._log.fate if self._log is not None else None
+        with self._writing():
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._lock = self._claim()
+            (self._partial / "scenario.resolved.yaml").write_text(self.resolved)
+
+    def begin(self, names: Names, hosts: tuple[str, ...]) -> None:
+        """``names`` of the run's trace, ``hosts`` in index order: tables can be opened now."""
+        with self._writing():
+            if self.trace_sink is not None:
+                self._trace = tables.TraceTable(self._partial / "trace.parquet", names)
+            if self._log is not None:
+                self._messages = tables.MessageTable(self._partial / "messages.parquet", names,
+                                                     hosts)
+
+    def finish(self, monitor: Monitor, now_ns: int, manifest: dict[str, Any]) -> dict[str, Any]:
+        """Write what the run came to, and put the folder in its place. ``manifest`` has
+        ``status`` and ``digest`` and what the caller measured; returns the summary."""
+        summary = {**summarize(monitor, now_ns), "digest": manifest["digest"]}
+        with self._writing():
+            self._close_tables()
+            tables.write(self._partial / "samples.parquet", samples_table(monitor))
+            tables.write(self._partial / "robots.parquet", robots_table(monitor))
+            tables.write(self._partial / "latency.parquet", latency_table(monitor.graph))
+            self._write_maps(monitor)
+            _write_json(self._partial / "summary.json", summary)
+            if self.trace_sink is not None:
+                names = monitor.trace.names.items()
+                _write_json(self._partial / "names.json",
+                            {str(id_): names[id_] for id_ in sorted(names)})
+            self._publish(manifest)
+        return summary
+
+    def abandon(self, manifest: dict[str, Any]) -> None:
+        """The run failed: keep what there is, with a manifest that says so."""
+        with self._writing():
+            self._close_tables()
+            self._publish(manifest)
+
+    def discard(self) -> None:
+        """Nothing of the run is worth keeping."""
+        shutil.rmtree(self._partial, ignore_errors=True)
+        os.close(self._lock)
+
+    def _add_rows(self, rows: np.ndarray) -> None:
+        with self._writing():
+            self._trace.add(rows)
+
+    def _add_messages(self, rows: np.ndarray, reasons: list[str]) -> None:
+        with self._writing():
+            self._messages.add(rows, reasons)
+
+    def _close_tables(self) -> None:
+        if self._log is not None:
+            self._log.flush()
+        for table in (self._trace, self._messages):
+            if table is not None:
+                table.close()
+
+    def _write_maps(self, monitor: Monitor) -> None:
+        folder, ground = self._partial / "map", monitor.ground
+        folder.mkdir()
+        truth = np.where(ground.solid != 0, 100, np.where(ground.reachable, 0, -1))
+        maps.save(folder, "truth", truth, ground.grid)
+        maps.save(folder, "merged", states(known_map(monitor, judged_robot(monitor))),
+                  ground.grid)
+
+    def _publish(self, manifest: dict[str, Any]) -> None:
+        complete = {"desim_version": identity.versions()["desim"], "run_id": self.run_id,
+                    "name": self.scenario.name, "seed": self.scenario.seed, **manifest,
+                    "versions": identity.versions(), "plugins": self.plugins,
+                    "machine": identity.machine()}
+        before = manifest_of(self.path)
+        if before is not None and before["status"] == manifest["status"] == FINISHED \
+                and before["digest"] != manifest["digest"]:
+            complete["differs_from_earlier"] = before["digest"]
+        _write_json(self._partial / "manifest.json", complete)
+        # A finished run is not replaced by part of the same run.
+        if manifest["status"] != FINISHED and before is not None \
+                and before["status"] == FINISHED:
+            self.discard()
+            return
+        old = self.path.with_name(f"{self.run_id}.old")
+        shutil.rmtree(old, ignore_errors=True)
+        if self.path.exists():
+            os.replace(self.path, old)
+        (self._partial / ".lock").unlink()
+        os.replace(self._partial, self.path)
+        os.close(self._lock)
+        shutil.rmtree(old, ignore_errors=True)
+
+    def _claim(self) -> int:
+        """Take over the partial folder, empty, unless a living process is at work in it."""
+        self._partial.mkdir(exist_ok=True)
+        lock = os.open(self._partial / ".lock", os.O_CREAT | os.O_RDWR)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(lock)
+            raise InputError(f"{self._partial}: another process is writing this run; wait for it, "
+                             "or choose another folder with --out") from None
+        for entry in self._partial.iterdir():
+            if entry.is_dir():
+                shutil.rmtree(entry)
+            elif entry.name != ".lock":
+                entry.unlink()
+        return lock
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise InputError(f"cannot write results to {self._partial}: "
+                             f"{error.strerror or error}; free some space, or choose another "
+                             "folder with --out") from error
+
+
+def manifest_of(path: Path) -> dict[str, Any] | None:
+    """The manifest of the run in ``path``; None where there is no complete one."""
+    try:
+        manifest = json.loads((path / "manifest.json").read_text())
+    except (OSError, ValueError):
+        return None
+    return manifest if isinstance(manifest, dict) and "status" in manifest else None
+
+
+def _write_json(path: Path, content: dict[str, Any]) -> None:
+    path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n")
