@@ -1,0 +1,188 @@
+"""The composition root: builds the parts of a run from a scenario, wires them, runs.
+
+The one place that knows every part. Nothing here computes; it says who is connected to whom.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from desim import plugins
+from desim.deployment import HostPlan, plan, shared_ports
+from desim.drivers import Driver
+from desim.experiment.metrics import Ground
+from desim.experiment.monitor import Monitor
+from desim.experiment.station import Station
+from desim.kernel import Kernel, Phase
+from desim.middleware.graph import Graph, Host, Node
+from desim.middleware.medium import Medium
+from desim.ports import Obstacles, World
+from desim.robot.software import robot_software
+from desim.robot.tiles import Belief, TilePool
+from desim.scenario.schema import Scenario
+from desim.streams import Streams
+from desim.trace import Names, Trace
+from desim.worldclock import WorldClock
+
+PROGRESS_EVERY_HZ = 10  # of simulated time; the listener decides by the wall clock what to show
+
+
+class Outcome(NamedTuple):
+    """How a run ended: why, when, and the digests of its trace."""
+
+    stop_reason: str
+    simulated_ns: int
+    events: int
+    digest: str
+    digest_by_entity: dict[str, str]
+
+
+class HostPlaces:
+    """Where the hosts are, as of the last world tick: the media's view of the world."""
+
+    def __init__(self, world: World, hosts: list[HostPlan]) -> None:
+        self._world = world
+        self._fixed = np.array([(host.x_m, host.y_m) for host in hosts]).reshape(-1, 2)
+        carried = [(i, host.robot) for i, host in enumerate(hosts) if host.robot is not None]
+        self._carried, self._bodies = np.array(carried, np.int64).reshape(-1, 2).T
+        self._seen: Any = None
+        self._positions = self._fixed
+
+    @property
+    def obstacles(self) -> Obstacles:
+        return self._world.obstacles()
+
+    def positions(self, time_ns: int) -> np.ndarray:
+        """[hosts, 2] m; ``time_ns`` is now."""
+        snapshot = self._world.snapshot()
+        if snapshot is not self._seen:
+            self._seen = snapshot
+            self._positions = self._fixed.copy()
+            self._positions[self._carried] = snapshot.poses[self._bodies, :2]
+            self._positions.flags.writeable = False
+        return self._positions
+
+
+class Simulation:
+    """One run of ``scenario``, built and ready.
+
+    ``payloads``: when lazy contents are computed (lazy, birth, delivery: no result depends on it).
+    ``trace_sink`` gets every trace row in batches, ``on_fate`` each message's fate; see ``Trace``
+    and ``Graph``. Raises ``InputError`` for what only shows when the parts meet: a start inside a
+    wall, an unreachable terrain.
+    """
+
+    def __init__(self, scenario: Scenario, *, payloads: str = "lazy",
+                 trace_sink: Callable[[np.ndarray], None] | None = None,
+                 on_fate: Callable[..., Any] | None = None) -> None:
+        self.scenario = scenario
+        self.names = Names()
+        self.trace = Trace(self.names, trace_sink)
+        self.kernel = Kernel()
+        self.streams = Streams(scenario.seed)
+        self.world: World = plugins.load("world", scenario.physics.model).build(
+            scenario, self.streams)
+        self.plan = plan(scenario)
+        middleware = _plugin("middleware", scenario.middleware.model,
+                             scenario.middleware.parameters())
+        self.graph = Graph(self.kernel, self.names, self.trace, self.streams, middleware,
+                           [host.name for host in self.plan], payloads=payloads, on_fate=on_fate)
+        self._attach_media()
+        self._pool = TilePool()
+        self.grid = self.world.grid(scenario.robot.mapping.resolution_m)
+        explorers = tuple(host.name for host in self.plan if host.software is not None)
+        self.monitor = Monitor(
+            self.kernel, self.trace, scenario, robots=self.world.robots, explorers=explorers,
+            ground=Ground(self.grid, *self.world.ground(self.grid, explorers)), graph=self.graph,
+            poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m,
+            reach_m=_reach_m(self.graph.media))
+        self._explorers = explorers
+        self._drivers: dict[str, Driver] = {}
+        self._clock = WorldClock(self.kernel, self.world, self.trace, scenario,
+                                 lambda: self._drivers.values(), self.monitor.collided)
+        for host_plan in self.plan:
+            self._install(host_plan)
+        for number, fault in enumerate(scenario.faults):
+            self.kernel.process(self._outage(fault), Phase.WORLD,
+                                self.names.id(f"fault {number} of {fault.host}"))
+
+    def run(self, until_ns: int | None = None,
+            progress: Callable[[Simulation], Any] | None = None) -> Outcome:
+        """Run until a stop condition holds, or ``until_ns``. ``progress(self)`` is called every
+        tenth of a simulated second; it must change nothing."""
+        limit_ns = self.scenario.stop.elapsed_ns
+        if until_ns is not None:
+            limit_ns = min(limit_ns, until_ns)
+        if progress is not None:
+            self.kernel.ticker(PROGRESS_EVERY_HZ, Phase.OBSERVE, self.names.id("progress"),
+                               lambda k: progress(self))
+        self.graph.start()
+        self.kernel.run(limit_ns)
+        self.monitor.finish()
+        return Outcome(self.monitor.stop_reason, self.kernel.now_ns, self.kernel.events,
+                       self.trace.digest(), self.trace.digest_by_entity())
+
+    def interrupt(self) -> None:
+        """End the run when the present instant is complete."""
+        self.monitor.stop_reason = "interrupted"
+        self.kernel.stop()
+
+    def _attach_media(self) -> None:
+        places = HostPlaces(self.world, self.plan)
+        hosts = [host.name for host in self.plan]
+        for name, choice in self.scenario.network.media.items():
+            parameters = choice.parameters()
+            model = plugins.load("network", choice.model)
+            if "ports" in model.Params.model_fields and "ports" not in parameters:
+                parameters["ports"] = shared_ports(self.scenario)
+            rules = [_plugin("rule", rule.rule, rule.parameters()) for rule in choice.rules]
+            medium = Medium(name, model(model.Params(**parameters)), rules, kernel=self.kernel,
+                            names=self.names, streams=self.streams, hosts=hosts, place=places)
+            self.graph.attach(medium)
+
+    def _install(self, host_plan: HostPlan) -> None:
+        """Tell the host what to run whenever it starts."""
+        self.graph.host(host_plan.name).software = lambda host: self._nodes(host, host_plan)
+
+    def _nodes(self, host: Host, host_plan: HostPlan) -> list[Node]:
+        scenario, nodes = self.scenario, []
+        if host_plan.drives:
+            driver = Driver(host, self.world, host_plan.drives, scenario.robot.laser)
+            self._drivers[host.name] = driver
+            nodes.append(driver)
+        if host_plan.monitor:
+            nodes.append(Station(host, self._explorers))
+        if host_plan.software is not None:
+            belief = Belief(self.grid, self._pool)
+            self.monitor.watch(host.name, belief)
+            nodes += robot_software(host, scenario, self.world.bodies[host_plan.software], belief,
+                                    tuple(n for n in self._explorers if n != host.name),
+                                    monitored=any(other.monitor for other in self.plan))
+        return nodes
+
+    def _outage(self, fault: Any) -> Generator[int, None, None]:
+        host = self.graph.host(fault.host)
+        yield fault.at_ns
+        host.stop()
+        self._drivers.pop(host.name, None)
+        if host.name in self._explorers:
+            self.monitor.watch(host.name, None)
+        if fault.down_for_ns is not None:
+            yield fault.down_for_ns
+            host.start()
+
+
+def _plugin(kind: str, name: str, parameters: dict[str, Any]) -> Any:
+    cls = plugins.load(kind, name)
+    return cls(cls.Params(**parameters))
+
+
+def _reach_m(media: list[Medium]) -> float | None:
+    """How far two hosts hear each other over the best medium; None where there is no limit."""
+    reaches = [min(getattr(part, "reach_m", math.inf) for part in (medium.model, *medium.rules))
+               for medium in media]
+    return max(reaches) if reaches and math.isfinite(max(reaches)) else None
