@@ -309,8 +309,13 @@ def test_rule_sees_its_breach(rule, path, text):
     assert list(rule(Source.of(path, text)))
 
 
-def test_a_longer_way_to_the_world_is_seen_too():
-    assert way_to_the_world("desim.simulation.Simulation")[-1].startswith("desim.world")
+def test_a_longer_way_to_the_world_is_seen_too(monkeypatch):
+    files = [Source.of("desim/near.py", "from desim import far"),
+             Source.of("desim/far.py", "import desim.world.bodies")]
+    monkeypatch.setattr(sys.modules[__name__], "sources",
+                        lambda: {file.module: file for file in files})
+    assert way_to_the_world("desim.near.thing") == ["desim.near.thing", "desim.far",
+                                                    "desim.world.bodies"]
 
 
 def test_every_rule_has_a_twin():
