@@ -1,0 +1,167 @@
+"""The node that decides where to explore next, and what a strategy may look at."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from desim.middleware.graph import Host, Message, Node
+from desim.middleware.messages import Goal
+from desim.ports import Frontier, Peer, Strategy
+from desim.robot.navigation.costmap import Costmap
+from desim.robot.navigation.wavefront import Wavefront
+from desim.scenario.fleet import BodyType
+from desim.scenario.robot import Exploration, Navigation
+from desim.trace import bits
+
+_STOP = Goal(None, None)
+_VISITS = 2  # a frontier that is still there after so many visits cannot be resolved from there
+
+
+class View:
+    """What a strategy sees of its robot (``ports.ExplorationView``)."""
+
+    __slots__ = ("_explore", "name", "now_ns", "pose", "peers")
+
+    def __init__(self, explore: Explore, name: str, peers: dict[str, Peer]) -> None:
+        self._explore = explore
+        self.name = name
+        self.now_ns = 0
+        self.pose = (0.0, 0.0, 0.0)
+        self.peers = peers
+
+    def frontiers(self, limit: int | None = None) -> list[Frontier]:
+        return self._explore.frontiers(limit)
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return self._explore.stream("strategy", *name)
+
+
+class Explore(Node):
+    """Chooses a goal when there is none, or when the present one is no frontier any more.
+
+    It never is done for good: maps may arrive later. Peers come in on the local topic
+    ``peer_pose``: contents with ``name``, ``x_m``, ``y_m``, ``yaw_rad``.
+    """
+
+    def __init__(self, host: Host, exploration: Exploration, strategy: Strategy,
+                 navigation: Navigation, body: BodyType) -> None:
+        super().__init__(host, "explore")
+        self._exploration, self._strategy = exploration, strategy
+        self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.radius_m
+        self.peers: dict[str, Peer] = {}
+        self._view = View(self, host.name, self.peers)
+        self._pose: Message | None = None
+        self._costmap: Costmap | None = None
+        self._wavefront: Wavefront | None = None
+        self._goal: Frontier | None = None
+        self._blacklist: list[tuple[float, float, int]] = []  # x, y, until
+        self._visited: tuple[float, float, int] | None = None  # x, y, how often in a row
+        self._looked_at = -1  # the belief's version when last a goal was confirmed or none found
+
+    def start(self) -> None:
+        self.advertise("goal")
+        self.subscribe("pose", self._on_pose)
+        self.subscribe("costmap", self._on_costmap)
+        self.subscribe("goal_result", self._on_result)
+        self.subscribe("peer_pose", self._on_peer, queue=0)
+        self.timer(self._exploration.rate_hz, self._tick)
+
+    def frontiers(self, limit: int | None) -> list[Frontier]:
+        """Reachable frontiers from where the robot is; if there are none, those too small or too
+        near to obstacles to count at first."""
+        x_m, y_m, _ = self._view.pose
+        discs = self._discs()
+        smallest = math.ceil(self._exploration.min_frontier_m / self._costmap.spec.resolution_m)
+        return (self._wavefront.frontiers((x_m, y_m), limit, smallest, discs)
+                or self._wavefront.hidden_frontiers((x_m, y_m), limit, discs))
+
+    # ---------------------------------------------------------------------------- what comes in
+
+    def _on_pose(self, message: Message) -> None:
+        self._pose = message
+
+    def _on_costmap(self, message: Message) -> None:
+        self._costmap = message.content
+        self._wavefront = Wavefront(self._costmap)
+        self._looked_at = -1
+
+    def _on_peer(self, message: Message) -> None:
+        peer = message.content
+        self.peers[peer.name] = Peer(peer.x_m, peer.y_m, peer.yaw_rad, self.now_ns)
+
+    def _on_result(self, message: Message) -> None:
+        result, goal = message.content, self._goal
+        if goal is None or (result.x_m, result.y_m) != (goal.x_m, goal.y_m):
+            return  # of a goal that was replaced meanwhile
+        if result.reached:
+            visits = self._visited[2] if self._visited and self._near_visited(goal) else 0
+            self._visited = (goal.x_m, goal.y_m, visits + 1)
+        else:
+            self._avoid(goal)
+        self._goal = None
+        self._looked_at = -1
+
+    # ---------------------------------------------------------------------------- what it does
+
+    def _tick(self, _: int) -> None:
+        if self._costmap is None or self._pose is None:
+            return
+        if self._goal is None:
+            if self._costmap.belief.version != self._looked_at or self._blacklist_ended():
+                self._choose()
+        elif self._goal_is_spoilt():
+            self._choose()
+
+    def _choose(self) -> None:
+        view, pose = self._view, self._pose.content
+        view.now_ns, view.pose = self.now_ns, (pose.x_m, pose.y_m, pose.yaw_rad)
+        self._blacklist = [entry for entry in self._blacklist if entry[2] > view.now_ns]
+        chosen = self._strategy.choose(view)
+        while chosen is not None and self._visited_in_vain(chosen):
+            self._avoid(chosen)
+            chosen = self._strategy.choose(view)
+        self._looked_at = self._costmap.belief.version
+        if chosen is not None:
+            self.record("goal", bits(chosen.x_m), bits(chosen.y_m), chosen.cells)
+            self.publish("goal", Goal(chosen.x_m, chosen.y_m))
+        elif self._goal is not None:
+            self.publish("goal", _STOP)
+        self._goal = chosen
+
+    def _goal_is_spoilt(self) -> bool:
+        """Whether what was unknown near the goal is known now, or the goal blocked. Cheap as long
+        as nothing changed near by."""
+        costmap, goal = self._costmap, self._goal
+        reach_m = self._radius_m + 2.0 * costmap.spec.resolution_m
+        if not any(costmap.changed_at(costmap.cell(goal.x_m + dx, goal.y_m + dy), self._looked_at)
+                   for dx in (-reach_m, reach_m) for dy in (-reach_m, reach_m)):
+            return False
+        costmap.update()
+        self._looked_at = costmap.seen
+        smallest = math.ceil(self._exploration.min_frontier_m / costmap.spec.resolution_m)
+        return (costmap.frontier_cells(goal.x_m, goal.y_m, reach_m) < min(goal.cells, smallest)
+                or costmap.free_near(goal.x_m, goal.y_m, self._tolerance_m) < 0)
+
+    def _near_visited(self, goal: Frontier) -> bool:
+        x_m, y_m, _ = self._visited
+        return math.hypot(goal.x_m - x_m, goal.y_m - y_m) <= self._tolerance_m
+
+    def _visited_in_vain(self, chosen: Frontier) -> bool:
+        return (self._visited is not None and self._visited[2] >= _VISITS
+                and self._near_visited(chosen))
+
+    def _avoid(self, goal: Frontier) -> None:
+        self._blacklist.append((goal.x_m, goal.y_m,
+                                self.now_ns + self._exploration.blacklist_for_ns))
+
+    def _blacklist_ended(self) -> bool:
+        return any(until_ns <= self.now_ns for _, _, until_ns in self._blacklist)
+
+    def _discs(self) -> np.ndarray:
+        """The blacklist as the search wants it: [k, 3] row, column, squared radius in cells."""
+        costmap = self._costmap
+        radius = self._exploration.blacklist_radius_m / costmap.spec.resolution_m
+        return np.array([(*divmod(costmap.cell(x_m, y_m), costmap.across), int(radius * radius))
+                         for x_m, y_m, _ in self._blacklist], np.int64).reshape(-1, 3)

@@ -1,0 +1,34 @@
+"""Where a robot believes it is: nodes that turn a sensor's pose into the topic ``pose``."""
+
+from __future__ import annotations
+
+from desim.middleware.graph import Host, Message, Node
+from desim.middleware.messages import Lazy
+
+
+class _Relay(Node):
+    """Publishes what comes in on ``source`` as ``pose``, without reading it."""
+
+    source: str
+
+    def __init__(self, host: Host) -> None:
+        super().__init__(host, "localization")
+
+    def start(self) -> None:
+        self.advertise("pose")
+        self.subscribe(self.source, self._on_pose)
+
+    def _on_pose(self, message: Message) -> None:
+        self.publish("pose", Lazy(message.size_bytes, lambda: message.content))
+
+
+class GroundTruth(_Relay):
+    """A sensor that knows the true pose."""
+
+    source = "true_pose"
+
+
+class OdometryLocalization(_Relay):
+    """The odometry taken at its word."""
+
+    source = "odom"

@@ -1,0 +1,241 @@
+"""Loops of the global costmap, and of the one search that serves plans and frontiers.
+
+``cost`` is the padded costmap [height + 2, width + 2], or ``flat``, the same as one line: 0..252
+free, ``INSCRIBED`` free but too near to an obstacle for the robot's centre, ``LETHAL`` an obstacle,
+``UNKNOWN``. The padding is lethal, so that no loop has to look for the rim; it inflates nothing.
+A cell is its place in ``flat``, whose rows are ``across`` cells long.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+TILE = 32
+INSCRIBED, LETHAL, UNKNOWN = 253, 254, 255
+BUCKETS = 64  # more than the dearest step of any toll
+FAR = 2**31 - 1  # the distance of a cell that the search has not met
+
+
+@njit("i8(i2[:,::1], i8[::1], i8, i8, i8, i8, i8, u1[:,::1], i8[:,::1])", cache=True)
+def classify(fused, tile_version, seen, tiles_x, free, occupied, reach, cost, boxes):
+    """Bring cells of tiles newer than ``seen`` up to date, free ones with cost 0 for now.
+
+    fused [tiles, 1024] log-odds, known free at or below ``free`` and occupied at or above
+    ``occupied`` | boxes [tiles, 4], out: row, row end, column, column end around the cells whose
+    cost is to be found anew: those that changed, and all within ``reach`` of a changed obstacle.
+    Returns the number of boxes.
+    """
+    rows, columns, count = cost.shape[0] - 2, cost.shape[1] - 2, 0
+    for tile in range(len(tile_version)):
+        if tile_version[tile] <= seen:
+            continue
+        row0, column0 = tile // tiles_x * TILE + 1, tile % tiles_x * TILE + 1
+        low_row, end_row, low_column, end_column = rows + 1, 0, columns + 1, 0
+        for r in range(row0, min(row0 + TILE, rows + 1)):
+            for c in range(column0, min(column0 + TILE, columns + 1)):
+                value, old = fused[tile, (r - row0) * TILE + c - column0], cost[r, c]
+                new = 0 if value <= free else LETHAL if value >= occupied else UNKNOWN
+                if new == old or (new == 0 and old <= INSCRIBED):
+                    continue
+                cost[r, c] = new
+                rim = reach if new == LETHAL or old == LETHAL else 0
+                low_row, end_row = min(low_row, r - rim), max(end_row, r + rim + 1)
+                low_column, end_column = min(low_column, c - rim), max(end_column, c + rim + 1)
+        if end_row > 0:
+            boxes[count, 0], boxes[count, 1] = max(low_row, 1), min(end_row, rows + 1)
+            boxes[count, 2], boxes[count, 3] = max(low_column, 1), min(end_column, columns + 1)
+            count += 1
+    return count
+
+
+@njit("void(i8[:,::1], i8, i8[:,::1], i8, u1[:,::1])", cache=True)
+def inflate(boxes, count, stencil, reach, cost):
+    """The cost of the free cells in ``boxes``: the highest that an obstacle near by gives.
+
+    stencil [k, 3] row offset, column offset, cost <= INSCRIBED | reach: its half width in cells
+    """
+    for b in range(count):
+        row, end_row, column, end_column = boxes[b]
+        for r in range(row, end_row):
+            for c in range(column, end_column):
+                if cost[r, c] <= INSCRIBED:
+                    cost[r, c] = 0
+        for r in range(max(row - reach, 1), min(end_row + reach, cost.shape[0] - 1)):
+            for c in range(max(column - reach, 1), min(end_column + reach, cost.shape[1] - 1)):
+                if cost[r, c] != LETHAL:
+                    continue
+                for k in range(len(stencil)):
+                    y, x = r + stencil[k, 0], c + stencil[k, 1]
+                    if row <= y < end_row and column <= x < end_column \
+                            and cost[y, x] < stencil[k, 2]:
+                        cost[y, x] = stencil[k, 2]
+
+
+@njit("b1(u1[::1], i8, i8)", cache=True, inline="always")
+def beside_unknown(flat, across, cell):
+    """Whether one of the four neighbours is unknown."""
+    return (flat[cell - 1] == UNKNOWN or flat[cell + 1] == UNKNOWN
+            or flat[cell - across] == UNKNOWN or flat[cell + across] == UNKNOWN)
+
+
+@njit("b1(u1[::1], i8, i4[:,::1], i8, i8[:,::1])", cache=True)
+def is_frontier(flat, across, toll, cell, discs):
+    """Passable, with an unknown neighbour at one of its four sides, and in none of ``discs``
+    [k, 3] row, column, squared radius in cells."""
+    if toll[0, flat[cell]] == 0 or not beside_unknown(flat, across, cell):
+        return False
+    row, column = cell // across, cell % across
+    for k in range(len(discs)):
+        if (row - discs[k, 0])**2 + (column - discs[k, 1])**2 <= discs[k, 2]:
+            return False
+    return True
+
+
+@njit("i8(u1[::1], i8, i4[:,::1], i8, i8[:,::1], u1[::1], i4[::1])", cache=True)
+def cluster(flat, across, toll, seed, discs, seen, stack):
+    """The number of frontier cells that hang together (8 neighbours) with ``seed``; they are
+    marked in ``seen``."""
+    stack[0], waiting, size = seed, 1, 0
+    seen[seed] = 1
+    while waiting > 0:
+        waiting -= 1
+        cell = stack[waiting]
+        size += 1
+        for dr in range(-1, 2):
+            for dc in range(-1, 2):
+                near = cell + dr * across + dc
+                if seen[near] == 0 and is_frontier(flat, across, toll, near, discs):
+                    seen[near] = 1
+                    stack[waiting] = near
+                    waiting += 1
+    return size
+
+
+@njit("i8(u1[::1], i8, i4[:,::1], i8, i8, i8, i8, i8[:,::1], i4[::1], u1[::1], i4[::1], i4[:,::1], "
+      "i8[:,::1])", cache=True)
+def spread(flat, across, toll, start, goal, limit, smallest, discs, distance, seen, stack, buckets,
+           found):
+    """Dijkstra from ``start`` with integer costs in circular buckets (Dial 1969), in order of cost
+    until ``goal`` is settled or ``limit`` frontier clusters are found, or all is settled.
+
+    toll [2, 256] cost of a step (straight, diagonal) into a cell by its cost, 0 = impassable |
+    goal: -1 for none | limit: 0 = no frontiers wanted | smallest: cells of a cluster that counts |
+    distance [cells], out: settled cells have theirs | seen, stack [cells] and buckets
+    [BUCKETS, cells]: room to work in | found [>= limit, 3], out: nearest cell, its distance, cells
+    Returns the number of clusters found, or for a goal 1 if it was reached.
+    """
+    distance[:] = FAR
+    seen[:] = 0
+    filled = np.zeros(BUCKETS, np.int64)
+    distance[start], buckets[0, 0], filled[0] = 0, start, 1
+    waiting, far, count = 1, 0, 0
+    while waiting > 0:
+        b = far % BUCKETS
+        for k in range(filled[b]):  # no step is free, so nothing joins this bucket meanwhile
+            cell = buckets[b, k]
+            if distance[cell] != far:
+                continue
+            if cell == goal:
+                return 1
+            if limit > 0 and beside_unknown(flat, across, cell) and seen[cell] == 0 \
+                    and is_frontier(flat, across, toll, cell, discs):
+                size = cluster(flat, across, toll, cell, discs, seen, stack)
+                if size >= smallest:
+                    found[count, 0], found[count, 1], found[count, 2] = cell, far, size
+                    count += 1
+                    if count == limit:
+                        return count
+            for dr in range(-1, 2):
+                for dc in range(-1, 2):
+                    near = cell + dr * across + dc
+                    step = toll[dr & dc & 1, flat[near]]
+                    if step > 0 and far + step < distance[near]:
+                        distance[near] = far + step
+                        target = (far + step) % BUCKETS
+                        buckets[target, filled[target]] = near
+                        filled[target] += 1
+                        waiting += 1
+        waiting -= filled[b]
+        filled[b] = 0
+        far += 1
+    return count
+
+
+@njit("i8(u1[::1], i8, i4[:,::1], i4[::1], i8, i4[::1])", cache=True)
+def trace_back(flat, across, toll, distance, goal, way):
+    """The cells of a cheapest way from the start of the last ``spread`` to the settled ``goal``,
+    written to ``way``, goal first. Returns how many."""
+    way[0], count, cell = goal, 1, goal
+    while distance[cell] > 0:
+        for k in range(9):
+            dr, dc = k // 3 - 1, k % 3 - 1
+            near = cell + dr * across + dc
+            if distance[near] != FAR and \
+                    distance[near] + toll[dr & dc & 1, flat[cell]] == distance[cell]:
+                cell = near
+                break
+        way[count] = cell
+        count += 1
+    return count
+
+
+@njit("i8(u1[::1], i8, i8, i8)", cache=True)
+def dearest(flat, across, a, b):
+    """The highest cost on the straight line between the centres of two cells, sampled at half
+    cells."""
+    row, column = a // across, a % across
+    rows, columns = b // across - row, b % across - column
+    steps, highest = 2 * max(abs(rows), abs(columns)), 0
+    for k in range(steps + 1):
+        r = row + int(np.floor(k * rows / steps + 0.5)) if steps > 0 else row
+        c = column + int(np.floor(k * columns / steps + 0.5)) if steps > 0 else column
+        highest = max(highest, flat[r * across + c])
+    return highest
+
+
+@njit("i8(u1[::1], i8, i4[::1], i8, i8, f8, f8, f8, f8[:,::1])", cache=True)
+def straighten(flat, across, way, count, longest, cell_m, x_m, y_m, points):
+    """Way points of ``way`` (goal first) from the start on: each the farthest cell, up to
+    ``longest`` cells ahead, that a straight line reaches without meeting a higher cost than the
+    way does. ``points`` [k, 2], out: x, y in m. Returns how many."""
+    anchor, n = count - 1, 0
+    while True:
+        cell = way[anchor]
+        points[n, 0] = x_m + (cell % across - 0.5) * cell_m
+        points[n, 1] = y_m + (cell // across - 0.5) * cell_m
+        n += 1
+        if anchor == 0:
+            return n
+        best, allowed = anchor - 1, max(flat[way[anchor]], flat[way[anchor - 1]])
+        for k in range(anchor - 2, max(anchor - longest, 0) - 1, -1):
+            allowed = max(allowed, flat[way[k]])
+            if dearest(flat, across, way[anchor], way[k]) <= allowed:
+                best = k
+        anchor = best
+
+
+@njit("i8(u1[::1], i8, i8, i8)", cache=True)
+def nearest_free(flat, across, cell, reach):
+    """The cell of a cost below INSCRIBED nearest to ``cell``, at most ``reach`` cells away; of
+    equally near ones the cheapest, then the first; -1 if there is none."""
+    rows, row, column = len(flat) // across, cell // across, cell % across
+    best, near2, lowest = -1, reach * reach + 1, 0
+    for r in range(max(row - reach, 1), min(row + reach, rows - 2) + 1):
+        for c in range(max(column - reach, 1), min(column + reach, across - 2) + 1):
+            cost, d2 = flat[r * across + c], (r - row)**2 + (c - column)**2
+            if cost < INSCRIBED and (d2 < near2 or (d2 == near2 and best >= 0 and cost < lowest)):
+                best, near2, lowest = r * across + c, d2, cost
+    return best
+
+
+@njit("i8(u1[::1], i8, i8, i8)", cache=True)
+def frontier_cells(flat, across, cell, reach):
+    """Free cells with an unknown neighbour (4) in the square of ``reach`` cells around ``cell``."""
+    rows, row, column, count = len(flat) // across, cell // across, cell % across, 0
+    for r in range(max(row - reach, 1), min(row + reach, rows - 2) + 1):
+        for c in range(max(column - reach, 1), min(column + reach, across - 2) + 1):
+            k = r * across + c
+            if flat[k] <= INSCRIBED and beside_unknown(flat, across, k):
+                count += 1
+    return count

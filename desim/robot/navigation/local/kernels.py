@@ -1,0 +1,217 @@
+"""Loops of the local layer and of the dynamic window.
+
+The layer is ``near2`` [n, n] float32: squared distance in m^2 from the centre of each cell to the
+nearest point that the laser saw, in the frame that the robot had then (x forward, y left, row by y,
+the robot in the middle). ``setup`` is one record of ``SETUP``.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import from_dtype, njit, types
+
+from desim.kernels import atan2, cos, exp, sin
+
+SETUP = np.dtype([(name, "f8") for name in (
+    "max_speed_mps", "max_turn_radps", "turn_acceleration_radps2",
+    "speed_step_mps", "turn_step_radps",  # the most that changes in one control period
+    "rollout_s", "safe_m", "inflation_m", "inflation_scaling",
+    "cell_m", "look_ahead_m", "keep_right_m", "path_weight", "goal_weight", "obstacle_weight")])
+FAR2 = np.float32(1e6)
+
+_ALIGN_M = 0.325  # a rollout is judged by a point so far ahead of its end (dwa_local_planner,
+#                   forward_point_distance)
+_STEP_M = 0.15  # a rollout is looked at so often; obstacles are wider than that by the robot's size
+_FAN_RAD, _FAN = math.pi / 12.0, 6  # where the way is blocked: directions to try on either side
+_FAN_M = 1.5  # and how far they have to be clear
+_TURN_FIRST_RAD = 1.0  # turn on the spot where the way leads off by more than this,
+_SLOW_MPS = 0.3  # once slower than this
+_GENTLE = 0.8  # share of the braking deceleration that turning on the spot counts on
+
+_setup = types.Array(from_dtype(SETUP), 1, "C")
+_f8, _i8, _f4x2 = types.float64, types.int64, types.float32[:, ::1]
+_f8x1, _f8x2 = types.float64[::1], types.float64[:, ::1]
+
+
+@njit("void(f4[::1], f8[:,::1], f8, f8, f8, f4[:,::1])", cache=True)
+def see(ranges, beams, no_return_m, cell_m, reach_m, near2):
+    """A scan into the layer; distances above ``reach_m`` stay far.
+
+    beams [n, 2] cos and sin of each beam's angle | a range of ``no_return_m`` or more met nothing
+    """
+    near2[:] = FAR2
+    size = near2.shape[0]
+    middle, last_x, last_y = 0.5 * size, 1e9, 1e9
+    for b in range(len(ranges)):
+        r = float(ranges[b])
+        if not 0.0 < r < no_return_m:
+            continue
+        x, y = r * beams[b, 0], r * beams[b, 1]
+        if (x - last_x)**2 + (y - last_y)**2 < (0.3 * cell_m)**2:
+            continue  # as good as the point before
+        c0 = max(int(np.ceil((x - reach_m) / cell_m + middle - 0.5)), 0)
+        c1 = min(int(np.floor((x + reach_m) / cell_m + middle - 0.5)) + 1, size)
+        r0 = max(int(np.ceil((y - reach_m) / cell_m + middle - 0.5)), 0)
+        r1 = min(int(np.floor((y + reach_m) / cell_m + middle - 0.5)) + 1, size)
+        if c0 >= c1 or r0 >= r1:
+            continue
+        last_x, last_y = x, y
+        for row in range(r0, r1):
+            dy2 = np.float32(((row + 0.5 - middle) * cell_m - y)**2)
+            for column in range(c0, c1):
+                dx = np.float32((column + 0.5 - middle) * cell_m - x)
+                near2[row, column] = min(near2[row, column], dx * dx + dy2)
+
+
+@njit("f8(f4[:,::1], f8, f8, f8)", cache=True)
+def clearance2(near2, cell_m, x, y):
+    """Squared distance in m^2 to the nearest point seen, far outside the layer."""
+    size = near2.shape[0]
+    column, row = int(np.floor(x / cell_m + 0.5 * size)), int(np.floor(y / cell_m + 0.5 * size))
+    if 0 <= column < size and 0 <= row < size:
+        return float(near2[row, column])
+    return float(FAR2)
+
+
+@njit("UniTuple(f8, 6)(f8[:,::1], i8[::1], f8, f8, f8, f8)", cache=True)
+def look_ahead(way, leg, x, y, ahead_m, keep_right_m):
+    """The point of ``way`` [n, 2] that is ``ahead_m`` on from the point nearest to (x, y), moved to
+    the right by ``keep_right_m``, except at the very end of the way.
+
+    leg [1], in and out: the leg that the robot is on; it looks at this one and the next few.
+    Returns the point, the direction of the way there, the length still to go, 1.0 at the end.
+    """
+    last, best2, along = len(way) - 1, 1e18, 0.0
+    first = leg[0]
+    for k in range(first, min(first + 4, last)):
+        dx, dy = way[k + 1, 0] - way[k, 0], way[k + 1, 1] - way[k, 1]
+        length2 = dx * dx + dy * dy
+        t = ((x - way[k, 0]) * dx + (y - way[k, 1]) * dy) / length2 if length2 > 0.0 else 1.0
+        t = min(max(t, 0.0), 1.0)
+        d2 = (way[k, 0] + t * dx - x)**2 + (way[k, 1] + t * dy - y)**2
+        if d2 < best2:
+            best2, leg[0], along = d2, k, t
+    togo, px, py, found = math.sqrt(best2) if best2 < 1e18 else 0.0, way[last, 0], way[last, 1], 0.0
+    ux, uy, left = 0.0, 0.0, ahead_m
+    for k in range(leg[0], last):
+        dx, dy = way[k + 1, 0] - way[k, 0], way[k + 1, 1] - way[k, 1]
+        length, from_ = math.sqrt(dx * dx + dy * dy), along if k == leg[0] else 0.0
+        rest = (1.0 - from_) * length
+        togo += rest
+        if found == 0.0 and rest > left:
+            found, ux, uy = 1.0, dx / length, dy / length
+            t = from_ + left / length
+            px = way[k, 0] + t * dx + keep_right_m * uy
+            py = way[k, 1] + t * dy - keep_right_m * ux
+        left -= rest
+    return px, py, ux, uy, togo, 1.0 - found
+
+
+@njit("b1(f4[:,::1], f8, f8, f8, f8, f8, f8, f8)", cache=True)
+def clear(near2, cell_m, safe2, x, y, ux, uy, length_m):
+    """Whether the robot could go straight so far; where it is too near to something already, it
+    may not come nearer."""
+    bar = min(safe2, clearance2(near2, cell_m, x, y))
+    for k in range(1, int(length_m / cell_m) + 1):
+        if clearance2(near2, cell_m, x + k * cell_m * ux, y + k * cell_m * uy) < bar:
+            return False
+    return True
+
+
+@njit("UniTuple(f8, 2)(f4[:,::1], f8, f8, f8, f8, f8, f8)", cache=True)
+def around(near2, cell_m, safe2, x, y, dx, dy):
+    """The offset (dx, dy) from the robot to its aim, turned as little as it takes for a clear
+    straight way, to the right before to the left; as it was where all is blocked."""
+    length = math.sqrt(dx * dx + dy * dy)
+    if length < cell_m:
+        return dx, dy
+    for k in range(2 * _FAN + 1):
+        angle = (k + 1) // 2 * _FAN_RAD * (-1.0 if k % 2 == 1 else 1.0)
+        c, s = cos(angle), sin(angle)
+        tx, ty = c * dx - s * dy, s * dx + c * dy
+        if clear(near2, cell_m, safe2, x, y, tx / length, ty / length, min(length, _FAN_M)):
+            return tx, ty
+    return dx, dy
+
+
+@njit(_f8(_f4x2, _setup, *[_f8] * 8), cache=True)
+def rollout(near2, setup, x, y, yaw, v, w, aim_x, aim_y, bar2):
+    """What it costs to drive an arc with speed v and turn rate w for ``rollout_s``: by how far its
+    end is off the straight line to the aim, how far a point ahead of its end is from the aim, and
+    how near it comes to obstacles. Infinite if it comes nearer than the root of ``bar2``."""
+    s = setup[0]
+    steps = int(v * s.rollout_s / _STEP_M) + 1
+    turn = w * s.rollout_s / steps
+    step_m, c, si = v * s.rollout_s / steps, cos(turn), sin(turn)
+    half_c, half_s = cos(yaw + 0.5 * turn), sin(yaw + 0.5 * turn)
+    px, py, low2 = x, y, s.inflation_m**2
+    for _ in range(steps):
+        px, py = px + step_m * half_c, py + step_m * half_s
+        half_c, half_s = half_c * c - half_s * si, half_s * c + half_c * si
+        if v > 0.0:
+            d2 = clearance2(near2, s.cell_m, px, py)
+            if d2 < bar2:
+                return np.inf
+            low2 = min(low2, d2)
+    end_yaw = yaw + w * s.rollout_s
+    fx, fy = px + _ALIGN_M * cos(end_yaw) - aim_x, py + _ALIGN_M * sin(end_yaw) - aim_y
+    lx, ly = aim_x - x, aim_y - y
+    length = math.sqrt(lx * lx + ly * ly) + 1e-9
+    off = abs(lx * (py - y) - ly * (px - x)) / length
+    cost = 0.0
+    if low2 < s.inflation_m**2:  # costmap_2d's inflation
+        cost = 252.0 * min(exp(-s.inflation_scaling * (math.sqrt(low2) - s.safe_m)), 1.0)
+    return (s.path_weight * off + s.goal_weight * math.sqrt(fx * fx + fy * fy)
+            + s.obstacle_weight * cost)
+
+
+@njit(types.void(_f4x2, _setup, *[_f8] * 5, _i8, _i8, _f8, _f8, _f8x1), cache=True)
+def window(near2, setup, x, y, yaw, v, w, speeds, turns, aim_x, aim_y, out):
+    """The dynamic window (Fox, Burgard, Thrun 1997): of the velocities within reach in one control
+    period the one with the cheapest rollout; braking straight ahead if none is clear.
+
+    out [3]: speed, turn rate, 1.0 if blocked
+    """
+    s = setup[0]
+    low_v, high_v = max(v - s.speed_step_mps, 0.0), min(v + s.speed_step_mps, s.max_speed_mps)
+    low_w = max(w - s.turn_step_radps, -s.max_turn_radps)
+    high_w = min(w + s.turn_step_radps, s.max_turn_radps)
+    bar2 = min(s.safe_m**2, clearance2(near2, s.cell_m, x, y))
+    best = np.inf
+    out[0], out[1], out[2] = low_v, min(max(0.0, low_w), high_w), 1.0
+    for i in range(speeds):
+        speed = high_v - (high_v - low_v) * i / max(speeds - 1, 1)
+        for j in range(-1, turns):  # the first is straight on, or as straight as can be
+            turn = low_w + (high_w - low_w) * j / (turns - 1)
+            if j < 0:
+                turn = min(max(0.0, low_w), high_w)
+            cost = rollout(near2, setup, x, y, yaw, speed, turn, aim_x, aim_y, bar2)
+            if cost < best:
+                best, out[0], out[1], out[2] = cost, speed, turn, 0.0
+
+
+@njit(types.void(_f4x2, _setup, _f8x1, _f8x1, _f8, _f8, _f8x2, types.int64[::1], _i8, _i8, _f8x1),
+      cache=True)
+def steer(near2, setup, pose, seen_from, v, w, way, leg, speeds, turns, out):
+    """The next velocity on ``way``. pose, seen_from [3] x, y, yaw on the map, of the robot now and
+    of the layer | v, w present velocity | out [4]: speed, turn rate, 1.0 if blocked, length of the
+    way still to go."""
+    s = setup[0]
+    px, py, _, _, togo, end = look_ahead(way, leg, pose[0], pose[1], s.look_ahead_m, s.keep_right_m)
+    c, si = cos(seen_from[2]), sin(seen_from[2])
+    dx, dy = pose[0] - seen_from[0], pose[1] - seen_from[1]
+    x, y, yaw = c * dx + si * dy, c * dy - si * dx, pose[2] - seen_from[2]
+    dx, dy = px - pose[0], py - pose[1]
+    dx, dy = around(near2, s.cell_m, s.safe_m**2, x, y, c * dx + si * dy, c * dy - si * dx)
+    off = atan2(dy, dx) - yaw
+    off -= 2.0 * math.pi * np.floor(off / (2.0 * math.pi) + 0.5)
+    if abs(off) > _TURN_FIRST_RAD and v < _SLOW_MPS:
+        # The fastest turn that can still stop in time: w^2 = 2 a off.
+        turn = min(math.sqrt(2.0 * _GENTLE * s.turn_acceleration_radps2 * abs(off)),
+                   s.max_turn_radps)
+        out[0], out[1], out[2] = max(v - s.speed_step_mps, 0.0), math.copysign(turn, off), 0.0
+    else:
+        window(near2, setup, x, y, yaw, v, w, speeds, turns, x + dx, y + dy, out)
+    out[3] = togo

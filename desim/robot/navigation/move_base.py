@@ -1,0 +1,193 @@
+"""The node that drives: plans a way to each goal, follows it, and tries to get free when stuck."""
+
+from __future__ import annotations
+
+import math
+
+from desim.middleware.graph import Host, Message, Node
+from desim.middleware.messages import Goal, GoalResult, Twist
+from desim.robot.navigation.costmap import Costmap
+from desim.robot.navigation.local.planner import LocalPlanner
+from desim.robot.navigation.recovery import Progress, Recovery, Spin, retreat
+from desim.robot.navigation.wavefront import Wavefront
+from desim.scenario.fleet import BodyType
+from desim.scenario.robot import Laser, Navigation
+from desim.trace import bits
+from desim.units import NS_PER_S
+
+_RETREAT_NS = 4 * NS_PER_S  # no retreat takes longer
+_STOP = Twist(0.0, 0.0, 0.0)
+
+
+class MoveBase(Node):
+    """Drives to one goal at a time. Publishes its global costmap, live, for others on its host."""
+
+    def __init__(self, host: Host, navigation: Navigation, body: BodyType, laser: Laser) -> None:
+        super().__init__(host, "move_base")
+        self._navigation, self._body = navigation, body
+        self._sensor_timeout_ns = max(navigation.sensor_timeout_ns,
+                                      int(2 * NS_PER_S / laser.rate_hz))
+        self._local = LocalPlanner(navigation, body)
+        self._progress = Progress()
+        self._scan: Message | None = None
+        self._pose: Message | None = None
+        self._costmap: Costmap | None = None
+        self._wavefront: Wavefront | None = None
+        self._goal: Goal | None = None
+        self._spin: Spin | None = None
+        self._retreat_until_ns = 0  # 0: not in retreat
+        self._recoveries = 0  # for this goal
+        self._arriving = False  # the goal is reached when the present turn is complete
+
+    def start(self) -> None:
+        for topic in ("cmd_vel", "goal_result"):
+            self.advertise(topic)
+        self.advertise("costmap", latch=True)
+        self.subscribe("scan", self._on_scan)
+        self.subscribe("pose", self._on_pose)
+        self.subscribe("map", self._on_map)
+        self.subscribe("goal", self._on_goal)
+        self.timer(self._navigation.control_rate_hz, self._control)
+        self.timer(self._navigation.local_rate_hz, self._look)
+
+    # ---------------------------------------------------------------------------- what comes in
+
+    def _on_scan(self, message: Message) -> None:
+        self._scan = message
+
+    def _on_pose(self, message: Message) -> None:
+        self._pose = message
+
+    def _on_map(self, message: Message) -> None:
+        belief = message.content
+        if self._costmap is None or self._costmap.belief is not belief:
+            self._costmap = Costmap(belief, self._body.radius_m,
+                                    self._navigation.inflation_radius_m,
+                                    self._navigation.inflation_scaling)
+            self._wavefront = Wavefront(self._costmap)
+            self.publish("costmap", self._costmap)
+
+    def _on_goal(self, message: Message) -> None:
+        goal = message.content
+        self._spin, self._arriving, self._retreat_until_ns, self._recoveries = None, False, 0, 0
+        if goal.x_m is None:
+            self._halt()
+            return
+        self._goal = goal
+        if not self._plan():
+            self._finish(False)
+        elif self._distance_m(goal) <= self._navigation.goal_tolerance_m:
+            self._arriving = True  # the robot is there already: it looks around
+            self._begin_spin()
+
+    def _look(self, _: int) -> None:
+        """Take the newest scan into the local layer."""
+        if self._goal is None or self._scan is None or self._pose is None:
+            return
+        scan = self._scan.content
+        self._local.look(scan, *self._local.extrapolate(self._pose.content, scan.stamp_ns))
+
+    # ---------------------------------------------------------------------------- what it does
+
+    def _control(self, _: int) -> None:
+        if self._goal is None:
+            return
+        now_ns = self.now_ns
+        if self._scan is None or now_ns - self._scan.born_ns > self._sensor_timeout_ns:
+            self._drive(0.0, 0.0)
+            return
+        x_m, y_m, yaw_rad = self._local.extrapolate(self._pose.content, now_ns)
+        if self._spin is not None:
+            turn_radps = self._spin.turn_radps(yaw_rad, now_ns)
+            if turn_radps is not None:
+                self._drive(0.0, turn_radps)
+                return
+            self._end_spin(now_ns)
+        elif self._retreat_until_ns:
+            self._retreat(x_m, y_m, yaw_rad, now_ns)
+        else:
+            self._approach(x_m, y_m, yaw_rad, now_ns)
+
+    def _approach(self, x_m: float, y_m: float, yaw_rad: float, now_ns: int) -> None:
+        goal = self._goal
+        if math.hypot(goal.x_m - x_m, goal.y_m - y_m) <= self._navigation.goal_tolerance_m:
+            self._finish(True)
+            return
+        speed_mps, turn_radps, togo_m = self._local.steer(x_m, y_m, yaw_rad)
+        self._progress.note(now_ns, togo_m)
+        if now_ns - self._progress.since_ns > self._navigation.stuck_after_ns:
+            self._recover(x_m, y_m, yaw_rad, now_ns)
+        else:
+            self._drive(speed_mps, turn_radps)
+
+    def _recover(self, x_m: float, y_m: float, yaw_rad: float, now_ns: int) -> None:
+        """The next thing to try, or the end of trying."""
+        self._recoveries += 1
+        if self._recoveries > self._navigation.give_up_after or not self._plan():
+            self._finish(False)
+            return
+        kind = Recovery((self._recoveries - 1) % len(Recovery))
+        self.record("recovery", self._recoveries, int(kind))
+        self._progress.restart(now_ns)
+        if kind is Recovery.ROTATE:
+            self._begin_spin()
+        elif kind is Recovery.RETREAT:
+            way = retreat(self._costmap, x_m, y_m, yaw_rad, self.stream("retreat"))
+            if way is not None:
+                self._local.follow(way)
+                self._retreat_until_ns = now_ns + _RETREAT_NS
+        self._drive(0.0, 0.0)
+
+    def _retreat(self, x_m: float, y_m: float, yaw_rad: float, now_ns: int) -> None:
+        speed_mps, turn_radps, togo_m = self._local.steer(x_m, y_m, yaw_rad)
+        if togo_m > self._body.radius_m and now_ns < self._retreat_until_ns:
+            self._drive(speed_mps, turn_radps)
+            return
+        self._retreat_until_ns = 0
+        self._progress.restart(now_ns)
+        if not self._plan():
+            self._finish(False)
+
+    def _begin_spin(self) -> None:
+        body = self._body
+        self._spin = Spin(body.max_turn_radps, body.turn_acceleration_radps2,
+                          self._pose.content.yaw_rad, self.now_ns)
+
+    def _end_spin(self, now_ns: int) -> None:
+        self._spin = None
+        self._progress.restart(now_ns)
+        if self._arriving:
+            self._finish(True)
+
+    def _plan(self) -> bool:
+        """Find a way to the goal; False if there is none."""
+        if self._pose is None or self._wavefront is None:
+            return False
+        pose, goal = self._pose.content, self._goal
+        way = self._wavefront.plan((pose.x_m, pose.y_m), (goal.x_m, goal.y_m),
+                                   self._navigation.goal_tolerance_m)
+        if way is None:
+            return False
+        self._local.follow(way)
+        self._progress.begin(self.now_ns, pose.x_m, pose.y_m)
+        return True
+
+    def _distance_m(self, goal: Goal) -> float:
+        pose = self._pose.content
+        return math.hypot(goal.x_m - pose.x_m, goal.y_m - pose.y_m)
+
+    def _drive(self, speed_mps: float, turn_radps: float) -> None:
+        self._local.drove(speed_mps, turn_radps)
+        self.publish("cmd_vel", Twist(speed_mps, 0.0, turn_radps))
+
+    def _halt(self) -> None:
+        """Nowhere to go: stop, and say nothing more."""
+        self._goal = None
+        self._local.drove(0.0, 0.0)
+        self.publish("cmd_vel", _STOP)
+
+    def _finish(self, reached: bool) -> None:
+        goal = self._goal
+        self.record("goal_reached" if reached else "goal_aborted", bits(goal.x_m), bits(goal.y_m))
+        self._halt()
+        self.publish("goal_result", GoalResult(goal.x_m, goal.y_m, reached))

@@ -1,0 +1,90 @@
+"""Noticing that a robot is stuck, and what it does about it."""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+
+import numpy as np
+
+from desim.robot.navigation.costmap import Costmap
+
+_PROGRESS_M = 0.2  # one cell of the map
+_MOVED_M = 0.3  # a new way is a new start only for a robot that got somewhere since the last one
+_RETREAT_M = (0.5, 1.5)  # how far it backs off: drawn, so that two that block each other differ
+_DIRECTIONS = 8
+
+
+class Recovery(IntEnum):
+    """What is tried, in this order, again and again."""
+
+    REPLAN = 0
+    ROTATE = 1
+    RETREAT = 2
+
+
+class Progress:
+    """How long it is since the way last became shorter."""
+
+    def __init__(self) -> None:
+        self.since_ns = 0
+        self._least_m = math.inf
+        self._place_m = (math.inf, math.inf)
+
+    def begin(self, now_ns: int, x_m: float, y_m: float) -> None:
+        """A new way. A robot that did not move since the last one is no less stuck."""
+        self._least_m = math.inf
+        if math.hypot(x_m - self._place_m[0], y_m - self._place_m[1]) > _MOVED_M:
+            self._place_m = (x_m, y_m)
+            self.since_ns = now_ns
+
+    def restart(self, now_ns: int) -> None:
+        """Something else is tried from now on."""
+        self._least_m = math.inf
+        self.since_ns = now_ns
+
+    def note(self, now_ns: int, togo_m: float) -> None:
+        """So much is left of the way."""
+        if togo_m < self._least_m - _PROGRESS_M:
+            if self._least_m < math.inf:
+                self.since_ns = now_ns
+            self._least_m = togo_m
+
+
+class Spin:
+    """A full turn on the spot, to see what is around (move_base's rotate_recovery)."""
+
+    def __init__(self, turn_radps: float, acceleration_radps2: float, yaw_rad: float,
+                 now_ns: int) -> None:
+        self._fastest_radps = turn_radps
+        self._acceleration_radps2 = acceleration_radps2
+        self._yaw_rad = yaw_rad
+        self._left_rad = 2.0 * math.pi
+        # Twice what it takes unhindered, plus a second: something holds the robot then.
+        self._end_ns = now_ns + round(1e9 * (1.0 + 4.0 * math.sqrt(
+            self._left_rad / acceleration_radps2) + 2.0 * self._left_rad / turn_radps))
+
+    def turn_radps(self, yaw_rad: float, now_ns: int) -> float | None:
+        """The turn rate to have next, None when done: w^2 = 2 a left, from rotate_recovery."""
+        turned_rad = math.remainder(yaw_rad - self._yaw_rad, 2.0 * math.pi)
+        self._yaw_rad = yaw_rad
+        self._left_rad -= turned_rad
+        if self._left_rad < 0.1 or now_ns > self._end_ns:
+            return None
+        return min(self._fastest_radps,
+                   math.sqrt(2.0 * self._acceleration_radps2 * self._left_rad))
+
+
+def retreat(costmap: Costmap, x_m: float, y_m: float, yaw_rad: float,
+            rng: np.random.Generator) -> np.ndarray | None:
+    """A short way [2, 2] back, or aside, over known free cells; None where there is none."""
+    length_m = float(rng.uniform(*_RETREAT_M))
+    first = yaw_rad + math.pi + float(rng.uniform(-0.5, 0.5)) * math.pi
+    for k in range(_DIRECTIONS):
+        aside = (k + 1) // 2 * (1 if k % 2 else -1)
+        heading_rad = first + aside * 2.0 * math.pi / _DIRECTIONS
+        end_m = (x_m + length_m * math.cos(heading_rad), y_m + length_m * math.sin(heading_rad))
+        start = costmap.free_near(x_m, y_m, 1.0)
+        if start >= 0 and costmap.clear_line(costmap.centre(start), end_m):
+            return np.array([(x_m, y_m), end_m])
+    return None
