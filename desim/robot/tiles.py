@@ -155,8 +155,8 @@ class Belief:
     ``observers`` are called as ``observer(belief, changed_tiles)`` after each change.
     """
 
-    def __init__(self, pool: TilePool, spec: GridSpec) -> None:
-        self.pool, self.spec = pool, spec
+    def __init__(self, spec: GridSpec, pool: TilePool) -> None:
+        self.spec, self.pool = spec, pool
         self.tiles_x, self.tiles_y = tiles_across(spec)
         self.tiles = np.arange(self.tiles_x * self.tiles_y, dtype=np.int32)
         self.size_bytes = occupancy_grid_bytes(spec.width * spec.height)
