@@ -51,8 +51,8 @@ class Mapping(Params):
     linear_update_m: Length = Field("1 m", description="a scan is taken in after driving so far "
                                                      "(gmapping linearUpdate)")
     angular_update_rad: Angle = Field("0.5 rad", ge=0, description="or turning so far (gmapping)")
-    usable_range_m: Length = Field("25 m", gt=0, description="a longer beam clears space up to here and "
-                                                     "marks nothing (the paper's maxUrange)")
+    usable_range_m: Length = Field("25 m", gt=0, description=(
+        "a longer beam clears space up to here and marks nothing (the paper's maxUrange)"))
 
 
 class Navigation(Params):
@@ -60,7 +60,8 @@ class Navigation(Params):
 
     control_rate_hz: Frequency = Field("10 Hz", description="(the paper's controller_frequency)")
     local_rate_hz: Frequency = Field("5 Hz", description="update of the local layer (the paper)")
-    local_size_m: Length = Field("6 m", gt=0, description="side of the local window (the paper's yaml)")
+    local_size_m: Length = Field("6 m", gt=0,
+                                 description="side of the local window (the paper's yaml)")
     local_resolution_m: Length = Field("0.1 m", gt=0, description="(the paper's yaml)")
     inflation_radius_m: Length = Field("0.55 m", description="(costmap_2d default)")
     inflation_scaling: float = Field(10.0, gt=0, description="cost decay per metre (costmap_2d "
@@ -72,6 +73,21 @@ class Navigation(Params):
     stuck_after_ns: Period = Field("5 s", description="no progress for so long starts a recovery "
                                                      "(move_base controller_patience)")
     give_up_after: int = Field(3, ge=1, description="recoveries before the goal is aborted")
+    sensor_timeout_ns: Period = Field("0.5 s", description=(
+        "the robot stops when its newest scan is older (move_base: sensor not current; at least "
+        "two periods of the laser)"))
+    keep_right_m: Length = Field("0.4 m", description=(
+        "drive so far to the right of the planned way, so that robots that meet on one way pass "
+        "each other (1.5 robot radii)"))
+    clearance_m: Length = Field("0.05 m", description=(
+        "distance that rollouts keep from obstacles beside the robot's radius (half a cell of "
+        "the local grid)"))
+    path_weight: float = Field(0.6, ge=0, description=(
+        "per metre that a rollout ends beside the way (TrajectoryPlannerROS path_distance_bias)"))
+    goal_weight: float = Field(0.8, ge=0, description=(
+        "per metre to the point ahead on the way (TrajectoryPlannerROS goal_distance_bias)"))
+    obstacle_weight: float = Field(0.001, ge=0, description=(
+        "per unit of inflated cost (TrajectoryPlannerROS occdist_scale 0.01 per cell of 0.1 m)"))
 
 
 class Exploration(Params):

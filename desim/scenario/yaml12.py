@@ -36,17 +36,22 @@ class _Dumper(yaml.SafeDumper):
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
+    def represent_list(self, data: Any) -> yaml.Node:
+        short = len(repr(data)) <= 80 and not any(isinstance(item, dict) for item in data)
+        return self.represent_sequence(_TAG + "seq", data, flow_style=short)
+
 
 for _name, (_pattern, _first) in _CORE.items():
     _Loader.add_implicit_resolver(_TAG + _name, re.compile(_pattern), _first)
     _Dumper.add_implicit_resolver(_TAG + _name, re.compile(_pattern), _first)
-_Dumper.add_representer(tuple, _Dumper.represent_list)
+for _type in (list, tuple):
+    _Dumper.add_representer(_type, _Dumper.represent_list)
 
 
 def dump(data: Any) -> str:
     """Block style YAML that ``parse`` reads back to the same ``data``; short lists on one line."""
-    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100,
-                     default_flow_style=None)
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000,
+                     default_flow_style=False)
 
 
 def read(path: str) -> tuple[dict[str, Any], Places]:

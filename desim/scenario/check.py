@@ -1,0 +1,163 @@
+"""What a scenario must fulfil beyond the types of its values."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+
+from desim import plugins
+from desim.errors import InputError, did_you_mean
+from desim.scenario import expression
+from desim.scenario.complaints import Complaint
+from desim.scenario.environment import BUILT_IN_TERRAINS, MapFile, Shape
+from desim.scenario.experiment import QUANTITIES
+from desim.scenario.fleet import BUILT_IN_TYPES, StartList
+from desim.scenario.names import WORKSTATION, host_names, robot_names
+from desim.scenario.places import Path
+from desim.scenario.robot import BUILT_IN_LASERS
+from desim.scenario.schema import Scenario
+from desim.units import DURATION, LENGTH
+
+Found = Iterator[tuple[Path, str]]
+Folder = Callable[[Path], str]  # of the file in which the value at a path was written
+
+
+def complaints(scenario: Scenario, folder: Folder, wrong: tuple[Path, ...]) -> list[Complaint]:
+    """All that is wrong. Checks that look at one of the ``wrong`` paths are left out: what stands
+    there now is a default and not what the user meant."""
+    return [Complaint(path, text) for looks_at, check in _CHECKS
+            if not any(_touch(path, family) for path in wrong for family in looks_at)
+            for path, text in check(scenario, folder)]
+
+
+def _touch(path: Path, family: Path) -> bool:
+    return all(a == b for a, b in zip(path, family, strict=False))
+
+
+def _terrain(scenario: Scenario, folder: Folder) -> Found:
+    path, terrain = ("environment", "terrain"), scenario.environment.terrain
+    if isinstance(terrain, Shape):
+        yield from _shape(path, terrain)
+        return
+    is_map = isinstance(terrain, MapFile)
+    file = terrain.map if is_map else terrain
+    if is_map or file.endswith((".yaml", ".yml")):
+        file = os.path.normpath(os.path.join(folder(path), file))
+        if not os.path.isfile(file):
+            yield (*path, "map") if is_map else path, f"no such map: {file}"
+    elif terrain not in BUILT_IN_TERRAINS:
+        yield path, (f"unknown terrain {terrain!r}{did_you_mean(terrain, BUILT_IN_TERRAINS)}; "
+                     f"allowed: {', '.join(BUILT_IN_TERRAINS)}, a map_server file (*.yaml), or a "
+                     "shape")
+
+
+def _shape(path: Path, shape: Shape) -> Found:
+    if min(shape.size_m) <= 0:
+        yield (*path, "size"), "must be above zero"
+    for i, block in enumerate(shape.rectangles):
+        for key, (low, high) in (("x", block.x_m), ("y", block.y_m)):
+            if low >= high:
+                yield (*path, "rectangles", i, key), (
+                    f"must go from a lower to a higher value, got {LENGTH.format(low)} to "
+                    f"{LENGTH.format(high)}")
+
+
+def _doors(scenario: Scenario, _: Folder) -> Found:
+    for i, door in enumerate(scenario.environment.doors):
+        path = ("environment", "doors", i, "open")
+        for j, (opens, closes) in enumerate(door.open_ns):
+            if opens >= closes:
+                yield (*path, j), (f"must open before it closes, got {DURATION.format(opens)} to "
+                                   f"{DURATION.format(closes)}")
+        for j, (before, after) in enumerate(pairwise(door.open_ns), start=1):
+            if after[0] < before[1]:
+                yield (*path, j), (f"must begin after the interval before it has ended "
+                                   f"({DURATION.format(before[1])}), got "
+                                   f"{DURATION.format(after[0])}")
+
+
+def _fleet(scenario: Scenario, _: Folder) -> Found:
+    fleet = scenario.fleet
+    types = {**BUILT_IN_TYPES, **fleet.types}
+    groups = [] if isinstance(fleet.robots, str) else fleet.robots
+    named = [(("fleet", "robots", i, "type"), group.type) for i, group in enumerate(groups)]
+    for path, name in named or [(("fleet", "robots"), fleet.robots)]:
+        if name not in types:
+            yield path, (f"unknown type {name!r}{did_you_mean(str(name), types)}; allowed: "
+                         f"{', '.join(types)}")
+    count = sum(group.count for group in groups)
+    if groups and fleet.size not in (None, count):
+        yield ("fleet", "size"), f"must be the sum of the groups' counts, {count}, got {fleet.size}"
+    if isinstance(fleet.start, StartList):
+        yield from _start_list(fleet.start, count or fleet.size)
+
+
+def _start_list(start: StartList, size: int | None) -> Found:
+    path = ("fleet", "start", "poses")
+    if size not in (None, len(start.poses)):
+        yield path, f"must be as many as there are robots, {size}, got {len(start.poses)}"
+    names = [pose.name for pose in start.poses]
+    if any(names) and not all(names):
+        yield (*path, names.index(None)), "the key 'name' is missing; all poses have one or none"
+    for i, name in enumerate(names):
+        if name and name in names[:i]:
+            yield (*path, i, "name"), f"{name!r} is the name of another robot"
+
+
+def _hosts(scenario: Scenario, _: Folder) -> Found:
+    taken = {*robot_names(scenario), *([WORKSTATION] if scenario.deployment == "testbed" else [])}
+    for name in scenario.hosts:
+        if name in taken:
+            yield ("hosts", name), f"{name!r} is the name of another host"
+
+
+def _known_names(scenario: Scenario, _: Folder) -> Found:
+    hosts, robots = host_names(scenario), robot_names(scenario)
+    for i, fault in enumerate(scenario.faults):
+        if fault.host not in hosts:
+            yield ("faults", i, "host"), _unknown("host", fault.host, hosts)
+    for i, name in enumerate(scenario.robot.passive):
+        if name not in robots:
+            yield ("robot", "passive", i), _unknown("robot", name, robots)
+
+
+def _unknown(kind: str, name: str, known: tuple[str, ...]) -> str:
+    allowed = ", ".join(known if len(known) <= 8 else (*known[:3], "...", known[-1]))
+    return f"unknown {kind} {name!r}{did_you_mean(name, known)}; allowed: {allowed}"
+
+
+def _laser(scenario: Scenario, _: Folder) -> Found:
+    laser = scenario.robot.laser
+    if isinstance(laser, str) and laser not in BUILT_IN_LASERS:
+        yield ("robot", "laser"), (f"unknown laser {laser!r}{did_you_mean(laser, BUILT_IN_LASERS)};"
+                                   f" allowed: {', '.join(BUILT_IN_LASERS)}, or its parameters")
+
+
+def _condition(scenario: Scenario, _: Folder) -> Found:
+    if scenario.stop.when is None:
+        return
+    try:
+        expression.condition(scenario.stop.when, QUANTITIES)
+    except InputError as error:
+        yield ("stop", "when"), str(error)
+
+
+def _world(scenario: Scenario, _: Folder) -> Found:
+    name, known = scenario.physics.model, plugins.available("world")
+    if ":" not in name and name not in known:
+        yield ("physics", "model"), (f"unknown world {name!r}{did_you_mean(name, known)}; known: "
+                                     f"{', '.join(known)}, or a dotted path "
+                                     "'package.module:Class'")
+
+
+_CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...] = (
+    ((("environment", "terrain"),), _terrain),
+    ((("environment", "doors"),), _doors),
+    ((("fleet",),), _fleet),
+    ((("fleet",), ("hosts",), ("deployment",)), _hosts),
+    ((("fleet",), ("hosts",), ("deployment",), ("faults",), ("robot", "passive")), _known_names),
+    ((("robot", "laser"),), _laser),
+    ((("stop", "when"),), _condition),
+    ((("physics", "model"),), _world),
+)

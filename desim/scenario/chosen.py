@@ -1,0 +1,75 @@
+"""The plug-ins that a scenario chooses: their parameters checked, and spelled out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from desim import plugins
+from desim.errors import InputError
+from desim.scenario.choice import keys
+from desim.scenario.communication import Medium, PluginChoice, RuleChoice
+from desim.scenario.complaints import Complaint, validated
+from desim.scenario.merge import CHOICES
+from desim.scenario.places import Path
+from desim.scenario.schema import Scenario
+
+
+def complaints(data: dict[str, Any]) -> list[Complaint]:
+    """What is wrong with the plug-ins named in a scenario's mapping, and with their parameters.
+
+    Works on what was written, so that it also finds something in a scenario with other errors.
+    """
+    found: list[Complaint] = []
+    for path, kind, key, block, choice in _written(data):
+        name = choice.get(key, block.model_fields[key].default)
+        if not isinstance(name, str):
+            continue  # the schema complains
+        own = keys(block)
+        theirs = {key: value for key, value in choice.items() if key not in own}
+        try:
+            result = validated(plugins.parameters(kind, name), theirs, path, tuple(own))
+        except InputError as error:
+            result = [Complaint((*path, key), str(error))]
+        if isinstance(result, list):
+            found += result
+    return found
+
+
+def spelled_out(scenario: Scenario) -> Scenario:
+    """The scenario with every parameter of its plug-ins. Its parameters must be right."""
+    media = {name: _spelled("network", medium.model, medium).model_copy(update={
+        "rules": tuple(_spelled("rule", rule.rule, rule) for rule in medium.rules)})
+        for name, medium in scenario.network.media.items()}
+    return scenario.model_copy(update={
+        "network": scenario.network.model_copy(update={"media": media}),
+        "middleware": _spelled("middleware", scenario.middleware.model, scenario.middleware),
+        "coordination": _spelled("strategy", scenario.coordination.strategy,
+                                 scenario.coordination),
+    })
+
+
+def _spelled(kind: str, name: str, choice: PluginChoice) -> PluginChoice:
+    params = validated(plugins.parameters(kind, name), choice.parameters())
+    return choice.model_copy(update=params.model_dump(mode="json", by_alias=True))
+
+
+def _written(data: dict[str, Any]) -> Iterator[tuple[Path, str, str, type[PluginChoice], dict]]:
+    for pattern, (kind, key, block) in CHOICES.items():
+        for path, choice in _matching(data, pattern, ()):
+            yield path, kind, key, block, choice
+            rules = choice.get("rules") if block is Medium else None
+            for i, rule in enumerate(rules if isinstance(rules, list) else ()):
+                if isinstance(rule, dict) and "rule" in rule:
+                    yield (*path, "rules", i), "rule", "rule", RuleChoice, rule
+
+
+def _matching(data: Any, pattern: tuple[str, ...], path: Path) -> Iterator[tuple[Path, dict]]:
+    if not isinstance(data, dict):
+        return
+    if not pattern:
+        yield path, data
+        return
+    for key in data if pattern[0] == "*" else [pattern[0]]:
+        if key in data:
+            yield from _matching(data[key], pattern[1:], (*path, key))

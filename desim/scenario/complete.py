@@ -1,0 +1,84 @@
+"""Defaults that depend on other values, filled in: afterwards a scenario spells out everything."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from desim.ports import Params
+from desim.scenario import chosen
+from desim.scenario.check import Folder
+from desim.scenario.communication import Coordination, Medium, Network
+from desim.scenario.environment import BUILT_IN_TERRAINS, Environment, MapFile
+from desim.scenario.fleet import BUILT_IN_TYPES, Fleet, StartList
+from desim.scenario.names import fleet_size, natural
+from desim.scenario.robot import BUILT_IN_LASERS, Robot
+from desim.scenario.schema import Scenario
+
+# The paper's testbed is a switched Gigabit LAN; its robots communicate over 200 m.
+_MEDIA = {"testbed": {"lan": Medium(model="switch")},
+          "field": {"air": Medium(model="disk", range="200 m")}}
+_EXCHANGE = {"testbed": {"content": "full", "encoding": "raw"},
+             "field": {"content": "changed_tiles", "encoding": "zlib"}}
+
+
+def complete(scenario: Scenario, folder: Folder) -> Scenario:
+    """The scenario with nothing left to be decided. It must have passed all checks."""
+    whole = _changed(
+        scenario,
+        environment=_environment(scenario.environment, folder),
+        fleet=_fleet(scenario.fleet),
+        robot=_robot(scenario.robot),
+        network=_network(scenario.network, scenario.deployment),
+        coordination=_coordination(scenario.coordination, scenario.deployment),
+    )
+    return chosen.spelled_out(whole)
+
+
+def _environment(environment: Environment, folder: Folder) -> Environment:
+    """Maps by their absolute path."""
+    terrain = environment.terrain
+    if isinstance(terrain, str) and terrain not in BUILT_IN_TERRAINS:
+        terrain = MapFile(map=terrain)
+    if isinstance(terrain, MapFile):
+        path = os.path.abspath(os.path.join(folder(("environment", "terrain")), terrain.map))
+        terrain = _changed(terrain, map=path)
+    return _changed(environment, terrain=terrain)
+
+
+def _fleet(fleet: Fleet) -> Fleet:
+    """The size, and all types that are used; named start poses in the order of their names."""
+    used = [fleet.robots] if isinstance(fleet.robots, str) else [
+        group.type for group in fleet.robots]
+    types = {**{name: BUILT_IN_TYPES[name] for name in used if name in BUILT_IN_TYPES},
+             **fleet.types}
+    start = fleet.start
+    if isinstance(start, StartList) and start.poses[0].name:
+        start = _changed(start, poses=tuple(sorted(start.poses,
+                                                   key=lambda pose: natural(pose.name))))
+    return _changed(fleet, size=fleet_size(fleet), start=start,
+                    types={name: types[name] for name in sorted(types, key=natural)})
+
+
+def _robot(robot: Robot) -> Robot:
+    laser = robot.laser
+    return _changed(robot, laser=BUILT_IN_LASERS[laser] if isinstance(laser, str) else laser,
+                    passive=tuple(sorted(robot.passive, key=natural)))
+
+
+def _network(network: Network, deployment: str) -> Network:
+    media = network.media or _MEDIA[deployment]
+    return _changed(network, media={name: media[name] for name in sorted(media, key=natural)})
+
+
+def _coordination(coordination: Coordination, deployment: str) -> Coordination:
+    exchange = coordination.exchange
+    if exchange is None:
+        return coordination
+    missing = {key: value for key, value in _EXCHANGE[deployment].items()
+               if getattr(exchange, key) is None}
+    return _changed(coordination, exchange=_changed(exchange, **missing))
+
+
+def _changed(params: Params, **update: Any) -> Any:
+    return params.model_copy(update=update)

@@ -1,0 +1,137 @@
+"""Loading a scenario: file, what it extends, overrides; then every error at once, with its place.
+
+``hello.yaml:7:12: network.media.lan.rate: '5 m' ...``: file, line, column, path, what is wrong.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from desim.errors import InputError
+from desim.scenario import check, chosen, merge
+from desim.scenario.complaints import Complaint, validated
+from desim.scenario.complete import complete
+from desim.scenario.fleet import StartFile
+from desim.scenario.places import Path, Place, Places
+from desim.scenario.schema import Scenario
+from desim.scenario.starts import listed
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A complete scenario, and where each of its parts was written."""
+
+    scenario: Scenario
+    places: Places
+
+    def where(self, path: str) -> str:
+        """``file:line:column: path``; for a default, the place of the nearest thing around it."""
+        return self.places.where(path)
+
+    @contextmanager
+    def blamed_on(self, path: str) -> Iterator[None]:
+        """An ``InputError`` from inside is raised again with the place of ``path`` in front of
+        each of its lines: for what can only be found when the parts are built."""
+        try:
+            yield
+        except InputError as error:
+            place = self.where(path)
+            raise InputError(*(f"{place}: {line}" for line in error.args)) from error
+
+
+def load(path: str | os.PathLike, overrides: Sequence[str] = (), seed: int | None = None) -> Loaded:
+    """The scenario in a YAML file, with ``a.b.c=value`` overrides and another seed laid over it.
+
+    Raises ``InputError`` with one line for each thing that is wrong.
+    """
+    return _loaded(merge.extended(os.fspath(path)), overrides, seed)
+
+
+def from_mapping(data: Mapping[str, Any], overrides: Sequence[str] = (),
+                 seed: int | None = None) -> Loaded:
+    """A scenario from a mapping of the same form as a file's; paths are relative to the current
+    directory. Raises ``InputError`` with one line for each thing that is wrong."""
+    try:
+        copied = json.loads(json.dumps(data, allow_nan=False))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"scenario: must be made of mappings, lists, text, finite numbers, true, "
+                         f"false and null: {error}") from None
+    if not isinstance(copied, dict):
+        raise InputError("scenario: must be a mapping")
+    return _loaded((copied, Places(Place("scenario"))), overrides, seed)
+
+
+def _loaded(document: merge.Document, overrides: Sequence[str], seed: int | None) -> Loaded:
+    for override in (*overrides, *([] if seed is None else [f"seed={seed}"])):
+        document = merge.overridden(document, override)
+    data, places = merge.without_removed(document)
+
+    def folder(path: Path) -> str:
+        place = places.value(path)
+        return os.path.dirname(place.source) if place.line else ""
+
+    result = validated(Scenario, data)
+    found = chosen.complaints(data)
+    wrong: list[Complaint] = result if isinstance(result, list) else []
+    scenario = validated(Scenario, _without(data, wrong)) if wrong else result
+    if isinstance(scenario, Scenario):
+        scenario, starts = _with_listed_starts(scenario, folder)
+        wrong = wrong + starts
+        found += check.complaints(scenario, folder, tuple(complaint.path for complaint in wrong))
+    found += wrong
+    if found:
+        raise InputError(*_lines(found, places))
+    return Loaded(complete(scenario, folder), places)
+
+
+def _without(data: dict[str, Any], complaints: list[Complaint]) -> dict[str, Any]:
+    """The data without what the complaints are about, so that the rest can be looked at too."""
+    pruned = copy.deepcopy(data)
+    # From the back, so that the indices of what is still to be removed stay right.
+    for path in sorted({complaint.path for complaint in complaints}, key=_steps, reverse=True):
+        _remove(pruned, path)
+    return pruned
+
+
+def _steps(path: Path) -> list[tuple[bool, int, str]]:
+    return [(isinstance(step, str), step if isinstance(step, int) else 0, str(step))
+            for step in path]
+
+
+def _remove(node: Any, path: Path) -> None:
+    for step in path[:-1]:
+        try:
+            node = node[step]
+        except (KeyError, IndexError, TypeError):
+            return
+    if path and (path[-1] in node if isinstance(node, dict) else isinstance(node, list)):
+        del node[path[-1]]
+
+
+def _with_listed_starts(scenario: Scenario, folder: Any) -> tuple[Scenario, list[Complaint]]:
+    """The start poses of a CSV file as a list: the names in it are names of robots."""
+    start = scenario.fleet.start
+    if not isinstance(start, StartFile):
+        return scenario, []
+    path = ("fleet", "start", "file")
+    try:
+        poses = listed(start, folder(path))
+    except InputError as error:
+        return scenario, [Complaint(path, line) for line in error.args]
+    fleet = scenario.fleet.model_copy(update={"start": poses})
+    return scenario.model_copy(update={"fleet": fleet}), []
+
+
+def _lines(found: list[Complaint], places: Places) -> list[str]:
+    """In the order in which they stand in the files, each once."""
+    def place(complaint: Complaint) -> Place:
+        of = places.key if complaint.at_key else places.value
+        return of(complaint.path)
+
+    return list(dict.fromkeys(complaint.line(places) for complaint in sorted(found, key=place)))

@@ -1,0 +1,47 @@
+"""A complete scenario as text: everything is spelled out, and loading it gives the same run."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping
+
+from desim.scenario import yaml12
+from desim.scenario.environment import MapFile
+from desim.scenario.schema import Scenario
+
+
+def resolved(scenario: Scenario, folder: str | os.PathLike | None = None) -> str:
+    """YAML of a loaded scenario, in the order of the schema, quantities with their units.
+
+    The path of a map is absolute, or relative to ``folder``, where the text will be stored.
+    """
+    data = scenario.model_dump(mode="json", by_alias=True)
+    if folder is not None and isinstance(scenario.environment.terrain, MapFile):
+        terrain = data["environment"]["terrain"]
+        terrain["map"] = os.path.relpath(terrain["map"], folder)
+    return yaml12.dump(data)
+
+
+def scenario_id(scenario: Scenario, versions: Mapping[str, str]) -> str:
+    """12 hex digits that name a run: of the scenario, of the content of its map (wherever the
+    file lies), and of the versions that it runs with."""
+    digest = hashlib.sha256()
+    terrain = scenario.environment.terrain
+    if isinstance(terrain, MapFile):
+        for file in _map_files(terrain):
+            with open(file, "rb") as content:
+                digest.update(hashlib.sha256(content.read()).digest())
+        environment = scenario.environment.model_copy(
+            update={"terrain": terrain.model_copy(update={"map": os.path.basename(terrain.map)})})
+        scenario = scenario.model_copy(update={"environment": environment})
+    digest.update(resolved(scenario).encode())
+    digest.update(repr(sorted(versions.items())).encode())
+    return digest.hexdigest()[:12]
+
+
+def _map_files(terrain: MapFile) -> list[str]:
+    """The map's YAML file and its image, as far as it exists."""
+    facts, _ = yaml12.read(terrain.map)
+    image = os.path.join(os.path.dirname(terrain.map), str(terrain.image or facts.get("image")))
+    return [file for file in (terrain.map, image) if os.path.isfile(file)]
