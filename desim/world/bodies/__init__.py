@@ -1,0 +1,85 @@
+"""The bodies of the fleet, moved together by one kernel call."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from desim.errors import InputError
+from desim.units import NS_PER_S
+from desim.world.bodies import kernels
+from desim.world.fleet import RobotSpec
+from desim.world.index import tile_index
+from desim.world.lidar import Field
+from desim.world.terrain import Terrain
+
+EPISODE_NS = NS_PER_S // 2  # a collision is over after so long without contact
+TILE_M = 2.0
+_NEVER_NS = -(1 << 62)
+
+
+class Bodies:
+    """Poses and velocities of robots, in the order of ``specs``.
+
+    ``poses`` [n, 3] x m, y m, yaw rad; ``velocities`` [n, 3] forward, left m/s, turn rad/s.
+    """
+
+    def __init__(self, specs: list[RobotSpec], terrain: Terrain, free: Field,
+                 tick_s: float) -> None:
+        n = len(specs)
+        for spec in specs:
+            _check(spec, tick_s)
+        self.poses = np.array([(s.x_m, s.y_m, s.yaw_rad) for s in specs], dtype=np.float64)
+        self.poses[:, 2] -= 2.0 * np.pi * np.floor((self.poses[:, 2] + np.pi) / (2.0 * np.pi))
+        self.velocities = np.zeros((n, 3))
+        self._commands = np.zeros((n, 3))
+        self._limits = np.array([(b.radius_m, b.max_speed_mps, b.max_turn_radps,
+                                  b.acceleration_mps2, b.turn_acceleration_radps2,
+                                  float(b.drive == "holonomic"))
+                                 for b in (spec.body for spec in specs)])
+        self._clocks = np.full((n, 3), _NEVER_NS, dtype=np.int64)
+        self._clocks[:, kernels.TIMEOUT] = [spec.body.command_timeout_ns for spec in specs]
+        self._order = np.arange(n)
+        self._pairs = np.zeros((n * (n - 1) // 2 + 1, 2), dtype=np.int64)
+        self._before = np.zeros((n, 4))
+        self._last = np.full((n, n), _NEVER_NS, dtype=np.int64)
+        self._episodes = np.zeros((n + n * (n - 1) // 2, 2), dtype=np.int64)
+        widest = float(self._limits[:, kernels.RADIUS].max())
+        self._matter = (*tile_index(terrain.lines, terrain.bounds, TILE_M, widest + kernels.NEAR_M),
+                        len(terrain.lines), *free)
+
+    @property
+    def radii_m(self) -> np.ndarray:
+        """[n] m."""
+        return np.ascontiguousarray(self._limits[:, kernels.RADIUS])
+
+    def command(self, robot: int, velocity: tuple[float, float, float], now_ns: int) -> None:
+        """What ``robot`` shall do from the next tick on: forward, left m/s, turn rad/s."""
+        self._commands[robot] = velocity
+        self._clocks[robot, kernels.COMMANDED] = now_ns
+
+    def ahead(self, after_s: float) -> np.ndarray:
+        """[n, 3] the poses after ``after_s`` more at the present velocities."""
+        poses = self.poses.copy()
+        kernels.move_all(poses, self.velocities, after_s)
+        return poses
+
+    def advance(self, now_ns: int, dt_s: float, walls: np.ndarray,
+                discs: np.ndarray) -> list[tuple[int, int]]:
+        """One tick that ends at ``now_ns`` among ``walls`` (the terrain's, then closed doors') and
+        ``discs``. Returns the contact episodes that began: (robot, other or -1)."""
+        began = kernels.advance(self.poses, self.velocities, self._commands, self._limits,
+                                self._clocks, self._order, self._pairs, self._before, self._last,
+                                walls, *self._matter, discs, now_ns, dt_s, EPISODE_NS,
+                                self._episodes)
+        return [tuple(row) for row in self._episodes[:began].tolist()] if began else []
+
+
+def _check(spec: RobotSpec, tick_s: float) -> None:
+    body = spec.body
+    if body.radius_m <= 0.0:
+        raise InputError(f"{spec.name}: radius must be above zero")
+    if body.max_speed_mps * tick_s > body.radius_m / 2.0:
+        raise InputError(
+            f"{spec.name}: at {body.max_speed_mps:g} m/s it covers {body.max_speed_mps * tick_s:g} "
+            f"m in a tick and could pass through walls; allowed: half its radius "
+            f"({body.radius_m / 2.0:g} m); raise physics.rate")

@@ -1,0 +1,82 @@
+"""Loops over walls between antennas, and over odometers."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, types
+
+from desim.kernels import cos, normal, sin
+
+_FIXED = types.Array(types.float64, 2, "C", readonly=True)  # accepts writable arrays too
+
+
+@njit(types.int64(_FIXED, _FIXED, types.Array(types.int64, 2, "C")), cache=True)
+def crossings(walls, pairs, out):
+    """Which walls the straight lines between antennas cross, touching included.
+
+    walls [n, 4] m | pairs [k, 4] m | out [capacity, 2] rows (pair, wall), sorted
+    Returns how many there are, which may be more than fit.
+    Two segments cross when each has its ends on different sides of the other (or on it).
+    """
+    found = 0
+    for k in range(pairs.shape[0]):
+        px, py = pairs[k, 0], pairs[k, 1]
+        dx, dy = pairs[k, 2] - px, pairs[k, 3] - py
+        left, right = min(px, px + dx), max(px, px + dx)
+        low, high = min(py, py + dy), max(py, py + dy)
+        for w in range(walls.shape[0]):
+            x1, y1, x2, y2 = walls[w, 0], walls[w, 1], walls[w, 2], walls[w, 3]
+            if max(x1, x2) < left or min(x1, x2) > right:
+                continue
+            if max(y1, y2) < low or min(y1, y2) > high:
+                continue
+            side1 = dx * (y1 - py) - dy * (x1 - px)
+            side2 = dx * (y2 - py) - dy * (x2 - px)
+            ex, ey = x2 - x1, y2 - y1
+            side3 = ex * (py - y1) - ey * (px - x1)
+            side4 = ex * (py + dy - y1) - ey * (px + dx - x1)
+            parallel = side1 == 0.0 and side2 == 0.0
+            if side1 * side2 <= 0.0 and side3 * side4 <= 0.0 and not parallel:
+                if found < out.shape[0]:
+                    out[found, 0] = k
+                    out[found, 1] = w
+                found += 1
+    return found
+
+
+@njit(types.void(_FIXED, types.int64, types.uint64, types.int64, types.float64, types.float64,
+                 types.Array(types.float64, 1, "C")), cache=True)
+def noisy_pose(poses, robot, key, tick, position_m, heading_rad, out):
+    """An odometry reading whose noise knows nothing of the readings before (MORSE's PoseNoise).
+
+    poses [robots, 3] | out [3] = pose + normal numbers 3 tick .. 3 tick + 2 of ``key``, scaled
+    """
+    first = np.uint64(3) * np.uint64(tick)
+    out[0] = poses[robot, 0] + position_m * normal(key, first)
+    out[1] = poses[robot, 1] + position_m * normal(key, first + np.uint64(1))
+    out[2] = poses[robot, 2] + heading_rad * normal(key, first + np.uint64(2))
+
+
+@njit(types.void(_FIXED, types.Array(types.uint64, 1, "C"), types.int64, types.float64,
+                 types.float64, types.Array(types.float64, 2, "C"),
+                 types.Array(types.float64, 2, "C")), cache=True)
+def reckon(poses, keys, tick, position_m, heading_rad, seen, reckoned):
+    """Dead reckoning by one odometry tick: the motion since the last one, seen from the robot, with
+    noise on it, added to where the odometer believes to be.
+
+    poses [robots, 3] true | seen [robots, 3] true at the last tick, updated |
+    reckoned [robots, 3] updated
+    """
+    first = np.uint64(3) * np.uint64(tick)
+    for r in range(poses.shape[0]):
+        c, s = cos(seen[r, 2]), sin(seen[r, 2])
+        x, y = poses[r, 0] - seen[r, 0], poses[r, 1] - seen[r, 1]
+        forward = c * x + s * y + position_m * normal(keys[r], first)
+        left = c * y - s * x + position_m * normal(keys[r], first + np.uint64(1))
+        c, s = cos(reckoned[r, 2]), sin(reckoned[r, 2])
+        reckoned[r, 0] += c * forward - s * left
+        reckoned[r, 1] += s * forward + c * left
+        reckoned[r, 2] += (poses[r, 2] - seen[r, 2]
+                           + heading_rad * normal(keys[r], first + np.uint64(2)))
+        for i in range(3):
+            seen[r, i] = poses[r, i]

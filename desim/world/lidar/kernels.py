@@ -1,0 +1,174 @@
+"""Beams against walls, discs and raster cells.
+
+Of each beam the *inverse* range is kept: in the sensor's frame a wall n . p = d seen along the unit
+vector u has 1 / range = (n . u) / d, linear in u, so that the nearest wall is a maximum of sums of
+two products. Beams of one sweep have ascending angles, hence a wall or disc covers one span of them
+(an angular z-buffer).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit, types
+
+from desim.kernels import TWO_PI, atan2, cos, normal, sin
+
+_FIXED = types.Array(types.float64, 2, "C", readonly=True)
+# Spans are this part of a beam wider than the wall: no beam slips between walls that touch.
+_SEAM = 1e-9
+_EDGE_ON = 1e-12
+
+
+@njit("void(f8, f8, f8, f8, f8, f8, f8, f8, f8[:,::1], f8[::1])", cache=True)
+def cover_wall(x1, y1, x2, y2, angle_min, increment, reach, turn, directions, inverse):
+    """Write one wall, in the sensor's frame, into the beams that it covers.
+
+    directions [2, beams] cos, sin | inverse [beams] 1/m, raised where the wall is nearer
+    """
+    cross = x1 * y2 - x2 * y1
+    ex, ey = x2 - x1, y2 - y1
+    if abs(cross) < _EDGE_ON or cross * cross > reach * reach * (ex * ex + ey * ey):
+        return
+    start, end = atan2(y1, x1), atan2(y2, x2)
+    if cross < 0.0:
+        start, end = end, start
+    if end < start:
+        end += TWO_PI
+    beams = inverse.shape[0]
+    nx, ny = ey / cross, -ex / cross
+    for _ in range(2):
+        first = max(math.ceil((start - angle_min) / increment - _SEAM), 0)
+        last = min(math.floor((end - angle_min) / increment + _SEAM), beams - 1)
+        for i in range(first, last + 1):
+            value = nx * directions[0, i] + ny * directions[1, i]
+            inverse[i] = value if value > inverse[i] else inverse[i]
+        start -= turn
+        end -= turn
+
+
+@njit("void(f8, f8, f8, f8, f8, f8, f8[:,::1], f8[::1])", cache=True)
+def cover_disc(x, y, radius, angle_min, increment, reach, directions, inverse):
+    """The same for a disc: range = b - sqrt(b^2 - (d^2 - r^2)) with b = u . centre."""
+    distance2 = x * x + y * y
+    outside = distance2 - radius * radius
+    if outside <= 0.0 or distance2 > (reach + radius) * (reach + radius):
+        return
+    # asin(q) <= q pi / 2: a few beams too many are looked at and found to miss.
+    half = 0.5 * math.pi * radius / math.sqrt(distance2)
+    start = atan2(y, x) - half
+    end = start + 2.0 * half
+    beams = inverse.shape[0]
+    for lap in range(-1, 2):
+        shift = lap * TWO_PI - angle_min
+        first = max(math.ceil((start + shift) / increment), 0)
+        last = min(math.floor((end + shift) / increment), beams - 1)
+        for i in range(first, last + 1):
+            b = directions[0, i] * x + directions[1, i] * y
+            square = b * b - outside
+            if square >= 0.0 and b > 0.0:
+                value = 1.0 / (b - math.sqrt(square))
+                inverse[i] = value if value > inverse[i] else inverse[i]
+
+
+@njit("f8(f8, f8, f8, f8, f8, u1[:,::1])", cache=True)
+def leap(x, y, ux, uy, limit, near):
+    """Range to the first solid cell along a beam, exact, in cells; ``limit`` if there is none.
+
+    x, y start | ux, uy unit vector | near [rows, cols] chessboard distance to the nearest solid
+    cell, 0 inside of one, the raster's border all solid
+    Cells nearer than ``near`` are free, so the beam leaps to the face of their square.
+    """
+    col, row = int(x), int(y)
+    per_x = 1.0 / ux if ux != 0.0 else math.inf
+    per_y = 1.0 / uy if uy != 0.0 else math.inf
+    east, north = ux > 0.0, uy > 0.0
+    t = 0.0
+    free = np.int64(near[row, col])
+    while free > 0 and t < limit:
+        face_x = col + free if east else col - free + 1
+        face_y = row + free if north else row - free + 1
+        to_x = (face_x - x) * per_x if ux != 0.0 else math.inf
+        to_y = (face_y - y) * per_y if uy != 0.0 else math.inf
+        if to_x < to_y:
+            t = to_x
+            row = min(max(int(y + t * uy), row - free + 1), row + free - 1)
+            col = face_x if east else face_x - 1
+        else:
+            t = to_y
+            col = min(max(int(x + t * ux), col - free + 1), col + free - 1)
+            row = face_y if north else face_y - 1
+        free = np.int64(near[row, col])
+    return min(t, limit)
+
+
+@njit("void(f8, f8, f8, f8, f8, f8[:,::1], u1[:,::1], f8[::1], f8[::1])", cache=True)
+def cover_raster(x, y, c, s, reach, directions, near, frame, inverse):
+    """Cast all beams over a raster terrain; frame x0 m, y0 m, cells per m."""
+    col, row = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2]
+    limit = reach * frame[2]
+    for i in range(inverse.shape[0]):
+        ux = c * directions[0, i] - s * directions[1, i]
+        uy = s * directions[0, i] + c * directions[1, i]
+        t = leap(col, row, ux, uy, limit, near)
+        if t < limit:
+            inverse[i] = frame[2] / max(t, _EDGE_ON)
+
+
+@njit("void(f8[::1], f8, f8, u8, u8, f4[::1])", cache=True)
+def read_ranges(inverse, reach, noise_m, key, first, out):
+    """From inverse ranges to readings [beams]; what met nothing reads ``reach``, without noise."""
+    none = 1.0 / reach
+    for i in range(inverse.shape[0]):
+        out[i] = 1.0 / inverse[i] if inverse[i] > none else reach
+    if noise_m > 0.0:
+        for i in range(inverse.shape[0]):
+            if inverse[i] > none:
+                noisy = 1.0 / inverse[i] + noise_m * normal(key, first + np.uint64(i))
+                out[i] = min(max(noisy, 0.0), reach)
+
+
+@njit(types.void(_FIXED, types.int64[::1], types.int64, types.float64[::1], _FIXED,
+                 types.float64[:, ::1], types.int64[:, ::1], types.int64[::1], types.float64[::1],
+                 types.uint8[:, ::1], types.float64[::1], _FIXED, types.float64[::1],
+                 types.uint64[::1], types.float64[::1], types.float32[:, ::1]), cache=True)
+def scan(poses, robots, tick, radii, walls, directions, tile_start, tile_items, tile_frame,
+         near, near_frame, discs, laser, keys, inverse, out):
+    """Sweep number ``tick`` of each of ``robots`` [k].
+
+    poses [n, 3] | radii [n] m | walls [w, 4] m, those of the index first and then closed doors |
+    directions [2, beams] in the sensor's frame | tile_* index of walls | near, near_frame raster
+    (of shape [0, 0] where there is none) | discs [d, 3] x, y, radius m of moving obstacles |
+    laser: angle_min rad, increment rad, reach m, noise m, number of walls in the index |
+    keys [n] of noise | inverse [beams] scratch | out [k, beams] m
+    """
+    angle_min, increment, reach = laser[0], laser[1], laser[2]
+    rows, cols = tile_start.shape[0], tile_start.shape[1] - 1
+    for k in range(robots.shape[0]):
+        r = robots[k]
+        x, y = poses[r, 0], poses[r, 1]
+        c, s = cos(poses[r, 2]), sin(poses[r, 2])
+        inverse[:] = 1.0 / reach
+        if near.shape[0] > 0:
+            cover_raster(x, y, c, s, reach, directions, near, near_frame, inverse)
+        col = min(max(int((x - tile_frame[0]) * tile_frame[2]), 0), cols - 1)
+        row = min(max(int((y - tile_frame[1]) * tile_frame[2]), 0), rows - 1)
+        begin, listed = tile_start[row, col], tile_start[row, col + 1] - tile_start[row, col]
+        indexed = int(laser[4])
+        for j in range(listed + walls.shape[0] - indexed):
+            w = tile_items[begin + j] if j < listed else indexed + j - listed
+            x1, y1, x2, y2 = walls[w, 0] - x, walls[w, 1] - y, walls[w, 2] - x, walls[w, 3] - y
+            cover_wall(c * x1 + s * y1, c * y1 - s * x1, c * x2 + s * y2, c * y2 - s * x2,
+                       angle_min, increment, reach, TWO_PI, directions, inverse)
+        for other in range(poses.shape[0]):
+            if other != r:
+                dx, dy = poses[other, 0] - x, poses[other, 1] - y
+                cover_disc(c * dx + s * dy, c * dy - s * dx, radii[other], angle_min, increment,
+                           reach, directions, inverse)
+        for d in range(discs.shape[0]):
+            dx, dy = discs[d, 0] - x, discs[d, 1] - y
+            cover_disc(c * dx + s * dy, c * dy - s * dx, discs[d, 2], angle_min, increment,
+                       reach, directions, inverse)
+        first = np.uint64(tick) * np.uint64(inverse.shape[0])
+        read_ranges(inverse, reach, laser[3], keys[r], first, out[k])

@@ -1,0 +1,27 @@
+"""What walls can be made of. The names are common to terrains and radio models; what a wall of a
+material costs a radio wave stands in the radio models."""
+
+from __future__ import annotations
+
+from desim.errors import InputError, did_you_mean
+
+# Name -> where its attenuation is published.
+MATERIALS: dict[str, str] = {
+    "brick": "ITU-R P.2040 (permittivity 3.75)",
+    "concrete": "ITU-R P.2040 (permittivity 5.31); COST-231 external wall",
+    "glass": "ITU-R P.2040 (permittivity 6.27)",
+    "metal": "ITU-R P.2040 (conductor)",
+    "plasterboard": "ITU-R P.2040 (permittivity 2.94); COST-231 light internal wall",
+    "stone": "COST-231 external wall",
+    "wood": "ITU-R P.2040 (permittivity 1.99); COST-231 external wall",
+}
+
+NAMES: tuple[str, ...] = tuple(MATERIALS)
+
+
+def index(name: str, what: str) -> int:
+    """The row of ``NAMES``. Raises ``InputError`` that names ``what`` has the unknown material."""
+    if name not in MATERIALS:
+        raise InputError(f"{what}: unknown material {name!r}{did_you_mean(name, NAMES)}; "
+                         f"allowed: {', '.join(NAMES)}")
+    return NAMES.index(name)

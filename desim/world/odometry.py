@@ -1,0 +1,54 @@
+"""Wheel odometry, in two named models.
+
+``independent``: each reading is the true pose plus fresh noise (MORSE's pose noise). Reading k is a
+pure function of the pose and k.
+
+``random_walk``: dead reckoning. At every odometry tick the motion since the last one, seen from the
+robot, gets noise of the same standard deviations and is added to where the odometer believes to
+be. The fleet's odometers advance together at each of their ticks, whether anybody reads them or
+not, with the pose of the last world tick; noise number k belongs to tick k. A snapshot holds what
+they show, so that readings are pure functions of snapshots and reading late changes nothing.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+
+from desim.scenario.robot import Odometry
+from desim.units import NS_PER_S
+from desim.world import kernels
+
+
+class Odometers:
+    """The odometers of a fleet; ``poses`` [n, 3] at time 0, ``keys`` [n] uint64 of their noise."""
+
+    def __init__(self, odometry: Odometry, poses: np.ndarray, keys: np.ndarray) -> None:
+        self._rate_hz: Fraction = odometry.rate_hz
+        self._noise = (odometry.position_noise_m, odometry.heading_noise_rad)
+        self._keys = keys
+        self._each_key = list(keys)
+        self._tick = 1  # reading 0 is the start, exactly
+        self.walks = odometry.model == "random_walk"
+        self._seen = poses.copy()
+        self.reckoned = poses.copy() if self.walks else None
+
+    def advance(self, before_ns: int, poses: np.ndarray) -> None:
+        """Take in all odometry ticks before ``before_ns`` (of the next world tick), which see
+        ``poses``. ``reckoned`` is a new array then."""
+        if not self.walks:
+            return
+        while self._tick * NS_PER_S // self._rate_hz < before_ns:
+            self.reckoned = self.reckoned.copy()
+            kernels.reckon(poses, self._keys, self._tick, *self._noise, self._seen, self.reckoned)
+            self._tick += 1
+
+    def read(self, poses: np.ndarray, reckoned: np.ndarray | None, robot: int,
+             tick: int) -> np.ndarray:
+        """[3] reading number ``tick`` of ``robot``, from what a snapshot holds."""
+        if reckoned is not None:
+            return reckoned[robot].copy()
+        out = np.empty(3)
+        kernels.noisy_pose(poses, robot, self._each_key[robot], tick, *self._noise, out)
+        return out

@@ -1,0 +1,98 @@
+"""Robots into the terrain: where they may start, and the nearest place where they may."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from desim.errors import InputError
+from desim.world.fleet import RobotSpec
+from desim.world.geometry import point_distance
+from desim.world.terrain import Terrain
+
+SNAP_STEP_M = 0.1  # half a cell of the paper's maps: places to snap to lie on such a lattice
+_ROOM_M = 1e-6
+
+
+class Site:
+    """What a start has to keep clear of: the terrain, closed doors, discs, robots placed before."""
+
+    def __init__(self, terrain: Terrain, doors: np.ndarray, discs: np.ndarray) -> None:
+        self._terrain, self._doors, self._discs = terrain, doors, discs
+        self._taken: list[RobotSpec] = []
+
+    def place(self, specs: list[RobotSpec]) -> list[RobotSpec]:
+        """``specs`` with legal starts; those that snap are placed after the others, in order.
+
+        Raises ``InputError`` for the first start that is not allowed.
+        """
+        placed: dict[str, RobotSpec] = {}
+        for spec in specs:
+            trouble = self._trouble(spec)
+            if trouble is None:
+                placed[spec.name] = spec
+                self._taken.append(spec)
+            elif not spec.snap:
+                raise InputError(f"{spec.name}: its start ({spec.x_m:g}, {spec.y_m:g}) m {trouble}")
+        for spec in specs:
+            if spec.name not in placed:
+                placed[spec.name] = self._snapped(spec)
+                self._taken.append(placed[spec.name])
+        return [placed[spec.name] for spec in specs]
+
+    def _trouble(self, spec: RobotSpec) -> str | None:
+        radius, point = spec.body.radius_m, np.array([[spec.x_m, spec.y_m]])
+        x0, y0, x1, y1 = self._terrain.bounds
+        if not (x0 < spec.x_m < x1 and y0 < spec.y_m < y1):
+            return (f"lies outside the terrain; allowed: x from {x0:g} to {x1:g} m, y from {y0:g} "
+                    f"to {y1:g} m")
+        if self._room(point, radius)[0] < radius - _ROOM_M:
+            return (f"lies in a wall or closer to one than its radius of {radius:g} m; allowed: a "
+                    "free place, or start.snap: true to move it to the nearest one")
+        for other in self._taken:
+            apart = float(np.hypot(other.x_m - spec.x_m, other.y_m - spec.y_m))
+            needed = radius + other.body.radius_m
+            if apart < needed - _ROOM_M:
+                return (f"is {apart:g} m from that of {other.name} at ({other.x_m:g}, "
+                        f"{other.y_m:g}) m; allowed: at least {needed:g} m apart, or start.snap: "
+                        "true to move it to the nearest free place")
+        return None
+
+    def _snapped(self, spec: RobotSpec) -> RobotSpec:
+        """The nearest free place on a lattice around the start, the heading as it was."""
+        x0, y0, x1, y1 = self._terrain.bounds
+        farthest = float(np.hypot(max(abs(spec.x_m - x0), abs(spec.x_m - x1)),
+                                  max(abs(spec.y_m - y0), abs(spec.y_m - y1))))
+        reach = 1.0
+        while reach < 2.0 * farthest:
+            offsets = _lattice(reach)
+            points = offsets + (spec.x_m, spec.y_m)
+            free = self._room(points, spec.body.radius_m) >= spec.body.radius_m - _ROOM_M
+            for other in self._taken:
+                needed = spec.body.radius_m + other.body.radius_m
+                free &= np.hypot(*(points - (other.x_m, other.y_m)).T) >= needed
+            if free.any():
+                x, y = points[int(np.argmax(free))].tolist()
+                return spec._replace(x_m=x, y_m=y)
+            reach *= 2.0
+        raise InputError(f"{spec.name}: no free place for a radius of {spec.body.radius_m:g} m "
+                         f"anywhere in terrain {self._terrain.name!r}")
+
+    def _room(self, points: np.ndarray, radius_m: float) -> np.ndarray:
+        """[k] m to the nearest matter, at most ``radius_m``."""
+        room = self._terrain.clearance(points, radius_m)
+        if len(self._doors):
+            room = np.minimum(room, point_distance(points, self._doors).min(axis=1))
+        for x, y, radius in self._discs.tolist():
+            room = np.minimum(room, np.hypot(points[:, 0] - x, points[:, 1] - y) - radius)
+        return room
+
+
+def _lattice(reach_m: float) -> np.ndarray:
+    """[k, 2] offsets in a circle, nearest first, ties by y, then x."""
+    steps = int(round(reach_m / SNAP_STEP_M))
+    line = np.arange(-steps, steps + 1)
+    dx, dy = (axis.ravel() for axis in np.meshgrid(line, line))
+    distance2 = dx * dx + dy * dy
+    order = np.lexsort((dx, dy, distance2))
+    order = order[distance2[order] <= steps * steps]
+    return np.column_stack([dx[order], dy[order]]) * SNAP_STEP_M

@@ -1,0 +1,180 @@
+"""The plane: the ``World`` of robots that drive on flat ground between walls."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import isfinite
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.errors import InputError, ModelError, did_you_mean
+from desim.ports import Obstacles, Snapshot
+from desim.scenario.environment import Environment
+from desim.scenario.robot import Laser, Odometry
+from desim.scenario.schema import Scenario
+from desim.streams import Streams
+from desim.units import NS_PER_S
+from desim.world import materials, sources
+from desim.world.bodies import Bodies
+from desim.world.fleet import RobotSpec, natural_key, place_fleet
+from desim.world.lidar import Lidar, field
+from desim.world.odometry import Odometers
+from desim.world.placement import Site
+from desim.world.scenery import Doors, Movers, crossing
+
+LASERS = {"lms500": Laser()}
+
+
+class Scene(NamedTuple):
+    """What a snapshot remembers besides poses: ``walls`` [n, 4] that beams meet (closed doors
+    last), ``discs`` [m, 3] of moving obstacles, and what walking odometers show [robots, 3]."""
+
+    walls: np.ndarray
+    discs: np.ndarray
+    reckoned: np.ndarray | None
+
+
+class Plane:
+    """Terrain, bodies and sensors on a base tick. Implements ``ports.World``.
+
+    ``fleet`` may come in any order; robots are indices into ``robots``, their names in natural
+    order. Relative paths in ``environment`` start from ``base``. Raises ``InputError`` for terrain
+    that cannot be read and for starts that are not free.
+    """
+
+    def __init__(self, environment: Environment, fleet: list[RobotSpec], laser: Laser,
+                 odometry: Odometry, rate_hz: Fraction, streams: Streams,
+                 base: Path = Path()) -> None:
+        self.terrain = sources.load(environment.terrain, base)
+        self._doors = Doors(environment.doors)
+        self._movers = Movers(environment.moving_obstacles, self.terrain)
+        specs = sorted(fleet, key=lambda spec: natural_key(spec.name))
+        self.robots = tuple(spec.name for spec in specs)
+        if len(set(self.robots)) < len(self.robots):
+            raise InputError("fleet: two robots have the same name")
+        specs = Site(self.terrain, self._doors.lines[self._doors.closed],
+                     self._movers.discs).place(specs)
+        self._rate_hz = rate_hz
+        free = field(self.terrain.raster)
+        self._bodies = Bodies(specs, self.terrain, free, float(1 / rate_hz))
+        self.lidar = Lidar(laser, self.terrain, free, self._bodies.radii_m,
+                           self._keys(streams, "laser"))
+        self._odometers = Odometers(odometry, self._bodies.poses, self._keys(streams, "odometry"))
+        self._radii_m = self._bodies.radii_m
+        self._tick = 0
+        self._now_ns = 0
+        self._contacts: list[tuple[int, int]] = []
+        self._epoch = 0
+        self._obstacles: Obstacles | None = None
+        self._snapshot: Snapshot | None = None
+        self._walls = self._standing_walls()
+        self._scene = Scene(self._walls, self._movers.discs, self._odometers.reckoned)
+
+    def _keys(self, streams: Streams, sensor: str) -> np.ndarray:
+        return np.array([streams.key("robot", name, sensor) for name in self.robots],
+                        dtype=np.uint64)
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """[robots, 3] forward, left m/s, turn rad/s: the true ones, a copy."""
+        return self._bodies.velocities.copy()
+
+    def advance(self, to_ns: int) -> None:
+        """Move everything to the last base tick at or before ``to_ns``."""
+        while (then_ns := (self._tick + 1) * NS_PER_S // self._rate_hz) <= to_ns:
+            self._step(then_ns)
+
+    def _step(self, then_ns: int) -> None:
+        dt_s = (then_ns - self._now_ns) / NS_PER_S
+        scenery = len(self._doors.closed) or len(self._movers.discs)
+        if scenery:
+            self._move_scenery(then_ns, dt_s)
+        self._contacts += self._bodies.advance(then_ns, dt_s, self._walls, self._movers.discs)
+        self._tick += 1
+        self._now_ns = then_ns
+        self._snapshot = None
+        if scenery or self._odometers.walks:
+            self._odometers.advance((self._tick + 1) * NS_PER_S // self._rate_hz,
+                                    self._bodies.poses)
+            self._scene = Scene(self._walls, self._movers.discs, self._odometers.reckoned)
+
+    def _move_scenery(self, then_ns: int, dt_s: float) -> None:
+        robots = np.column_stack([self._bodies.poses[:, :2], self._radii_m])
+        self._movers.advance(dt_s, robots, self._doors.lines[self._doors.closed])
+        if self._doors.advance(then_ns, np.concatenate([robots, self._movers.discs])):
+            self._epoch += 1
+            self._obstacles = None
+            self._walls = self._standing_walls()
+
+    def _standing_walls(self) -> np.ndarray:
+        walls = np.concatenate([self.terrain.lines, self._doors.lines[self._doors.closed]])
+        walls.setflags(write=False)
+        return walls
+
+    def command(self, robot: int, forward_mps: float, left_mps: float, turn_radps: float) -> None:
+        """Set the velocity that ``robot`` shall have; its motors get it there from the next tick
+        on, within the limits of its body. Raises ``ModelError`` for what is not finite."""
+        if not isfinite(forward_mps + left_mps + turn_radps):
+            raise ModelError(f"{self.robots[robot]}: velocity must be finite, got "
+                             f"({forward_mps}, {left_mps}) m/s, {turn_radps} rad/s")
+        self._bodies.command(robot, (forward_mps, left_mps, turn_radps), self._now_ns)
+
+    def snapshot(self) -> Snapshot:
+        """The state at the last tick; the same object until the next one."""
+        if self._snapshot is None:
+            self._snapshot = self._frozen(self._now_ns, self._bodies.poses.copy())
+        return self._snapshot
+
+    def snapshot_at(self, time_ns: int) -> Snapshot:
+        """The state between two ticks: bodies go on from the last tick along their arcs at its
+        velocities (the next tick's commands are not known yet; they change the way by less than
+        acceleration * tick^2, 0.7 mm for the paper's robots)."""
+        if time_ns == self._now_ns:
+            return self.snapshot()
+        ahead = self._bodies.ahead((time_ns - self._now_ns) / NS_PER_S)
+        return self._frozen(time_ns, ahead)
+
+    def _frozen(self, time_ns: int, poses: np.ndarray) -> Snapshot:
+        poses.setflags(write=False)
+        return Snapshot(time_ns, poses, self._scene)
+
+    def scan(self, snapshot: Snapshot, robots: np.ndarray, tick: int) -> np.ndarray:
+        """[len(robots), beams] float32 ranges in m, with noise number ``tick`` of each laser."""
+        scene = snapshot.geometry
+        return self.lidar.scan(snapshot.poses, scene.walls, scene.discs, robots, tick)
+
+    def odometry(self, snapshot: Snapshot, robot: int, tick: int) -> np.ndarray:
+        """[3] x m, y m, yaw rad as the odometer of ``robot`` shows at its tick ``tick``."""
+        return self._odometers.read(snapshot.poses, snapshot.geometry.reckoned, robot, tick)
+
+    def contacts(self) -> list[tuple[int, int]]:
+        """Collision episodes that began since the last call: (robot, other robot or -1 for wall,
+        door or moving obstacle), sorted; of two robots the lower index stands first."""
+        contacts, self._contacts = sorted(self._contacts), []
+        return contacts
+
+    def obstacles(self) -> Obstacles:
+        """Walls and closed doors. The epoch grows when a door moves."""
+        if self._obstacles is None:
+            closed, terrain, doors = self._doors.closed, self.terrain, self._doors
+            columns = [np.concatenate([fixed, moving[closed]]) for fixed, moving in (
+                (terrain.walls, doors.lines), (terrain.material, doors.material),
+                (terrain.thickness_m, doors.thickness_m), (terrain.height_m, doors.height_m))]
+            for column in columns:
+                column.setflags(write=False)
+            self._obstacles = Obstacles(*columns, materials.NAMES, self._epoch, crossing)
+        return self._obstacles
+
+
+def build(scenario: Scenario, streams: Streams, base: Path = Path()) -> Plane:
+    """The plane of a scenario. Relative paths in it start from ``base``."""
+    laser = scenario.robot.laser
+    if isinstance(laser, str):
+        if laser not in LASERS:
+            raise InputError(f"robot.laser: unknown laser {laser!r}{did_you_mean(laser, LASERS)}; "
+                             f"known: {', '.join(LASERS)}, or its parameters")
+        laser = LASERS[laser]
+    return Plane(scenario.environment, place_fleet(scenario, base), laser, scenario.robot.odometry,
+                 scenario.physics.rate_hz, streams, base)

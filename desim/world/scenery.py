@@ -1,0 +1,131 @@
+"""What moves besides robots: doors on a schedule, and discs on their paths.
+
+Neither ever hurts a robot. A door that shall close waits until nobody stands in it; a moving
+obstacle waits while a robot or a closed door is in its way. Moving obstacles pass through each
+other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from desim.errors import InputError
+from desim.scenario.environment import Door, MovingObstacle
+from desim.world import kernels, materials
+from desim.world.geometry import point_distance, segments
+from desim.world.sources import line
+from desim.world.terrain import Terrain
+
+_NEVER_NS = 1 << 62
+
+
+class Doors:
+    """Which doors are closed. ``lines`` [d, 4] m; ``closed`` [d] bool."""
+
+    def __init__(self, doors: list[Door]) -> None:
+        self.lines = segments(line(f"environment.doors[{i}]", door.start_m, door.end_m)
+                              for i, door in enumerate(doors))
+        self.material = np.array([materials.index(door.material, f"environment.doors[{i}]")
+                                  for i, door in enumerate(doors)], dtype=np.int64)
+        self.thickness_m = np.array([door.thickness_m for door in doors], dtype=np.float64)
+        self.height_m = np.array([door.height_m for door in doors], dtype=np.float64)
+        self._open_ns = [sorted(door.open_ns) for door in doors]
+        for i, spans in enumerate(self._open_ns):
+            for start_ns, end_ns in spans:
+                if start_ns >= end_ns:
+                    raise InputError(f"environment.doors[{i}].open: an interval goes from an "
+                                     f"earlier to a later time, got {start_ns} ns to {end_ns} ns")
+        self.closed = np.array([not self._shall_open(i, 0) for i in range(len(doors))], dtype=bool)
+        self._next_ns = self._next_change_ns(0)
+
+    def advance(self, now_ns: int, discs: np.ndarray) -> bool:
+        """Follow the schedule at ``now_ns``; True if a door moved. ``discs`` [k, 3] x, y, radius of
+        whatever a door must not close upon."""
+        if now_ns < self._next_ns:
+            return False
+        moved = waiting = False
+        for i in range(len(self.lines)):
+            close = not self._shall_open(i, now_ns)
+            if close == self.closed[i]:
+                continue
+            if close and self._blocked(i, discs):
+                waiting = True
+                continue
+            self.closed[i] = close
+            moved = True
+        self._next_ns = now_ns if waiting else self._next_change_ns(now_ns)
+        return moved
+
+    def _shall_open(self, door: int, now_ns: int) -> bool:
+        return any(start_ns <= now_ns < end_ns for start_ns, end_ns in self._open_ns[door])
+
+    def _next_change_ns(self, now_ns: int) -> int:
+        times = (time_ns for spans in self._open_ns for span in spans for time_ns in span)
+        return min((time_ns for time_ns in times if time_ns > now_ns), default=_NEVER_NS)
+
+    def _blocked(self, door: int, discs: np.ndarray) -> bool:
+        distance = point_distance(discs[:, :2], self.lines[door:door + 1])[:, 0]
+        return bool((distance < discs[:, 2]).any())
+
+
+class Movers:
+    """Discs that drive along way points, there and back. ``discs`` [m, 3] x, y, radius in m."""
+
+    def __init__(self, movers: list[MovingObstacle], terrain: Terrain) -> None:
+        self._paths = [_path(f"environment.moving_obstacles[{i}]", mover, terrain)
+                       for i, mover in enumerate(movers)]
+        self._speeds_mps = [mover.speed_mps for mover in movers]
+        self._driven_m = [0.0] * len(movers)
+        self.discs = np.array([(*mover.path_m[0], mover.radius_m) for mover in movers],
+                              dtype=np.float64).reshape(-1, 3)
+
+    def advance(self, dt_s: float, robots: np.ndarray, doors: np.ndarray) -> None:
+        """Go on for ``dt_s``, unless one of ``robots`` [n, 3] x, y, radius or of the closed
+        ``doors`` [d, 4] is in the way. ``discs`` is a new array then."""
+        discs = self.discs.copy()
+        for i, path in enumerate(self._paths):
+            driven_m = self._driven_m[i] + self._speeds_mps[i] * dt_s
+            x, y = _along(path, driven_m)
+            here, radius = discs[i, :2], discs[i, 2]
+            then_m = np.hypot(robots[:, 0] - x, robots[:, 1] - y)
+            now_m = np.hypot(robots[:, 0] - here[0], robots[:, 1] - here[1])
+            if ((then_m < robots[:, 2] + radius) & (then_m < now_m)).any():
+                continue
+            if (point_distance(np.array([[x, y]]), doors) < radius).any():
+                continue
+            self._driven_m[i] = driven_m
+            discs[i, :2] = x, y
+        self.discs = discs
+
+
+def _path(what: str, mover: MovingObstacle, terrain: Terrain) -> np.ndarray:
+    """[k, 3]: way points x, y and the length of the way there in m."""
+    points = np.array(mover.path_m, dtype=np.float64)
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    if mover.radius_m <= 0.0 or not (steps > 0.0).all():
+        raise InputError(f"{what}: its radius must be above zero and no way point twice in a row")
+    if (terrain.clearance(points, mover.radius_m) < 0.0).any() or len(
+            crossing(terrain.walls, np.concatenate([points[:-1], points[1:]], axis=1))):
+        raise InputError(f"{what}: its path crosses a wall or leaves the terrain")
+    return np.column_stack([points, np.concatenate([[0.0], np.cumsum(steps)])])
+
+
+def _along(path: np.ndarray, driven_m: float) -> tuple[float, float]:
+    """Where a path [k, 3] is after ``driven_m``, there and back again."""
+    length = path[-1, 2]
+    at = driven_m % (2.0 * length)
+    at = min(at, 2.0 * length - at)
+    return float(np.interp(at, path[:, 2], path[:, 0])), float(np.interp(at, path[:, 2],
+                                                                        path[:, 1]))
+
+
+def crossing(walls: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """[c, 2] rows (pair, wall), sorted: which of ``walls`` [n, 4] the straight lines ``pairs``
+    [k, 4] cross."""
+    pairs = np.ascontiguousarray(pairs, dtype=np.float64).reshape(-1, 4)
+    out = np.empty((max(64, 8 * len(pairs)), 2), dtype=np.int64)
+    found = kernels.crossings(walls, pairs, out)
+    if found > len(out):
+        out = np.empty((found, 2), dtype=np.int64)
+        kernels.crossings(walls, pairs, out)
+    return out[:found]

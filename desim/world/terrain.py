@@ -1,0 +1,168 @@
+"""The ground that robots stand on: one value, whatever it was made from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from desim.errors import InputError
+from desim.ports import GridSpec
+from desim.world.geometry import TOUCH_M, outline, point_distance, rows_of
+
+FREE, WALL = 0, 1
+# A map of more cells than this is refused: 1.6 km x 1.6 km at 0.2 m.
+MAX_CELLS = 64_000_000
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Solid cells. ``solid`` [rows, cols] bool, row 0 lowest, sealed by a solid border;
+    (x_m, y_m) is the lower left corner of cell (0, 0)."""
+
+    solid: np.ndarray
+    resolution_m: float
+    x_m: float
+    y_m: float
+
+    def solid_at(self, x_m: np.ndarray, y_m: np.ndarray) -> np.ndarray:
+        """[k] bool; outside of the raster everything is solid."""
+        rows, cols = self.solid.shape
+        col = np.floor((x_m - self.x_m) / self.resolution_m).astype(int).clip(0, cols - 1)
+        row = np.floor((y_m - self.y_m) / self.resolution_m).astype(int).clip(0, rows - 1)
+        return self.solid[row, col]
+
+
+@dataclass(frozen=True)
+class Terrain:
+    """Walls, and what is solid.
+
+    ``walls`` [n, 4] x1 y1 x2 y2 in m | ``material`` [n] rows of ``materials.NAMES`` |
+    ``thickness_m`` [n] and ``height_m`` [n], for the radio: bodies and beams meet the line itself |
+    ``solids`` [k, 4] x0 y0 x1 y1 in m, rectangles that nothing can be in | ``bounds`` x0 y0 x1 y1 |
+    ``raster`` where the terrain came as one; ``walls`` are its outline then.
+    """
+
+    name: str
+    walls: np.ndarray
+    material: np.ndarray
+    thickness_m: np.ndarray
+    height_m: np.ndarray
+    solids: np.ndarray
+    bounds: tuple[float, float, float, float]
+    raster: Raster | None = None
+
+    @property
+    def lines(self) -> np.ndarray:
+        """[n, 4] the walls that bodies and beams meet as lines; in a raster they meet its cells."""
+        return self.walls if self.raster is None else self.walls[:0]
+
+    def grid(self, resolution_m: float) -> GridSpec:
+        """The raster for maps of this terrain: it covers the bounds, and the lines of walls run
+        through the middle of cells (a raster terrain's own cells are kept as they are)."""
+        x0, y0, x1, y1 = self.bounds
+        margin = 0 if self.raster is not None else 1
+        cols = math.ceil((x1 - x0) / resolution_m - TOUCH_M) + margin
+        rows = math.ceil((y1 - y0) / resolution_m - TOUCH_M) + margin
+        if cols * rows > MAX_CELLS:
+            raise InputError(f"{self.name}: {cols} x {rows} cells of {resolution_m} m are too many "
+                             f"(allowed: {MAX_CELLS}); use a coarser resolution")
+        shift = margin * resolution_m / 2
+        return GridSpec(resolution_m, cols, rows, x0 - shift, y0 - shift)
+
+    def truth(self, spec: GridSpec) -> np.ndarray:
+        """[height, width] uint8: 0 free, 1 where a wall passes or matter is solid."""
+        truth = np.full((spec.height, spec.width), FREE, dtype=np.uint8)
+        for x0, y0, x1, y1 in self.solids.tolist():
+            left, low = spec.cell(x0 + TOUCH_M, y0 + TOUCH_M)
+            right, high = spec.cell(x1 - TOUCH_M, y1 - TOUCH_M)
+            truth[max(low, 0):high + 1, max(left, 0):right + 1] = WALL
+        for wall in self.lines:
+            cols, rows = _cells_along(wall, spec)
+            truth[rows, cols] = WALL
+        return truth
+
+    def reachable(self, spec: GridSpec, starts: np.ndarray) -> np.ndarray:
+        """[height, width] bool: G, the free cells that a laser can come to see from ``starts``
+        [n, 2] m. Free cells join along their sides; solid cores stay out.
+
+        Raises ``InputError`` if there is no such cell.
+        """
+        from scipy.ndimage import label
+
+        truth = self.truth(spec)
+        regions, _ = label(truth == FREE)
+        found = sorted({int(regions[_free_cell(truth, spec, x, y)]) for x, y in starts.tolist()})
+        reachable = np.isin(regions, [region for region in found if region > 0])
+        if not reachable.any():
+            raise InputError(f"terrain {self.name!r}: no free cell of {spec.resolution_m} m can be "
+                             "reached from the start positions; use a finer mapping resolution or "
+                             "other starts")
+        return reachable
+
+    def clearance(self, points: np.ndarray, reach_m: float) -> np.ndarray:
+        """[k] m from ``points`` [k, 2] to the nearest wall, at most ``reach_m``; -1 in solid matter
+        and outside the bounds."""
+        low, high = points.min(axis=0) - reach_m, points.max(axis=0) + reach_m
+        x, y = self.walls[:, 0::2], self.walls[:, 1::2]
+        near = ((x.max(axis=1) > low[0]) & (x.min(axis=1) < high[0])
+                & (y.max(axis=1) > low[1]) & (y.min(axis=1) < high[1]))
+        clear = np.full(len(points), reach_m)
+        if near.any():
+            clear = np.minimum(clear, point_distance(points, self.walls[near]).min(axis=1))
+        return np.where(self._inside_matter(points), -1.0, clear)
+
+    def _inside_matter(self, points: np.ndarray) -> np.ndarray:
+        x, y = points.T
+        x0, y0, x1, y1 = self.bounds
+        inside = ~((x > x0) & (x < x1) & (y > y0) & (y < y1))
+        if self.raster is not None:
+            return inside | self.raster.solid_at(x, y)
+        for sx0, sy0, sx1, sy1 in self.solids.tolist():
+            inside |= (x > sx0) & (x < sx1) & (y > sy0) & (y < sy1)
+        return inside
+
+
+def from_raster(name: str, raster: Raster, material: int, height_m: float) -> Terrain:
+    """A terrain of solid cells; for the radio its outline is as thick as a cell."""
+    edge = raster.resolution_m
+    origin = np.array([raster.x_m, raster.y_m, raster.x_m, raster.y_m])
+    walls = outline(raster.solid) * edge + origin
+    rows, cols = raster.solid.shape
+    return Terrain(name=name, walls=walls, material=np.full(len(walls), material),
+                   thickness_m=np.full(len(walls), edge), height_m=np.full(len(walls), height_m),
+                   solids=rows_of(raster.solid) * edge + origin,
+                   bounds=(raster.x_m, raster.y_m, raster.x_m + cols * edge,
+                           raster.y_m + rows * edge), raster=raster)
+
+
+def _cells_along(wall: np.ndarray, spec: GridSpec) -> tuple[np.ndarray, np.ndarray]:
+    """(cols, rows) of the cells that a wall passes: one between two crossings of grid lines."""
+    start = (wall[:2] - (spec.x_m, spec.y_m)) / spec.resolution_m
+    end = (wall[2:] - (spec.x_m, spec.y_m)) / spec.resolution_m
+    cuts = [np.array([0.0, 1.0])]
+    for axis in (0, 1):
+        low, high = sorted((start[axis], end[axis]))
+        lines = np.arange(math.ceil(low), math.floor(high) + 1)
+        if high > low:
+            cuts.append(((lines - start[axis]) / (end[axis] - start[axis])).clip(0.0, 1.0))
+    along = np.unique(np.concatenate(cuts))
+    middle = (along[1:] + along[:-1]) / 2
+    cols, rows = np.floor(start[:, None] + (end - start)[:, None] * middle).astype(int)
+    inside = (cols >= 0) & (cols < spec.width) & (rows >= 0) & (rows < spec.height)
+    return cols[inside], rows[inside]
+
+
+def _free_cell(truth: np.ndarray, spec: GridSpec, x_m: float, y_m: float) -> tuple[int, int]:
+    """(row, col) of the cell of the point, or of the nearest free one of those around it."""
+    col, row = spec.cell(x_m, y_m)
+    around = [(row + dr, col + dc) for dr in (-1, 0, 1) for dc in (-1, 0, 1)
+              if 0 <= row + dr < spec.height and 0 <= col + dc < spec.width]
+    free = [cell for cell in around if truth[cell] == FREE]
+    if (row, col) in free or not free:
+        return (min(max(row, 0), spec.height - 1), min(max(col, 0), spec.width - 1))
+    return min(free, key=lambda cell: (
+        (spec.x_m + (cell[1] + 0.5) * spec.resolution_m - x_m) ** 2
+        + (spec.y_m + (cell[0] + 0.5) * spec.resolution_m - y_m) ** 2, cell))
+
