@@ -1,0 +1,136 @@
+"""What robots tell each other about the world, and how it is written on the wire.
+
+A ``MapUpdate`` carries its sender's own evidence by reference: in the simulation nobody has to
+write and read it, but its size is the one that it has when written. All numbers little-endian.
+
+``full``: a nav_msgs/OccupancyGrid, byte for byte. Its cells are log-odds in the place of percents,
+row by row from the lower left; its stamp is the version; its info.origin, which is common to the
+fleet, holds the sender's pose: x, y, and the yaw in the place of z. ``zlib`` compresses the cells.
+
+``changed_tiles``: a header (version i64; x, y, yaw f64; number of tiles u16; whether these are all
+that the sender knows, u8), then for each tile its number, u16, and its 1024 cells, i8. ``zlib``
+compresses what follows the header.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.middleware.messages import MAP_FRAME_BYTES, POSE_STAMPED_BYTES
+from desim.ports import GridSpec
+from desim.robot.tiles import CELLS, LayerSnapshot, raster, tiles_across, tiles_of
+from desim.units import NS_PER_S
+
+ZLIB_LEVEL = 6  # zlib's own default
+
+# seq, stamp, frame_id | map_load_time, resolution, width, height, origin | length of the cells
+_GRID = struct.Struct(f"<III I{MAP_FRAME_BYTES}s IIfII 7d I")
+_HEADER = struct.Struct("<qdddHB")
+_TILE = np.dtype([("number", "<u2"), ("cells", "i1", CELLS)])
+
+
+class PeerPose(NamedTuple):
+    """Where another robot was when it sent its map."""
+
+    name: str
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    stamp_ns: int
+    size_bytes: int = POSE_STAMPED_BYTES
+
+
+class MapUpdate(NamedTuple):
+    """``source``'s own evidence, or the tiles of it that changed, and where the robot is.
+
+    ``version`` is the source's clock in ns when ``layer`` was taken: it also grows when a robot
+    starts again with empty memory.
+    """
+
+    source: str
+    version: int
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    layer: LayerSnapshot
+    size_bytes: int
+
+
+class Wire(NamedTuple):
+    """One way of writing map updates: ``content`` full or changed_tiles, ``encoding`` raw or
+    zlib, on a grid that both sides know."""
+
+    spec: GridSpec
+    content: str
+    encoding: str
+
+    def size_bytes(self, layer: LayerSnapshot) -> int:
+        """The length of ``encode`` for an update with this layer."""
+        full = self.content == "full"
+        header_bytes = (_GRID if full else _HEADER).size
+        if self.encoding == "zlib":
+            return header_bytes + len(zlib.compress(self._body(layer), ZLIB_LEVEL))
+        if full:
+            return header_bytes + self.spec.width * self.spec.height
+        return header_bytes + len(layer.filled()) * _TILE.itemsize
+
+    def encode(self, update: MapUpdate) -> bytes:
+        """``update`` as it would travel. Its source is not in it: that is the topic's name."""
+        pose = (update.x_m, update.y_m, update.yaw_rad)
+        body = self._body(update.layer)
+        if self.content == "full":
+            header = _GRID.pack(0, *divmod(update.version, NS_PER_S), MAP_FRAME_BYTES, b"", 0, 0,
+                                self.spec.resolution_m, self.spec.width, self.spec.height, *pose,
+                                0.0, 0.0, 0.0, 1.0, len(body))
+        else:
+            header = _HEADER.pack(update.version, *pose, len(update.layer.filled()),
+                                  update.layer.complete)
+        return header + (zlib.compress(body, ZLIB_LEVEL) if self.encoding == "zlib" else body)
+
+    def decode(self, data: bytes) -> Received:
+        """What ``encode`` was given, in values."""
+        header = _GRID if self.content == "full" else _HEADER
+        body = data[header.size:]
+        if self.encoding == "zlib":
+            body = zlib.decompress(body)
+        values = header.unpack_from(data)
+        if self.content == "full":
+            cells = np.frombuffer(body, np.int8).reshape(self.spec.height, self.spec.width)
+            return Received(values[1] * NS_PER_S + values[2], *values[10:13],
+                            _all_tiles(self.spec), tiles_of(self.spec, cells))
+        version, x_m, y_m, yaw_rad, _, complete = values
+        entries = np.frombuffer(body, _TILE)
+        tiles, cells = entries["number"].astype(np.int32), entries["cells"]
+        if complete:
+            filled, tiles = tiles, _all_tiles(self.spec)
+            cells = np.zeros((len(tiles), CELLS), np.int8)
+            cells[filled] = entries["cells"]
+        return Received(version, x_m, y_m, yaw_rad, tiles, cells)
+
+    def _body(self, layer: LayerSnapshot) -> bytes:
+        if self.content == "full":
+            return raster(self.spec, layer.cells()).tobytes()
+        kept = layer.indices != 0
+        entries = np.empty(np.count_nonzero(kept), _TILE)
+        entries["number"], entries["cells"] = layer.tiles[kept], layer.cells()[kept]
+        return entries.tobytes()
+
+
+class Received(NamedTuple):
+    """An update as read from the wire: ``cells`` [k, 1024] int8 of the ``tiles`` [k]."""
+
+    version: int
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    tiles: np.ndarray
+    cells: np.ndarray
+
+
+def _all_tiles(spec: GridSpec) -> np.ndarray:
+    across, up = tiles_across(spec)
+    return np.arange(across * up, dtype=np.int32)

@@ -1,0 +1,51 @@
+"""The node that keeps the paper's monitor informed: the robot's map and how far it has driven."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+
+from desim.middleware.graph import Host, Message, Node
+from desim.middleware.messages import Lazy, Number, Pose, occupancy_grid_bytes
+from desim.ports import GridSpec
+from desim.robot.mapping import step
+from desim.robot.tiles import FREE, OCCUPIED, Belief, LayerSnapshot, fuse, raster
+from desim.units import NS_PER_S
+
+
+class MonitorFeed(Node):
+    """Publishes every ``period_ns`` on ``explored_map`` what the robot knows (a nav_msgs/
+    OccupancyGrid; int8 [height, width]: 0 free, 100 occupied, -1 unknown) and on ``distance`` the
+    metres that it has travelled, summed from pose to pose."""
+
+    def __init__(self, host: Host, belief: Belief, period_ns: int) -> None:
+        super().__init__(host, "monitor_feed")
+        self.belief = belief
+        self._period_ns = period_ns
+        self._size_bytes = occupancy_grid_bytes(belief.spec.width * belief.spec.height)
+        self._pose: Pose | None = None
+        self._travelled_m = 0.0
+
+    def start(self) -> None:
+        self.advertise("explored_map")
+        self.advertise("distance")
+        self.subscribe("pose", self._on_pose)
+        self.timer(Fraction(NS_PER_S, self._period_ns), self._on_period)
+
+    def _on_pose(self, message: Message) -> None:
+        before, self._pose = self._pose, message.content
+        if before is not None:
+            self._travelled_m += step(before, self._pose)[0]
+
+    def _on_period(self, _: int) -> None:
+        if self.has_subscribers("explored_map"):
+            self.publish("explored_map", Lazy(self._size_bytes, partial(
+                _occupancy, self.belief.spec, self.belief.layers())))
+        self.publish("distance", Number(self._travelled_m))
+
+
+def _occupancy(spec: GridSpec, layers: tuple[LayerSnapshot, ...]) -> np.ndarray:
+    fused = raster(spec, fuse(layers))
+    return np.where(fused <= FREE, 0, np.where(fused >= OCCUPIED, 100, -1)).astype(np.int8)
