@@ -132,7 +132,7 @@ class Switch:
     def send(self, frame: ports.Frame) -> None:
         port_of = self._port
         port = port_of[frame.source]
-        exits: dict[int, list[int]] = {}
+        exits: dict[int, list[int]] = {}  # to the receivers behind each
         for receiver in frame.receivers:
             exits.setdefault(port_of[receiver], []).append(receiver)
         if port in exits:
@@ -195,7 +195,8 @@ class Switch:
                 verdict = ports.Drop("queue_full")
             else:
                 verdict = ports.Deliver(end_ns - now_ns + self._propagation_ns)
-            context.settle_many(frame, receivers, verdict)
+            for receiver in receivers:
+                context.settle(frame, receiver, verdict)
 
     def _cross_segment(self, crossing: Crossing) -> None:
         """A packet of a train, not its last, is in the switch."""

@@ -122,8 +122,7 @@ class Host:
             return False
         inbox = self._inbox
         if not inbox:
-            kernel = self.graph.kernel
-            kernel.at(kernel.now_ns, Phase.CONTROL, self.id, self._drain)
+            self.graph.kernel.after(0, Phase.CONTROL, self.id, self._drain)
         for subscription in subscriptions:
             if 0 < subscription.limit <= subscription.waiting:
                 self._overwrite(subscription)

@@ -30,6 +30,9 @@ class Carrier(Protocol):
         """One fate of several receivers of a broadcast frame."""
 
 
+Claim = tuple[Carrier, Any, int, int, int]  # and token, receiver, size_bytes, rules' delay_ns
+
+
 class Place(Protocol):
     """Where the hosts are, and what stands between them."""
 
@@ -103,12 +106,13 @@ class Medium:
         self.bytes_on_air = 0
         self.tx_bytes = [0] * len(hosts)
         self.rx_bytes = [0] * len(hosts)
-        self._kernel = kernel
         self._env = kernel.env
+        self._at, self._after = kernel.at, kernel.after
+        self._send = model.send
         self._streams = streams
         self._place = Nowhere(len(hosts)) if place is None else place
         self._ids = [names.id(host) for host in hosts]
-        self._open: dict[tuple[int, int], tuple[Carrier, Any, int]] = {}
+        self._open: dict[tuple[int, int], Claim] = {}  # by frame and receiver
         self._flying = 0
         self._reasons = frozenset(model.reasons)
         for number, rule in enumerate(self.rules):
@@ -126,7 +130,7 @@ class Medium:
         return self._place.obstacles
 
     def at(self, time_ns: int, fn: Callable[[Any], Any], arg: Any = None) -> Call:
-        return self._kernel.at(time_ns, Phase.NETWORK, self.id, fn, arg)
+        return self._at(time_ns, Phase.NETWORK, self.id, fn, arg)
 
     def positions(self, time_ns: int) -> np.ndarray:
         return self._place.positions(time_ns)
@@ -135,18 +139,19 @@ class Medium:
         return self._streams("medium", self.name, *name)
 
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
-        carrier, token, extra_ns = self._claim(frame, receiver)
+        claim = self._claim(frame, receiver)
         if type(verdict) is Deliver:
-            if verdict.delay_ns < 0:
-                raise ModelError(f"{self._model()} delivers {-verdict.delay_ns} ns in the past")
-            ids = self._ids
+            delay_ns, ids = verdict.delay_ns, self._ids
+            if claim[-1]:
+                if delay_ns < 0:
+                    raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
+                delay_ns += claim[-1]
             self._flying += 1
-            self._kernel.at(self._env.now + extra_ns + verdict.delay_ns, Phase.DELIVER,
-                            ids[frame.source] << 32 | ids[receiver], self._deliver,
-                            (carrier, token, receiver, frame.size_bytes))
+            self._after(delay_ns, Phase.DELIVER, ids[frame.source] << 32 | ids[receiver],
+                        self._deliver, claim)
         else:
             self._count(self._declared(verdict), 1)
-            carrier.lost(token, receiver, verdict.reason)
+            claim[0].lost(claim[1], receiver, verdict.reason)
 
     def settle_many(self, frame: Frame, receivers: Sequence[int],
                     verdict: Deliver | Drop) -> None:
@@ -157,7 +162,7 @@ class Medium:
             reason = self._declared(verdict)
             claims = [self._claim(frame, receiver) for receiver in receivers]
             self._count(reason, len(receivers))
-            carrier, token, _ = claims[0]
+            carrier, token = claims[0][:2]
             carrier.missed(token, tuple(receivers), reason, self)
 
     # What transports do.
@@ -169,19 +174,19 @@ class Medium:
         self.intended += len(receivers)
         self.tx_bytes[source] += size_bytes
         frame = Frame(number, source, receivers, size_bytes, segments, broadcast)
-        delays_ns = None
         if self.rules:
             delays_ns = self._judge(frame, carrier, token)
             if not delays_ns:
                 return
             if len(delays_ns) < len(receivers):
-                receivers = tuple(delays_ns)
-                frame = frame._replace(receivers=receivers)
-        for receiver in receivers:
-            self._open[number, receiver] = (carrier, token,
-                                            delays_ns[receiver] if delays_ns else 0)
+                frame = frame._replace(receivers=tuple(delays_ns))
+            for receiver, delay_ns in delays_ns.items():
+                self._open[number, receiver] = (carrier, token, receiver, size_bytes, delay_ns)
+        else:
+            for receiver in receivers:
+                self._open[number, receiver] = (carrier, token, receiver, size_bytes, 0)
         self.bytes_on_air += size_bytes
-        self.model.send(frame)
+        self._send(frame)
 
     def in_flight(self) -> int:
         """Frames, per receiver, that are not settled yet or on their way."""
@@ -214,8 +219,8 @@ class Medium:
                 break
         return delays_ns
 
-    def _deliver(self, arrival: tuple[Carrier, Any, int, int]) -> None:
-        carrier, token, receiver, size_bytes = arrival
+    def _deliver(self, claim: Claim) -> None:
+        carrier, token, receiver, size_bytes, _ = claim
         self._flying -= 1
         if self.up[receiver]:
             self.delivered += 1
@@ -225,7 +230,7 @@ class Medium:
             self._count("host_down", 1)
             carrier.lost(token, receiver, "host_down")
 
-    def _claim(self, frame: Frame, receiver: int) -> tuple[Carrier, Any, int]:
+    def _claim(self, frame: Frame, receiver: int) -> Claim:
         try:
             return self._open.pop((frame.id, receiver))
         except KeyError:

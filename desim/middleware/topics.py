@@ -126,8 +126,7 @@ class Publisher:
         """The registries answer differently now; look at them in this host's own turn."""
         if not self._stale:
             self._stale = True
-            kernel = self.host.graph.kernel
-            kernel.at(kernel.now_ns, Phase.CONTROL, self.host.id, self._look)
+            self.host.graph.kernel.after(0, Phase.CONTROL, self.host.id, self._look)
 
     def close(self, reason: str) -> None:
         """The host stopped: what waits is dropped for ``reason``."""

@@ -1,0 +1,228 @@
+"""What plug-in authors run: one function says whether a class keeps its contract.
+
+``check_network(MyModel, rate="1 Mb/s")`` builds the plug-in from keywords as a scenario would,
+plays it a small seeded load and raises ``AssertionError`` with what to change. ``Bench`` is the
+place where that load runs, and where a plug-in's own tests can run theirs.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from desim import ports
+from desim.kernel import Kernel, Phase
+from desim.middleware.medium import Medium, Nowhere
+from desim.streams import Streams
+from desim.trace import Names
+from desim.units import NS_PER_S
+
+HOUR_NS = 3600 * NS_PER_S
+_FRAMES = 300
+_HOSTS = {"host_1": (0.0, 0.0), "host_2": (5.0, 0.0), "host_3": (60.0, 10.0),
+          "host_10": (190.0, -20.0), "host_11": (900.0, 900.0), "nowhere": (np.nan, np.nan)}
+_SILENT = {"host_4": (1.0, 1.0)}  # sorts into the middle, so that it moves the others' indices
+
+
+class Bench:
+    """A medium on a kernel of its own, with named hosts at fixed places and a log of every fate.
+
+    ``places``: host name to x, y in m (NaN: none), or a number of hosts without a place, called
+    ``host_1``, ``host_2``, ... ``log`` has (time_ns, label, source, receiver, fate), the fate being
+    ``"arrived"`` or the reason of a drop.
+    """
+
+    def __init__(self, model: ports.NetworkModel, rules: Sequence[ports.Rule] = (),
+                 places: dict[str, tuple[float, float]] | int = 4, seed: int = 0) -> None:
+        if isinstance(places, int):
+            places = {f"host_{i}": (np.nan, np.nan) for i in range(1, places + 1)}
+        self.hosts = tuple(sorted(places, key=ports.natural_key))
+        self.kernel = Kernel()
+        self.names = Names()
+        self.log: list[tuple[int, Any, str, str, str]] = []
+        place = _Fixed(np.array([places[host] for host in self.hosts]))
+        self.medium = Medium("bench", model, rules, kernel=self.kernel, names=self.names,
+                             streams=Streams(seed), hosts=self.hosts, place=place)
+
+    def send(self, time_ns: int, source: str, receivers: str | Sequence[str], size_bytes: int,
+             segments: int = 1, label: Any = None, broadcast: bool = False) -> None:
+        """Book a frame. It is logged under ``label``."""
+        receivers = (receivers,) if isinstance(receivers, str) else tuple(receivers)
+        indices = tuple(map(self.hosts.index, receivers))
+
+        def transmit(_: Any) -> None:
+            self.medium.transmit(self.hosts.index(source), indices, size_bytes, segments, broadcast,
+                                 self, (label, source))
+
+        self.kernel.at(time_ns, Phase.CONTROL, self.names.id(source), transmit)
+
+    def run(self, until_ns: int = HOUR_NS) -> list[tuple[int, Any, str, str, str]]:
+        """Play what is booked; returns ``log``."""
+        self.kernel.run(until_ns)
+        return self.log
+
+    def arrived(self, token: tuple[Any, str], receiver: int) -> None:
+        self._note(token, receiver, "arrived")
+
+    def lost(self, token: tuple[Any, str], receiver: int, reason: str) -> None:
+        self._note(token, receiver, reason)
+
+    def missed(self, token: tuple[Any, str], receivers: tuple[int, ...], reason: str,
+               medium: Medium) -> None:
+        for receiver in receivers:
+            self._note(token, receiver, reason)
+
+    def _note(self, token: tuple[Any, str], receiver: int, fate: str) -> None:
+        self.log.append((self.kernel.now_ns, *token, self.hosts[receiver], fate))
+
+
+class _Fixed(Nowhere):
+    """Hosts that stay where they are, in the open."""
+
+    def __init__(self, positions: np.ndarray) -> None:
+        super().__init__(len(positions))
+        self._positions = positions
+        self._positions.flags.writeable = False
+
+
+class Instant:
+    """The network model behind a rule under test: everything arrives at once."""
+
+    Params = ports.Params
+    reasons = ()
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+
+    def send(self, frame: ports.Frame) -> None:
+        self._context.settle_many(frame, frame.receivers, ports.Deliver(0))
+
+
+def check_network(cls: type, **params: Any) -> None:
+    """Check a ``ports.NetworkModel``: declarations, one settlement per receiver, repeatability, no
+    luck but the context's, and that a silent host changes nothing."""
+    _check_declarations(cls)
+    _check_play(cls, lambda: Bench(cls(cls.Params(**params)), places=_HOSTS),
+                lambda: Bench(cls(cls.Params(**params)), places=_HOSTS | _SILENT))
+
+
+def check_rule(cls: type, **params: Any) -> None:
+    """Check a ``ports.Rule``, in the same way."""
+    _check_declarations(cls)
+    _check_play(cls, lambda: Bench(Instant(), [cls(cls.Params(**params))], _HOSTS),
+                lambda: Bench(Instant(), [cls(cls.Params(**params))], _HOSTS | _SILENT))
+
+
+def check_middleware(cls: type, **params: Any) -> None:
+    """Check a ``ports.Middleware`` whose registries settle at once: the answer does not depend on
+    the order of subscribing, changes are announced, and a stopped host is no surprise."""
+    _check_parameters(cls)
+    ends = [ports.Endpoint(host, node, "/map") for host in (2, 0, 10) for node in ("b", "a")]
+    publisher = ports.Endpoint(1, "talker", "/map")
+    answers = []
+    for order in (ends, ends[::-1]):
+        middleware, announced = cls(cls.Params(**params)), []
+        middleware.start(announced.append)
+        middleware.advertise(publisher)
+        for end in order:
+            before = middleware.subscribers(publisher)
+            middleware.subscribe(end)
+            if middleware.subscribers(publisher) != before:
+                _need("/map" in announced, cls, "call changed(topic) when an answer changes")
+        answers.append(middleware.subscribers(publisher))
+        middleware.forget(99)
+        middleware.forget(2)
+        _need(set(middleware.subscribers(publisher)) <= set(ends), cls,
+              "answer with subscribers of the publisher's topic only")
+    _need(isinstance(answers[0], tuple), cls, "answer with a tuple")
+    _need(answers[0] == answers[1], cls, "answer in an order that does not depend on who came "
+                                         f"first, got {answers[0]} and {answers[1]}")
+
+
+def check_strategy(cls: type, **params: Any) -> None:
+    """Check a ``ports.Strategy``: it takes one of the frontiers that it is shown, or None when
+    there is none, and takes the same one when asked again."""
+    _check_parameters(cls)
+    frontiers = [ports.Frontier(4.0, 0.0, 4.0, 12), ports.Frontier(0.0, 9.0, 11.0, 80),
+                 ports.Frontier(-30.0, 2.0, 45.0, 7)]
+    _need(cls(cls.Params(**params)).choose(_View([])) is None, cls,
+          "return None when there is no frontier")
+    choices = [cls(cls.Params(**params)).choose(_View(frontiers)) for _ in range(2)]
+    _need(choices[0] is None or choices[0] in frontiers, cls,
+          f"return one of view.frontiers() or None, not {choices[0]!r}")
+    _need(choices[0] == choices[1], cls, f"choose alike in like situations, got {choices}")
+
+
+class _View:
+    """A robot at the origin that heard of one other robot."""
+
+    name = "robot_1"
+    now_ns = 10 * NS_PER_S
+    pose = (0.0, 0.0, 0.0)
+
+    def __init__(self, frontiers: list[ports.Frontier]) -> None:
+        self._frontiers = frontiers
+        self.peers = {"robot_2": ports.Peer(5.0, 5.0, 0.0, 9 * NS_PER_S)}
+
+    def frontiers(self, limit: int | None = None) -> list[ports.Frontier]:
+        return self._frontiers[:limit]
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return Streams(0)("view", *name)
+
+
+def _check_declarations(cls: type) -> None:
+    reasons = getattr(cls, "reasons", None)
+    _need(isinstance(reasons, tuple) and all(isinstance(reason, str) for reason in reasons), cls,
+          f"declare reasons = ('...',), a tuple of names, not {reasons!r}")
+    _check_parameters(cls)
+
+
+def _check_parameters(cls: type) -> None:
+    _need(isinstance(getattr(cls, "Params", None), type) and issubclass(cls.Params, ports.Params),
+          cls, "have a class Params(desim.ports.Params)")
+    for name, field in cls.Params.model_fields.items():
+        _need(field.description or field.is_required(), cls,
+              f"say where the default of parameter {name!r} comes from: Field(default, "
+              "description=...)")
+
+
+def _check_play(cls: type, make: Callable[[], Bench], make_larger: Callable[[], Bench]) -> None:
+    luck = random.getstate(), np.random.get_state()[1].tolist()  # noqa: NPY002 - it is watched
+    bench = make()
+    log = _play(bench)
+    _need(luck == (random.getstate(), np.random.get_state()[1].tolist()), cls,  # noqa: NPY002
+          "draw from context.stream(name) only, not from random or numpy.random")
+    medium = bench.medium
+    _need(not medium.in_flight(), cls, f"settle every frame at every receiver: an hour after the "
+                                       f"last one {medium.in_flight()} were not")
+    _need(medium.intended == medium.delivered + sum(medium.dropped.values()) == len(log), cls,
+          "settle each receiver exactly once")
+    _need(_play(make()) == log, cls, "give the same fates for the same seed: keep state in self, "
+                                     "and iterate over no set")
+    _need(_play(make_larger()) == log, cls, "give the same fates when a host is added that says "
+                                            "nothing: draw from streams named by host, not index")
+
+
+def _play(bench: Bench) -> list[tuple[int, Any, str, str, str]]:
+    """A seeded load of unicast and broadcast frames, single packets and trains."""
+    draw = random.Random(1)
+    hosts = sorted(_HOSTS, key=ports.natural_key)
+    for label in range(_FRAMES):
+        source = draw.choice(hosts)
+        others = [host for host in hosts if host != source]
+        broadcast = draw.random() < 0.3
+        segments = draw.choice([1, 1, 1, 2, 10, 100])
+        bench.send(draw.randrange(2 * NS_PER_S), source,
+                   draw.sample(others, draw.randint(1, len(others))) if broadcast
+                   else draw.choice(others), segments * draw.randint(64, 1518), segments, label,
+                   broadcast)
+    return bench.run(2 * NS_PER_S + HOUR_NS)
+
+
+def _need(kept: Any, cls: type, advice: str) -> None:
+    if not kept:
+        raise AssertionError(f"{cls.__module__}.{cls.__qualname__} must {advice}")
