@@ -1,4 +1,4 @@
-"""How fast desim is on this machine: `python tools/bench.py [--json] [kernel laser scenarios w]`.
+"""How fast desim is on this machine: `python tools/bench.py [--json] [kernel laser w scenarios]`.
 
 Every figure is CPU time of one core after compilation; the best of several runs where runs are
 short, for other processes on the machine can only slow a run down.
@@ -10,17 +10,24 @@ import argparse
 import json
 import os
 import platform
+import statistics
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
 import simpy
+import workload
 from rich.console import Console
 from rich.table import Table
 
 from desim.kernel import Kernel, Phase, pair
+
+TOOLS = Path(__file__).resolve().parent
+_scratch = tempfile.TemporaryDirectory()
 
 Row = dict[str, object]
 
@@ -36,11 +43,6 @@ def machine() -> Row:
     packages = {name: version(name) for name in ("desim", "simpy", "numpy", "numba")}
     return {"cpu": cpu, "cores": os.cpu_count(), "system": platform.platform(),
             "python": platform.python_version(), **packages}
-
-
-def fastest(run: Callable[[], float], times: int) -> float:
-    """The least of the CPU times that ``run`` returns."""
-    return min(run() for _ in range(times))
 
 
 # ------------------------------------------------------------------------------------------ kernel
@@ -133,9 +135,77 @@ def kernel() -> list[Row]:
              "of bare SimPy": round(bare / cpu_s, 2)} for name, cpu_s in best.items()]
 
 
+# ------------------------------------------------------------------------------- laser, workload W
+
+FLEETS = (1, 10, 30, 100)
+LASER_S = 1.0  # of CPU time a figure
+
+
+def _walls() -> list[tuple[str, object]]:
+    """The two kinds of walls: the maze as geometry, and as an image of 0.2 m a cell."""
+    return [("geometric", "maze"), ("raster", workload.raster_maze(Path(_scratch.name)))]
+
+
+def laser() -> list[Row]:
+    """Laser beams per second: the fleet of W after 20 s of wandering, scanned again and again."""
+    rows = []
+    for walls, terrain in _walls():
+        for robots in (1, 30):
+            wander = workload.Wander(workload.build(robots, terrain))
+            wander.seconds(20)
+            snapshot, scans, spent_s = wander.world.snapshot(), 0, 0.0
+            start = time.process_time()
+            while spent_s < LASER_S:
+                ranges = wander.world.scan(snapshot, wander.all, scans)
+                scans += 1
+                spent_s = time.process_time() - start
+            rows.append({"what": f"{walls}, {robots} robots", "Mray/s": round(
+                scans * ranges.size / spent_s / 1e6, 1), "us a scan": round(
+                1e6 * spent_s / scans / robots, 2)})
+    return rows
+
+
+def w() -> list[Row]:
+    """Workload W: times real time, median of five stretches; N robots that sense and wander."""
+    rows = []
+    for walls, terrain in _walls():
+        row: Row = {"what": walls}
+        for robots in FLEETS:
+            wander = workload.Wander(workload.build(robots, terrain))
+            wander.seconds(5)
+            simulated_s = max(2, 600 // robots)
+            factors = [simulated_s / wander.seconds(simulated_s) for _ in range(5)]
+            row[f"N={robots}"] = round(statistics.median(factors), 1)
+        rows.append(row)
+    return rows
+
+
+# --------------------------------------------------------------------------------------- scenarios
+
+SCENARIOS = {"hello": ["hello.yaml"], "maze_8": ["maze_30.yaml", "--set", "fleet.size=8"],
+             "maze_30": ["maze_30.yaml"]}
+
+
+def scenarios() -> list[Row]:
+    """Whole runs to their end, each in a process of its own, with the CPU time by part."""
+    rows = []
+    for name, (file, *options) in SCENARIOS.items():
+        done = subprocess.run([sys.executable, str(TOOLS / "profile_run.py"), "--json",
+                               str(TOOLS.parent / "scenarios" / file), *options],
+                              check=True, capture_output=True, text=True)
+        run = json.loads(done.stdout)
+        rows.append({"what": name, "simulated s": round(run["simulated_s"], 1),
+                     "CPU s": run["cpu_s"], "times real time": run["real_time_factor"],
+                     "peak MB": run["peak_memory_mb"], "events": run["events"],
+                     "parts, % of CPU": ", ".join(f"{part} {percent:g}" for part, percent
+                                                  in run["parts_percent"].items())})
+    return rows
+
+
 # ------------------------------------------------------------------------------------------ report
 
-PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel}
+PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "laser": laser, "w": w,
+                                             "scenarios": scenarios}
 
 
 def show(title: str, rows: list[Row]) -> None:

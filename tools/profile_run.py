@@ -1,0 +1,129 @@
+"""Where the CPU time of a run goes: `python tools/profile_run.py scenarios/maze_30.yaml`.
+
+Samples the innermost frame that is desim's own about every millisecond of CPU time. A sample
+weighs the CPU time since the last one, so that a long kernel call counts in full although Python
+sees the signal only at its end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+
+from rich.console import Console
+from rich.table import Table
+
+import desim
+
+ROOT = Path(desim.__file__).resolve().parent.parent
+EVERY_S = 0.001
+
+# The first prefix that fits names the part.
+PARTS = [
+    ("desim/world/lidar", "laser"),
+    ("desim/world", "world"),
+    ("desim/drivers", "drivers"),
+    ("desim/worldclock", "drivers"),
+    ("desim/robot/mapsharing", "sharing"),
+    ("desim/robot/tiles", "grids"),
+    ("desim/robot/navigation", "navigation"),
+    ("desim/robot/exploration", "exploration"),
+    ("desim/robot/coordination", "exploration"),
+    ("desim/robot", "mapping"),
+    ("desim/middleware", "middleware"),
+    ("desim/kernel.py", "kernel"),
+    ("desim/trace.py", "trace"),
+    ("desim/experiment", "monitor"),
+    ("netmodels", "network"),
+    ("desim", "setup"),
+]
+
+
+class Profile:
+    """CPU seconds by part, and by function (file:name)."""
+
+    def __init__(self) -> None:
+        self.parts: Counter[str] = Counter()
+        self.functions: Counter[str] = Counter()
+        self._last_s = time.process_time()
+
+    def sample(self, _signal: int, frame: FrameType | None) -> None:
+        now_s = time.process_time()
+        spent_s, self._last_s = now_s - self._last_s, now_s
+        while frame is not None:
+            code = frame.f_code
+            path = code.co_filename.removeprefix(f"{ROOT}/")
+            for prefix, part in PARTS:
+                if path.startswith(prefix):
+                    self.parts[part] += spent_s
+                    self.functions[f"{path}:{code.co_qualname}"] += spent_s
+                    return
+            frame = frame.f_back
+        self.parts["other"] += spent_s
+
+
+@contextmanager
+def profiling() -> Iterator[Profile]:
+    """Samples while the block runs."""
+    profile = Profile()
+    before = signal.signal(signal.SIGPROF, profile.sample)
+    signal.setitimer(signal.ITIMER_PROF, EVERY_S, EVERY_S)
+    try:
+        yield profile
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
+
+
+def measure(path: str, overrides: list[str], until: str | None) -> dict[str, object]:
+    """Run a scenario as ``desim run`` does, into a folder that is thrown away."""
+    if until is not None:
+        overrides = [*overrides, f"stop.elapsed={until}"]
+    scenario = desim.load(path, overrides)
+    with tempfile.TemporaryDirectory() as out, profiling() as profile:
+        run = desim.run(scenario, out=out)
+        manifest, metrics = run.manifest, run.metrics
+    total_s = sum(profile.parts.values())
+    return {
+        "scenario": scenario.name,
+        **{key: manifest[key] for key in ("simulated_s", "cpu_s", "real_time_factor",
+                                          "peak_memory_mb", "events", "digest")},
+        "stop_reason": metrics["stop_reason"],
+        "parts_percent": {part: round(100 * spent_s / total_s, 1)
+                          for part, spent_s in profile.parts.most_common()},
+        "functions_percent": {name: round(100 * spent_s / total_s, 1)
+                              for name, spent_s in profile.functions.most_common(25)},
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenario")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
+    parser.add_argument("--until", metavar="DURATION", help="of simulated time, e.g. 60s")
+    parser.add_argument("--json", action="store_true", help="JSON instead of tables")
+    arguments = parser.parse_args()
+    result = measure(arguments.scenario, arguments.set, arguments.until)
+    if arguments.json:
+        json.dump(result, sys.stdout, indent=2)
+        print()
+        return
+    for title in ("parts_percent", "functions_percent"):
+        table = Table(title=title, title_justify="left", show_header=False)
+        for name, percent in result.pop(title).items():
+            table.add_row(name, f"{percent:.1f}")
+        Console(width=120).print(table)
+    print(", ".join(f"{key} {value}" for key, value in result.items()))
+
+
+if __name__ == "__main__":
+    main()
