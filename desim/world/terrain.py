@@ -72,13 +72,14 @@ class Terrain:
         return GridSpec(resolution_m, cols, rows, x0 - shift, y0 - shift)
 
     def truth(self, spec: GridSpec) -> np.ndarray:
-        """[height, width] uint8: 0 free, 1 where a wall passes or matter is solid."""
+        """[height, width] uint8: 0 free, 1 where a wall passes or matter is solid. A wall on the line
+        between two cells is in both."""
         truth = np.full((spec.height, spec.width), FREE, dtype=np.uint8)
         for x0, y0, x1, y1 in self.solids.tolist():
             left, low = spec.cell(x0 + TOUCH_M, y0 + TOUCH_M)
             right, high = spec.cell(x1 - TOUCH_M, y1 - TOUCH_M)
             truth[max(low, 0):high + 1, max(left, 0):right + 1] = WALL
-        for wall in self.lines:
+        for wall in _both_sides(self.lines):
             cols, rows = _cells_along(wall, spec)
             truth[rows, cols] = WALL
         return truth
@@ -135,6 +136,14 @@ def from_raster(name: str, raster: Raster, material: int, height_m: float) -> Te
                    solids=rows_of(raster.solid) * edge + origin,
                    bounds=(raster.x_m, raster.y_m, raster.x_m + cols * edge,
                            raster.y_m + rows * edge), raster=raster)
+
+
+def _both_sides(walls: np.ndarray) -> np.ndarray:
+    """[2 n, 4] each wall moved to either side by a hair, so that rounding decides nothing."""
+    along = walls[:, 2:] - walls[:, :2]
+    along = along / np.hypot(along[:, 0], along[:, 1])[:, None]
+    aside = np.column_stack([-along[:, 1], along[:, 0]] * 2) * TOUCH_M
+    return np.concatenate([walls + aside, walls - aside])
 
 
 def _cells_along(wall: np.ndarray, spec: GridSpec) -> tuple[np.ndarray, np.ndarray]:
