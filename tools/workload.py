@@ -20,7 +20,8 @@ from desim.streams import Streams
 from desim.world import plane
 
 CRUISE_MPS, TURN_RADPS = 1.0, 1.5
-TURN_BACK_M = 1.5  # steer away from what is nearer
+TURN_BACK_M, CLOSE_M = 1.5, 0.6  # turn before what is nearer, stop before what is close
+AHEAD = slice(62, 119, 4)  # beams within 30 degrees
 CELLS, CELL_M = 10, 8.0
 
 
@@ -73,14 +74,12 @@ class Wander:
     def _scan(self, tick: int) -> None:
         world = self.world
         ranges = world.scan(world.snapshot(), self.all, tick)
-        near = np.minimum.reduce(ranges.reshape(len(self.all), 6, -1), axis=2)
-        ahead = np.minimum(near[:, 2], near[:, 3])
-        blocked = ahead < TURN_BACK_M
-        side = np.where(near[:, 3:].sum(axis=1) >= near[:, :3].sum(axis=1), TURN_RADPS, -TURN_RADPS)
-        forward = np.where(blocked, np.maximum(ahead - 0.6, 0.0), CRUISE_MPS)
-        for robot, (speed, turn) in enumerate(zip(forward.tolist(), (side * blocked).tolist(),
-                                                  strict=True)):
-            world.command(robot, speed, 0.0, turn)
+        ahead = ranges[:, AHEAD].min(axis=1).tolist()
+        for robot, distance_m in enumerate(ahead):
+            if distance_m > TURN_BACK_M:
+                world.command(robot, CRUISE_MPS, 0.0, 0.0)
+            else:
+                world.command(robot, max(distance_m - CLOSE_M, 0.0), 0.0, TURN_RADPS)
 
     def _odometry(self, tick: int) -> None:
         snapshot = self.world.snapshot()
