@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import resource
+import signal
+import threading
 import time
 import traceback
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,12 +20,12 @@ import pyarrow.parquet as pq
 from desim.errors import InputError
 from desim.experiment import maps
 from desim.experiment.results import FAILED, FINISHED, INTERRUPTED, RunFolder, manifest_of
-from desim.scenario.load import load
+from desim.scenario.load import Loaded, load
 from desim.scenario.schema import Scenario
 from desim.simulation import Simulation
 from desim.units import NS_PER_S
 
-Watch = Callable[[Simulation], AbstractContextManager[Any]]
+Watch = Callable[[Simulation, RunFolder], AbstractContextManager[Any]]
 
 
 class Run:
@@ -67,6 +69,12 @@ class Run:
         """The ground truth; what no laser can reach is unknown."""
         return maps.load(self._file("map"), "truth")
 
+    @cached_property
+    def names(self) -> dict[int, str]:
+        """The names of the ids in ``trace.parquet``."""
+        return {int(id_): name for id_, name in json.loads(self._file("names.json").read_text())
+                .items()}
+
     def table(self, name: str) -> dict[str, np.ndarray]:
         """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column."""
         table = pq.read_table(self._file(f"{name}.parquet"))
@@ -83,51 +91,100 @@ class Run:
         return f"Run({str(self.path)!r})"
 
 
-def run(scenario: Scenario | str | Path, *, out: str | Path = "results",
+def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results",
         overrides: Sequence[str] = (), seed: int | None = None, watch: Watch | None = None,
-        command: str = "") -> Run:
+        rows: Callable[[np.ndarray], Any] | None = None, command: str = "") -> Run:
     """Run a scenario (or the file of one) and leave its folder in ``out/<name>/<run id>``.
 
-    ``overrides`` and ``seed`` as ``desim.load`` takes them. ``watch(simulation)`` is entered while
-    the clock runs. Ctrl-C ends the run: what there is until then is kept, ``KeyboardInterrupt``
-    goes on with the folder's path as its argument. An error of the run goes on after the manifest
-    says ``failed``. Raises ``InputError`` for a wrong scenario or a folder that cannot be written.
+    ``overrides`` and ``seed`` as ``desim.load`` takes them, for a file. ``watch(simulation,
+    folder)`` is entered while the clock runs; ``rows`` gets all trace rows in batches. Ctrl-C ends
+    the run in good order: its status is then ``interrupted`` (where a finished run of the same id
+    exists, that one stays), and ``KeyboardInterrupt`` with the folder's path goes on. An error of
+    the run goes on after the manifest says ``failed``. Raises ``InputError`` for a wrong scenario
+    or a folder that cannot be written.
     """
-    if not isinstance(scenario, Scenario):
+    if isinstance(scenario, (str, Path)):
         scenario = load(scenario, overrides, seed)
     elif overrides or seed is not None:
         raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")
+    loaded = scenario if isinstance(scenario, Loaded) else None
+    scenario = loaded.scenario if loaded else scenario
     folder = RunFolder(out, scenario)
     meter = _Meter(command)
     try:
-        simulation = Simulation(scenario, trace_sink=folder.trace_sink, on_fate=folder.on_fate)
+        with _blamed(loaded):
+            simulation = Simulation(scenario, trace_sink=_both(folder.trace_sink, rows),
+                                    on_fate=folder.on_fate)
         folder.begin(simulation.names, tuple(host.name for host in simulation.graph.hosts))
-        with (watch or nullcontext)(simulation):
+        with _interruptible(simulation), \
+                watch(simulation, folder) if watch else nullcontext():
             simulation.run()
-    except InputError:
+    except (InputError, KeyboardInterrupt):
         folder.discard()
         raise
-    except KeyboardInterrupt:
-        if "simulation" not in locals():
-            folder.discard()
-            raise
-        _finish(folder, simulation, meter, INTERRUPTED)
-        raise KeyboardInterrupt(str(folder.path)) from None
     except Exception:
         folder.abandon({"status": FAILED, "digest": None, **meter.read(0),
                         "error": traceback.format_exc()})
         raise
-    _finish(folder, simulation, meter, FINISHED)
-    return Run(folder.path)
-
-
-def _finish(folder: RunFolder, simulation: Simulation, meter: _Meter, status: str) -> None:
-    simulation.monitor.finish(None if status == FINISHED else status)
+    interrupted = simulation.monitor.stop_reason == INTERRUPTED
     now_ns = simulation.kernel.now_ns
-    folder.finish(simulation.monitor, now_ns, {
-        "status": status, "digest": simulation.trace.digest(),
+    path = folder.finish(simulation.monitor, now_ns, {
+        "status": INTERRUPTED if interrupted else FINISHED, "digest": simulation.trace.digest(),
         "digest_by_entity": simulation.trace.digest_by_entity(),
         "events": simulation.kernel.events, **meter.read(now_ns)})
+    if interrupted:
+        raise KeyboardInterrupt(str(path))
+    return Run(path)
+
+
+@contextmanager
+def _blamed(loaded: Loaded | None) -> Iterator[None]:
+    """What goes wrong while the parts are built names its path; give it its place in the file."""
+    try:
+        yield
+    except InputError as error:
+        if loaded is None:
+            raise
+        raise InputError(*(_placed(str(line), loaded) for line in error.args)) from error
+
+
+def _placed(line: str, loaded: Loaded) -> str:
+    path, colon, rest = line.partition(": ")
+    if not colon or path.split(".")[0] not in Scenario.model_fields:
+        path, rest = "environment", line
+    return f"{loaded.where(path)}: {rest}"
+
+
+@contextmanager
+def _interruptible(simulation: Simulation) -> Iterator[None]:
+    """The first Ctrl-C or termination signal ends the run when the present instant is complete;
+    a second one at once."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def interrupt(number: int, _: Any) -> None:
+        signal.signal(number, signal.default_int_handler)
+        simulation.interrupt()
+
+    before = {number: signal.signal(number, interrupt)
+              for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _both(first: Callable | None, second: Callable | None) -> Callable[[np.ndarray], None] | None:
+    if first is None or second is None:
+        return first or second
+
+    def add(rows: np.ndarray) -> None:
+        first(rows)
+        second(rows)
+
+    return add
 
 
 class _Meter:

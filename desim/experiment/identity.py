@@ -1,9 +1,7 @@
-"""Which run is this: the scenario spelled out, the versions that it ran with, and their hash."""
+"""What a run's results depend on beside its scenario: versions, plug-ins, the machine."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 import platform
 from importlib import metadata
 from typing import Any
@@ -21,21 +19,15 @@ def versions() -> dict[str, str]:
             **{name: metadata.version(name) for name in PACKAGES}}
 
 
-def plugin_references(scenario: Scenario) -> list[str]:
-    """Every plug-in that the scenario names, as ``kind name = package.module:Class (version)``."""
+def plugin_references(scenario: Scenario) -> dict[str, str]:
+    """Every plug-in that the scenario names: kind and name to class and version."""
     chosen = {("strategy", scenario.coordination.strategy), ("world", scenario.physics.model),
               ("middleware", scenario.middleware.model)}
     for medium in scenario.network.media.values():
         chosen.add(("network", medium.model))
         chosen.update(("rule", rule.rule) for rule in medium.rules)
-    return [f"{kind} {name} = {plugins.reference(kind, name, plugins.load(kind, name))}"
-            for kind, name in sorted(chosen)]
-
-
-def run_id(resolved: str, seed: int, references: list[str]) -> str:
-    """12 hex digits of a hash of the resolved scenario, the seed, the versions and the plug-ins."""
-    what = json.dumps([resolved, seed, versions(), references], sort_keys=True)
-    return hashlib.sha256(what.encode()).hexdigest()[:12]
+    return {f"{kind} {name}": plugins.reference(kind, name, plugins.load(kind, name))
+            for kind, name in sorted(chosen)}
 
 
 def machine() -> dict[str, Any]:

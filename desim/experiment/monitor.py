@@ -19,15 +19,12 @@ from desim.experiment.traffic import Families, totals
 from desim.kernel import Kernel, Phase
 from desim.middleware.graph import Graph
 from desim.robot.tiles import Belief
-from desim.scenario.expression import compile as compile_expression
+from desim.scenario.experiment import QUANTITIES
+from desim.scenario.expression import condition
 from desim.scenario.schema import Scenario
 from desim.trace import Trace, bits
 from desim.units import NS_PER_S
 
-QUANTITIES = ("time_s", "explored", "explored_union", "explored_all", "collisions", "recoveries",
-              "messages_sent", "messages_delivered", "messages_dropped", "bytes_on_air",
-              "distance_m", "partitions", "robots_moving")
-EVENTS = ("explored_10pct", "collision", "recovery", "partition")
 MOVING_M = 0.05  # who came farther than this within the last second is moving
 
 
@@ -57,7 +54,7 @@ class Monitor:
         self._kernel, self.trace, self._stop = kernel, trace, scenario.stop
         self._poses, self.travelled_m = poses, travelled_m
         self._measured_on = frozenset(scenario.measure.on)
-        self._condition = (compile_expression(scenario.stop.when, QUANTITIES)
+        self._condition = (condition(scenario.stop.when, QUANTITIES).evaluate
                            if scenario.stop.when else None)
         self._causes: list[str] = []
         self._percent = 0

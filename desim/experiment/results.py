@@ -26,7 +26,7 @@ from desim.experiment.summary import (
     summarize,
 )
 from desim.experiment.traffic import latency_table
-from desim.scenario.load import resolved_yaml
+from desim.scenario.resolved import resolved, scenario_id
 from desim.scenario.schema import Scenario
 from desim.trace import Names
 
@@ -43,9 +43,8 @@ class RunFolder:
 
     def __init__(self, out: str | Path, scenario: Scenario) -> None:
         self.scenario = scenario
-        self.resolved = resolved_yaml(scenario)
         self.plugins = identity.plugin_references(scenario)
-        self.run_id = identity.run_id(self.resolved, scenario.seed, self.plugins)
+        self.run_id = scenario_id(scenario, identity.versions() | self.plugins)
         self.path = Path(out) / scenario.name / self.run_id
         self._partial = self.path.with_name(f"{self.run_id}.partial")
         keep = scenario.trace.keep
@@ -58,7 +57,8 @@ class RunFolder:
         with self._writing():
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._lock = self._claim()
-            (self._partial / "scenario.resolved.yaml").write_text(self.resolved)
+            (self._partial / "scenario.resolved.yaml").write_text(
+                resolved(scenario, self._partial))
 
     def begin(self, names: Names, hosts: tuple[str, ...]) -> None:
         """``names`` of the run's trace, ``hosts`` in index order: tables can be opened now."""
@@ -69,9 +69,9 @@ class RunFolder:
                 self._messages = tables.MessageTable(self._partial / "messages.parquet", names,
                                                      hosts)
 
-    def finish(self, monitor: Monitor, now_ns: int, manifest: dict[str, Any]) -> dict[str, Any]:
-        """Write what the run came to, and put the folder in its place. ``manifest`` has
-        ``status`` and ``digest`` and what the caller measured; returns the summary."""
+    def finish(self, monitor: Monitor, now_ns: int, manifest: dict[str, Any]) -> Path:
+        """Write what the run came to, and put the folder in its place, which is returned.
+        ``manifest`` has ``status`` and ``digest`` and what the caller measured."""
         summary = {**summarize(monitor, now_ns), "digest": manifest["digest"]}
         with self._writing():
             self._close_tables()
@@ -85,7 +85,7 @@ class RunFolder:
                 _write_json(self._partial / "names.json",
                             {str(id_): names[id_] for id_ in sorted(names)})
             self._publish(manifest)
-        return summary
+        return self.path
 
     def abandon(self, manifest: dict[str, Any]) -> None:
         """The run failed: keep what there is, with a manifest that says so."""
@@ -97,6 +97,10 @@ class RunFolder:
         """Nothing of the run is worth keeping."""
         shutil.rmtree(self._partial, ignore_errors=True)
         os.close(self._lock)
+
+    def active_links(self, since_ns: int) -> int:
+        """How many pairs of hosts had a message settled since then; 0 where none are kept."""
+        return self._log.active_links(since_ns) if self._log is not None else 0
 
     def _add_rows(self, rows: np.ndarray) -> None:
         with self._writing():

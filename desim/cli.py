@@ -1,0 +1,190 @@
+"""The commands. Heavy imports stand inside them: ``desim --help`` answers at once."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from desim.errors import InputError
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
+                  help="Simulate a fleet of robots and the networks between them, on one clock.")
+
+RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False)]
+
+
+@contextmanager
+def _exits() -> Iterator[None]:
+    """2 for wrong input, 130 for Ctrl-C, 1 for a failure of ours with the way to repeat it."""
+    try:
+        yield
+    except typer.Exit:
+        raise
+    except InputError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(2) from None
+    except KeyboardInterrupt as stopped:
+        kept = f"; what there is until then: {stopped}" if str(stopped) else ""
+        typer.echo(f"interrupted{kept}", err=True)
+        raise typer.Exit(130) from None
+    except BrokenPipeError:
+        raise typer.Exit(1) from None
+    except Exception:
+        traceback.print_exc()
+        typer.echo(f"desim failed; this repeats it:\n  {_command()}", err=True)
+        raise typer.Exit(1) from None
+
+
+def _command() -> str:
+    return shlex.join(["desim", *sys.argv[1:]])
+
+
+@contextmanager
+def _compiling(quiet: bool) -> Iterator[None]:
+    """Around the first import of the kernels: says so where they have to be compiled."""
+    from desim.report.compiling import cold
+
+    if quiet or not cold():
+        yield
+        return
+    typer.echo("compiling numerical kernels (first run only)...", err=True)
+    begin_s = time.perf_counter()
+    yield
+    typer.echo(f"compiled in {time.perf_counter() - begin_s:.1f} s", err=True)
+
+
+@app.command()
+def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
+                                                 help="a scenario's YAML file")],
+        seed: Annotated[int | None, typer.Option(help="instead of the scenario's")] = None,
+        overrides: Annotated[list[str], typer.Option(
+            "--set", metavar="A.B.C=VALUE", help="another value; can be given again")] = [],  # noqa: B006
+        until: Annotated[str | None, typer.Option(
+            metavar="DURATION", help="short for --set stop.elapsed=DURATION")] = None,
+        out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
+        quiet: Annotated[bool, typer.Option("--quiet", help="print nothing but errors")] = False,
+        check: Annotated[bool, typer.Option(
+            "--check", help="run twice and name the first trace row that differs")] = False,
+        ) -> None:
+    """Run a scenario; the results are in a folder of their own afterwards."""
+    with _exits():
+        # Complaints about the scenario come before anything is compiled.
+        from desim.scenario.load import load
+
+        changes = [*overrides, *([f"stop.elapsed={until}"] if until else [])]
+        loaded = load(scenario, changes, seed)
+        with _compiling(quiet):
+            from desim import api
+        from rich.console import Console
+
+        from desim.report.live import watching
+
+        console = Console()
+        watch = None if quiet else watching(console)
+        if check:
+            from desim.report.checking import checked
+
+            finished, parted = checked(loaded, out, watch, _command())
+        else:
+            finished = api.run(loaded, out=out, watch=watch, command=_command())
+        if not quiet:
+            _show(finished, console)
+        if check and parted:
+            typer.echo(f"the run does not repeat itself:\n{parted}", err=True)
+            raise typer.Exit(1)
+        if check and not quiet:
+            typer.echo("run twice: every row of the trace is the same")
+
+
+def _show(finished: Any, console: Any) -> None:
+    from desim.report.tables import result_table
+
+    manifest = finished.manifest
+    console.print(result_table(finished.metrics, manifest))
+    console.print(f"results in {finished.path}", highlight=False, soft_wrap=True)
+    if "differs_from_earlier" in manifest:
+        typer.echo("warning: an earlier run of the same scenario, seed and versions had the "
+                   f"digest {manifest['differs_from_earlier']}; desim run --check tells more",
+                   err=True)
+
+
+@app.command()
+def describe(plugin: Annotated[str, typer.Argument(
+        metavar="PLUGIN", show_default=False,
+        help="a name that desim plugins lists, or package.module:Class")]) -> None:
+    """What a plug-in does, and its parameters."""
+    with _exits():
+        from desim.report.catalogue import description
+
+        typer.echo(description(plugin))
+
+
+@app.command()
+def plugins() -> None:
+    """All plug-ins that are installed, by kind."""
+    with _exits():
+        from desim.report.catalogue import listing
+
+        typer.echo(listing())
+
+
+@app.command()
+def schema() -> None:
+    """The JSON Schema of scenario files, for editors."""
+    with _exits():
+        import json
+
+        from desim.scenario.schema import Scenario
+
+        typer.echo(json.dumps(Scenario.model_json_schema(by_alias=True), indent=2))
+
+
+@app.command()
+def trace(path: RunPath,
+          message: Annotated[int, typer.Option(
+              min=1, help="the number of a message between hosts, from 1 (messages.parquet)")],
+          ) -> None:
+    """The story of one message: every row about it, in order, and where the time went."""
+    with _exits():
+        with _compiling(False):
+            from desim.report.following import told
+        typer.echo(told(path, message))
+
+
+@app.command()
+def diff(first: RunPath, second: RunPath) -> None:
+    """The first trace row in which two runs differ, with the rows around it."""
+    with _exits():
+        with _compiling(False):
+            from desim.report.checking import difference
+        text = difference(first, second)
+        typer.echo(text or "the traces are equal")
+        if text:
+            raise typer.Exit(1)
+
+
+@app.command()
+def figure(path: RunPath,
+           to: Annotated[Path | None, typer.Option(
+               help="file to write, png, pdf or svg (default: figure.png in the run's folder)",
+               show_default=False)] = None) -> None:
+    """A picture of a run: terrain, trajectories, map, explored share and traffic over time."""
+    with _exits():
+        with _compiling(False):
+            from desim.api import Run
+            from desim.report.figure import draw
+        target = to or path / "figure.png"
+        draw(Run(path), target)
+        typer.echo(str(target))
+
+
+if __name__ == "__main__":
+    app()

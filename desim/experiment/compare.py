@@ -1,0 +1,98 @@
+"""Two traces side by side: where do they part?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow.parquet as pq
+
+from desim.api import Run
+from desim.scenario.load import load
+from desim.scenario.schema import Scenario
+from desim.simulation import Simulation
+from desim.trace import ROW, Names
+
+CONTEXT = 5  # rows shown on either side of a difference
+_CHUNK = 1 << 18
+
+
+class Rows(NamedTuple):
+    """A whole trace: ``rows`` of dtype ``trace.ROW``, and the names of its ids."""
+
+    rows: np.ndarray
+    names: dict[int, str]
+
+
+class Spool:
+    """A trace sink into a file; ``rows`` maps what was written back into memory."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file = path.open("wb")
+
+    def add(self, rows: np.ndarray) -> None:
+        self._file.write(rows.tobytes())
+
+    def rows(self) -> np.ndarray:
+        """All rows; nothing can be added any more."""
+        self._file.close()
+        if self._path.stat().st_size == 0:
+            return np.empty(0, ROW)
+        return np.memmap(self._path, ROW, "r")
+
+
+@contextmanager
+def spools() -> Iterator[Path]:
+    """A folder for spools, gone afterwards."""
+    with TemporaryDirectory(prefix="desim-") as folder:
+        yield Path(folder)
+
+
+def simulated(scenario: Scenario, spool: Path, until_ns: int | None = None) -> Rows:
+    """Run ``scenario`` (to ``until_ns``) and keep every row in the file ``spool``."""
+    sink = Spool(spool)
+    simulation = Simulation(scenario, trace_sink=sink.add)
+    simulation.run(until_ns)
+    return Rows(sink.rows(), simulation.names.items())
+
+
+def kept(run: Run, spool: Path) -> Rows | None:
+    """The trace that a run has kept, or None."""
+    path = run.path / "trace.parquet"
+    if not path.exists():
+        return None
+    names, sink = Names(), Spool(spool)
+    with pq.ParquetFile(path) as file:
+        for batch in file.iter_batches():
+            rows = np.empty(len(batch), ROW)
+            for name in ("t_ns", "a", "b", "c"):
+                rows[name] = batch[name].to_numpy()
+            for name in ("kind", "entity"):
+                words = batch[name].dictionary_encode()
+                ids = np.array([names.id(word) for word in words.dictionary.to_pylist()], "<u4")
+                rows[name] = ids[words.indices.to_numpy()]
+            sink.add(rows)
+    return Rows(sink.rows(), run.names | names.items())
+
+
+def trace_of(run: Run, spool: Path, until_ns: int | None = None) -> Rows:
+    """The trace of a run: the kept one, or that of running its scenario again."""
+    return kept(run, spool) or simulated(
+        load(run.path / "scenario.resolved.yaml").scenario, spool, until_ns)
+
+
+def first_difference(first: np.ndarray, second: np.ndarray) -> int | None:
+    """The number of the first row in which two traces differ; where one ends, if it is the
+    beginning of the other; None if they are equal."""
+    shorter = min(len(first), len(second))
+    for begin in range(0, shorter, _CHUNK):
+        end = min(begin + _CHUNK, shorter)
+        unequal = np.asarray(first[begin:end] != second[begin:end])
+        if unequal.any():
+            return begin + int(np.argmax(unequal))
+    return None if len(first) == len(second) else shorter

@@ -1,0 +1,64 @@
+"""What plug-ins there are, and what each of them says about itself."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from typing import Any
+
+from pydantic.fields import FieldInfo
+
+from desim import plugins
+from desim.errors import InputError, did_you_mean
+
+
+def listing() -> str:
+    """All plug-ins by kind, each with the first sentence of its own description."""
+    lines = []
+    for kind, group in plugins.GROUPS.items():
+        points = plugins.available(kind)
+        if points:
+            lines.append(f"{kind} ({group})")
+            width = max(map(len, points))
+            lines += [f"  {name:<{width}}  {_first_sentence(kind, name)}" for name in points]
+    return "\n".join(lines)
+
+
+def description(name: str) -> str:
+    """The plug-in's documentation and its parameters. Raises ``InputError`` if there is none."""
+    kinds = [kind for kind in plugins.GROUPS if name in plugins.available(kind)]
+    if not kinds and ":" in name:
+        return _about(name, "plug-in", plugins.imported("plug-in", name))
+    if not kinds:
+        known = [known for kind in plugins.GROUPS for known in plugins.available(kind)]
+        raise InputError(f"unknown plug-in {name!r}{did_you_mean(name, known)}; known: "
+                         f"{', '.join(known)}, or a dotted path 'package.module:Class'")
+    return "\n\n".join(_about(name, kind, plugins.load(kind, name)) for kind in kinds)
+
+
+def _first_sentence(kind: str, name: str) -> str:
+    try:
+        text = " ".join((inspect.getdoc(plugins.load(kind, name)) or "").split())
+    except (ImportError, AttributeError, InputError) as error:
+        return f"(cannot be loaded: {error})"
+    return re.split(r"[.;:] ", text + " ")[0] + "."
+
+
+def _about(name: str, kind: str, cls: Any) -> str:
+    lines = [f"{name} ({kind}): {cls.__module__}:{cls.__qualname__}", "",
+             inspect.getdoc(cls) or "(it says nothing about itself)"]
+    if getattr(cls, "reasons", ()):
+        lines += ["", f"drops for: {', '.join(cls.reasons)}"]
+    params = getattr(cls, "Params", None)
+    fields = params.model_fields if params is not None else {}
+    lines += ["", "parameters:" if fields else "no parameters"]
+    for field, info in fields.items():
+        lines.append(f"  {info.alias or field}: {_default(info)}"
+                     f"{'  ' + info.description if info.description else ''}")
+    return "\n".join(lines)
+
+
+def _default(info: FieldInfo) -> str:
+    if info.is_required():
+        return "must be given."
+    return f"default {info.get_default(call_default_factory=True)!r}."

@@ -1,0 +1,60 @@
+"""One message, row by row, and where its time went."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from desim.api import Run
+from desim.errors import InputError
+from desim.experiment.compare import spools, trace_of
+from desim.report.rows import Step, story
+
+
+def told(path: Path, number: int) -> str:
+    """The story of message ``number`` of the run in ``path``; raises ``InputError`` if there is no
+    such message. Where rows were not kept, the run is repeated up to the message's end."""
+    run = Run(path)
+    about, until_ns = _fates(run, number)
+    with spools() as folder:
+        rows, names = trace_of(run, folder / "trace", until_ns)
+        steps = story(rows, names, number)
+        if not steps:
+            raise InputError(f"{path}: no message {number}; a run's messages between hosts have "
+                             f"the numbers 1 to {_last(rows)}")
+    return "\n".join([*_lines(steps), *about])
+
+
+def _last(rows) -> int:
+    from desim.trace import Names
+
+    return int((rows["kind"] == Names().id("sent")).sum())
+
+
+def _lines(steps: list[Step]) -> list[str]:
+    born_ns = steps[0].time_ns
+    return [f"{step.time_ns / 1e9:16.9f} s  {(step.time_ns - born_ns) / 1e6:+14.6f} ms  "
+            f"{step.what:<12} {step.where:<16} {step.detail}" for step in steps]
+
+
+def _fates(run: Run, number: int) -> tuple[list[str], int | None]:
+    """Where the time went for each receiver, and when the last of them had it."""
+    path = run.path / "messages.parquet"
+    if not path.exists():
+        return [], None
+    rows = pq.read_table(path, filters=pc.field("number") == number).to_pylist()
+    lines = []
+    for row in rows:
+        name = f"to {row['destination']}: {row['fate']}"
+        if row["first_ns"] is None:
+            lines.append(f"{name} ({row['reason']}) without a frame")
+            continue
+        parts = [(row["first_ns"] - row["born_ns"], "in the outbox"),
+                 (row["last_ns"] - row["first_ns"], "until its last transmission"),
+                 (row["end_ns"] - row["last_ns"], "on the medium")]
+        where = ", ".join(f"{spent / 1e6:.6f} ms {what}" for spent, what in parts)
+        reason = f" ({row['reason']})" if row["reason"] else ""
+        lines.append(f"{name}{reason} after {where}")
+    return lines, max((row["end_ns"] for row in rows), default=None)

@@ -1,0 +1,68 @@
+"""A run's results as a table that is read at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+
+def result_table(metrics: dict[str, Any], manifest: dict[str, Any]) -> Table:
+    """What a run came to, for the terminal."""
+    table = Table(title=f"{manifest['name']}, seed {manifest['seed']}: {manifest['status']}, "
+                        f"{metrics['stop_reason']}", title_justify="left", title_style="bold",
+                  box=None, show_header=False, padding=(0, 2, 0, 0))
+    table.add_column(style="cyan", no_wrap=True)
+    table.add_column(no_wrap=True)
+    table.add_column(style="dim")
+    for row in (*_exploration(metrics), *_network(metrics), *_cost(metrics, manifest)):
+        table.add_row(*(Text(cell) for cell in row))
+    return table
+
+
+def _exploration(m: dict[str, Any]) -> list[tuple[str, str, str]]:
+    limit = m["simulated_s"]
+    efficiency = m["exploration_efficiency_m2_per_m"]
+    return [
+        ("exploration time", _time(m["exploration_time_s"], limit),
+         f"99 % known to one robot ({m['judged_robot']})" if not m["censored"] else
+         f"not reached; best {m['explored']:.2%}"),
+        ("  union, fleet", f"{_time(m['union_time_s'], limit)}, "
+                           f"{_time(m['fleet_time_s'], limit)}", "99 % known jointly, to all"),
+        ("explored", f"{m['explored_area_m2']:.0f} m2", f"of {m['reachable_area_m2']:.0f} m2"),
+        ("cost", f"{m['exploration_cost_m']:.0f} m", "driven by all robots"),
+        ("efficiency", "-" if efficiency is None else f"{efficiency:.2f} m2/m", "eq. 3"),
+        ("map completeness", f"{m['map_completeness']:.4f}", "eq. 5"),
+        ("map quality", f"{m['map_quality']:.4f}", f"eq. 6; {m['map_error_cells']} wrong cells"),
+        ("safety", f"{m['safety']:.2f}", f"eq. 4; {m['collisions']} collisions"),
+        ("recoveries", str(m["recoveries"]), ""),
+    ]
+
+
+def _network(m: dict[str, Any]) -> list[tuple[str, str, str]]:
+    lost = ", ".join(f"{count} {reason}" for reason, count in m["messages_dropped"].items())
+    rows = [
+        ("messages", f"{m['messages_delivered']} delivered", f"of {m['messages_sent']} sent; "
+         f"dropped: {lost or 'none'}; {m['messages_in_flight']} in flight"),
+        ("on the air", f"{m['bytes_on_air'] / 1e6:.1f} MB",
+         f"{8e-6 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9):.2f} Mb/s on average"),
+    ]
+    split = m["partitions"]
+    if split["count"]:
+        rows.append(("partitions", str(split["count"]), f"{split['total_s']:.0f} s in all, the "
+                                                        f"longest {split['longest_s']:.0f} s"))
+    return rows
+
+
+def _cost(m: dict[str, Any], manifest: dict[str, Any]) -> list[tuple[str, str, str]]:
+    return [
+        ("speed", f"{manifest['real_time_factor']:.1f} x real time",
+         f"{m['simulated_s']:.1f} s simulated in {manifest['cpu_s']:.1f} s of CPU, "
+         f"{manifest['peak_memory_mb']:.0f} MB"),
+        ("digest", manifest["digest"], f"{manifest['events']} events"),
+    ]
+
+
+def _time(value: float | None, limit: float) -> str:
+    return f"> {limit:.1f} s" if value is None else f"{value:.1f} s"
