@@ -15,7 +15,8 @@ from desim.ports import Params
 
 def tag(shape: Any) -> str:
     """The element that pydantic puts into an error's location for this alternative."""
-    return f"<{getattr(get_origin(shape) or shape, '__name__', shape)}>"
+    # No key of a YAML file can begin with NUL.
+    return f"\0{getattr(get_origin(shape) or shape, '__name__', shape)}"
 
 
 def by_shape(*shapes: Any) -> Any:

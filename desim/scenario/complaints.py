@@ -37,17 +37,28 @@ def validated(block: type[Params], data: Any, path: Path = (),
         # As JSON: strict about numbers, text and truth values, and a list may become a tuple.
         return block.model_validate_json(json.dumps(data), strict=True)
     except ValidationError as error:
-        return [_complaint(block, data, path, more, found)
-                for found in error.errors(include_url=False)]
+        found = [(wrong, _complaint(block, data, path, more, wrong))
+                 for wrong in error.errors(include_url=False)]
+    texts = {(complaint.path[:-1], complaint.text.partition("?")[0]) for _, complaint in found}
+    return [complaint for wrong, complaint in found if not _follows(wrong, data, complaint, texts)]
+
+
+def _follows(error: Any, data: Any, complaint: Complaint, texts: set[tuple[Path, str]]) -> bool:
+    """Whether this error is only the consequence of another one."""
+    if error["type"] == "missing":  # its key is there, misspelt
+        meant = f"unknown key{did_you_mean(str(error['loc'][-1]), [str(error['loc'][-1])])}"
+        return (complaint.path, meant.partition("?")[0]) in texts
+    # pydantic does not count wrong items as items
+    return (error["type"] == "too_short" and
+            len(_at(data, _own(error["loc"]))) >= error["ctx"]["min_length"])
 
 
 def _complaint(block: type[Params], data: Any, base: Path, more: tuple[str, ...],
                error: Any) -> Complaint:
     location = tuple(step for step in error["loc"] if step != "[key]")
-    own = tuple(step for step in location if not _is_tag(step))
+    own = _own(location)
     path = (*base, *own)
     kind, context = error["type"], error.get("ctx", {})
-    given = _short(_at(data, own))
     if kind == "extra_forbidden":
         known = [*more, *keys(_annotation(block, location[:-1]))]
         return Complaint(path, f"unknown key{did_you_mean(str(own[-1]), known)}; allowed: "
@@ -56,12 +67,13 @@ def _complaint(block: type[Params], data: Any, base: Path, more: tuple[str, ...]
         return _missing(block, data, base, location)
     if kind == "value_error":
         return Complaint(path, str(context["error"]))
+    if "[key]" in error["loc"]:
+        return Complaint(path, _pattern_rule(str(own[-1]), context), at_key=True)
+    given = _short(_at(data, own))
     if kind == "literal_error":
         options = _options(_annotation(block, location))
         guess = did_you_mean(str(_at(data, own)), options)
         return Complaint(path, f"{given} is not allowed{guess}; allowed: {', '.join(options)}")
-    if "[key]" in error["loc"]:
-        return Complaint(path, _pattern_rule(str(own[-1]), context), at_key=True)
     if kind == "string_pattern_mismatch":
         return Complaint(path, _pattern_rule(_at(data, own), context))
     text = _BOUNDS[kind].format(**context) if kind in _BOUNDS else _wanted(_annotation(
@@ -70,10 +82,10 @@ def _complaint(block: type[Params], data: Any, base: Path, more: tuple[str, ...]
 
 
 _BOUNDS = {
-    "greater_than": "above {gt}",
-    "greater_than_equal": "at least {ge}",
-    "less_than": "below {lt}",
-    "less_than_equal": "at most {le}",
+    "greater_than": "above {gt:g}",
+    "greater_than_equal": "at least {ge:g}",
+    "less_than": "below {lt:g}",
+    "less_than_equal": "at most {le:g}",
     "too_short": "a list of at least {min_length}",
     "too_long": "a list of at most {max_length}",
     "finite_number": "a finite number",
@@ -81,7 +93,7 @@ _BOUNDS = {
 
 
 def _missing(block: type[Params], data: Any, base: Path, location: tuple) -> Complaint:
-    own = tuple(step for step in location if not _is_tag(step))
+    own = _own(location)
     if isinstance(own[-1], int):
         return Complaint((*base, *own[:-1]), f"must be {_wanted(_annotation(block, location[:-1]))}"
                                              f", got {_short(_at(data, own[:-1]))}")
@@ -148,8 +160,9 @@ def _options(annotation: Any) -> list[str]:
     return list(get_args(literal))
 
 
-def _is_tag(step: Any) -> bool:
-    return isinstance(step, str) and step.startswith("<")
+def _own(location: tuple) -> Path:
+    """The location as a path in the user's data: without the tags of ``by_shape`` fields."""
+    return tuple(step for step in location if not str(step).startswith("\0"))
 
 
 def _at(data: Any, path: Path) -> Any:

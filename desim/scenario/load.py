@@ -22,6 +22,9 @@ from desim.scenario.places import Path, Place, Places
 from desim.scenario.schema import Scenario
 from desim.scenario.starts import listed
 
+# Without its wrong items a list may be too short, and so be wrong itself.
+_MOST_PRUNINGS = 3
+
 
 @dataclass(frozen=True)
 class Loaded:
@@ -79,8 +82,8 @@ def _loaded(document: merge.Document, overrides: Sequence[str], seed: int | None
     result = validated(Scenario, data)
     found = chosen.complaints(data)
     wrong: list[Complaint] = result if isinstance(result, list) else []
-    scenario = validated(Scenario, _without(data, wrong)) if wrong else result
-    if isinstance(scenario, Scenario):
+    scenario = _rest(data, wrong) if wrong else result
+    if scenario is not None:
         scenario, starts = _with_listed_starts(scenario, folder)
         wrong = wrong + starts
         found += check.complaints(scenario, folder, tuple(complaint.path for complaint in wrong))
@@ -90,8 +93,19 @@ def _loaded(document: merge.Document, overrides: Sequence[str], seed: int | None
     return Loaded(complete(scenario, folder), places)
 
 
+def _rest(data: dict[str, Any], wrong: list[Complaint]) -> Scenario | None:
+    """A scenario without what is wrong, so that the checks can look at the rest; None if there is
+    no such thing."""
+    for _ in range(_MOST_PRUNINGS):
+        data = _without(data, wrong)
+        scenario = validated(Scenario, {"name": "unnamed", **data})
+        if isinstance(scenario, Scenario):
+            return scenario
+        wrong = scenario
+    return None
+
+
 def _without(data: dict[str, Any], complaints: list[Complaint]) -> dict[str, Any]:
-    """The data without what the complaints are about, so that the rest can be looked at too."""
     pruned = copy.deepcopy(data)
     # From the back, so that the indices of what is still to be removed stay right.
     for path in sorted({complaint.path for complaint in complaints}, key=_steps, reverse=True):

@@ -23,6 +23,7 @@ _CORE = {
               r"|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$", list("-+0123456789.")),
 }
 _TAG = "tag:yaml.org,2002:"
+_LONGEST_NUMBER = 40
 _MOST_VALUES = 100_000  # aliases of aliases grow without bound
 
 
@@ -83,17 +84,19 @@ def parse(text: str, source: str) -> tuple[dict[str, Any], Places]:
 
 def parse_value(text: str, source: str) -> Any:
     """A value on a command line. Raises ``InputError``."""
-    node = _compose(text, source)
-    return None if node is None else _Builder(source).whole(node)[0]
+    node = _compose(text, source, marked=False)
+    return None if node is None else _Builder(source, marked=False).whole(node)[0]
 
 
-def _compose(text: str, source: str) -> yaml.Node | None:
+def _compose(text: str, source: str, marked: bool = True) -> yaml.Node | None:
     try:
         return yaml.compose(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        where = f"{source}:{mark.line + 1}:{mark.column + 1}"
+        where = f"{source}:{mark.line + 1}:{mark.column + 1}" if marked else source
         problem = error.problem or error.context
+        if problem.startswith("but "):
+            problem = f"{error.context}, {problem}"
         if "'\\t'" in problem:
             problem = "a tab; indent with spaces"
         raise InputError(f"{where}: not YAML: {problem}") from None
@@ -111,14 +114,15 @@ def _place(node: yaml.Node, source: str) -> Place:
 class _Builder:
     """Values from nodes; all complaints are gathered before one error is raised."""
 
-    def __init__(self, source: str) -> None:
+    def __init__(self, source: str, marked: bool = True) -> None:
         self._source = source
+        self._marked = marked
         self._complaints: list[str] = []
         self._open: set[int] = set()  # nodes being built: an alias to one of them is a circle
         self._left = _MOST_VALUES
 
     def whole(self, node: yaml.Node) -> tuple[Any, Places]:
-        self._places = Places(_place(node, self._source))
+        self._places = Places(self._place(node))
         try:
             data = self._build(node, ())
         except RecursionError:
@@ -130,7 +134,7 @@ class _Builder:
     def _build(self, node: yaml.Node, path: Path) -> Any:
         self._left -= 1
         if id(node) in self._open or self._left < 0:
-            raise InputError(f"{_place(node, self._source)}: an alias that contains itself, or "
+            raise InputError(f"{self._place(node)}: an alias that contains itself, or "
                              f"more than {_MOST_VALUES} values")
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node)
@@ -156,15 +160,15 @@ class _Builder:
                                          f"line {first}")
                 continue
             below = (*path, key)
-            self._places.put(below, _place(key_node, self._source),
-                             _place(value_node, self._source))
+            self._places.put(below, self._place(key_node),
+                             self._place(value_node))
             data[key] = self._build(value_node, below)
         return data
 
     def _sequence(self, node: yaml.SequenceNode, path: Path) -> list[Any]:
         data = []
         for index, item in enumerate(node.value):
-            place = _place(item, self._source)
+            place = self._place(item)
             self._places.put((*path, index), place, place)
             data.append(self._build(item, (*path, index)))
         return data
@@ -180,16 +184,20 @@ class _Builder:
             return None
         if kind == "bool":
             return text.lower() == "true"
+        if len(text) > _LONGEST_NUMBER:
+            self._complain(node, f"{text} has too many digits; at most {_LONGEST_NUMBER}")
+            return None
         number = _integer(text) if kind == "int" else float(re.sub(r"\.(?=[iInN])", "", text))
         if not -math.inf < number < math.inf:
             self._complain(node, f"{text} is not a finite number")
         return number
 
     def _complain(self, node: yaml.Node, text: str) -> None:
-        self._complaints.append(f"{_place(node, self._source)}: {text}")
+        self._complaints.append(f"{self._place(node)}: {text}")
+
+    def _place(self, node: yaml.Node) -> Place:
+        return _place(node, self._source) if self._marked else Place(self._source)
 
 
-def _integer(text: str) -> int | float:
-    if len(text) > 40:
-        return math.inf
+def _integer(text: str) -> int:
     return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
