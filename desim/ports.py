@@ -38,7 +38,7 @@ class Params(BaseModel):
 
 def natural_key(name: str) -> tuple:
     """Sorts ``robot_2`` before ``robot_10``: the order of host and robot indices."""
-    return tuple((1, int(part), "") if part.isdigit() else (0, 0, part)
+    return tuple((1, int(part), "") if part.isdecimal() else (0, 0, part)
                  for part in re.split(r"(\d+)", name) if part), name
 
 
@@ -182,6 +182,19 @@ class World(Protocol):
 
     def advance(self, to_ns: int) -> None:
         """Move everything to ``to_ns``: one kernel call for the whole fleet."""
+
+    def body(self, robot: int) -> Any:
+        """The robot's type: ``desim.scenario.fleet.BodyType``."""
+
+    def grid(self, resolution_m: float) -> GridSpec:
+        """The raster for maps of this terrain."""
+
+    def ground(self, spec: GridSpec, robots: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """The truth that maps are judged by, [height, width]: uint8, 0 where a cell is free; bool,
+        the free cells that lasers can come to see from where ``robots`` stand."""
+
+    def travelled_m(self) -> np.ndarray:
+        """[robots] m, the true way that each has gone."""
 
     def command(self, robot: int, forward_mps: float, left_mps: float, turn_radps: float) -> None:
         """Set the velocity that ``robot`` shall have; its motors get it there."""

@@ -35,8 +35,9 @@ class Bench:
     ``"arrived"`` or the reason of a drop.
     """
 
-    def __init__(self, model: ports.NetworkModel, rules: Sequence[ports.Rule] = (),
-                 places: dict[str, tuple[float, float]] | int = 4, seed: int = 0) -> None:
+    def __init__(self, model: ports.NetworkModel,
+                 places: dict[str, tuple[float, float]] | int = 4, *,
+                 rules: Sequence[ports.Rule] = (), seed: int = 0) -> None:
         if isinstance(places, int):
             places = {f"host_{i}": (np.nan, np.nan) for i in range(1, places + 1)}
         self.hosts = tuple(sorted(places, key=ports.natural_key))
@@ -105,15 +106,16 @@ def check_network(cls: type, **params: Any) -> None:
     """Check a ``ports.NetworkModel``: declarations, one settlement per receiver, repeatability, no
     luck but the context's, and that a silent host changes nothing."""
     _check_declarations(cls)
-    _check_play(cls, lambda: Bench(cls(cls.Params(**params)), places=_HOSTS),
-                lambda: Bench(cls(cls.Params(**params)), places=_HOSTS | _SILENT))
+    _check_play(cls, lambda: Bench(cls(cls.Params(**params)), _HOSTS),
+                lambda: Bench(cls(cls.Params(**params)), _HOSTS | _SILENT))
 
 
 def check_rule(cls: type, **params: Any) -> None:
     """Check a ``ports.Rule``, in the same way."""
     _check_declarations(cls)
-    _check_play(cls, lambda: Bench(Instant(), [cls(cls.Params(**params))], _HOSTS),
-                lambda: Bench(Instant(), [cls(cls.Params(**params))], _HOSTS | _SILENT))
+    _check_play(cls, lambda: Bench(Instant(), _HOSTS, rules=[cls(cls.Params(**params))]),
+                lambda: Bench(Instant(), _HOSTS | _SILENT,
+                              rules=[cls(cls.Params(**params))]))
 
 
 def check_middleware(cls: type, **params: Any) -> None:

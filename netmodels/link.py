@@ -21,8 +21,9 @@ class Link:
         latency_ns: Duration = Field("0 ns", description="one way, after the last bit was sent "
                                                          "(none)")
         queue_bytes: ByteSize = Field(
-            "64 MB", description="what may wait before the link; the send buffers of a host's "
-                                 "sockets (Linux: up to 4 MB each) stand here too (room for 16)")
+            "64 MB", description="what may wait before the link, what is being sent included; the "
+                                 "send buffers of a host's sockets (Linux: up to 4 MB each) stand "
+                                 "here too (room for 16)")
 
     reasons = ("queue_full",)
 

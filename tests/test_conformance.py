@@ -213,4 +213,4 @@ def test_unknown_hosts_in_parameters_are_input_errors():
     for groups, says in [([["robot_*"]], "names no host"),
                          ([["host_1"], ["host_?"]], "more than one group")]:
         with pytest.raises(InputError, match=says):
-            Bench(Instant(), [partition(partition.Params(groups=groups))])
+            Bench(Instant(), rules=[partition(partition.Params(groups=groups))])

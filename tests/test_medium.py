@@ -1,0 +1,151 @@
+"""The medium's account: every frame meets one fate at every receiver, and rules stack up."""
+
+import pytest
+import simpy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from desim import ports
+from desim.kernel import Kernel
+from desim.middleware.medium import Medium
+from desim.streams import Streams
+from desim.testing import Bench, Instant
+from desim.trace import Names
+from netmodels.disk import Disk
+from netmodels.link import Link
+from netmodels.rules.bandwidth import Bandwidth
+from netmodels.rules.latency import Latency
+from netmodels.rules.loss import Loss
+from netmodels.switch import Switch
+
+MS = 10**6
+
+
+def rule(cls, **params):
+    return cls(cls.Params(**params))
+
+
+def test_the_whole_log_of_three_frames():
+    bench = Bench(rule(Link, rate="1 Mb/s", latency="1 ms"), 3)
+    bench.send(0, "host_1", "host_2", 125, label="first")
+    bench.send(0, "host_1", "host_3", 125, label="second, behind the first")
+    bench.send(500_000, "host_2", "host_1", 250, label="the other way")
+    assert bench.run() == [
+        (2 * MS, "first", "host_1", "host_2", "arrived"),
+        (3 * MS, "second, behind the first", "host_1", "host_3", "arrived"),
+        (3_500_000, "the other way", "host_2", "host_1", "arrived")]
+    assert bench.medium.bytes_on_air == 500
+    assert bench.medium.tx_bytes == [250, 250, 0]
+    assert bench.medium.rx_bytes == [250, 125, 125]
+
+
+def test_rules_delays_add_up_and_the_first_drop_wins():
+    class Deaf(Latency):
+        reasons = ("deaf",)
+
+        def judge(self, frame, receivers):
+            asked.append(receivers)
+            return [ports.Drop("deaf") if receiver == 1 else ports.PASS for receiver in receivers]
+
+    asked = []
+    bench = Bench(Instant(), 3, rules=[rule(Latency, delay="2 ms"), rule(Deaf, delay="0 s"),
+                                       rule(Deaf, delay="0 s"), rule(Latency, delay="3 ms")])
+    bench.send(0, "host_1", ["host_2", "host_3"], 100, broadcast=True)
+    bench.send(0, "host_1", "host_2", 60)
+    assert bench.run() == [(0, None, "host_1", "host_2", "deaf"),
+                           (0, None, "host_1", "host_2", "deaf"),
+                           (5 * MS, None, "host_1", "host_3", "arrived")]
+    assert asked == [(1, 2), (2,), (1,)]
+    assert bench.medium.dropped == {"deaf": 2}
+    assert bench.medium.bytes_on_air == 100, "the second frame never reached the model"
+
+
+def test_arrivals_of_one_instant_come_in_the_order_of_names():
+    def log(hosts):
+        bench = Bench(Instant(), dict.fromkeys(hosts, (0.0, 0.0)))
+        for host in hosts:
+            bench.send(5, host, [other for other in sorted(hosts) if other != host], 100,
+                       broadcast=True)
+        return bench.run()
+
+    hosts = [f"robot_{i}" for i in range(12)]
+    assert log(hosts) == log(hosts[::-1])
+
+
+def test_a_host_that_is_down_receives_nothing():
+    bench = Bench(rule(Link, rate="1 Mb/s"), 3)
+    bench.send(0, "host_1", "host_2", 125, label="too late")
+    bench.send(0, "host_1", "host_3", 125, label="in time")
+    bench.medium.up[1] = False
+    assert [(label, fate) for _, label, _, _, fate in bench.run()] == [
+        ("too late", "host_down"), ("in time", "arrived")]
+    assert bench.medium.rx_bytes == [0, 0, 125]
+
+
+frames = st.lists(st.tuples(
+    st.integers(0, 50 * MS), st.integers(1, 4), st.sets(st.integers(1, 4), min_size=1),
+    st.integers(64, 1518), st.sampled_from([1, 1, 2, 40]), st.booleans()), max_size=40)
+models = st.sampled_from([
+    lambda: rule(Disk, range="70 m", rate="10 Mb/s"),
+    lambda: rule(Link, rate="10 Mb/s", queue="20 kB"),
+    lambda: rule(Switch, rate="10 Mb/s", queue="20 kB", ports={"node": ["host_1", "host_2"]}),
+    lambda: rule(Switch, rate="10 Mb/s", queue="20 kB", per_segment=True)])
+
+
+@settings(max_examples=60, deadline=None)
+@given(models, frames, st.integers(0, 100 * MS), st.integers(0, 3))
+def test_frames_are_conserved_at_every_instant(model, traffic, stop_ns, down):
+    bench = Bench(model(), {f"host_{i}": (30.0 * i, 0.0) for i in range(1, 5)},
+                  rules=[rule(Loss, probability="20 %"),
+                         rule(Bandwidth, rate="20 Mb/s", backlog="30 kB")])
+    medium, intended = bench.medium, 0
+    for time_ns, source, receivers, size_bytes, segments, broadcast in traffic:
+        to = sorted(f"host_{i}" for i in receivers - {source})
+        if to:
+            to = to if broadcast else to[0]
+            intended += len(to) if broadcast else 1
+            bench.send(time_ns, f"host_{source}", to, size_bytes * segments, segments,
+                       broadcast=broadcast)
+    bench.run(stop_ns)
+    assert medium.intended == medium.delivered + sum(medium.dropped.values()) + medium.in_flight()
+    assert len(bench.log) == medium.delivered + sum(medium.dropped.values())
+    medium.up[down] = False
+    bench.run(3600 * 10**9)
+    assert medium.in_flight() == 0
+    assert medium.intended == intended == len(bench.log)
+    assert sum(medium.rx_bytes) >= 64 * medium.delivered
+
+
+def test_it_serves_a_plain_simpy_program():
+    env = simpy.Environment(initial_time=0)
+    names, log = Names(), []
+
+    class Sender:
+        def arrived(self, token, receiver):
+            log.append((env.now, token, receiver))
+
+    medium = Medium("lan", rule(Link, rate="1 Mb/s"), kernel=Kernel(env), names=names,
+                    streams=Streams(0), hosts=["a", "b"])
+
+    def life():
+        for word in ("hello", "again"):
+            yield env.timeout(10 * MS)
+            medium.transmit(0, (1,), 125, 1, False, Sender(), word)
+
+    env.process(life())
+    env.run()
+    assert log == [(11 * MS, "hello", 1), (21 * MS, "again", 1)]
+
+
+def test_a_nowhere_medium_has_no_obstacles():
+    context = Bench(Instant(), 2).medium
+    assert context.obstacles.epoch == 0
+    assert context.obstacles.crossings(context.positions(0).repeat(2, axis=1)).shape == (0, 2)
+
+
+def test_a_rule_cannot_act():
+    latency = rule(Latency, delay="1 s")
+    Bench(Instant(), 2, rules=[latency])
+    for action in ("at", "settle", "settle_many", "transmit"):
+        with pytest.raises(AttributeError):
+            getattr(latency._context, action)
