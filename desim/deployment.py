@@ -9,10 +9,9 @@ from __future__ import annotations
 from math import nan
 from typing import NamedTuple
 
-from desim.scenario.names import WORKSTATION, natural, robot_names
+from desim.ports import natural_key
+from desim.scenario.names import WORKSTATION, robot_names
 from desim.scenario.schema import Scenario
-
-
 
 
 class HostPlan(NamedTuple):
@@ -46,7 +45,7 @@ def plan(scenario: Scenario) -> list[HostPlan]:
     for name, stationary in scenario.hosts.items():
         x_m, y_m = stationary.at_m or (nan, nan)
         hosts.append(HostPlan(name, None, x_m, y_m, (), None, stationary.monitor))
-    return sorted(hosts, key=lambda host: natural(host.name))
+    return sorted(hosts, key=lambda host: natural_key(host.name))
 
 
 def shared_ports(scenario: Scenario) -> dict[str, list[str]]:

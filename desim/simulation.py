@@ -94,10 +94,11 @@ class Simulation:
         self._attach_media()
         self._pool = TilePool()
         self.grid = self.world.grid(scenario.robot.mapping.resolution_m)
-        explorers = tuple(host.name for host in self.plan if host.software is not None)
+        controlled = [host.software for host in self.plan if host.software is not None]
+        explorers = tuple(self.world.robots[robot] for robot in controlled)
         self.monitor = Monitor(
             self.kernel, self.trace, scenario, robots=self.world.robots, explorers=explorers,
-            ground=Ground(self.grid, *self.world.ground(self.grid, explorers)), graph=self.graph,
+            ground=Ground(self.grid, *self.world.ground(self.grid, controlled)), graph=self.graph,
             poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m,
             reach_m=_reach_m(self.graph.media))
         self._explorers = explorers
@@ -159,7 +160,7 @@ class Simulation:
         if host_plan.software is not None:
             belief = Belief(self.grid, self._pool)
             self.monitor.watch(host.name, belief)
-            nodes += robot_software(host, scenario, self.world.bodies[host_plan.software], belief,
+            nodes += robot_software(host, scenario, self.world.body(host_plan.software), belief,
                                     tuple(n for n in self._explorers if n != host.name),
                                     monitored=any(other.monitor for other in self.plan))
         return nodes

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import re
-
+from desim.ports import natural_key
 from desim.scenario.fleet import Fleet, StartList
 from desim.scenario.schema import Scenario
 
 WORKSTATION = "workstation"  # testbed: where the simulator and the monitor run
-
-
-def natural(name: str) -> tuple:
-    """A sorting key under which ``robot_2`` comes before ``robot_10``."""
-    parts = re.split(r"(\d+)", name)
-    return (tuple(int(part) if i % 2 else part for i, part in enumerate(parts)), name)
 
 
 def fleet_size(fleet: Fleet) -> int:
@@ -29,7 +22,7 @@ def robot_names(scenario: Scenario) -> tuple[str, ...]:
     """All robots, sorted naturally: ``robot_0`` ..., or the names that the start poses carry."""
     start = scenario.fleet.start
     if isinstance(start, StartList) and all(pose.name for pose in start.poses):
-        return tuple(sorted((pose.name for pose in start.poses), key=natural))
+        return tuple(sorted((pose.name for pose in start.poses), key=natural_key))
     return tuple(f"robot_{i}" for i in range(fleet_size(scenario.fleet)))
 
 
@@ -38,4 +31,4 @@ def host_names(scenario: Scenario) -> tuple[str, ...]:
     names = [*robot_names(scenario), *scenario.hosts]
     if scenario.deployment == "testbed":
         names.append(WORKSTATION)
-    return tuple(sorted(names, key=natural))
+    return tuple(sorted(names, key=natural_key))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from math import isfinite
 from pathlib import Path
@@ -10,21 +11,21 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.errors import InputError, ModelError, did_you_mean
-from desim.ports import Obstacles, Snapshot
+from desim.ports import GridSpec, Obstacles, Snapshot, natural_key
 from desim.scenario.environment import Environment
+from desim.scenario.fleet import BodyType
 from desim.scenario.robot import Laser, Odometry
 from desim.scenario.schema import Scenario
 from desim.streams import Streams
 from desim.units import NS_PER_S
 from desim.world import materials, sources
 from desim.world.bodies import Bodies
-from desim.world.fleet import RobotSpec, natural_key, place_fleet
+from desim.world.fleet import RobotSpec, place_fleet
 from desim.world.lidar import Lidar, field
 from desim.world.odometry import Odometers
 from desim.world.placement import Site
 from desim.world.scenery import Doors, Movers, crossing
 
-LASERS = {"lms500": Laser()}
 
 
 class Scene(NamedTuple):
@@ -56,6 +57,7 @@ class Plane:
             raise InputError("fleet: two robots have the same name")
         specs = Site(self.terrain, self._doors.lines[self._doors.closed],
                      self._movers.discs).place(specs)
+        self._types = [spec.body for spec in specs]
         self._rate_hz = rate_hz
         free = field(self.terrain.raster)
         self._bodies = Bodies(specs, self.terrain, free, float(1 / rate_hz))
@@ -80,6 +82,24 @@ class Plane:
     def velocities(self) -> np.ndarray:
         """[robots, 3] forward, left m/s, turn rad/s: the true ones, a copy."""
         return self._bodies.velocities.copy()
+
+    def body(self, robot: int) -> BodyType:
+        """What ``robot`` is."""
+        return self._types[robot]
+
+    def grid(self, resolution_m: float) -> GridSpec:
+        """The raster for maps of this terrain."""
+        return self.terrain.grid(resolution_m)
+
+    def ground(self, spec: GridSpec, robots: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """[height, width] uint8, 0 where a cell is free, and bool, the free cells that lasers can
+        come to see from where ``robots`` stand now."""
+        starts = self._bodies.poses[list(robots), :2]
+        return self.terrain.truth(spec), self.terrain.reachable(spec, starts)
+
+    def travelled_m(self) -> np.ndarray:
+        """[robots] m, the true way that each has gone."""
+        return self._bodies.travelled_m
 
     def advance(self, to_ns: int) -> None:
         """Move everything to the last base tick at or before ``to_ns``."""
@@ -167,14 +187,8 @@ class Plane:
             self._obstacles = Obstacles(*columns, materials.NAMES, self._epoch, crossing)
         return self._obstacles
 
-
-def build(scenario: Scenario, streams: Streams, base: Path = Path()) -> Plane:
-    """The plane of a scenario. Relative paths in it start from ``base``."""
-    laser = scenario.robot.laser
-    if isinstance(laser, str):
-        if laser not in LASERS:
-            raise InputError(f"robot.laser: unknown laser {laser!r}{did_you_mean(laser, LASERS)}; "
-                             f"known: {', '.join(LASERS)}, or its parameters")
-        laser = LASERS[laser]
-    return Plane(scenario.environment, place_fleet(scenario, base), laser, scenario.robot.odometry,
-                 scenario.physics.rate_hz, streams, base)
+    @classmethod
+    def build(cls, scenario: Scenario, streams: Streams) -> Plane:
+        """The plane of a scenario whose paths are absolute, as loading leaves them."""
+        return cls(scenario.environment, place_fleet(scenario), scenario.robot.laser,
+                   scenario.robot.odometry, scenario.physics.rate_hz, streams)

@@ -31,6 +31,7 @@ class Bodies:
         self.poses = np.array([(s.x_m, s.y_m, s.yaw_rad) for s in specs], dtype=np.float64)
         self.poses[:, 2] -= 2.0 * np.pi * np.floor((self.poses[:, 2] + np.pi) / (2.0 * np.pi))
         self.velocities = np.zeros((n, 3))
+        self.travelled_m = np.zeros(n)
         self._commands = np.zeros((n, 3))
         self._limits = np.array([(b.radius_m, b.max_speed_mps, b.max_turn_radps,
                                   b.acceleration_mps2, b.turn_acceleration_radps2,
@@ -67,10 +68,13 @@ class Bodies:
                 discs: np.ndarray) -> list[tuple[int, int]]:
         """One tick that ends at ``now_ns`` among ``walls`` (the terrain's, then closed doors') and
         ``discs``. Returns the contact episodes that began: (robot, other or -1)."""
+        before = self.poses[:, :2].copy()
         began = kernels.advance(self.poses, self.velocities, self._commands, self._limits,
                                 self._clocks, self._order, self._pairs, self._before, self._last,
                                 walls, *self._matter, discs, now_ns, dt_s, EPISODE_NS,
                                 self._episodes)
+        steps = self.poses[:, :2] - before
+        self.travelled_m += np.sqrt((steps * steps).sum(axis=1))
         return [tuple(row) for row in self._episodes[:began].tolist()] if began else []
 
 
