@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from desim.ports import Params
+from desim.ports import Params, natural_key
 from desim.scenario import chosen
 from desim.scenario.check import Folder
 from desim.scenario.communication import Coordination, Medium, Network
 from desim.scenario.environment import BUILT_IN_TERRAINS, Environment, MapFile
 from desim.scenario.fleet import BUILT_IN_TYPES, Fleet, StartList
-from desim.scenario.names import fleet_size, natural
+from desim.scenario.names import fleet_size
 from desim.scenario.robot import BUILT_IN_LASERS, Robot
 from desim.scenario.schema import Scenario
 
@@ -55,20 +55,20 @@ def _fleet(fleet: Fleet) -> Fleet:
     start = fleet.start
     if isinstance(start, StartList) and start.poses[0].name:
         start = _changed(start, poses=tuple(sorted(start.poses,
-                                                   key=lambda pose: natural(pose.name))))
+                                                   key=lambda pose: natural_key(pose.name))))
     return _changed(fleet, size=fleet_size(fleet), start=start,
-                    types={name: types[name] for name in sorted(types, key=natural)})
+                    types={name: types[name] for name in sorted(types, key=natural_key)})
 
 
 def _robot(robot: Robot) -> Robot:
     laser = robot.laser
     return _changed(robot, laser=BUILT_IN_LASERS[laser] if isinstance(laser, str) else laser,
-                    passive=tuple(sorted(robot.passive, key=natural)))
+                    passive=tuple(sorted(robot.passive, key=natural_key)))
 
 
 def _network(network: Network, deployment: str) -> Network:
     media = network.media or _MEDIA[deployment]
-    return _changed(network, media={name: media[name] for name in sorted(media, key=natural)})
+    return _changed(network, media={name: media[name] for name in sorted(media, key=natural_key)})
 
 
 def _coordination(coordination: Coordination, deployment: str) -> Coordination:

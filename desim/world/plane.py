@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.errors import InputError, ModelError, did_you_mean
+from desim.errors import InputError, ModelError
 from desim.ports import GridSpec, Obstacles, Snapshot, natural_key
 from desim.scenario.environment import Environment
 from desim.scenario.fleet import BodyType
@@ -25,7 +25,6 @@ from desim.world.lidar import Lidar, field
 from desim.world.odometry import Odometers
 from desim.world.placement import Site
 from desim.world.scenery import Doors, Movers, crossing
-
 
 
 class Scene(NamedTuple):

@@ -72,8 +72,8 @@ class Terrain:
         return GridSpec(resolution_m, cols, rows, x0 - shift, y0 - shift)
 
     def truth(self, spec: GridSpec) -> np.ndarray:
-        """[height, width] uint8: 0 free, 1 where a wall passes or matter is solid. A wall on the line
-        between two cells is in both."""
+        """[height, width] uint8: 0 free, 1 where a wall passes or matter is solid. A wall on
+        the line between two cells is in both."""
         truth = np.full((spec.height, spec.width), FREE, dtype=np.uint8)
         for x0, y0, x1, y1 in self.solids.tolist():
             left, low = spec.cell(x0 + TOUCH_M, y0 + TOUCH_M)
