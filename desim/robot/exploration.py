@@ -56,6 +56,7 @@ class Explore(Node):
         self._costmap: Costmap | None = None
         self._wavefront: Wavefront | None = None
         self._goal: Frontier | None = None
+        self._beside = (0, 0)  # the goal's frontier: a cell, and the cost up to which cells count
         self._blacklist: list[tuple[float, float, int]] = []  # x, y, until
         self._visited: tuple[float, float, int] | None = None  # x, y, how often in a row
         self._looked_at = -1  # the belief's version when last a goal was confirmed or none found
@@ -73,8 +74,7 @@ class Explore(Node):
         near to obstacles to count at first."""
         x_m, y_m, _ = self._view.pose
         discs = self._discs()
-        smallest = math.ceil(self._exploration.min_frontier_m / self._costmap.spec.resolution_m)
-        return (self._wavefront.frontiers((x_m, y_m), limit, smallest, discs)
+        return (self._wavefront.frontiers((x_m, y_m), limit, self._smallest(), discs)
                 or self._wavefront.hidden_frontiers((x_m, y_m), limit, discs))
 
     # ---------------------------------------------------------------------------- what comes in
@@ -126,23 +126,27 @@ class Explore(Node):
         if chosen is not None:
             self.record("goal", bits(chosen.x_m), bits(chosen.y_m), chosen.cells)
             self.publish("goal", Goal(chosen.x_m, chosen.y_m))
+            self._beside = self._wavefront.beside(chosen)
         elif self._goal is not None:
             self.publish("goal", _STOP)
         self._goal = chosen
 
     def _goal_is_spoilt(self) -> bool:
-        """Whether what was unknown near the goal is known now, or the goal blocked. Cheap as long
-        as nothing changed near by."""
-        costmap, goal = self._costmap, self._goal
-        reach_m = self._radius_m + 2.0 * costmap.spec.resolution_m
-        if not any(costmap.changed_at(costmap.cell(goal.x_m + dx, goal.y_m + dy), self._looked_at)
-                   for dx in (-reach_m, reach_m) for dy in (-reach_m, reach_m)):
+        """Whether what was unknown beside the goal is known now, or the goal blocked. Cheap as
+        long as nothing changed near by."""
+        costmap, (cell, highest) = self._costmap, self._beside
+        reach = math.ceil(self._radius_m / costmap.spec.resolution_m) + 1
+        corners = (cell + reach * (dr * costmap.across + dc) for dr in (-1, 1) for dc in (-1, 1))
+        if not any(costmap.changed_at(corner, self._looked_at) for corner in corners):
             return False
         costmap.update()
         self._looked_at = costmap.seen
-        smallest = math.ceil(self._exploration.min_frontier_m / costmap.spec.resolution_m)
-        return (costmap.frontier_cells(goal.x_m, goal.y_m, reach_m) < min(goal.cells, smallest)
-                or costmap.free_near(goal.x_m, goal.y_m, self._tolerance_m) < 0)
+        wanted = min(self._goal.cells, self._smallest())
+        return (costmap.frontier_cells(cell, reach, highest) < wanted
+                or costmap.free_near(self._goal.x_m, self._goal.y_m, self._tolerance_m) < 0)
+
+    def _smallest(self) -> int:
+        return math.ceil(self._exploration.min_frontier_m / self._costmap.spec.resolution_m)
 
     def _near_visited(self, goal: Frontier) -> bool:
         x_m, y_m, _ = self._visited

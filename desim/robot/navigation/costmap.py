@@ -65,6 +65,8 @@ class Costmap:
     def changed_at(self, cell: int, since: int) -> bool:
         """Whether the belief changed in the tile of ``cell`` after its version ``since``."""
         row, column = divmod(cell, self.across)
+        row = min(max(row, 1), self.spec.height)
+        column = min(max(column, 1), self.spec.width)
         tile = (row - 1 >> 5) * self.belief.tiles_x + (column - 1 >> 5)
         return bool(self.belief.tile_version[tile] > since)
 
@@ -91,8 +93,7 @@ class Costmap:
         return kernels.dearest(self.flat, self.across, self.cell(*a_m),
                                self.cell(*b_m)) < INSCRIBED
 
-    def frontier_cells(self, x_m: float, y_m: float, reach_m: float) -> int:
-        """How many free cells beside the unknown lie in the square of ``reach_m`` around a
-        point."""
-        return kernels.frontier_cells(self.flat, self.across, self.cell(x_m, y_m),
-                                      math.ceil(reach_m / self.spec.resolution_m))
+    def frontier_cells(self, cell: int, reach: int, highest: int) -> int:
+        """How many cells beside the unknown, of cost ``highest`` or less, lie in the square of
+        ``reach`` cells around a cell."""
+        return kernels.frontier_cells(self.flat, self.across, cell, reach, highest)

@@ -93,59 +93,62 @@ def is_frontier(flat, across, toll, cell, discs):
 
 
 @njit("i8(u1[::1], i8, i4[:,::1], i8, i8[:,::1], u1[::1], i4[::1])", cache=True)
-def cluster(flat, across, toll, seed, discs, seen, stack):
-    """The number of frontier cells that hang together (8 neighbours) with ``seed``; they are
-    marked in ``seen``."""
-    stack[0], waiting, size = seed, 1, 0
+def cluster(flat, across, toll, seed, discs, seen, queue):
+    """The frontier cells that hang together (8 neighbours) with ``seed``: written to ``queue`` in
+    the order of their number of steps from it, marked in ``seen``. Returns how many."""
+    queue[0], size, k = seed, 1, 0
     seen[seed] = 1
-    while waiting > 0:
-        waiting -= 1
-        cell = stack[waiting]
-        size += 1
+    while k < size:
         for dr in range(-1, 2):
             for dc in range(-1, 2):
-                near = cell + dr * across + dc
+                near = queue[k] + dr * across + dc
                 if seen[near] == 0 and is_frontier(flat, across, toll, near, discs):
                     seen[near] = 1
-                    stack[waiting] = near
-                    waiting += 1
+                    queue[size] = near
+                    size += 1
+        k += 1
     return size
 
 
-@njit("i8(u1[::1], i8, i4[:,::1], i8, i8, i8, i8, i8[:,::1], i4[::1], u1[::1], i4[::1], i4[:,::1], "
-      "i8[:,::1])", cache=True)
-def spread(flat, across, toll, start, goal, limit, smallest, discs, distance, seen, stack, buckets,
-           found):
+@njit("UniTuple(i8, 2)(u1[::1], i8, i4[:,::1], i8, i8, i8, i8, i8, i8[:,::1], i4[::1], u1[::1], "
+      "i4[::1], i4[:,::1], i8[:,::1])", cache=True)
+def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, distance, seen, queue,
+           buckets, found):
     """Dijkstra from ``start`` with integer costs in circular buckets (Dial 1969), in order of cost
-    until ``goal`` is settled or ``limit`` frontier clusters are found, or all is settled.
+    until ``goal`` is settled, or ``limit`` frontier clusters, or all there is.
 
     toll [2, 256] cost of a step (straight, diagonal) into a cell by its cost, 0 = impassable |
     goal: -1 for none | limit: 0 = no frontiers wanted | smallest: cells of a cluster that counts |
-    distance [cells], out: settled cells have theirs | seen, stack [cells] and buckets
-    [BUCKETS, cells]: room to work in | found [>= limit, 3], out: nearest cell, its distance, cells
-    Returns the number of clusters found, or for a goal 1 if it was reached.
+    inward: a cluster is aimed at so many cells from the one met first, at most half way |
+    distance [cells], out: settled cells have theirs | seen, queue [cells] and buckets
+    [BUCKETS, cells]: room to work in | found [>= limit, 2], out: cell aimed at, cells of cluster
+    Returns the number of clusters found, and the cost up to which all is settled.
     """
     distance[:] = FAR
     seen[:] = 0
     filled = np.zeros(BUCKETS, np.int64)
     distance[start], buckets[0, 0], filled[0] = 0, start, 1
-    waiting, far, count = 1, 0, 0
+    waiting, far, count, open_ = 1, 0, 0, 0
     while waiting > 0:
         b = far % BUCKETS
         for k in range(filled[b]):  # no step is free, so nothing joins this bucket meanwhile
             cell = buckets[b, k]
             if distance[cell] != far:
                 continue
-            if cell == goal:
-                return 1
-            if limit > 0 and beside_unknown(flat, across, cell) and seen[cell] == 0 \
+            if count < limit and beside_unknown(flat, across, cell) and seen[cell] == 0 \
                     and is_frontier(flat, across, toll, cell, discs):
-                size = cluster(flat, across, toll, cell, discs, seen, stack)
+                size = cluster(flat, across, toll, cell, discs, seen, queue)
                 if size >= smallest:
-                    found[count, 0], found[count, 1], found[count, 2] = cell, far, size
+                    aim = queue[min(inward, size // 2)]
+                    found[count, 0], found[count, 1] = aim, size
                     count += 1
-                    if count == limit:
-                        return count
+                    if distance[aim] > far or aim == cell:
+                        seen[aim] = 2
+                        open_ += 1
+            if seen[cell] == 2:
+                open_ -= 1
+            if cell == goal or (limit > 0 and count == limit and open_ == 0):
+                return count, far
             for dr in range(-1, 2):
                 for dc in range(-1, 2):
                     near = cell + dr * across + dc
@@ -159,7 +162,7 @@ def spread(flat, across, toll, start, goal, limit, smallest, discs, distance, se
         waiting -= filled[b]
         filled[b] = 0
         far += 1
-    return count
+    return count, FAR - 1
 
 
 @njit("i8(u1[::1], i8, i4[:,::1], i4[::1], i8, i4[::1])", cache=True)
@@ -183,13 +186,13 @@ def trace_back(flat, across, toll, distance, goal, way):
 @njit("i8(u1[::1], i8, i8, i8)", cache=True)
 def dearest(flat, across, a, b):
     """The highest cost on the straight line between the centres of two cells, sampled at half
-    cells."""
+    cells, without the cell ``a`` itself."""
     row, column = a // across, a % across
     rows, columns = b // across - row, b % across - column
     steps, highest = 2 * max(abs(rows), abs(columns)), 0
-    for k in range(steps + 1):
-        r = row + int(np.floor(k * rows / steps + 0.5)) if steps > 0 else row
-        c = column + int(np.floor(k * columns / steps + 0.5)) if steps > 0 else column
+    for k in range(2, steps + 1):
+        r = row + int(np.floor(k * rows / steps + 0.5))
+        c = column + int(np.floor(k * columns / steps + 0.5))
         highest = max(highest, flat[r * across + c])
     return highest
 
@@ -207,7 +210,7 @@ def straighten(flat, across, way, count, longest, cell_m, x_m, y_m, points):
         n += 1
         if anchor == 0:
             return n
-        best, allowed = anchor - 1, max(flat[way[anchor]], flat[way[anchor - 1]])
+        best, allowed = anchor - 1, flat[way[anchor - 1]]
         for k in range(anchor - 2, max(anchor - longest, 0) - 1, -1):
             allowed = max(allowed, flat[way[k]])
             if dearest(flat, across, way[anchor], way[k]) <= allowed:
@@ -229,13 +232,14 @@ def nearest_free(flat, across, cell, reach):
     return best
 
 
-@njit("i8(u1[::1], i8, i8, i8)", cache=True)
-def frontier_cells(flat, across, cell, reach):
-    """Free cells with an unknown neighbour (4) in the square of ``reach`` cells around ``cell``."""
+@njit("i8(u1[::1], i8, i8, i8, i8)", cache=True)
+def frontier_cells(flat, across, cell, reach, highest):
+    """Cells of a cost up to ``highest`` with an unknown neighbour (4) in the square of ``reach``
+    cells around ``cell``."""
     rows, row, column, count = len(flat) // across, cell // across, cell % across, 0
     for r in range(max(row - reach, 1), min(row + reach, rows - 2) + 1):
         for c in range(max(column - reach, 1), min(column + reach, across - 2) + 1):
             k = r * across + c
-            if flat[k] <= INSCRIBED and beside_unknown(flat, across, k):
+            if flat[k] <= highest and beside_unknown(flat, across, k):
                 count += 1
     return count

@@ -9,9 +9,12 @@ import numpy as np
 from desim.ports import Frontier
 from desim.robot.navigation import kernels
 from desim.robot.navigation.costmap import INSCRIBED, Costmap
-from desim.robot.navigation.kernels import BUCKETS, FAR
+from desim.robot.navigation.kernels import BUCKETS
 
 START_REACH_M = 1.0  # a robot that stands too near to something starts from a free cell so near
+_INWARD_M = 2.0  # a frontier is aimed at so far from its nearest cell, which often is a wall's end
+_STAND_OFF_M = 1.0  # one beside an obstacle is looked at from up to so far away,
+_AT_EASE = 34  # from where the cost is at most this: 0.2 m beyond the robot's radius (costmap_2d)
 MOST_FRONTIERS = 4096  # of one search
 _STRAIGHT, _DIAGONAL = 5, 7  # 7 / 5 is sqrt(2) within 1 %
 _LONGEST_LEG_M = 8.0  # of a straightened way; bounds the work, and no line of sight is longer here
@@ -43,11 +46,11 @@ class _Room:
     def __init__(self, cells: int) -> None:
         self.distance = np.empty(cells, np.int32)
         self.seen = np.empty(cells, np.uint8)
-        self.stack = np.empty(cells, np.int32)
+        self.queue = np.empty(cells, np.int32)
         self.way = np.empty(cells, np.int32)
         self.points = np.empty((cells, 2))
         self.buckets = np.empty((BUCKETS, cells), np.int32)  # touched only as far as it is filled
-        self.found = np.empty((MOST_FRONTIERS, 3), np.int64)
+        self.found = np.empty((MOST_FRONTIERS, 2), np.int64)
         self.last: tuple | None = None
 
 
@@ -60,6 +63,7 @@ class Wavefront:
     def __init__(self, costmap: Costmap) -> None:
         self.costmap = costmap
         self._room = _room(len(costmap.flat))
+        self._beside: dict[Frontier, tuple[int, int]] = {}  # of the last search
 
     def plan(self, from_m: tuple[float, float], to_m: tuple[float, float],
              tolerance_m: float) -> np.ndarray | None:
@@ -72,9 +76,8 @@ class Wavefront:
         if start < 0 or goal < 0:
             return None
         if not self._settled(start, goal):
-            reached = self._spread(_WALKING, start, goal, 0, 0, _NO_DISCS)
-            room.last = (costmap, costmap.seen, start, room.distance[goal] if reached else FAR - 1)
-            if not reached:
+            self._spread(_WALKING, start, goal, 0, 0, _NO_DISCS)
+            if not self._settled(start, goal):
                 return None
         spec = costmap.spec
         count = kernels.trace_back(costmap.flat, costmap.across, _WALKING, room.distance, goal,
@@ -86,63 +89,75 @@ class Wavefront:
 
     def frontiers(self, from_m: tuple[float, float], limit: int | None, smallest: int,
                   discs: np.ndarray = _NO_DISCS) -> list[Frontier]:
-        """Frontier clusters of at least ``smallest`` cells in the order of the cost of the way to
-        their nearest cell, which is the one to drive to; at most ``limit``. ``path_m`` is that
-        cost as a length: detours around obstacles' margins count for more.
+        """Frontier clusters of at least ``smallest`` cells in the order of ``path_m``. With a
+        ``limit``, those that are met first on the way.
 
-        ``discs`` int64 [k, 3], row, column and squared radius in cells, are left out."""
-        costmap, room = self.costmap, self._room
-        costmap.update()
-        start = costmap.free_near(*from_m, START_REACH_M)
-        if start < 0:
-            return []
-        limit = min(limit or MOST_FRONTIERS, MOST_FRONTIERS)
-        count = self._spread(_WALKING, start, -1, limit, smallest, discs)
-        settled = room.found[count - 1, 1] if count == limit else FAR - 1
-        room.last = (costmap, costmap.seen, start, settled)
-        return [self._frontier(cell, distance, cells)
-                for cell, distance, cells in room.found[:count].tolist()]
+        The cell to drive to is one of the cluster's a little way in from the one met first, or,
+        where that is beside an obstacle, one before it on the way there. ``path_m`` is the cost
+        of the way as a length: steps in obstacles' margins count for more. ``discs`` int64 [k, 3],
+        row, column and squared radius in cells, are left out.
+        """
+        found = self._search(_WALKING, from_m, limit, smallest, discs)
+        return [frontier for frontier, _ in found]
 
     def hidden_frontiers(self, from_m: tuple[float, float], limit: int | None,
                          discs: np.ndarray = _NO_DISCS) -> list[Frontier]:
         """As ``frontiers``, of any size, and also those so near to obstacles that the robot's
-        centre cannot get there: the cell to drive to is then the last possible one before, and
-        must not lie in ``discs`` either."""
-        costmap, room = self.costmap, self._room
-        costmap.update()
-        start = costmap.free_near(*from_m, START_REACH_M)
+        centre cannot get there. The cell to drive to must not lie in ``discs`` either."""
+        found = self._search(_SQUEEZING, from_m, None, 1, discs)
+        row, column = np.divmod(np.array([goal for _, goal in found], np.int64)[:, None],
+                                self.costmap.across)
+        avoided = ((row - discs[:, 0])**2 + (column - discs[:, 1])**2 <= discs[:, 2]).any(axis=1)
+        return [frontier for (frontier, _), skip in zip(found, avoided, strict=True)
+                if not skip][:limit]
+
+    def beside(self, frontier: Frontier) -> tuple[int, int]:
+        """The cell of the unknown's edge that a frontier of the last search stands for, and the
+        highest cost that cells of its cluster may have."""
+        cell = self.costmap.cell(frontier.x_m, frontier.y_m)
+        return self._beside.get(frontier, (cell, INSCRIBED))
+
+    def _search(self, toll: np.ndarray, from_m: tuple[float, float], limit: int | None,
+                smallest: int, discs: np.ndarray) -> list[tuple[Frontier, int]]:
+        """Frontiers, each with the cell to drive to."""
+        self.costmap.update()
+        self._beside = {}
+        start = self.costmap.free_near(*from_m, START_REACH_M)
         if start < 0:
             return []
-        count = self._spread(_SQUEEZING, start, -1, MOST_FRONTIERS, 1, discs)
-        room.last = None
-        hidden = [(self._last_free(cell), distance, cells)
-                  for cell, distance, cells in room.found[:count].tolist()]
-        row, column = np.divmod(np.array([cell for cell, _, _ in hidden], np.int64)[:, None],
-                                costmap.across)
-        avoided = ((row - discs[:, 0])**2 + (column - discs[:, 1])**2 <= discs[:, 2]).any(axis=1)
-        return [self._frontier(*entry) for entry, skip in zip(hidden, avoided, strict=True)
-                if not skip][:limit]
+        count = self._spread(toll, start, -1, min(limit or MOST_FRONTIERS, MOST_FRONTIERS),
+                             smallest, discs)
+        found = [self._read(toll, cell, cells) for cell, cells in self._room.found[:count].tolist()]
+        return sorted(found, key=lambda entry: entry[0].path_m)
 
     def _spread(self, toll: np.ndarray, start: int, goal: int, limit: int, smallest: int,
                 discs: np.ndarray) -> int:
+        """See ``kernels.spread``; returns the number of clusters found."""
         room, costmap = self._room, self.costmap
-        return kernels.spread(costmap.flat, costmap.across, toll, start, goal, limit, smallest,
-                              discs, room.distance, room.seen, room.stack, room.buckets,
-                              room.found)
+        inward = int(_INWARD_M / costmap.spec.resolution_m)
+        count, settled = kernels.spread(
+            costmap.flat, costmap.across, toll, start, goal, limit, smallest, inward, discs,
+            room.distance, room.seen, room.queue, room.buckets, room.found)
+        room.last = (costmap, costmap.seen, start, settled) if toll is _WALKING else None
+        return count
 
     def _settled(self, start: int, goal: int) -> bool:
         """Whether the last search of all was this robot's from here, and got as far as ``goal``: as
         when it has just looked for frontiers. The way is the same as a new search would find."""
         last = self._room.last
         return (last is not None and last[0] is self.costmap and last[1] == self.costmap.seen
-                and last[2] == start and self._room.distance[goal] <= last[3])
+                and last[2] == start and bool(self._room.distance[goal] <= last[3]))
 
-    def _last_free(self, cell: int) -> int:
-        count = kernels.trace_back(self.costmap.flat, self.costmap.across, _SQUEEZING,
-                                   self._room.distance, cell, self._room.way)
-        way = self._room.way[:count]
-        return int(way[np.argmax(self.costmap.flat[way] < INSCRIBED)])
-
-    def _frontier(self, cell: int, distance: int, cells: int) -> Frontier:
-        x_m, y_m = self.costmap.centre(cell)
-        return Frontier(x_m, y_m, distance / _STRAIGHT * self.costmap.spec.resolution_m, cells)
+    def _read(self, toll: np.ndarray, cell: int, cells: int) -> tuple[Frontier, int]:
+        """A cluster just found: back from its ``cell`` to where the robot is at ease, if near."""
+        costmap, room = self.costmap, self._room
+        length = kernels.trace_back(costmap.flat, costmap.across, toll, room.distance, cell,
+                                    room.way)
+        near = room.way[:min(length, int(_STAND_OFF_M / costmap.spec.resolution_m) + 1)]
+        costs = costmap.flat[near]
+        at_ease = costs <= _AT_EASE
+        goal = int(near[np.argmax(at_ease) if at_ease.any() else np.argmin(costs)])
+        path_m = int(room.distance[cell]) / _STRAIGHT * costmap.spec.resolution_m
+        frontier = Frontier(*costmap.centre(goal), path_m, cells)
+        self._beside[frontier] = cell, INSCRIBED if toll is _SQUEEZING else INSCRIBED - 1
+        return frontier, goal

@@ -75,13 +75,13 @@ def clearance2(near2, cell_m, x, y):
     return float(FAR2)
 
 
-@njit("UniTuple(f8, 6)(f8[:,::1], i8[::1], f8, f8, f8, f8)", cache=True)
+@njit("UniTuple(f8, 3)(f8[:,::1], i8[::1], f8, f8, f8, f8)", cache=True)
 def look_ahead(way, leg, x, y, ahead_m, keep_right_m):
     """The point of ``way`` [n, 2] that is ``ahead_m`` on from the point nearest to (x, y), moved to
-    the right by ``keep_right_m``, except at the very end of the way.
+    the right by ``keep_right_m``; near the end of the way, the end itself.
 
     leg [1], in and out: the leg that the robot is on; it looks at this one and the next few.
-    Returns the point, the direction of the way there, the length still to go, 1.0 at the end.
+    Returns the point and the length still to go.
     """
     last, best2, along = len(way) - 1, 1e18, 0.0
     first = leg[0]
@@ -93,20 +93,19 @@ def look_ahead(way, leg, x, y, ahead_m, keep_right_m):
         d2 = (way[k, 0] + t * dx - x)**2 + (way[k, 1] + t * dy - y)**2
         if d2 < best2:
             best2, leg[0], along = d2, k, t
-    togo, px, py, found = math.sqrt(best2) if best2 < 1e18 else 0.0, way[last, 0], way[last, 1], 0.0
-    ux, uy, left = 0.0, 0.0, ahead_m
+    togo, px, py = math.sqrt(best2) if best2 < 1e18 else 0.0, way[last, 0], way[last, 1]
+    left, found = ahead_m, False
     for k in range(leg[0], last):
         dx, dy = way[k + 1, 0] - way[k, 0], way[k + 1, 1] - way[k, 1]
         length, from_ = math.sqrt(dx * dx + dy * dy), along if k == leg[0] else 0.0
         rest = (1.0 - from_) * length
         togo += rest
-        if found == 0.0 and rest > left:
-            found, ux, uy = 1.0, dx / length, dy / length
-            t = from_ + left / length
-            px = way[k, 0] + t * dx + keep_right_m * uy
-            py = way[k, 1] + t * dy - keep_right_m * ux
+        if not found and rest > left:
+            found, t = True, from_ + left / length
+            px = way[k, 0] + t * dx + keep_right_m * dy / length
+            py = way[k, 1] + t * dy - keep_right_m * dx / length
         left -= rest
-    return px, py, ux, uy, togo, 1.0 - found
+    return px, py, togo
 
 
 @njit("b1(f4[:,::1], f8, f8, f8, f8, f8, f8, f8)", cache=True)
@@ -199,7 +198,7 @@ def steer(near2, setup, pose, seen_from, v, w, way, leg, speeds, turns, out):
     of the layer | v, w present velocity | out [4]: speed, turn rate, 1.0 if blocked, length of the
     way still to go."""
     s = setup[0]
-    px, py, _, _, togo, end = look_ahead(way, leg, pose[0], pose[1], s.look_ahead_m, s.keep_right_m)
+    px, py, togo = look_ahead(way, leg, pose[0], pose[1], s.look_ahead_m, s.keep_right_m)
     c, si = cos(seen_from[2]), sin(seen_from[2])
     dx, dy = pose[0] - seen_from[0], pose[1] - seen_from[1]
     x, y, yaw = c * dx + si * dy, c * dy - si * dx, pose[2] - seen_from[2]
@@ -213,5 +212,7 @@ def steer(near2, setup, pose, seen_from, v, w, way, leg, speeds, turns, out):
                    s.max_turn_radps)
         out[0], out[1], out[2] = max(v - s.speed_step_mps, 0.0), math.copysign(turn, off), 0.0
     else:
-        window(near2, setup, x, y, yaw, v, w, speeds, turns, x + dx, y + dy, out)
+        # Aim beyond the end of the way: a robot brakes when it is there, not long before.
+        beyond = max(s.look_ahead_m / math.sqrt(dx * dx + dy * dy + 1e-9), 1.0)
+        window(near2, setup, x, y, yaw, v, w, speeds, turns, x + beyond * dx, y + beyond * dy, out)
     out[3] = togo
