@@ -150,9 +150,9 @@ def _blamed(loaded: Loaded | None) -> Iterator[None]:
 
 def _placed(line: str, loaded: Loaded) -> str:
     path, colon, rest = line.partition(": ")
-    if not colon or path.split(".")[0] not in Scenario.model_fields:
-        path, rest = "environment", line
-    return f"{loaded.where(path)}: {rest}"
+    if colon and path.split(".")[0] in Scenario.model_fields:
+        return f"{loaded.where(path)}: {rest}"
+    return f"{loaded.places.value(('name',)).source}: {line}"
 
 
 @contextmanager

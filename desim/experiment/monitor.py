@@ -63,7 +63,8 @@ class Monitor:
         self._moving = 0
         self._watch_coverage(scenario)
         self._name_rows(trace)
-        kernel.ticker(1, Phase.OBSERVE, self._entity, self._each_second)
+        # Entity 0: before the sample of the same instant, whichever was booked first.
+        kernel.ticker(1, Phase.OBSERVE, 0, self._each_second)
         kernel.ticker(Fraction(NS_PER_S, scenario.measure.every_ns), Phase.OBSERVE, self._entity,
                       lambda k: self._sample("period"))
 
