@@ -30,6 +30,7 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
         fleet=_fleet(scenario.fleet),
         robot=_robot(scenario.robot),
         network=_network(scenario.network, scenario.deployment),
+        hosts=_sorted(scenario.hosts),
         coordination=_coordination(scenario.coordination, scenario.deployment),
     )
     return chosen.spelled_out(whole)
@@ -57,7 +58,7 @@ def _fleet(fleet: Fleet) -> Fleet:
         start = _changed(start, poses=tuple(sorted(start.poses,
                                                    key=lambda pose: natural_key(pose.name))))
     return _changed(fleet, size=fleet_size(fleet), start=start,
-                    types={name: types[name] for name in sorted(types, key=natural_key)})
+                    types=_sorted(types))
 
 
 def _robot(robot: Robot) -> Robot:
@@ -67,8 +68,7 @@ def _robot(robot: Robot) -> Robot:
 
 
 def _network(network: Network, deployment: str) -> Network:
-    media = network.media or _MEDIA[deployment]
-    return _changed(network, media={name: media[name] for name in sorted(media, key=natural_key)})
+    return _changed(network, media=_sorted(network.media or _MEDIA[deployment]))
 
 
 def _coordination(coordination: Coordination, deployment: str) -> Coordination:
@@ -78,6 +78,10 @@ def _coordination(coordination: Coordination, deployment: str) -> Coordination:
     missing = {key: value for key, value in _EXCHANGE[deployment].items()
                if getattr(exchange, key) is None}
     return _changed(coordination, exchange=_changed(exchange, **missing))
+
+
+def _sorted(by_name: dict[str, Any]) -> dict[str, Any]:
+    return {name: by_name[name] for name in sorted(by_name, key=natural_key)}
 
 
 def _changed(params: Params, **update: Any) -> Any:
