@@ -21,7 +21,7 @@ from desim.units import NS_PER_S
 from desim.world import materials, sources
 from desim.world.bodies import Bodies
 from desim.world.fleet import RobotSpec, place_fleet
-from desim.world.lidar import Lidar, field
+from desim.world.lidar import Lidar
 from desim.world.odometry import Odometers
 from desim.world.placement import Site
 from desim.world.scenery import Doors, Movers, crossing
@@ -57,16 +57,18 @@ class Plane:
         specs = Site(self.terrain, self._doors.lines[self._doors.closed],
                      self._movers.discs).place(specs)
         self._types = [spec.body for spec in specs]
-        self._rate_hz = rate_hz
-        free = field(self.terrain.raster)
-        self._bodies = Bodies(specs, self.terrain, free, float(1 / rate_hz))
-        self.lidar = Lidar(laser, self.terrain, free, self._bodies.radii_m,
+        self._bodies = Bodies(specs, self.terrain, float(1 / rate_hz))
+        self.lidar = Lidar(laser, self.terrain, self._bodies.radii_m,
                            self._keys(streams, "laser"))
         self._odometers = Odometers(odometry, self._bodies.poses, self._keys(streams, "odometry"))
         self._radii_m = self._bodies.radii_m
         self._tick = 0
         self._now_ns = 0
+        # Tick k is at k * period ns, rounded down, in integers: fractions are slow.
+        self._period = (NS_PER_S / rate_hz).as_integer_ratio()
+        self._next_ns = self._period[0] // self._period[1]
         self._contacts: list[tuple[int, int]] = []
+        self._lively = bool(environment.doors or environment.moving_obstacles)
         self._epoch = 0
         self._obstacles: Obstacles | None = None
         self._snapshot: Snapshot | None = None
@@ -102,21 +104,20 @@ class Plane:
 
     def advance(self, to_ns: int) -> None:
         """Move everything to the last base tick at or before ``to_ns``."""
-        while (then_ns := (self._tick + 1) * NS_PER_S // self._rate_hz) <= to_ns:
-            self._step(then_ns)
+        while self._next_ns <= to_ns:
+            self._step(self._next_ns)
 
     def _step(self, then_ns: int) -> None:
         dt_s = (then_ns - self._now_ns) / NS_PER_S
-        scenery = len(self._doors.closed) or len(self._movers.discs)
-        if scenery:
+        if self._lively:
             self._move_scenery(then_ns, dt_s)
         self._contacts += self._bodies.advance(then_ns, dt_s, self._walls, self._movers.discs)
-        self._tick += 1
         self._now_ns = then_ns
+        self._tick += 1
+        self._next_ns = (self._tick + 1) * self._period[0] // self._period[1]
         self._snapshot = None
-        if scenery or self._odometers.walks:
-            self._odometers.advance((self._tick + 1) * NS_PER_S // self._rate_hz,
-                                    self._bodies.poses)
+        if self._lively or self._odometers.walks:
+            self._odometers.advance(self._next_ns, self._bodies.poses)
             self._scene = Scene(self._walls, self._movers.discs, self._odometers.reckoned)
 
     def _move_scenery(self, then_ns: int, dt_s: float) -> None:

@@ -9,8 +9,7 @@ from desim.units import NS_PER_S
 from desim.world.bodies import kernels
 from desim.world.fleet import RobotSpec
 from desim.world.index import tile_index
-from desim.world.lidar import Field
-from desim.world.terrain import Terrain
+from desim.world.terrain import Raster, Terrain
 
 EPISODE_NS = NS_PER_S // 2  # a collision is over after so long without contact
 TILE_M = 2.0
@@ -23,8 +22,7 @@ class Bodies:
     ``poses`` [n, 3] x m, y m, yaw rad; ``velocities`` [n, 3] forward, left m/s, turn rad/s.
     """
 
-    def __init__(self, specs: list[RobotSpec], terrain: Terrain, free: Field,
-                 tick_s: float) -> None:
+    def __init__(self, specs: list[RobotSpec], terrain: Terrain, tick_s: float) -> None:
         n = len(specs)
         for spec in specs:
             _check(spec, tick_s)
@@ -46,7 +44,7 @@ class Bodies:
         self._episodes = np.zeros((n + n * (n - 1) // 2, 2), dtype=np.int64)
         widest = float(self._limits[:, kernels.RADIUS].max())
         self._matter = (*tile_index(terrain.lines, terrain.bounds, TILE_M, widest + kernels.NEAR_M),
-                        len(terrain.lines), *free)
+                        len(terrain.lines), *_field(terrain.raster))
 
     @property
     def radii_m(self) -> np.ndarray:
@@ -87,3 +85,15 @@ def _check(spec: RobotSpec, tick_s: float) -> None:
             f"{spec.name}: at {body.max_speed_mps:g} m/s it covers {body.max_speed_mps * tick_s:g} "
             f"m in a tick and could pass through walls; allowed: half its radius "
             f"({body.radius_m / 2.0:g} m); raise physics.rate")
+
+
+def _field(raster: Raster | None) -> tuple[np.ndarray, np.ndarray]:
+    """How far the nearest solid cell is: [rows, cols] uint8 chessboard distance in cells, at most
+    255, and the frame: x0 m, y0 m, cells per m. No raster: no cells."""
+    if raster is None:
+        return np.zeros((0, 0), dtype=np.uint8), np.array([0.0, 0.0, 1.0])
+    from scipy.ndimage import distance_transform_cdt
+
+    near = distance_transform_cdt(~raster.solid, metric="chessboard").clip(0, 255)
+    return (np.ascontiguousarray(near, dtype=np.uint8),
+            np.array([raster.x_m, raster.y_m, 1.0 / raster.resolution_m]))

@@ -37,7 +37,7 @@ def against_wall(x, y, radius, walls, w, worst):
 @njit(_DEPTH(types.float64, types.float64, types.float64, types.uint8[:, ::1],
              types.float64[::1], _DEPTH), cache=True)
 def against_raster(x, y, radius, near, frame, worst):
-    """Against the nearest points of solid cells around; near and frame as in ``lidar.Field``."""
+    """Against the nearest points of solid cells around; near as in ``Bodies``."""
     col, row = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2]
     r = radius * frame[2]
     rows, cols = near.shape

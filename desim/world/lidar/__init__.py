@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from desim.errors import InputError
@@ -15,29 +13,10 @@ from desim.world.terrain import Raster, Terrain
 TILE_M = 8.0  # a road of the paper; smaller tiles list fewer walls and cost memory
 
 
-class Field(NamedTuple):
-    """How far the nearest solid cell is: ``near`` [rows, cols] uint8 chessboard distance in cells,
-    at most 255 | ``frame`` x0 m, y0 m, cells per m. No raster: no cells."""
-
-    near: np.ndarray
-    frame: np.ndarray
-
-
-def field(raster: Raster | None) -> Field:
-    """The field of a raster terrain."""
-    if raster is None:
-        return Field(np.zeros((0, 0), dtype=np.uint8), np.array([0.0, 0.0, 1.0]))
-    from scipy.ndimage import distance_transform_cdt
-
-    near = distance_transform_cdt(~raster.solid, metric="chessboard").clip(0, 255)
-    return Field(np.ascontiguousarray(near, dtype=np.uint8),
-                 np.array([raster.x_m, raster.y_m, 1.0 / raster.resolution_m]))
-
-
 class Lidar:
     """Casts sweeps. Beam i points to ``angle_min_rad + i * increment_rad`` from the heading."""
 
-    def __init__(self, laser: Laser, terrain: Terrain, free: Field, radii_m: np.ndarray,
+    def __init__(self, laser: Laser, terrain: Terrain, radii_m: np.ndarray,
                  keys: np.ndarray) -> None:
         if not 0.0 < laser.field_of_view_rad <= 2.0 * np.pi + 1e-9:
             raise InputError("robot.laser.field_of_view: must be above 0 and at most 360 deg, got "
@@ -49,7 +28,8 @@ class Lidar:
         self.increment_rad = laser.field_of_view_rad / (laser.beams - 1)
         angles = self.angle_min_rad + self.increment_rad * np.arange(laser.beams)
         tiles = tile_index(terrain.lines, terrain.bounds, TILE_M, laser.max_range_m)
-        self._fixed = (np.stack([np.cos(angles), np.sin(angles)]), *tiles, *free)
+        self._fixed = (np.stack([np.cos(angles), np.sin(angles)]), *tiles,
+                       *_squares(terrain.raster))
         self._radii_m = radii_m
         self._laser = np.array([self.angle_min_rad, self.increment_rad, laser.max_range_m,
                                 laser.noise_m, float(len(terrain.lines))])
@@ -64,3 +44,12 @@ class Lidar:
         kernels.scan(poses, robots, tick, self._radii_m, walls, *self._fixed, discs, self._laser,
                      self._keys, self._inverse, out)
         return out
+
+
+def _squares(raster: Raster | None) -> tuple[np.ndarray, np.ndarray]:
+    """The free squares of a raster, and its frame: x0 m, y0 m, cells per m. No raster: no cells."""
+    if raster is None:
+        return np.zeros((4, 0, 0), dtype=np.uint8), np.array([0.0, 0.0, 1.0])
+    squares = np.zeros((4, *raster.solid.shape), dtype=np.uint8)
+    kernels.free_squares(raster.solid, squares)
+    return squares, np.array([raster.x_m, raster.y_m, 1.0 / raster.resolution_m])

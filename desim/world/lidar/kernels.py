@@ -19,10 +19,11 @@ _FIXED = types.Array(types.float64, 2, "C", readonly=True)
 # Spans are this part of a beam wider than the wall: no beam slips between walls that touch.
 _SEAM = 1e-9
 _EDGE_ON = 1e-12
+_NEVER = 1e300  # a beam along an axis never meets the faces beside it
 
 
-@njit("void(f8, f8, f8, f8, f8, f8, f8, f8, f8[:,::1], f8[::1])", cache=True)
-def cover_wall(x1, y1, x2, y2, angle_min, increment, reach, turn, directions, inverse):
+@njit("void(f8, f8, f8, f8, f8, f8, f8, f8[:,::1], f8[::1])", cache=True)
+def cover_wall(x1, y1, x2, y2, angle_min, increment, reach, directions, inverse):
     """Write one wall, in the sensor's frame, into the beams that it covers.
 
     directions [2, beams] cos, sin | inverse [beams] 1/m, raised where the wall is nearer
@@ -34,18 +35,19 @@ def cover_wall(x1, y1, x2, y2, angle_min, increment, reach, turn, directions, in
     start, end = atan2(y1, x1), atan2(y2, x2)
     if cross < 0.0:
         start, end = end, start
-    if end < start:
+    laps = 1
+    if end < start:  # it passes behind the sensor: its span is there twice, a turn apart
         end += TWO_PI
-    beams = inverse.shape[0]
+        laps = 2
     nx, ny = ey / cross, -ex / cross
-    for _ in range(2):
+    for _ in range(laps):
         first = max(math.ceil((start - angle_min) / increment - _SEAM), 0)
-        last = min(math.floor((end - angle_min) / increment + _SEAM), beams - 1)
+        last = min(math.floor((end - angle_min) / increment + _SEAM), inverse.shape[0] - 1)
         for i in range(first, last + 1):
             value = nx * directions[0, i] + ny * directions[1, i]
             inverse[i] = value if value > inverse[i] else inverse[i]
-        start -= turn
-        end -= turn
+        start -= TWO_PI
+        end -= TWO_PI
 
 
 @njit("void(f8, f8, f8, f8, f8, f8, f8[:,::1], f8[::1])", cache=True)
@@ -57,61 +59,83 @@ def cover_disc(x, y, radius, angle_min, increment, reach, directions, inverse):
         return
     # asin(q) <= q pi / 2: a few beams too many are looked at and found to miss.
     half = 0.5 * math.pi * radius / math.sqrt(distance2)
-    start = atan2(y, x) - half
-    end = start + 2.0 * half
-    beams = inverse.shape[0]
-    for lap in range(-1, 2):
-        shift = lap * TWO_PI - angle_min
-        first = max(math.ceil((start + shift) / increment), 0)
-        last = min(math.floor((end + shift) / increment), beams - 1)
+    bearing = atan2(y, x)
+    turn = -TWO_PI if bearing > 0.0 else TWO_PI
+    for _ in range(2 if abs(bearing) + half > math.pi else 1):
+        first = max(math.ceil((bearing - half - angle_min) / increment), 0)
+        last = min(math.floor((bearing + half - angle_min) / increment), inverse.shape[0] - 1)
         for i in range(first, last + 1):
             b = directions[0, i] * x + directions[1, i] * y
             square = b * b - outside
             if square >= 0.0 and b > 0.0:
                 value = 1.0 / (b - math.sqrt(square))
                 inverse[i] = value if value > inverse[i] else inverse[i]
+        bearing += turn
 
 
-@njit("f8(f8, f8, f8, f8, f8, u1[:,::1])", cache=True)
-def leap(x, y, ux, uy, limit, near):
+@njit("void(b1[:,::1], u1[:,:,::1])", cache=True)
+def free_squares(solid, squares):
+    """How far a beam can go for sure: squares [4, rows, cols] is the side, in cells and at most
+    255, of the largest square of free cells with its corner here that opens to quadrant k.
+
+    solid [rows, cols] with a solid border | k = 1 if to the east + 2 if to the north
+    The side is one more than the smallest of its three neighbours' in the quadrant.
+    """
+    rows, cols = solid.shape
+    for k in range(4):
+        dx, dy = 2 * (k & 1) - 1, (k & 2) - 1
+        for i in range(1, rows - 1):
+            row = rows - 1 - i if dy > 0 else i
+            for j in range(1, cols - 1):
+                col = cols - 1 - j if dx > 0 else j
+                if not solid[row, col]:
+                    least = min(squares[k, row + dy, col], squares[k, row, col + dx],
+                                squares[k, row + dy, col + dx])
+                    squares[k, row, col] = min(least, 254) + 1
+
+
+@njit("f8(f8, f8, f8, f8, f8, u1[:,:,::1])", cache=True)
+def leap(x, y, ux, uy, limit, squares):
     """Range to the first solid cell along a beam, exact, in cells; ``limit`` if there is none.
 
-    x, y start | ux, uy unit vector | near [rows, cols] chessboard distance to the nearest solid
-    cell, 0 inside of one, the raster's border all solid
-    Cells nearer than ``near`` are free, so the beam leaps to the face of their square.
+    x, y start | ux, uy unit vector | squares of ``free_squares``: the beam leaps to the face where
+    it leaves the free square that opens in its direction
     """
     col, row = int(x), int(y)
-    per_x = 1.0 / ux if ux != 0.0 else math.inf
-    per_y = 1.0 / uy if uy != 0.0 else math.inf
     east, north = ux > 0.0, uy > 0.0
+    per_x = 1.0 / ux if ux != 0.0 else -_NEVER
+    per_y = 1.0 / uy if uy != 0.0 else -_NEVER
+    k = (1 if east else 0) + (2 if north else 0)
     t = 0.0
-    free = np.int64(near[row, col])
-    while free > 0 and t < limit:
-        face_x = col + free if east else col - free + 1
-        face_y = row + free if north else row - free + 1
-        to_x = (face_x - x) * per_x if ux != 0.0 else math.inf
-        to_y = (face_y - y) * per_y if uy != 0.0 else math.inf
+    side = np.int64(squares[k, row, col])
+    while side > 0 and t < limit:
+        face_x = col + side if east else col - side + 1
+        face_y = row + side if north else row - side + 1
+        to_x, to_y = (face_x - x) * per_x, (face_y - y) * per_y
+        # Rounding may put the other coordinate a hair outside of the square: it is kept inside.
         if to_x < to_y:
             t = to_x
-            row = min(max(int(y + t * uy), row - free + 1), row + free - 1)
+            at = int(y + t * uy)
+            row = min(max(at, row), face_y - 1) if north else max(min(at, row), face_y)
             col = face_x if east else face_x - 1
         else:
             t = to_y
-            col = min(max(int(x + t * ux), col - free + 1), col + free - 1)
+            at = int(x + t * ux)
+            col = min(max(at, col), face_x - 1) if east else max(min(at, col), face_x)
             row = face_y if north else face_y - 1
-        free = np.int64(near[row, col])
+        side = np.int64(squares[k, row, col])
     return min(t, limit)
 
 
-@njit("void(f8, f8, f8, f8, f8, f8[:,::1], u1[:,::1], f8[::1], f8[::1])", cache=True)
-def cover_raster(x, y, c, s, reach, directions, near, frame, inverse):
+@njit("void(f8, f8, f8, f8, f8, f8[:,::1], u1[:,:,::1], f8[::1], f8[::1])", cache=True)
+def cover_raster(x, y, c, s, reach, directions, squares, frame, inverse):
     """Cast all beams over a raster terrain; frame x0 m, y0 m, cells per m."""
     col, row = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2]
     limit = reach * frame[2]
     for i in range(inverse.shape[0]):
         ux = c * directions[0, i] - s * directions[1, i]
         uy = s * directions[0, i] + c * directions[1, i]
-        t = leap(col, row, ux, uy, limit, near)
+        t = leap(col, row, ux, uy, limit, squares)
         if t < limit:
             inverse[i] = frame[2] / max(t, _EDGE_ON)
 
@@ -131,15 +155,15 @@ def read_ranges(inverse, reach, noise_m, key, first, out):
 
 @njit(types.void(_FIXED, types.int64[::1], types.int64, types.float64[::1], _FIXED,
                  types.float64[:, ::1], types.int64[:, ::1], types.int64[::1], types.float64[::1],
-                 types.uint8[:, ::1], types.float64[::1], _FIXED, types.float64[::1],
+                 types.uint8[:, :, ::1], types.float64[::1], _FIXED, types.float64[::1],
                  types.uint64[::1], types.float64[::1], types.float32[:, ::1]), cache=True)
 def scan(poses, robots, tick, radii, walls, directions, tile_start, tile_items, tile_frame,
-         near, near_frame, discs, laser, keys, inverse, out):
+         squares, squares_frame, discs, laser, keys, inverse, out):
     """Sweep number ``tick`` of each of ``robots`` [k].
 
     poses [n, 3] | radii [n] m | walls [w, 4] m, those of the index first and then closed doors |
-    directions [2, beams] in the sensor's frame | tile_* index of walls | near, near_frame raster
-    (of shape [0, 0] where there is none) | discs [d, 3] x, y, radius m of moving obstacles |
+    directions [2, beams] in the sensor's frame | tile_* index of walls | squares of a raster,
+    [4, 0, 0] where there is none, and their frame | discs [d, 3] x, y, radius m of moving ones |
     laser: angle_min rad, increment rad, reach m, noise m, number of walls in the index |
     keys [n] of noise | inverse [beams] scratch | out [k, beams] m
     """
@@ -150,8 +174,8 @@ def scan(poses, robots, tick, radii, walls, directions, tile_start, tile_items, 
         x, y = poses[r, 0], poses[r, 1]
         c, s = cos(poses[r, 2]), sin(poses[r, 2])
         inverse[:] = 1.0 / reach
-        if near.shape[0] > 0:
-            cover_raster(x, y, c, s, reach, directions, near, near_frame, inverse)
+        if squares.shape[1] > 0:
+            cover_raster(x, y, c, s, reach, directions, squares, squares_frame, inverse)
         col = min(max(int((x - tile_frame[0]) * tile_frame[2]), 0), cols - 1)
         row = min(max(int((y - tile_frame[1]) * tile_frame[2]), 0), rows - 1)
         begin, listed = tile_start[row, col], tile_start[row, col + 1] - tile_start[row, col]
@@ -160,7 +184,7 @@ def scan(poses, robots, tick, radii, walls, directions, tile_start, tile_items, 
             w = tile_items[begin + j] if j < listed else indexed + j - listed
             x1, y1, x2, y2 = walls[w, 0] - x, walls[w, 1] - y, walls[w, 2] - x, walls[w, 3] - y
             cover_wall(c * x1 + s * y1, c * y1 - s * x1, c * x2 + s * y2, c * y2 - s * x2,
-                       angle_min, increment, reach, TWO_PI, directions, inverse)
+                       angle_min, increment, reach, directions, inverse)
         for other in range(poses.shape[0]):
             if other != r:
                 dx, dy = poses[other, 0] - x, poses[other, 1] - y
