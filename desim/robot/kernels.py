@@ -111,6 +111,34 @@ def walk(x, y, along_x, along_y, length, width, height, numbers, stamp, marks, c
     return put(numbers[at] + last, stamp, marks, count, cells)
 
 
+@njit("void(f8, f8, f8[:,::1], f8[:,::1], f8, i8, i8, u4[::1], u1, u1[::1], u8, u4[::1])",
+      cache=True)
+def keep_walls(x, y, ray, end, no_return, width, height, numbers, stamp, marks, count, cells):
+    """Mark the cells where a wall seems to go on: the line through the returns of two neighbouring
+    beams, as far as the next beam. That beam, if it grazes the wall, runs through the wall's own
+    cells before it meets or passes it, and must not erase them.
+
+    With a, b the ends and u the direction of the next beam from o, b + s (b - a) = o + t u has the
+    solution s = (o - b) x u / (b - a) x u.
+    """
+    for b in range(1, len(ray) - 1):
+        for side in (-1, 1):
+            if ray[b, 2] >= no_return or ray[b - side, 2] >= no_return:
+                continue
+            wall_x, wall_y = end[b, 0] - end[b - side, 0], end[b, 1] - end[b - side, 1]
+            next_x, next_y = ray[b + side, 0], ray[b + side, 1]
+            across = wall_x * next_y - wall_y * next_x
+            if across == 0.0:
+                continue
+            part = ((x - end[b, 0]) * next_y - (y - end[b, 1]) * next_x) / across
+            ahead = ((end[b, 0] + part * wall_x - x) * next_x
+                     + (end[b, 1] + part * wall_y - y) * next_y)
+            length = np.sqrt(wall_x * wall_x + wall_y * wall_y)
+            if ahead > 0.0 and part * length > 1.0:  # else the two cells touch
+                walk(end[b, 0], end[b, 1], wall_x / length, wall_y / length, part * length, width,
+                     height, numbers, stamp, marks, count, cells)
+
+
 @njit("UniTuple(i8, 2)(f8, f8, f8, f4[::1], f8, f8, f8, f8, f8, i8, i8, u4[::1], u1, u1[::1], "
       "u4[::1])", cache=True)
 def sweep(x, y, yaw_rad, ranges, angle_min_rad, increment_rad, per_m, no_return, usable,
@@ -119,9 +147,8 @@ def sweep(x, y, yaw_rad, ranges, angle_min_rad, increment_rad, per_m, no_return,
     each at most once. Returns (hits, count). Lengths in cells, ``ranges`` in m; the number of a
     cell is ``numbers[column] + numbers[width + row]``.
 
-    Hits first. Then the lines between neighbouring returns are marked and left as they are: a beam
-    that grazes a wall runs through the wall's own cells before it meets it, and must not erase
-    them. Then the misses along the beams.
+    Hits first. Then the continuations of walls (``keep_walls``), which are left as they are, and
+    then the misses along the beams.
     """
     beams, count = len(ranges), np.uint64(0)
     ray, end = np.empty((beams, 3)), np.empty((beams, 2))
@@ -134,13 +161,7 @@ def sweep(x, y, yaw_rad, ranges, angle_min_rad, increment_rad, per_m, no_return,
             count = put(numbers[int(end[b, 0])] + numbers[width + int(end[b, 1])], stamp, marks,
                         count, cells)
     hits = count
-    for b in range(beams - 1):
-        if ray[b, 2] < no_return and ray[b + 1, 2] < no_return:
-            along_x, along_y = end[b + 1, 0] - end[b, 0], end[b + 1, 1] - end[b, 1]
-            length = np.sqrt(along_x * along_x + along_y * along_y)
-            if length > 1.0:  # else the two cells touch
-                walk(end[b, 0], end[b, 1], along_x / length, along_y / length, length, width,
-                     height, numbers, stamp, marks, count, cells)
+    keep_walls(x, y, ray, end, no_return, width, height, numbers, stamp, marks, count, cells)
     for b in range(beams):
         count = walk(x, y, ray[b, 0], ray[b, 1], min(ray[b, 2], usable), width, height, numbers,
                      stamp, marks, count, cells)
