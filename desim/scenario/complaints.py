@@ -140,7 +140,7 @@ def _annotation(block: type[Params], location: tuple) -> Any:
             here = inside[0] if inside[-1] is Ellipsis else inside[min(step, len(inside) - 1)]
         else:
             here = _field(here, step).annotation
-    return here
+    return _without_null(here)[0]
 
 
 def _field(block: type[Params], key: str) -> Any:
