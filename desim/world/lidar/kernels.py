@@ -16,61 +16,83 @@ from numba import njit, types
 from desim.kernels import TWO_PI, atan2, cos, normal, sin
 
 _FIXED = types.Array(types.float64, 2, "C", readonly=True)
+_RADII = types.Array(types.float64, 1, "A", readonly=True)
 # Spans are this part of a beam wider than the wall: no beam slips between walls that touch.
 _SEAM = 1e-9
 _EDGE_ON = 1e-12
 _NEVER = 1e300  # a beam along an axis never meets the faces beside it
 
 
-@njit("void(f8, f8, f8, f8, f8, f8, f8, f8[:,::1], f8[::1])", cache=True)
-def cover_wall(x1, y1, x2, y2, angle_min, increment, reach, directions, inverse):
-    """Write one wall, in the sensor's frame, into the beams that it covers.
+@njit(types.void(_FIXED, types.int64[::1], types.float64, types.float64, types.float64,
+                 types.float64, types.float64[::1], types.float64[:, ::1], types.float64[::1]),
+      cache=True)
+def cover_walls(walls, listed, x, y, c, s, laser, directions, inverse):
+    """Write the ``listed`` rows of walls [n, 4] into the beams that they cover.
 
-    directions [2, beams] cos, sin | inverse [beams] 1/m, raised where the wall is nearer
+    x, y, c, s the sensor's place and the cosine and sine of its heading | laser as in ``scan`` |
+    directions [2, beams] cos, sin | inverse [beams] 1/m, raised where a wall is nearer
     """
-    cross = x1 * y2 - x2 * y1
-    ex, ey = x2 - x1, y2 - y1
-    if abs(cross) < _EDGE_ON or cross * cross > reach * reach * (ex * ex + ey * ey):
-        return
-    start, end = atan2(y1, x1), atan2(y2, x2)
-    if cross < 0.0:
-        start, end = end, start
-    laps = 1
-    if end < start:  # it passes behind the sensor: its span is there twice, a turn apart
-        end += TWO_PI
-        laps = 2
-    nx, ny = ey / cross, -ex / cross
-    for _ in range(laps):
-        first = max(math.ceil((start - angle_min) / increment - _SEAM), 0)
-        last = min(math.floor((end - angle_min) / increment + _SEAM), inverse.shape[0] - 1)
-        for i in range(first, last + 1):
-            value = nx * directions[0, i] + ny * directions[1, i]
-            inverse[i] = value if value > inverse[i] else inverse[i]
-        start -= TWO_PI
-        end -= TWO_PI
-
-
-@njit("void(f8, f8, f8, f8, f8, f8, f8[:,::1], f8[::1])", cache=True)
-def cover_disc(x, y, radius, angle_min, increment, reach, directions, inverse):
-    """The same for a disc: range = b - sqrt(b^2 - (d^2 - r^2)) with b = u . centre."""
-    distance2 = x * x + y * y
-    outside = distance2 - radius * radius
-    if outside <= 0.0 or distance2 > (reach + radius) * (reach + radius):
-        return
-    # asin(q) <= q pi / 2: a few beams too many are looked at and found to miss.
-    half = 0.5 * math.pi * radius / math.sqrt(distance2)
-    bearing = atan2(y, x)
-    turn = -TWO_PI if bearing > 0.0 else TWO_PI
-    for _ in range(2 if abs(bearing) + half > math.pi else 1):
-        first = max(math.ceil((bearing - half - angle_min) / increment), 0)
-        last = min(math.floor((bearing + half - angle_min) / increment), inverse.shape[0] - 1)
-        for i in range(first, last + 1):
-            b = directions[0, i] * x + directions[1, i] * y
-            square = b * b - outside
-            if square >= 0.0 and b > 0.0:
-                value = 1.0 / (b - math.sqrt(square))
+    angle_min, per_rad, reach2 = laser[0], 1.0 / laser[1], laser[2] * laser[2]
+    beams = inverse.shape[0]
+    for w in listed:
+        dx1, dy1, dx2, dy2 = walls[w, 0] - x, walls[w, 1] - y, walls[w, 2] - x, walls[w, 3] - y
+        x1, y1, x2, y2 = c * dx1 + s * dy1, c * dy1 - s * dx1, c * dx2 + s * dy2, c * dy2 - s * dx2
+        cross = x1 * y2 - x2 * y1
+        ex, ey = x2 - x1, y2 - y1
+        if abs(cross) < _EDGE_ON or cross * cross > reach2 * (ex * ex + ey * ey):
+            continue
+        start, end = atan2(y1, x1), atan2(y2, x2)
+        if cross < 0.0:
+            start, end = end, start
+        laps = 1
+        if end < start:  # it passes behind the sensor: its span is there twice, a turn apart
+            end += TWO_PI
+            laps = 2
+        nx, ny = ey / cross, -ex / cross
+        for _ in range(laps):
+            first = max(math.ceil((start - angle_min) * per_rad - _SEAM), 0)
+            last = min(math.floor((end - angle_min) * per_rad + _SEAM), beams - 1)
+            for i in range(first, last + 1):
+                value = nx * directions[0, i] + ny * directions[1, i]
                 inverse[i] = value if value > inverse[i] else inverse[i]
-        bearing += turn
+            start -= TWO_PI
+            end -= TWO_PI
+
+
+@njit(types.void(_FIXED, _RADII, types.int64, types.float64, types.float64,
+                 types.float64, types.float64, types.float64[::1], types.float64[:, ::1],
+                 types.float64[::1]), cache=True)
+def cover_discs(centres, radii, without, x, y, c, s, laser, directions, inverse):
+    """The same for discs: range = b - sqrt(b^2 - (d^2 - r^2)) with b = u . centre.
+
+    centres [n, >= 2] m | radii [n] m | without: the sensor's own disc, or -1
+    """
+    angle_min, per_rad, reach = laser[0], 1.0 / laser[1], laser[2]
+    beams = inverse.shape[0]
+    for j in range(centres.shape[0]):
+        dx, dy, radius = centres[j, 0] - x, centres[j, 1] - y, radii[j]
+        distance2 = dx * dx + dy * dy
+        outside = distance2 - radius * radius
+        if j == without or outside <= 0.0 or distance2 > (reach + radius) * (reach + radius):
+            continue
+        px, py = c * dx + s * dy, c * dy - s * dx
+        distance = math.sqrt(distance2)
+        nearest = 1.0 / (distance - radius)
+        # asin(q) <= q pi / 2, and <= 1.05 q up to q = 0.5: the few beams too many miss.
+        half = (1.05 if distance > 2.0 * radius else 0.5 * math.pi) * radius / distance
+        bearing = atan2(py, px)
+        turn = -TWO_PI if bearing > 0.0 else TWO_PI
+        for _ in range(2 if abs(bearing) + half > math.pi else 1):
+            first = max(math.ceil((bearing - half - angle_min) * per_rad), 0)
+            last = min(math.floor((bearing + half - angle_min) * per_rad), beams - 1)
+            for i in range(first, last + 1):
+                if inverse[i] < nearest:
+                    b = directions[0, i] * px + directions[1, i] * py
+                    square = b * b - outside
+                    if square >= 0.0 and b > 0.0:
+                        value = 1.0 / (b - math.sqrt(square))
+                        inverse[i] = value if value > inverse[i] else inverse[i]
+            bearing += turn
 
 
 @njit("void(b1[:,::1], u1[:,:,::1])", cache=True)
@@ -167,32 +189,21 @@ def scan(poses, robots, tick, radii, walls, directions, tile_start, tile_items, 
     laser: angle_min rad, increment rad, reach m, noise m, number of walls in the index |
     keys [n] of noise | inverse [beams] scratch | out [k, beams] m
     """
-    angle_min, increment, reach = laser[0], laser[1], laser[2]
     rows, cols = tile_start.shape[0], tile_start.shape[1] - 1
+    doors = np.arange(int(laser[4]), walls.shape[0])
     for k in range(robots.shape[0]):
         r = robots[k]
         x, y = poses[r, 0], poses[r, 1]
         c, s = cos(poses[r, 2]), sin(poses[r, 2])
-        inverse[:] = 1.0 / reach
+        inverse[:] = 1.0 / laser[2]
         if squares.shape[1] > 0:
-            cover_raster(x, y, c, s, reach, directions, squares, squares_frame, inverse)
+            cover_raster(x, y, c, s, laser[2], directions, squares, squares_frame, inverse)
         col = min(max(int((x - tile_frame[0]) * tile_frame[2]), 0), cols - 1)
         row = min(max(int((y - tile_frame[1]) * tile_frame[2]), 0), rows - 1)
-        begin, listed = tile_start[row, col], tile_start[row, col + 1] - tile_start[row, col]
-        indexed = int(laser[4])
-        for j in range(listed + walls.shape[0] - indexed):
-            w = tile_items[begin + j] if j < listed else indexed + j - listed
-            x1, y1, x2, y2 = walls[w, 0] - x, walls[w, 1] - y, walls[w, 2] - x, walls[w, 3] - y
-            cover_wall(c * x1 + s * y1, c * y1 - s * x1, c * x2 + s * y2, c * y2 - s * x2,
-                       angle_min, increment, reach, directions, inverse)
-        for other in range(poses.shape[0]):
-            if other != r:
-                dx, dy = poses[other, 0] - x, poses[other, 1] - y
-                cover_disc(c * dx + s * dy, c * dy - s * dx, radii[other], angle_min, increment,
-                           reach, directions, inverse)
-        for d in range(discs.shape[0]):
-            dx, dy = discs[d, 0] - x, discs[d, 1] - y
-            cover_disc(c * dx + s * dy, c * dy - s * dx, discs[d, 2], angle_min, increment,
-                       reach, directions, inverse)
+        listed = tile_items[tile_start[row, col]:tile_start[row, col + 1]]
+        cover_walls(walls, listed, x, y, c, s, laser, directions, inverse)
+        cover_walls(walls, doors, x, y, c, s, laser, directions, inverse)
+        cover_discs(poses, radii, r, x, y, c, s, laser, directions, inverse)
+        cover_discs(discs, discs[:, 2], -1, x, y, c, s, laser, directions, inverse)
         first = np.uint64(tick) * np.uint64(inverse.shape[0])
-        read_ranges(inverse, reach, laser[3], keys[r], first, out[k])
+        read_ranges(inverse, laser[2], laser[3], keys[r], first, out[k])
