@@ -304,8 +304,8 @@ def test_wrong_file_of_starts(here, content, complaint):
 def test_what_is_found_later_gets_its_place_too(here):
     (here / "case.yaml").write_text("name: x\nfleet:\n  start:\n    from: [0 m, 0 m]\n")
     loaded = load("case.yaml")
-    with pytest.raises(InputError) as caught, loaded.blamed_on("fleet.start"):
-        raise InputError("robot_0 stands in a wall")
-    assert list(caught.value.args) == ["case.yaml:4:5: fleet.start: robot_0 stands in a wall"]
+    placed = loaded.placed(InputError("fleet.start: robot_0 stands in a wall", "another: thing"))
+    assert list(placed.args) == ["case.yaml:4:5: fleet.start: robot_0 stands in a wall",
+                                 "case.yaml: another: thing"]
     assert loaded.where("fleet.start.from.1") == "case.yaml:4:17: fleet.start.from.1"
     assert loaded.where("fleet.size") == "case.yaml:2:1: fleet.size"

@@ -8,8 +8,7 @@ from __future__ import annotations
 import copy
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,15 +36,17 @@ class Loaded:
         """``file:line:column: path``; for a default, the place of the nearest thing around it."""
         return self.places.where(path)
 
-    @contextmanager
-    def blamed_on(self, path: str) -> Iterator[None]:
-        """An ``InputError`` from inside is raised again with the place of ``path`` in front of
-        each of its lines: for what can only be found when the parts are built."""
-        try:
-            yield
-        except InputError as error:
-            place = self.where(path)
-            raise InputError(*(f"{place}: {line}" for line in error.args)) from error
+    def placed(self, error: InputError) -> InputError:
+        """An error that was found when the parts were built, with places: a line that begins with
+        a path, ``fleet.start: robot_0 stands in a wall``, gets the place of that path, any other
+        line the name of the file."""
+        return InputError(*(self._placed(str(line)) for line in error.args))
+
+    def _placed(self, line: str) -> str:
+        path, colon, rest = line.partition(": ")
+        if colon and path.split(".")[0] in Scenario.model_fields:
+            return f"{self.where(path)}: {rest}"
+        return f"{self.places.root.source}: {line}"
 
 
 def load(path: str | os.PathLike, overrides: Sequence[str] = (), seed: int | None = None) -> Loaded:

@@ -22,7 +22,7 @@ class Places:
     """Path to the places of a key and of its value."""
 
     def __init__(self, root: Place) -> None:
-        self._root = root
+        self.root = root
         self._of: dict[Path, tuple[Place, Place]] = {}
 
     def put(self, path: Path, key: Place, value: Place) -> None:
@@ -46,11 +46,11 @@ class Places:
     def _nearest(self, path: Path, which: int) -> Place:
         while path and path not in self._of:
             path = path[:-1]
-        return self._of[path][which] if path else self._root
+        return self._of[path][which] if path else self.root
 
     def under(self, top: Places, data: Any) -> Places:
         """The places of ``data``, which came about by laying ``top`` over this."""
-        merged = Places(top._root)
+        merged = Places(top.root)
         merged._of = {path: places for path, places in self._of.items() if _has(data, path)}
         merged._of.update(top._of)
         return merged
