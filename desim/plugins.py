@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import importlib
+import os
+import sys
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from operator import attrgetter
 from typing import Any
 
 from desim.errors import InputError, did_you_mean
@@ -39,7 +42,7 @@ def load(kind: str, name: str) -> Any:
     if name not in points:
         raise InputError(f"unknown {kind} {name!r}{did_you_mean(name, points)}; known: "
                          f"{', '.join(points) or 'none'}, or a dotted path 'package.module:Class'")
-    return imported(kind, points[name].value)
+    return imported(kind, f"{points[name].module}:{points[name].attr}")
 
 
 def parameters(kind: str, name: str) -> type[Params]:
@@ -52,11 +55,16 @@ def parameters(kind: str, name: str) -> type[Params]:
 
 
 def imported(kind: str, path: str) -> Any:
-    """What ``package.module:name`` names. Raises ``InputError`` that says why it does not."""
+    """What ``package.module:name`` names; modules are also looked for in the current directory.
+
+    Raises ``InputError`` that says why there is no such thing.
+    """
     module, _, attribute = path.partition(":")
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())  # at the end: it shadows nothing
     try:
-        return getattr(importlib.import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
+        return attrgetter(attribute)(importlib.import_module(module))
+    except Exception as error:  # a stranger's module may fail in any way
         raise InputError(f"cannot load {kind} {path!r}: {error}") from error
 
 

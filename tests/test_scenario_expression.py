@@ -1,5 +1,6 @@
 """Expressions: a small language of numbers and conditions, and nothing beyond it."""
 
+import sys
 from contextlib import suppress
 
 import pytest
@@ -69,10 +70,14 @@ def test_division_by_zero_says_where():
 
 def test_a_function_of_the_users(tmp_path, monkeypatch):
     (tmp_path / "my_stops.py").write_text("def enough(q):\n    return q['explored'] > 0.9\n")
-    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "my_mistake.py").write_text("1 +\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
     assert condition("my_stops:enough", VALUES).evaluate(VALUES) is True
     with pytest.raises(InputError, match="cannot load function 'my_stops:enoug'"):
         condition("my_stops:enoug", VALUES)
+    with pytest.raises(InputError, match="cannot load function 'my_mistake:f': invalid syntax"):
+        condition("my_mistake:f", VALUES)
 
 
 NUMBERS = st.recursive(
