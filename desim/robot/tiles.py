@@ -147,6 +147,24 @@ class Layer:
         return self.tiles[self.indices != before.indices]
 
 
+class ReceivedLayer(Layer):
+    """What was received of another source: ``sent`` [tiles] has the version that each tile was
+    sent with, -1 for none, ``newest`` the newest of them."""
+
+    __slots__ = ("sent", "newest")
+
+    def __init__(self, pool: TilePool, tiles: np.ndarray) -> None:
+        super().__init__(pool, tiles)
+        self.sent = np.full(len(tiles), -1)
+        self.newest = -1
+
+    def receiving(self, version: int, snapshot: LayerSnapshot) -> None:
+        """To be called before tiles are replaced. After the newest complete snapshot the layer is
+        that snapshot, which then serves everybody."""
+        self._latest = snapshot if snapshot.complete and version > self.newest else None
+        self.newest = max(self.newest, version)
+
+
 class Belief:
     """What one robot knows: ``fused`` int16 [tiles, 1024], the sum of all its layers, always up to
     date. A sum of int16 holds 468 sources at the clamp.
@@ -165,8 +183,7 @@ class Belief:
         self.tile_version = np.zeros(len(self.tiles), np.int64)
         self.observers: list[Callable[[Belief, np.ndarray], None]] = []
         self.own = Layer(pool, self.tiles)
-        self.received: dict[str, Layer] = {}
-        self._sent: dict[str, np.ndarray] = {}  # [tiles] version of each tile of a received layer
+        self.received: dict[str, ReceivedLayer] = {}
         self._changed = np.empty(len(self.tiles), np.int32)
         self._marks = np.zeros(self.fused.size, np.uint8)
         self._stamp = 0
@@ -202,13 +219,12 @@ class Belief:
         matter. True if the belief changed."""
         layer = self.received.get(source)
         if layer is None:
-            layer = self.received[source] = Layer(self.pool, self.tiles)
-            self._sent[source] = np.full(len(self.tiles), -1)
+            layer = self.received[source] = ReceivedLayer(self.pool, self.tiles)
+        layer.receiving(version, snapshot)
         pool = self.pool
-        layer.changing()
         count = kernels.replace(
             version, snapshot.tiles, snapshot.indices, self.version + 1, layer.indices,
-            self._sent[source], pool.data, pool.refs, pool.free, pool.free_count, self.fused,
+            layer.sent, pool.data, pool.refs, pool.free, pool.free_count, self.fused,
             self.tile_version, self._changed)
         self._note(count)
         return count > 0
