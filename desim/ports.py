@@ -38,7 +38,7 @@ class Params(BaseModel):
 
 def natural_key(name: str) -> tuple:
     """Sorts ``robot_2`` before ``robot_10``: the order of host and robot indices."""
-    return tuple((1, int(part), "") if part.isdecimal() else (0, 0, part)
+    return tuple((0, int(part), "") if part.isdecimal() else (1, 0, part)
                  for part in re.split(r"(\d+)", name) if part), name
 
 

@@ -25,6 +25,7 @@ class Disk:
     reasons = ("out_of_range", "out_of_reach")
 
     def __init__(self, params: Params) -> None:
+        self.reach_m = params.range_m
         self._range_m2 = params.range_m ** 2
         self._rate_bps = params.rate_bps
 

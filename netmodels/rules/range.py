@@ -18,6 +18,7 @@ class Range:
     reasons = ("out_of_range",)
 
     def __init__(self, params: Params) -> None:
+        self.reach_m = params.distance_m
         self._distance_m2 = params.distance_m ** 2
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:

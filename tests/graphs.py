@@ -1,0 +1,111 @@
+"""A small network of hosts to test with: who says what, and what becomes of it."""
+
+from __future__ import annotations
+
+from desim.kernel import Kernel, Phase
+from desim.middleware.direct import Direct
+from desim.middleware.graph import Graph, Node
+from desim.middleware.medium import Medium, Nowhere
+from desim.streams import Streams
+from desim.trace import Names, Trace
+from netmodels.ideal import Ideal
+
+MS = 10**6
+S = 10**9
+
+
+class Words:
+    """Content of a given size."""
+
+    def __init__(self, text: str, size_bytes: int = 100) -> None:
+        self.text = text
+        self.size_bytes = size_bytes
+
+
+class Life(Node):
+    """A node that does what a test tells it: ``begin(node)`` is its ``start``."""
+
+    def __init__(self, host, name, begin):
+        super().__init__(host, name)
+        self._begin = begin
+
+    def start(self):
+        self._begin(self)
+
+
+class Net:
+    """A graph over one medium whose trace rows are kept. ``nodes``: host name to a function (or
+    several, by node name) that starts its node."""
+
+    def __init__(self, nodes, model=None, rules=(), *, place=None, middleware=None, seed=0,
+                 **options):
+        self.kernel, self.names, self.fates = Kernel(), Names(), []
+        self._rows = []
+        self.trace = Trace(self.names, self._rows.append)
+        streams = Streams(seed)
+        options.setdefault("on_fate", self._fate)
+        self.graph = Graph(self.kernel, self.names, self.trace, streams, middleware or Direct(),
+                           nodes, **options)
+        hosts = [host.name for host in self.graph.hosts]
+        self.medium = Medium("lan", model or Ideal(Ideal.Params()), rules, kernel=self.kernel,
+                             names=self.names, streams=streams, hosts=hosts,
+                             place=place or Nowhere(len(hosts)))
+        self.graph.attach(self.medium)
+        for host, begin in nodes.items():
+            lives = begin if isinstance(begin, dict) else {"node": begin}
+            self.graph.host(host).software = lambda host, lives=lives: [
+                Life(host, name, life) for name, life in lives.items()]
+        self.graph.start()
+
+    def at(self, time_ns, fn, phase=Phase.WORLD):
+        """Call ``fn()`` at ``time_ns``."""
+        self.kernel.at(time_ns, phase, 0, lambda _: fn())
+
+    def run(self, until_ns):
+        self.kernel.run(until_ns)
+        return self
+
+    def rows(self, *kinds):
+        """The log so far: (time_ns, kind, entity, a, b, c), ids as names where they are some."""
+        self.trace.flush()
+        names = self.names.items()
+        out = [(int(t), names[kind], names[entity], *(names.get(int(v), int(v)) for v in rest))
+               for batch in self._rows for t, kind, entity, *rest in batch.tolist()]
+        return [row for row in out if not kinds or row[1] in kinds]
+
+    def counts(self, topic):
+        return self.graph.topics[topic].counts
+
+    def waiting(self):
+        """Receptions under way, counted where they are and not by subtraction."""
+        return sum(publisher.transport.waiting() for topic in self.graph.topics.values()
+                   for publisher in topic.publishers)
+
+    def _fate(self, message, receiver, time_ns, reason, first_ns, last_ns):
+        self.fates.append((message.number, self.graph.hosts[receiver].name, time_ns,
+                           reason or "delivered", first_ns, last_ns))
+
+
+def silent(node):
+    """A node that does nothing."""
+
+
+def listener(log, topic="/talk", queue=1):
+    """Starts a node that logs (time_ns, host, source, text)."""
+    def begin(node):
+        def heard(message):
+            log.append((node.now_ns, node.host.name,
+                        node.host.graph.hosts[message.source].name, message.content.text))
+        node.subscribe(topic, heard, queue=queue)
+    return begin
+
+
+def talker(says, topic="/talk", size_bytes=100, **options):
+    """Starts a node that says the given words at the given times."""
+    def begin(node):
+        node.advertise(topic, **options)
+        for time_ns, text in says:
+            if time_ns >= node.now_ns:
+                node.after(time_ns - node.now_ns,
+                           lambda text: node.publish(topic, Words(text, size_bytes)), text)
+    return begin

@@ -1,0 +1,187 @@
+"""Streams and datagrams: sizes on the wire, whole logs of what they do in trouble."""
+
+import pytest
+from graphs import MS, Net, S, listener, silent, talker
+
+from desim.middleware.transports import datagram_frame, stream_frame
+from desim.ports import Deliver, Drop
+from desim.testing import Instant
+from netmodels.link import Link
+from netmodels.rules.loss import Loss
+from netmodels.rules.partition import Partition
+
+
+def link(**params):
+    return Link(Link.Params(**params))
+
+
+def partition(start, until):
+    return Partition(Partition.Params(groups=[["b"]], **{"from": start, "until": until}))
+
+
+@pytest.mark.parametrize(("size_bytes", "on_wire", "segments"), [
+    (797, 871, 1), (1517, 1661, 2), (1605, 1749, 2), (738, 812, 1), (48, 122, 1), (118, 192, 1),
+    (640_109, 671_123, 443), (160_109, 167_883, 111), (85, 159, 1), (1444, 1518, 1)])
+def test_stream_sizes_are_those_of_tcpros(size_bytes, on_wire, segments):
+    """Scan, scan with intensities, odometry, twist, tf, two maps, pose: message + 4 B, in
+    segments of 1448 B with 14 + 4 + 20 + 32 B of headers."""
+    assert stream_frame(size_bytes) == (on_wire, segments)
+
+
+def test_datagram_sizes_are_those_of_udpros():
+    """1492 B of a message in each datagram; 8 UDPROS, 8 UDP, 20 IP, 18 Ethernet around them."""
+    assert datagram_frame(797) == (797 + 4 + 54, 1)
+    assert datagram_frame(1488) == (1546, 1)
+    assert datagram_frame(1489) == (1493 + 2 * 54, 2)
+    assert datagram_frame(640_109)[1] == 430
+
+
+def test_stream_over_a_partition_resumes_at_the_next_timeout():
+    """Cut off from 1 s to 2.5 s: the first frame is lost, sent again after 0.2, 0.4, 0.8 and 1.6 s
+    of waiting (at 1.2, 1.6, 2.4 and 4.0 s), and gets through with the last of these, 1.5 s after
+    the network was whole again. Of what is said meanwhile the outbox of one keeps the newest."""
+    heard = []
+    net = Net({"a": talker([(S // 2, "before"), (S, "one"), (S + 1, "two"), (2 * S, "three"),
+                            (3 * S, "four"), (5 * S, "five")]), "b": listener(heard)},
+              rules=[partition("1 s", "2.5 s")]).run(10 * S)
+    assert heard == [(S // 2, "b", "a", "before"), (4 * S, "b", "a", "one"),
+                     (4 * S, "b", "a", "four"), (5 * S, "b", "a", "five")]
+    assert net.rows("frame", "lost", "dropped") == [
+        (S // 2, "frame", "a", "b", 1, 174),
+        (S, "frame", "a", "b", 2, 174), (S, "lost", "b", "a", 2, "partitioned"),
+        (1_200 * MS, "frame", "a", "b", 2, 174), (1_200 * MS, "lost", "b", "a", 2, "partitioned"),
+        (1_600 * MS, "frame", "a", "b", 2, 174), (1_600 * MS, "lost", "b", "a", 2, "partitioned"),
+        (2 * S, "dropped", "b", "a", 3, "outbox_full"),
+        (2_400 * MS, "frame", "a", "b", 2, 174), (2_400 * MS, "lost", "b", "a", 2, "partitioned"),
+        (3 * S, "dropped", "b", "a", 4, "outbox_full"),
+        (4 * S, "frame", "a", "b", 2, 174), (4 * S, "frame", "a", "b", 5, 174),
+        (5 * S, "frame", "a", "b", 6, 174)]
+    assert net.fates == [(1, "b", S // 2, "delivered", S // 2, S // 2),
+                         (3, "b", 2 * S, "outbox_full", -1, -1),
+                         (4, "b", 3 * S, "outbox_full", -1, -1),
+                         (2, "b", 4 * S, "delivered", S, 4 * S),
+                         (5, "b", 4 * S, "delivered", 4 * S, 4 * S),
+                         (6, "b", 5 * S, "delivered", 5 * S, 5 * S)]
+
+
+def test_timeouts_double_up_to_two_minutes():
+    net = Net({"a": talker([(0, "hello")]), "b": listener([])},
+              rules=[partition("0 s", "1 h")]).run(1000 * S)
+    sent_ns = [row[0] for row in net.rows("frame")]
+    gaps_s = [(b - a) / S for a, b in zip(sent_ns, sent_ns[1:], strict=False)]
+    assert gaps_s == [0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8, 25.6, 51.2, 102.4, 120, 120, 120, 120,
+                      120, 120]
+
+
+def test_one_message_is_on_the_wire_and_the_outbox_keeps_the_newest():
+    """1 ms per message of 125 B on the wire: of five said at once, with a queue of two, the first
+    is on its way and the last two wait."""
+    heard = []
+    says = [(0, word) for word in ("one", "two", "three", "four", "five")]
+    net = Net({"a": talker(says, size_bytes=51, queue=2), "b": listener(heard)},
+              link(rate="1 Mb/s")).run(S)
+    assert heard == [(MS, "b", "a", "one"), (2 * MS, "b", "a", "four"), (3 * MS, "b", "a", "five")]
+    assert net.counts("/talk").dropped == {"outbox_full": 2}
+
+
+def test_an_unbounded_outbox_loses_nothing_and_keeps_the_order():
+    heard = []
+    says = [(0, str(k)) for k in range(100)]
+    Net({"a": talker(says, queue=0), "b": listener(heard)},
+        link(rate="1 Mb/s"), [Loss(Loss.Params(probability="30 %"))]).run(3600 * S)
+    assert [text for *_, text in heard] == [text for _, text in says]
+
+
+def test_links_do_not_wait_for_each_other():
+    """``c`` hears while the link to ``b`` is cut."""
+    heard = []
+    Net({"a": talker([(0, "one"), (1, "two")]), "b": listener(heard), "c": listener(heard)},
+        rules=[partition("0 s", "1 s")]).run(2 * S)
+    assert heard == [(0, "c", "a", "one"), (1, "c", "a", "two"),
+                     (1_400 * MS, "b", "a", "one"), (1_400 * MS, "b", "a", "two")]
+
+
+def test_a_datagram_that_is_lost_stays_lost():
+    heard = []
+    net = Net({"a": talker([(0, "one"), (2 * S, "two")], transport="datagram"),
+               "b": listener(heard)}, rules=[partition("0 s", "1 s")]).run(10 * S)
+    assert heard == [(2 * S, "b", "a", "two")]
+    assert net.counts("/talk").dropped == {"partitioned": 1}
+    assert net.rows("frame", "lost", "dropped") == [
+        (0, "frame", "a", "b", 1, 158), (0, "dropped", "b", "a", 1, "partitioned"),
+        (2 * S, "frame", "a", "b", 2, 158)]
+
+
+def test_a_broadcast_is_one_frame_for_all_and_one_row_for_those_out_of_reach():
+    class Near(Instant):
+        reasons = ("out_of_reach",)
+
+        def send(self, frame):
+            self._context.settle_many(frame, frame.receivers[:1], Deliver(5))
+            self._context.settle_many(frame, frame.receivers[1:], Drop("out_of_reach"))
+
+    heard = []
+    net = Net({"a": talker([(0, "all")], via="broadcast"),
+               **{host: listener(heard) for host in "bcd"}}, Near()).run(S)
+    assert heard == [(5, "b", "a", "all")]
+    assert [row for row in net.rows() if row[1] not in ("host_started", "sent")] == [
+        (0, "frame", "a", "medium/lan", 1, 158), (0, "out_of_reach", "medium/lan", "a", 1, 2),
+        (5, "delivered", "b", "a", 1, 5), (5, "callback", "b", "a", 1, "/talk")]
+    counts = net.counts("/talk")
+    assert (counts.intended, counts.delivered, counts.dropped) == (3, 1, {"out_of_reach": 2})
+    assert net.medium.frames == 1
+    assert net.medium.bytes_on_air == 158
+
+
+def test_no_way_is_a_reason():
+    for options in ({}, {"transport": "datagram"}, {"via": "broadcast"}):
+        net = Net({"a": talker([(0, "one")], **options), "b": listener([]), "c": silent})
+        net.graph.host("b").media.clear()
+        net.run(S)
+        assert net.counts("/talk").dropped == {"no_route": 1}
+        assert net.medium.frames == 0
+
+
+def test_a_sender_that_stops_takes_its_outbox_with_it():
+    """Its frame on the way arrives; what waited does not, nor does it come back with the host."""
+    heard = []
+    says = [(0, "one"), (0, "two"), (5 * S, "after")]
+    net = Net({"a": talker(says), "b": listener(heard)}, link(rate="1 Mb/s", latency="1 s"))
+    net.at(MS, net.graph.host("a").stop)
+    net.at(2 * S, net.graph.host("a").start)
+    net.run(10 * S)
+    assert [text for *_, text in heard] == ["one", "after"]
+    assert net.counts("/talk").dropped == {"sender_down": 1}
+
+
+def test_a_sender_that_stops_while_it_waits_for_its_timeout():
+    net = Net({"a": talker([(0, "one"), (0, "two")]), "b": listener([])},
+              rules=[partition("0 s", "1 h")])
+    net.at(S, net.graph.host("a").stop)
+    net.run(10 * S)
+    assert net.counts("/talk").dropped == {"sender_down": 2}
+    assert net.rows("frame")[-1][0] < S
+
+
+def test_a_receiver_that_stops_closes_the_links_to_it():
+    """The frame on the way finds nobody; a new link begins when the host is back."""
+    heard = []
+    says = [(0, "one"), (1, "two"), (1500 * MS, "to nobody"), (5 * S, "after")]
+    net = Net({"a": talker(says), "b": listener(heard)}, link(rate="1 Mb/s", latency="1 s"))
+    net.at(MS, net.graph.host("b").stop)
+    net.at(2 * S, net.graph.host("b").start)
+    net.run(10 * S)
+    assert [text for *_, text in heard] == ["after"]
+    counts = net.counts("/talk")
+    assert counts.dropped == {"link_closed": 1, "host_down": 1}
+    assert counts.intended == 3, "while b was down nobody listened"
+
+
+def test_a_frame_of_a_former_connection_is_not_heard_by_the_new_one():
+    heard = []
+    net = Net({"a": talker([(0, "old")]), "b": listener(heard)}, link(rate="1 Mb/s", latency="1 s"))
+    net.at(MS, net.graph.host("b").stop)
+    net.at(2 * MS, net.graph.host("b").start)
+    net.run(10 * S)
+    assert heard == []
+    assert net.counts("/talk").dropped == {"link_closed": 1}
