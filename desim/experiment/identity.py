@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import platform
+import sys
 from importlib import metadata
+from pathlib import Path
 from typing import Any
 
+import desim
 from desim import plugins
 from desim.scenario.schema import Scenario
 
@@ -21,13 +25,33 @@ def versions() -> dict[str, str]:
 
 def plugin_references(scenario: Scenario) -> dict[str, str]:
     """Every plug-in that the scenario names: kind and name to class and version."""
+    return {f"{kind} {name}": plugins.reference(kind, name, plugins.load(kind, name))
+            for kind, name in _chosen(scenario)}
+
+
+def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
     chosen = {("strategy", scenario.coordination.strategy), ("world", scenario.physics.model),
               ("middleware", scenario.middleware.model)}
     for medium in scenario.network.media.values():
         chosen.add(("network", medium.model))
         chosen.update(("rule", rule.rule) for rule in medium.rules)
-    return {f"{kind} {name}": plugins.reference(kind, name, plugins.load(kind, name))
-            for kind, name in sorted(chosen)}
+    return sorted(chosen)
+
+
+def source(scenario: Scenario) -> str:
+    """A hash of the Python source of desim (but for what only shows results) and of the packages
+    that the scenario's plug-ins come from: during development the version stays the same."""
+    files = set(Path(desim.__file__).parent.rglob("*.py"))
+    for kind, name in _chosen(scenario):
+        top = sys.modules[plugins.load(kind, name).__module__.partition(".")[0]].__file__
+        if top is not None:
+            path = Path(top)
+            files |= set(path.parent.rglob("*.py")) if path.name == "__init__.py" else {path}
+    digest = hashlib.sha256()
+    for file in sorted(files):
+        if "report" not in file.parts and file.name != "cli.py":
+            digest.update(file.read_bytes())
+    return digest.hexdigest()[:12]
 
 
 def machine() -> dict[str, Any]:

@@ -60,12 +60,10 @@ class Coverage:
         self.known = [0] * len(robots)
         self.union_known = 0
         self._changed = changed
-        self.inside = tiles_of(ground.grid, ground.reachable.astype(np.uint8))
-        tiles = len(self.inside)
-        self._known = [np.zeros(tiles, np.int32) for _ in robots]
-        self._union = np.zeros_like(self.inside)
-        self._union_known = np.zeros(tiles, np.int32)
-        self._delta = np.zeros(2, np.int64)
+        self._inside = tiles_of(ground.grid, ground.reachable.astype(np.uint8))
+        self._union = np.zeros_like(self._inside)
+        self._counts = np.zeros((len(robots) + 1, len(self._inside)), np.int32)
+        self._totals = np.zeros(len(robots) + 1, np.int64)
 
     def observer(self, i: int) -> Callable[[Belief, np.ndarray], None]:
         """What the belief of robot ``i`` has to call when tiles of it changed."""
@@ -77,18 +75,15 @@ class Coverage:
     def restart(self, i: int) -> None:
         """Robot ``i`` knows nothing (any more)."""
         self.known[i] = 0
-        self._known[i][:] = 0
+        self._counts[i] = 0
+        self._totals[i] = 0
         self._changed(i)
 
     def update(self, i: int, fused: np.ndarray, tiles: np.ndarray) -> None:
         """Count again ``tiles`` (int32 indices) of ``fused`` (int16 [tiles, 1024])."""
-        delta = self._delta
-        delta[:] = 0
-        recount(fused, self.inside, tiles, self._known[i],
-                self._union, self._union_known, delta)
-        own, union = delta.tolist()
-        self.known[i] += own
-        self.union_known += union
+        totals = recount(fused, self._inside, tiles, i, self._union, self._counts, self._totals)
+        self.known[i] = totals >> 32
+        self.union_known = totals & 0xFFFFFFFF
         self._changed(i)
 
     def cells_for(self, share: float) -> int:

@@ -50,14 +50,15 @@ class Monitor:
         self.recoveries_of = [0] * len(robots)
         self.stop_reason: str | None = None
         self.samples: list[dict[str, Any]] = []
-        self.tracks: list[tuple] = []  # (time_ns, poses, known cells, travelled, rx, tx)
+        # Of each second: time_ns, poses, cells known to each and to some, travelled, rx, tx.
+        self.tracks: list[tuple] = []
         self._kernel, self.trace, self._stop = kernel, trace, scenario.stop
         self._poses, self.travelled_m = poses, travelled_m
         self._measured_on = frozenset(scenario.measure.on)
         self._condition = (condition(scenario.stop.when, QUANTITIES).evaluate
                            if scenario.stop.when else None)
         self._causes: list[str] = []
-        self._percent = 0
+        self._next_percent = 1
         self._finished = False
         self._moved_m = travelled_m().copy()
         self._moving = 0
@@ -73,7 +74,9 @@ class Monitor:
         self.coverage = Coverage(self.ground, self.explorers, self._learned)
         count = len(self.explorers)
         self.explored = Reached(self.coverage.cells_for(EXPLORED), count)
-        self._enough = Reached(self.coverage.cells_for(scenario.stop.explored), count)
+        enough = self.coverage.cells_for(scenario.stop.explored)
+        self._enough = (self.explored if enough == self.explored.cells
+                        else Reached(enough, count))
 
     def _name_rows(self, trace: Trace) -> None:
         self._entity = trace.names.id("monitor")
@@ -108,13 +111,15 @@ class Monitor:
         coverage, now_ns = self.coverage, self._kernel.now_ns
         known, union = coverage.known[i], coverage.union_known
         self.explored.look(i, known, union, now_ns)
-        self._enough.look(i, known, union, now_ns)
+        if self._enough is not self.explored:
+            self._enough.look(i, known, union, now_ns)
         if self.stop_reason is None and self._enough.first_ns[self._stop.by] is not None:
             self._end("explored")
-        percent = int(100 * coverage.share(known))
-        if percent > self._percent:
-            before, self._percent = self._percent, percent
-            self._happened("explored_10pct" if percent // 10 > before // 10 else "explored_1pct")
+        if 100 * known >= self._next_percent * coverage.cells > 0:
+            percent = 100 * known // coverage.cells
+            ten = percent // 10 > (self._next_percent - 1) // 10
+            self._next_percent = percent + 1
+            self._happened("explored_10pct" if ten else "explored_1pct")
 
     def _happened(self, event: str) -> None:
         # Looked at once, when the instant's other phases are complete.
@@ -160,6 +165,8 @@ class Monitor:
         self._finished = True
         if self.stop_reason is None:
             self.stop_reason = reason or "elapsed"
+        if not self.tracks or self.tracks[-1][0] < self._kernel.now_ns:
+            self._each_second(-1)
         self.splits.close(self._kernel.now_ns)
         self._sample("end")
 
@@ -192,7 +199,8 @@ class Monitor:
             row(now_ns, pose_kind, entity, x, y, yaw)
         self._moving = int(np.count_nonzero(travelled_m - self._moved_m > MOVING_M))
         self._moved_m = travelled_m
-        self.tracks.append((now_ns, poses, tuple(self.coverage.known), travelled_m,
+        self.tracks.append((now_ns, poses, tuple(self.coverage.known),
+                            self.coverage.union_known, travelled_m,
                             [host.rx_bytes for host in self.hosts],
                             [host.tx_bytes for host in self.hosts]))
         if self.splits.look(now_ns, poses[self._explorers, :2]):

@@ -44,7 +44,9 @@ class RunFolder:
     def __init__(self, out: str | Path, scenario: Scenario) -> None:
         self.scenario = scenario
         self.plugins = identity.plugin_references(scenario)
-        self.run_id = scenario_id(scenario, identity.versions() | self.plugins)
+        self.source = identity.source(scenario)
+        self.run_id = scenario_id(scenario, {**identity.versions(), **self.plugins,
+                                             "source": self.source})
         self.path = Path(out) / scenario.name / self.run_id
         self._partial = self.path.with_name(f"{self.run_id}.partial")
         keep = scenario.trace.keep
@@ -129,6 +131,7 @@ class RunFolder:
         complete = {"desim_version": identity.versions()["desim"], "run_id": self.run_id,
                     "name": self.scenario.name, "seed": self.scenario.seed, **manifest,
                     "versions": identity.versions(), "plugins": self.plugins,
+                    "source": self.source,
                     "machine": identity.machine()}
         before = manifest_of(self.path)
         if before is not None and before["status"] == manifest["status"] == FINISHED \

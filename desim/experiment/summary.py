@@ -101,7 +101,9 @@ def samples_table(monitor: Monitor) -> dict[str, list]:
         steps_s = np.diff(table["time_s"], prepend=0.0)
         rate = np.divide(np.diff(total, prepend=0.0), steps_s, out=np.zeros(len(rows)),
                          where=steps_s > 0.0)
-        table[f"bytes_per_s:{topic}"] = rate.tolist()
+        # A second sample of one instant has the rate of the first.
+        latest = np.maximum.accumulate(np.where(steps_s > 0.0, np.arange(len(rows)), 0))
+        table[f"bytes_per_s:{topic}"] = rate[latest].tolist()
     return table
 
 
@@ -113,11 +115,13 @@ def robots_table(monitor: Monitor) -> dict[str, Any]:
     columns = [monitor.robots.index(name) for name in monitor.explorers]
     for k, track in enumerate(tracks):
         known[k, columns] = [monitor.coverage.share(cells) for cells in track[2]]
+    union = [monitor.coverage.share(track[3]) for track in tracks]
     return {
         "time_s": np.repeat([track[0] / NS_PER_S for track in tracks], count),
         "robot": list(monitor.robots) * len(tracks),
         "x_m": poses[:, 0], "y_m": poses[:, 1], "yaw_rad": poses[:, 2],
         "explored": known.ravel(),
+        "explored_union": np.repeat(union, count),
         **{name: np.array([track[k] for track in tracks]).ravel()
-           for k, name in ((3, "distance_m"), (4, "rx_bytes"), (5, "tx_bytes"))},
+           for k, name in ((4, "distance_m"), (5, "rx_bytes"), (6, "tx_bytes"))},
     }

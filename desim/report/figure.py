@@ -68,23 +68,23 @@ def _knowledge(axes: Axes, run: Run) -> None:
     known = cells >= 0
     wrong = known & ((cells > 0) != (run.truth.cells > 0))
     axes.imshow(np.ma.masked_where(~wrong, wrong), cmap=ListedColormap([_WRONG]), vmin=0, vmax=1,
-                origin="lower", extent=run.map.extent_m, interpolation="none")
+                origin="lower", extent=run.map.extent_m, interpolation="nearest")
     metrics = run.metrics
-    axes.set_title(f"Map of {metrics['judged_robot']}: {metrics['map_completeness']:.1%} complete, "
+    axes.set_title(f"Map of {metrics['judged_robot']}: {metrics['map_completeness']:.2%} complete, "
                    f"{metrics['map_error_cells']} wrong cells (red)")
 
 
 def _explored(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> None:
-    rows, samples, metrics = run.robots, run.samples, run.metrics
-    for name, colour in colours.items():
-        own = rows["robot"] == name
-        axes.plot(rows["time_s"][own], 100.0 * rows["explored"][own], color=colour,
-                  linewidth=0.7, alpha=0.7)
-    for column, style, label in (("explored_union", "-", "union of all"),
-                                 ("explored", "--", "best robot"),
-                                 ("explored_all", ":", "least informed robot")):
-        axes.plot(samples["time_s"], 100.0 * samples[column], style, color="black",
-                  linewidth=1.6, label=label)
+    rows, metrics, count = run.robots, run.metrics, len(colours)
+    time_s = rows["time_s"][::count]
+    shares = 100.0 * rows["explored"].reshape(-1, count)
+    for i, colour in enumerate(colours.values()):
+        axes.plot(time_s, shares[:, i], color=colour, linewidth=0.7, alpha=0.7)
+    # A robot without software knows nothing, NaN; fmax and fmin leave it out.
+    for share, style, label in ((100.0 * rows["explored_union"][::count], "-", "union of all"),
+                                (np.fmax.reduce(shares, axis=1), "--", "best robot"),
+                                (np.fmin.reduce(shares, axis=1), ":", "least informed robot")):
+        axes.plot(time_s, share, style, color="black", linewidth=1.6, label=label)
     axes.axhline(100.0 * EXPLORED, color="grey", linewidth=0.8)
     reached_s = metrics["exploration_time_s"]
     if reached_s is not None:
@@ -103,22 +103,26 @@ def _traffic(axes: Axes, run: Run) -> None:
     families = sorted((name for name in samples if name.startswith(_PREFIX)),
                       key=lambda name: -samples[name].max())
     for name in families:
-        axes.plot(samples["time_s"], 1e-3 * samples[name], linewidth=1.3,
+        # A row has the mean since the row before.
+        axes.plot(samples["time_s"], 1e-3 * samples[name], linewidth=1.3, drawstyle="steps-pre",
                   label=name.removeprefix(_PREFIX))
     axes.set(title="Delivered between hosts, by topic (* is any robot)",
              xlabel="simulated time [s]", ylabel="kB/s (1000 bytes, without headers)",
              xlim=(0.0, max(run.metrics["simulated_s"], 1e-9)))
     axes.grid(alpha=0.3)
     if any(samples[name].max() > 0.0 for name in families):
-        axes.set_yscale("symlog", linthresh=1.0)
-        axes.set_ylim(bottom=0.0)
-        axes.legend(fontsize=9)
+        axes.set_yscale("symlog", linthresh=0.1)
+        axes.set_ylim(0.0, 3e-3 * max(samples[name].max() for name in families))
+        axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.1), ncols=3, fontsize=9,
+                    frameon=False, borderaxespad=0.0)
     else:
         axes.text(0.5, 0.5, "no messages between hosts", transform=axes.transAxes, ha="center")
 
 
 def _raster(axes: Axes, drawn: OccupancyMap) -> None:
     shade = np.where(drawn.cells < 0, 0, np.where(drawn.cells > 0, 2, 1))
+    # Mixed as colours, so that a wall of one cell does not fall between two pixels.
     axes.imshow(shade, cmap=ListedColormap([_UNKNOWN, _FREE, _SOLID]), vmin=0, vmax=2,
-                origin="lower", extent=drawn.extent_m, interpolation="none")
+                origin="lower", extent=drawn.extent_m, interpolation="antialiased",
+                interpolation_stage="rgba")
     axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")

@@ -76,7 +76,7 @@ def _lines(console: Console, gauge: Gauge, over: threading.Event) -> None:
         console.print(f"{now['time_s']:7.1f} s simulated, {now['factor']:.1f} x real time, "
                       f"explored {now['explored']:.1%}, {now['messages_per_s']:.0f} messages/s, "
                       f"{now['bytes_per_s'] / 1e6:.2f} MB/s, {now['links']} links",
-                      highlight=False)
+                      highlight=False, soft_wrap=True)
 
 
 def _panel(now: dict[str, float]) -> Table:

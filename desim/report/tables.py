@@ -26,25 +26,25 @@ def _exploration(m: dict[str, Any]) -> list[tuple[str, str, str]]:
     efficiency = m["exploration_efficiency_m2_per_m"]
     return [
         ("exploration time", _time(m["exploration_time_s"], limit),
-         f"99 % known to one robot ({m['judged_robot']})" if not m["censored"] else
-         f"not reached; best {m['explored']:.2%}"),
-        ("  union, fleet", f"{_time(m['union_time_s'], limit)}, "
-                           f"{_time(m['fleet_time_s'], limit)}", "99 % known jointly, to all"),
-        ("explored", f"{m['explored_area_m2']:.0f} m2", f"of {m['reachable_area_m2']:.0f} m2"),
+         f"not reached; best {m['explored']:.2%}" if m["censored"] else
+         f"99 % known to {m['judged_robot']}"),
+        ("  of the union", _time(m["union_time_s"], limit), "99 % known to some robot"),
+        ("  of the fleet", _time(m["fleet_time_s"], limit), "99 % known to every robot"),
+        ("explored area", f"{m['explored_area_m2']:.0f} m2", f"of {m['reachable_area_m2']:.0f} m2"),
         ("cost", f"{m['exploration_cost_m']:.0f} m", "driven by all robots"),
-        ("efficiency", "-" if efficiency is None else f"{efficiency:.2f} m2/m", "eq. 3"),
-        ("map completeness", f"{m['map_completeness']:.4f}", "eq. 5"),
-        ("map quality", f"{m['map_quality']:.4f}", f"eq. 6; {m['map_error_cells']} wrong cells"),
-        ("safety", f"{m['safety']:.2f}", f"eq. 4; {m['collisions']} collisions"),
+        ("efficiency", "-" if efficiency is None else f"{efficiency:.2f} m2/m", "area / cost"),
+        ("map completeness", f"{m['map_completeness']:.4f}", ""),
+        ("map quality", f"{m['map_quality']:.4f}", f"{m['map_error_cells']} wrong cells"),
+        ("safety", f"{m['safety']:.2f}", f"{m['collisions']} collisions"),
         ("recoveries", str(m["recoveries"]), ""),
     ]
 
 
 def _network(m: dict[str, Any]) -> list[tuple[str, str, str]]:
-    lost = ", ".join(f"{count} {reason}" for reason, count in m["messages_dropped"].items())
     rows = [
-        ("messages", f"{m['messages_delivered']} delivered", f"of {m['messages_sent']} sent; "
-         f"dropped: {lost or 'none'}; {m['messages_in_flight']} in flight"),
+        ("messages", f"{m['messages_sent']} sent", f"{m['messages_delivered']} delivered"),
+        ("", f"{m['messages_in_flight']} in flight", "at the end"),
+        *(("", f"{count} dropped", reason) for reason, count in m["messages_dropped"].items()),
         ("on the air", f"{m['bytes_on_air'] / 1e6:.1f} MB",
          f"{8e-6 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9):.2f} Mb/s on average"),
     ]
@@ -58,9 +58,8 @@ def _network(m: dict[str, Any]) -> list[tuple[str, str, str]]:
 def _cost(m: dict[str, Any], manifest: dict[str, Any]) -> list[tuple[str, str, str]]:
     return [
         ("speed", f"{manifest['real_time_factor']:.1f} x real time",
-         f"{m['simulated_s']:.1f} s simulated in {manifest['cpu_s']:.1f} s of CPU, "
+         f"{m['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "
          f"{manifest['peak_memory_mb']:.0f} MB"),
-        ("digest", manifest["digest"], f"{manifest['events']} events"),
     ]
 
 
