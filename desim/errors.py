@@ -19,7 +19,7 @@ class InputError(DesimError):
 
 
 class KernelError(DesimError):
-    """The clock or the agenda was misused: a float delay, a time in the past, an endless instant."""
+    """Clock or agenda were misused: a float delay, a time in the past, an endless instant."""
 
 
 class ModelError(DesimError):

@@ -1,0 +1,24 @@
+"""Errors survive being made again, by SimPy or on the way between processes."""
+
+import pickle
+
+import pytest
+
+from desim.errors import DesimError, InputError, KernelError, ModelError, did_you_mean
+
+
+@pytest.mark.parametrize("kind", [DesimError, InputError, KernelError, ModelError])
+def test_an_error_can_be_made_again_from_its_args(kind):
+    error = kind("first", "second")
+    for again in (type(error)(*error.args), pickle.loads(pickle.dumps(error))):
+        assert (type(again), again.args, str(again)) == (kind, error.args, str(error))
+
+
+def test_complaints_stand_one_in_a_line():
+    assert str(InputError("a.yaml:1:1: $.x: wrong", "a.yaml:2:1: $.y: wrong")) == (
+        "a.yaml:1:1: $.x: wrong\na.yaml:2:1: $.y: wrong")
+
+
+def test_the_nearest_word_is_suggested():
+    assert did_you_mean("ratee", ["rate", "range"]) == " (did you mean 'rate'?)"
+    assert did_you_mean("zzz", ["rate", "range"]) == ""
