@@ -20,62 +20,59 @@ class Drawn(NamedTuple):
     solids: np.ndarray
 
 
-def draw(drawing: Drawing, size_m: Point) -> Drawn:
+def draw(drawing: Drawing, size_m: Point, what: str) -> Drawn:
     """The drawing's walls, centred on the origin.
 
-    Raises ``InputError`` for a ragged drawing, a wrong character and a size that is not ``size_m``.
+    Raises ``InputError``, beginning with ``what``, for a ragged drawing, a wrong character and a
+    size that is not ``size_m``.
     """
-    lines = drawing.lines
-    if not lines or not lines[0]:
-        raise InputError("drawing: no lines")
     read = _walls if drawing.style == "walls" else _blocks
-    cells, drawn = read(lines)
+    cells, drawn = read(drawing.lines, what)
     for axis, name, count, size in ((0, "wide", cells[0], size_m[0]),
                                     (1, "deep", cells[1], size_m[1])):
         drawn_m = count * drawing.cell_m
         if abs(drawn_m - size) > 1e-6:
-            raise InputError(f"drawing: it is {count} cells of {drawing.cell_m:g} m {name}, "
+            raise InputError(f"{what}: it is {count} cells of {drawing.cell_m:g} m {name}, "
                              f"{drawn_m:g} m, but size[{axis}] is {size:g} m")
     corner = np.array([size_m[0], size_m[1], size_m[0], size_m[1]]) / 2
     return Drawn(drawn.walls * drawing.cell_m - corner, drawn.solids * drawing.cell_m - corner)
 
 
-def _walls(lines: list[str]) -> tuple[tuple[int, int], Drawn]:
+def _walls(lines: tuple[str, ...], what: str) -> tuple[tuple[int, int], Drawn]:
     """Posts '+', walls '--' and '|' between cells; coordinates in cells from the lower left."""
     rows, cols = (len(lines) - 1) // 2, (len(lines[0]) - 1) // 3
     if len(lines) % 2 == 0 or len(lines[0]) % 3 != 1 or not rows or not cols:
-        raise InputError("drawing: a drawing of walls has 2 n + 1 lines of 3 m + 1 characters, "
+        raise InputError(f"{what}: a drawing of walls has 2 n + 1 lines of 3 m + 1 characters, "
                          f"not {len(lines)} lines of {len(lines[0])}")
     walls = []
     for i, line in enumerate(lines):
         full = line.ljust(len(lines[0]))
         if len(full) != len(lines[0]):
-            raise InputError(f"drawing: line {i + 1} has {len(line)} characters, the first has "
-                             f"{len(lines[0])}")
+            raise InputError(f"{what}.lines.{i}: has {len(line)} characters, the first line "
+                             f"has {len(lines[0])}")
         y = rows - i / 2
         for col in range(cols + 1):
             post, between = full[3 * col], full[3 * col + 1:3 * col + 3]
             if i % 2 == 0:
-                _expect(post, "+- ", i, 3 * col)
-                _expect(between, ("--", "  ", ""), i, 3 * col + 1)
+                _expect(post, "+- ", f"{what}.lines.{i}", 3 * col)
+                _expect(between, ("--", "  ", ""), f"{what}.lines.{i}", 3 * col + 1)
                 if between == "--":
                     walls.append((col, y, col + 1, y))
             else:
-                _expect(post, "| ", i, 3 * col)
-                _expect(between, ("  ", ""), i, 3 * col + 1)
+                _expect(post, "| ", f"{what}.lines.{i}", 3 * col)
+                _expect(between, ("  ", ""), f"{what}.lines.{i}", 3 * col + 1)
                 if post == "|":
                     walls.append((col, y - 0.5, col, y + 0.5))
     return (cols, rows), Drawn(segments(walls), segments([]))
 
 
-def _expect(found: str, allowed: str | tuple[str, ...], line: int, column: int) -> None:
+def _expect(found: str, allowed: str | tuple[str, ...], what: str, column: int) -> None:
     if found not in tuple(allowed):
         shown = ", ".join(repr(option) for option in allowed if option)
-        raise InputError(f"drawing: line {line + 1}, column {column + 1}: {found!r} where only "
-                         f"{shown} can stand")
+        raise InputError(f"{what}: column {column + 1} has {found!r} where only {shown} can stand")
 
 
-def _blocks(lines: list[str]) -> tuple[tuple[int, int], Drawn]:
+def _blocks(lines: tuple[str, ...], what: str) -> tuple[tuple[int, int], Drawn]:
     """'#' solid, anything else free; short lines end free."""
     width = max(len(line) for line in lines)
     solid = np.array([[char == "#" for char in line.ljust(width)] for line in reversed(lines)])

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from desim.errors import InputError, did_you_mean
-from desim.scenario.fleet import BodyType, Fleet, Group, StartLine
+from desim.scenario.fleet import BUILT_IN_TYPES, BodyType, Fleet, Group, StartLine
 from desim.scenario.names import robot_names
 from desim.scenario.schema import Scenario
-
-BODY_TYPES = {"pioneer3dx": BodyType(), "holonomic": BodyType(drive="holonomic")}
 
 
 class RobotSpec(NamedTuple):
@@ -25,27 +22,18 @@ class RobotSpec(NamedTuple):
 
 def place_fleet(scenario: Scenario) -> list[RobotSpec]:
     """The robots in natural order of their names. A pose that carries a name is that robot's,
-    otherwise the i-th pose is the i-th robot's; groups are counted off in the order of names.
-
-    Raises ``InputError`` when types and starts do not fit together.
-    """
+    otherwise the i-th pose is the i-th robot's; groups are counted off in the order of names."""
     fleet, names = scenario.fleet, robot_names(scenario)
     poses = _poses(fleet, names)
-    if len(poses) < len(names):
-        raise InputError(f"fleet.start: {len(poses)} poses for {len(names)} robots")
     return [RobotSpec(name, body, *poses[name], fleet.start.snap)
             for name, body in zip(names, _bodies(fleet, len(names)), strict=True)]
 
 
 def _bodies(fleet: Fleet, count: int) -> list[BodyType]:
-    types = {**BODY_TYPES, **fleet.types}
+    types = {**BUILT_IN_TYPES, **fleet.types}
     groups = fleet.robots
     if isinstance(groups, str):
         groups = [Group(type=groups, count=count)]
-    for group in groups:
-        if group.type not in types:
-            raise InputError(f"fleet.robots: unknown type {group.type!r}"
-                             f"{did_you_mean(group.type, types)}; known: {', '.join(types)}")
     return [types[group.type] for group in groups for _ in range(group.count)]
 
 

@@ -23,12 +23,12 @@ HEIGHT_M = 2.0  # the paper: obstacles 2 m high; a map says nothing of it
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
 
 
-def load(map_file: MapFile, base: Path) -> Terrain:
-    """The terrain of a map_server YAML; ``base`` is the folder that relative paths start from.
+def load(map_file: MapFile) -> Terrain:
+    """The terrain of a map_server YAML.
 
     Raises ``InputError`` for whatever is wrong with either file.
     """
-    path = base / map_file.map
+    path = Path(map_file.map)
     facts = _facts(path)
     image = _image_path(path, facts, map_file.image)
     values = _values(image)

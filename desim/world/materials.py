@@ -22,6 +22,6 @@ NAMES: tuple[str, ...] = tuple(MATERIALS)
 def index(name: str, what: str) -> int:
     """The row of ``NAMES``. Raises ``InputError`` that names ``what`` has the unknown material."""
     if name not in MATERIALS:
-        raise InputError(f"{what}: unknown material {name!r}{did_you_mean(name, NAMES)}; "
+        raise InputError(f"{what}.material: unknown material {name!r}{did_you_mean(name, NAMES)}; "
                          f"allowed: {', '.join(NAMES)}")
     return NAMES.index(name)

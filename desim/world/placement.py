@@ -32,7 +32,8 @@ class Site:
                 placed[spec.name] = spec
                 self._taken.append(spec)
             elif not spec.snap:
-                raise InputError(f"{spec.name}: its start ({spec.x_m:g}, {spec.y_m:g}) m {trouble}")
+                raise InputError(f"fleet.start: the start of {spec.name} at ({spec.x_m:g}, "
+                                 f"{spec.y_m:g}) m {trouble}")
         for spec in specs:
             if spec.name not in placed:
                 placed[spec.name] = self._snapped(spec)
@@ -74,8 +75,8 @@ class Site:
                 x, y = points[int(np.argmax(free))].tolist()
                 return spec._replace(x_m=x, y_m=y)
             reach *= 2.0
-        raise InputError(f"{spec.name}: no free place for a radius of {spec.body.radius_m:g} m "
-                         f"anywhere in terrain {self._terrain.name!r}")
+        raise InputError(f"fleet.start: no free place for {spec.name} with a radius of "
+                         f"{spec.body.radius_m:g} m anywhere in terrain {self._terrain.name!r}")
 
     def _room(self, points: np.ndarray, radius_m: float) -> np.ndarray:
         """[k] m to the nearest matter, at most ``radius_m``."""

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from math import isfinite
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from desim.errors import InputError, ModelError
+from desim.errors import ModelError
 from desim.ports import GridSpec, Obstacles, Snapshot, natural_key
 from desim.scenario.environment import Environment
 from desim.scenario.fleet import BodyType
@@ -40,20 +39,16 @@ class Plane:
     """Terrain, bodies and sensors on a base tick. Implements ``ports.World``.
 
     ``fleet`` may come in any order; robots are indices into ``robots``, their names in natural
-    order. Relative paths in ``environment`` start from ``base``. Raises ``InputError`` for terrain
-    that cannot be read and for starts that are not free.
+    order. Raises ``InputError`` for terrain that cannot be read and for starts that are not free.
     """
 
     def __init__(self, environment: Environment, fleet: list[RobotSpec], laser: Laser,
-                 odometry: Odometry, rate_hz: Fraction, streams: Streams,
-                 base: Path = Path()) -> None:
-        self.terrain = sources.load(environment.terrain, base)
+                 odometry: Odometry, rate_hz: Fraction, streams: Streams) -> None:
+        self.terrain = sources.load(environment.terrain)
         self._doors = Doors(environment.doors)
         self._movers = Movers(environment.moving_obstacles, self.terrain)
         specs = sorted(fleet, key=lambda spec: natural_key(spec.name))
         self.robots = tuple(spec.name for spec in specs)
-        if len(set(self.robots)) < len(self.robots):
-            raise InputError("fleet: two robots have the same name")
         specs = Site(self.terrain, self._doors.lines[self._doors.closed],
                      self._movers.discs).place(specs)
         self._types = [spec.body for spec in specs]

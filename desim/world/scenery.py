@@ -7,6 +7,8 @@ other.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from desim.errors import InputError
@@ -22,19 +24,14 @@ _NEVER_NS = 1 << 62
 class Doors:
     """Which doors are closed. ``lines`` [d, 4] m; ``closed`` [d] bool."""
 
-    def __init__(self, doors: list[Door]) -> None:
-        self.lines = segments(line(f"environment.doors[{i}]", door.start_m, door.end_m)
+    def __init__(self, doors: Sequence[Door]) -> None:
+        self.lines = segments(line(f"environment.doors.{i}", door.start_m, door.end_m)
                               for i, door in enumerate(doors))
-        self.material = np.array([materials.index(door.material, f"environment.doors[{i}]")
+        self.material = np.array([materials.index(door.material, f"environment.doors.{i}")
                                   for i, door in enumerate(doors)], dtype=np.int64)
         self.thickness_m = np.array([door.thickness_m for door in doors], dtype=np.float64)
         self.height_m = np.array([door.height_m for door in doors], dtype=np.float64)
-        self._open_ns = [sorted(door.open_ns) for door in doors]
-        for i, spans in enumerate(self._open_ns):
-            for start_ns, end_ns in spans:
-                if start_ns >= end_ns:
-                    raise InputError(f"environment.doors[{i}].open: an interval goes from an "
-                                     f"earlier to a later time, got {start_ns} ns to {end_ns} ns")
+        self._open_ns = [door.open_ns for door in doors]
         self.closed = np.array([not self._shall_open(i, 0) for i in range(len(doors))], dtype=bool)
         self._next_ns = self._next_change_ns(0)
 
@@ -71,8 +68,8 @@ class Doors:
 class Movers:
     """Discs that drive along way points, there and back. ``discs`` [m, 3] x, y, radius in m."""
 
-    def __init__(self, movers: list[MovingObstacle], terrain: Terrain) -> None:
-        self._paths = [_path(f"environment.moving_obstacles[{i}]", mover, terrain)
+    def __init__(self, movers: Sequence[MovingObstacle], terrain: Terrain) -> None:
+        self._paths = [_path(f"environment.moving_obstacles.{i}", mover, terrain)
                        for i, mover in enumerate(movers)]
         self._speeds_mps = [mover.speed_mps for mover in movers]
         self._driven_m = [0.0] * len(movers)
@@ -102,11 +99,11 @@ def _path(what: str, mover: MovingObstacle, terrain: Terrain) -> np.ndarray:
     """[k, 3]: way points x, y and the length of the way there in m."""
     points = np.array(mover.path_m, dtype=np.float64)
     steps = np.hypot(*np.diff(points, axis=0).T)
-    if mover.radius_m <= 0.0 or not (steps > 0.0).all():
-        raise InputError(f"{what}: its radius must be above zero and no way point twice in a row")
+    if not (steps > 0.0).all():
+        raise InputError(f"{what}.path: the same way point twice in a row")
     if (terrain.clearance(points, mover.radius_m) < 0.0).any() or len(
             crossing(terrain.walls, np.concatenate([points[:-1], points[1:]], axis=1))):
-        raise InputError(f"{what}: its path crosses a wall or leaves the terrain")
+        raise InputError(f"{what}.path: crosses a wall or leaves the terrain")
     return np.column_stack([points, np.concatenate([[0.0], np.cumsum(steps)])])
 
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
-from desim.errors import InputError, did_you_mean
+from desim.errors import InputError
 from desim.scenario.environment import MapFile, Shape
 from desim.world import mapserver, materials
 from desim.world.builtin import BUILTIN
@@ -17,54 +15,49 @@ from desim.world.terrain import Terrain
 # What a shape's bounds and blocks are to the radio: faces as thick as a cell of the paper's maps.
 FACE_MATERIAL, FACE_THICKNESS_M, FACE_HEIGHT_M = "concrete", 0.2, 2.0
 
+WHERE = "environment.terrain"  # errors begin with the path of what is wrong
 Kind = tuple[int, float, float]  # material, thickness, height: only walls of one kind are merged
 
 
-def load(source: str | MapFile | Shape, base: Path) -> Terrain:
-    """The terrain that ``environment.terrain`` names; relative paths start from ``base``.
+def load(source: str | MapFile | Shape) -> Terrain:
+    """The terrain that ``environment.terrain`` names, with maps by their absolute paths.
 
-    Raises ``InputError`` for an unknown name and for everything that is wrong with the source.
+    Raises ``InputError`` for everything that is wrong with a map or a shape.
     """
     if isinstance(source, Shape):
         return from_shape("shape", source)
     if isinstance(source, MapFile):
-        return mapserver.load(source, base)
-    if source in BUILTIN:
-        return from_shape(source, BUILTIN[source]())
-    if source.endswith((".yaml", ".yml")):
-        return mapserver.load(MapFile(map=source), base)
-    raise InputError(f"unknown terrain {source!r}{did_you_mean(source, BUILTIN)}; allowed: "
-                     f"{', '.join(BUILTIN)}, a map_server file (*.yaml), or a shape")
+        try:
+            return mapserver.load(source)
+        except InputError as error:
+            raise InputError(*(f"{WHERE}: {line}" for line in error.args)) from None
+    return from_shape(source, BUILTIN[source]())
 
 
 def from_shape(name: str, shape: Shape) -> Terrain:
     """Bounds, rectangles, walls and drawing of a shape; collinear touching walls of one kind
     become one. Raises ``InputError`` for what has no extent or lies outside."""
     width, depth = shape.size_m
-    if not (width > 0.0 and depth > 0.0):
-        raise InputError(f"size: must be above zero, got {width:g} m x {depth:g} m")
     bounds = (-width / 2, -depth / 2, width / 2, depth / 2)
-    face = (materials.index(FACE_MATERIAL, "bounds"), FACE_THICKNESS_M, FACE_HEIGHT_M)
+    face = (materials.NAMES.index(FACE_MATERIAL), FACE_THICKNESS_M, FACE_HEIGHT_M)
     kinds: dict[Kind, list] = {face: rectangle(*bounds)}
     solids = []
     for i, block in enumerate(shape.rectangles):
-        what = f"rectangles[{i}]"
+        what = f"{WHERE}.rectangles.{i}"
         (x0, x1), (y0, y1) = block.x_m, block.y_m
-        if not (x0 < x1 and y0 < y1):
-            raise InputError(f"{what}: x and y go from a lower to a higher value, got "
-                             f"x [{x0:g}, {x1:g}] m and y [{y0:g}, {y1:g}] m")
         _inside(what, bounds, [(x0, y0), (x1, y1)])
         kind = (materials.index(block.material, what), FACE_THICKNESS_M, block.height_m)
         kinds.setdefault(kind, []).extend(rectangle(x0, y0, x1, y1))
         solids.append((x0, y0, x1, y1))
     for i, wall in enumerate(shape.walls):
-        what = f"walls[{i}]"
+        what = f"{WHERE}.walls.{i}"
         _inside(what, bounds, [wall.start_m, wall.end_m])
         kind = (materials.index(wall.material, what), wall.thickness_m, wall.height_m)
         kinds.setdefault(kind, []).append(line(what, wall.start_m, wall.end_m))
     if shape.drawing is not None:
-        drawn = draw(shape.drawing, shape.size_m)
-        kind = (materials.index(shape.drawing.material, "drawing"), FACE_THICKNESS_M,
+        what = f"{WHERE}.drawing"
+        drawn = draw(shape.drawing, shape.size_m, what)
+        kind = (materials.index(shape.drawing.material, what), FACE_THICKNESS_M,
                 shape.drawing.height_m)
         kinds.setdefault(kind, []).extend(drawn.walls.tolist())
         solids.extend(drawn.solids.tolist())

@@ -66,8 +66,8 @@ class Terrain:
         cols = math.ceil((x1 - x0) / resolution_m - TOUCH_M) + margin
         rows = math.ceil((y1 - y0) / resolution_m - TOUCH_M) + margin
         if cols * rows > MAX_CELLS:
-            raise InputError(f"{self.name}: {cols} x {rows} cells of {resolution_m} m are too many "
-                             f"(allowed: {MAX_CELLS}); use a coarser resolution")
+            raise InputError(f"robot.mapping.resolution: {cols} x {rows} cells of {resolution_m} m "
+                             f"are too many for terrain {self.name!r} (allowed: {MAX_CELLS})")
         shift = margin * resolution_m / 2
         return GridSpec(resolution_m, cols, rows, x0 - shift, y0 - shift)
 
@@ -97,9 +97,9 @@ class Terrain:
         found = sorted({int(regions[_free_cell(truth, spec, x, y)]) for x, y in starts.tolist()})
         reachable = np.isin(regions, [region for region in found if region > 0])
         if not reachable.any():
-            raise InputError(f"terrain {self.name!r}: no free cell of {spec.resolution_m} m can be "
-                             "reached from the start positions; use a finer mapping resolution or "
-                             "other starts")
+            raise InputError(f"environment.terrain: no free cell of {spec.resolution_m} m of "
+                             f"{self.name!r} can be reached from the start positions; use a finer "
+                             "mapping resolution or other starts")
         return reachable
 
     def clearance(self, points: np.ndarray, reach_m: float) -> np.ndarray:

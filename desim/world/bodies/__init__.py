@@ -19,7 +19,8 @@ _NEVER_NS = -(1 << 62)
 class Bodies:
     """Poses and velocities of robots, in the order of ``specs``.
 
-    ``poses`` [n, 3] x m, y m, yaw rad; ``velocities`` [n, 3] forward, left m/s, turn rad/s.
+    ``poses`` [n, 3] x m, y m, yaw rad; ``velocities`` [n, 3] forward, left m/s, turn rad/s;
+    ``travelled_m`` [n] the way that each has gone.
     """
 
     def __init__(self, specs: list[RobotSpec], terrain: Terrain, tick_s: float) -> None:
@@ -66,25 +67,20 @@ class Bodies:
                 discs: np.ndarray) -> list[tuple[int, int]]:
         """One tick that ends at ``now_ns`` among ``walls`` (the terrain's, then closed doors') and
         ``discs``. Returns the contact episodes that began: (robot, other or -1)."""
-        before = self.poses[:, :2].copy()
         began = kernels.advance(self.poses, self.velocities, self._commands, self._limits,
                                 self._clocks, self._order, self._pairs, self._before, self._last,
-                                walls, *self._matter, discs, now_ns, dt_s, EPISODE_NS,
-                                self._episodes)
-        steps = self.poses[:, :2] - before
-        self.travelled_m += np.sqrt((steps * steps).sum(axis=1))
+                                self.travelled_m, walls, *self._matter, discs, now_ns, dt_s,
+                                EPISODE_NS, self._episodes)
         return [tuple(row) for row in self._episodes[:began].tolist()] if began else []
 
 
 def _check(spec: RobotSpec, tick_s: float) -> None:
     body = spec.body
-    if body.radius_m <= 0.0:
-        raise InputError(f"{spec.name}: radius must be above zero")
     if body.max_speed_mps * tick_s > body.radius_m / 2.0:
         raise InputError(
-            f"{spec.name}: at {body.max_speed_mps:g} m/s it covers {body.max_speed_mps * tick_s:g} "
-            f"m in a tick and could pass through walls; allowed: half its radius "
-            f"({body.radius_m / 2.0:g} m); raise physics.rate")
+            f"physics.rate: at {body.max_speed_mps:g} m/s {spec.name} covers "
+            f"{body.max_speed_mps * tick_s:g} m in a tick and could pass through walls; allowed: "
+            f"half its radius ({body.radius_m / 2.0:g} m)")
 
 
 def _field(raster: Raster | None) -> tuple[np.ndarray, np.ndarray]:

@@ -151,14 +151,18 @@ def put_back(poses, before, robot):
     before[robot, MARK] = _PUT_BACK
 
 
-@njit("void(f8[:,::1], f8[:,::1], f8[:,::1], f8)", cache=True)
-def brake(poses, velocities, before, dt_s):
-    """What was pushed or put back keeps of its velocity what it really made good, never more."""
+@njit("void(f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8)", cache=True)
+def settle(poses, velocities, before, travelled, dt_s):
+    """What was pushed or put back keeps of its velocity what it really made good, never more.
+
+    travelled [n] m, raised by the way of this tick
+    """
     for r in range(poses.shape[0]):
+        x, y = (poses[r, 0] - before[r, X]) / dt_s, (poses[r, 1] - before[r, Y]) / dt_s
+        travelled[r] += math.sqrt(x * x + y * y) * dt_s
         if before[r, MARK] != _UNTOUCHED:
             heading = before[r, YAW] + 0.5 * velocities[r, 2] * dt_s
             c, s = cos(heading), sin(heading)
-            x, y = (poses[r, 0] - before[r, X]) / dt_s, (poses[r, 1] - before[r, Y]) / dt_s
             v, u = velocities[r, 0], velocities[r, 1]
             velocities[r, 0] = clip(c * x + s * y, min(v, 0.0), max(v, 0.0))
             velocities[r, 1] = clip(c * y - s * x, min(u, 0.0), max(u, 0.0))
@@ -166,11 +170,11 @@ def brake(poses, velocities, before, dt_s):
 
 @njit(types.int64(*[types.float64[:, ::1]] * 4, types.int64[:, ::1], types.int64[::1],
                   types.int64[:, ::1], types.float64[:, ::1], types.int64[:, ::1],
-                  _FIXED, types.int64[:, ::1], types.int64[::1], types.float64[::1], types.int64,
-                  types.uint8[:, ::1], types.float64[::1], _FIXED,
+                  types.float64[::1], _FIXED, types.int64[:, ::1], types.int64[::1],
+                  types.float64[::1], types.int64, types.uint8[:, ::1], types.float64[::1], _FIXED,
                   types.int64, types.float64, types.int64, types.int64[:, ::1]), cache=True)
 def advance(poses, velocities, commands, limits, clocks, order, pairs, before, last,
-            walls, tile_start, tile_items, tile_frame, indexed, near, near_frame, discs,
+            travelled, walls, tile_start, tile_items, tile_frame, indexed, near, near_frame, discs,
             now_ns, dt_s, episode_ns, episodes):
     """One tick of the fleet, ending at ``now_ns``. Returns how many contact episodes began.
 
@@ -223,5 +227,5 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
                 put_back(poses, before, a)
                 put_back(poses, before, b)
                 acted = True
-    brake(poses, velocities, before, dt_s)
+    settle(poses, velocities, before, travelled, dt_s)
     return found

@@ -18,11 +18,9 @@ class Lidar:
 
     def __init__(self, laser: Laser, terrain: Terrain, radii_m: np.ndarray,
                  keys: np.ndarray) -> None:
-        if not 0.0 < laser.field_of_view_rad <= 2.0 * np.pi + 1e-9:
-            raise InputError("robot.laser.field_of_view: must be above 0 and at most 360 deg, got "
+        if laser.field_of_view_rad > 2.0 * np.pi + 1e-9:
+            raise InputError("robot.laser.field_of_view: must be at most 360 deg, got "
                              f"{np.degrees(laser.field_of_view_rad):g} deg")
-        if laser.max_range_m <= 0.0:
-            raise InputError("robot.laser.max_range: must be above zero")
         self.beams = laser.beams
         self.angle_min_rad = -laser.field_of_view_rad / 2.0
         self.increment_rad = laser.field_of_view_rad / (laser.beams - 1)
