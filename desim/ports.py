@@ -117,7 +117,7 @@ class Context(Protocol):
 
     def positions(self, time_ns: int) -> np.ndarray:
         """[hosts, 2] x, y in m of every host as of the last world tick at or before ``time_ns``.
-        A host without a place has NaN."""
+        A host without a place has NaN. Read-only, and the same object until somebody moves."""
 
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this medium's own."""

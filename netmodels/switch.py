@@ -16,7 +16,6 @@ sends packet by packet instead, without that error, for an event and more a pack
 from __future__ import annotations
 
 from heapq import heappop, heappush
-from typing import NamedTuple
 
 from pydantic import Field
 
@@ -77,13 +76,12 @@ class Exit:
         self._at_ns = until_ns
 
 
-class Crossing(NamedTuple):
-    """A packet or train on its way into the switch: its exits, each with the receivers behind."""
+# The exits of a frame, each with the receivers behind it.
+Exits = tuple[tuple[int, tuple[int, ...]], ...]
 
-    frame: ports.Frame
-    exits: dict[int, list[int]]
-    first_ns: int  # its first packet is in the switch
-    wire_ns: int  # transmission time of a single packet
+# What is on its way into the switch: the frame, its exits, when its first packet is in, and the
+# transmission time of a single packet (0 for a train).
+Crossing = tuple[ports.Frame, Exits, int, int]
 
 
 def segment_sizes(size_bytes: int, segments: int) -> list[int]:
@@ -130,14 +128,8 @@ class Switch:
         self._exits = [Exit(limit_ns) for _ in range(count)]
 
     def send(self, frame: ports.Frame) -> None:
-        port_of = self._port
-        port = port_of[frame.source]
-        exits: dict[int, list[int]] = {}  # to the receivers behind each
-        for receiver in frame.receivers:
-            exits.setdefault(port_of[receiver], []).append(receiver)
-        if port in exits:
-            self._context.settle_many(frame, exits.pop(port),
-                                      ports.Deliver(self._params.local_latency_ns))
+        port = self._port[frame.source]
+        exits = self._leave(frame, port)
         if not exits:
             return
         if frame.segments == 1:
@@ -147,7 +139,19 @@ class Switch:
         else:
             self._send_train(frame, port, exits)
 
-    def _send_packet(self, frame: ports.Frame, port: int, exits: dict[int, list[int]]) -> None:
+    def _leave(self, frame: ports.Frame, port: int) -> Exits:
+        """The frame's exits other than its own port; who is behind that one has it at once."""
+        if not frame.broadcast and self._port[frame.receivers[0]] != port:
+            return ((self._port[frame.receivers[0]], frame.receivers),)
+        groups: dict[int, list[int]] = {}
+        for receiver in frame.receivers:
+            groups.setdefault(self._port[receiver], []).append(receiver)
+        if port in groups:
+            self._context.settle_many(frame, groups.pop(port),
+                                      ports.Deliver(self._params.local_latency_ns))
+        return tuple(groups.items())
+
+    def _send_packet(self, frame: ports.Frame, port: int, exits: Exits) -> None:
         now_ns = self._context.now_ns
         wire_ns = self._wire_ns(frame.size_bytes, 1)
         begin_ns = max(now_ns, self._packets_free_ns[port])
@@ -156,20 +160,20 @@ class Switch:
             self._trains_free_ns[port] += wire_ns
         end_ns = self._packets_free_ns[port] = begin_ns + wire_ns
         in_ns = end_ns + self._propagation_ns
-        self._context.at(in_ns, self._cross, Crossing(frame, exits, in_ns, wire_ns))
+        self._context.at(in_ns, self._cross, (frame, exits, in_ns, wire_ns))
 
-    def _send_train(self, frame: ports.Frame, port: int, exits: dict[int, list[int]]) -> None:
+    def _send_train(self, frame: ports.Frame, port: int, exits: Exits) -> None:
         begin_ns = self._begin_train(port)
         end_ns = begin_ns + self._wire_ns(frame.size_bytes, frame.segments)
         self._trains_free_ns[port] = end_ns
         packet_ns = self._wire_ns(segment_sizes(frame.size_bytes, frame.segments)[0], 1)
         first_ns = begin_ns + packet_ns + self._propagation_ns
         last_ns = end_ns + self._propagation_ns
-        for exit_ in exits:
+        for exit_, _ in exits:
             self._exits[exit_].announce(first_ns, last_ns, packet_ns)
-        self._context.at(last_ns, self._cross, Crossing(frame, exits, first_ns, 0))
+        self._context.at(last_ns, self._cross, (frame, exits, first_ns, 0))
 
-    def _send_segments(self, frame: ports.Frame, port: int, exits: dict[int, list[int]]) -> None:
+    def _send_segments(self, frame: ports.Frame, port: int, exits: Exits) -> None:
         end_ns = self._begin_train(port)
         first_ns = None
         sizes = segment_sizes(frame.size_bytes, frame.segments)
@@ -179,7 +183,7 @@ class Switch:
             in_ns = end_ns + self._propagation_ns
             first_ns = first_ns or in_ns
             self._context.at(in_ns, self._cross if number == len(sizes) else self._cross_segment,
-                             Crossing(frame, exits, first_ns, wire_ns))
+                             (frame, exits, first_ns, wire_ns))
         self._trains_free_ns[port] = end_ns
 
     def _cross(self, crossing: Crossing) -> None:
@@ -187,7 +191,7 @@ class Switch:
         context = self._context
         now_ns = context.now_ns
         frame, exits, first_ns, wire_ns = crossing
-        for exit_, receivers in exits.items():
+        for exit_, receivers in exits:
             queue = self._exits[exit_]
             end_ns = queue.packet(now_ns, wire_ns) if wire_ns else queue.train(first_ns, now_ns)
             if end_ns is None or (frame.id, exit_) in self._lost:
@@ -200,9 +204,10 @@ class Switch:
 
     def _cross_segment(self, crossing: Crossing) -> None:
         """A packet of a train, not its last, is in the switch."""
-        for exit_ in crossing.exits:
-            if self._exits[exit_].packet(self._context.now_ns, crossing.wire_ns) is None:
-                self._lost.add((crossing.frame.id, exit_))
+        frame, exits, _, wire_ns = crossing
+        for exit_, _ in exits:
+            if self._exits[exit_].packet(self._context.now_ns, wire_ns) is None:
+                self._lost.add((frame.id, exit_))
 
     def _begin_train(self, port: int) -> int:
         return max(self._context.now_ns, self._trains_free_ns[port], self._packets_free_ns[port])

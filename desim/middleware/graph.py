@@ -5,6 +5,10 @@ takes it to them; each of them puts it into its subscriptions' queues and runs t
 phase CONTROL of the same instant. Every message between hosts leaves rows in the trace: ``sent``
 (entity: the source), ``frame`` for each frame (the source), ``lost`` for each frame that a stream
 will send again (the destination), ``delivered`` or ``dropped`` (the destination), ``callback``.
+
+A message is dropped for what a datagram's frame was dropped for, or as ``outbox_full``,
+``link_closed`` (its receiver stopped or no longer listens), ``sender_down``, ``no_route`` (no
+medium in common) or ``no_subscriber`` (it came to a host where nobody listens any more).
 """
 
 from __future__ import annotations

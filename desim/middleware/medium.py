@@ -62,11 +62,12 @@ class Nowhere:
 class RuleContext:
     """What a rule may know: a ``ports.Context`` without the means to act."""
 
-    __slots__ = ("_medium", "_name")
+    __slots__ = ("_medium", "_name", "positions")
 
     def __init__(self, medium: Medium, name: str) -> None:
         self._medium = medium
         self._name = name
+        self.positions = medium.positions
 
     @property
     def now_ns(self) -> int:
@@ -75,9 +76,6 @@ class RuleContext:
     @property
     def obstacles(self) -> Obstacles:
         return self._medium.obstacles
-
-    def positions(self, time_ns: int) -> np.ndarray:
-        return self._medium.positions(time_ns)
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._medium.stream(self._name, *name)
@@ -111,6 +109,7 @@ class Medium:
         self._send = model.send
         self._streams = streams
         self._place = Nowhere(len(hosts)) if place is None else place
+        self.positions = self._place.positions
         self._ids = [names.id(host) for host in hosts]
         self._open: dict[tuple[int, int], Claim] = {}  # by frame and receiver
         self._flying = 0
@@ -131,9 +130,6 @@ class Medium:
 
     def at(self, time_ns: int, fn: Callable[[Any], Any], arg: Any = None) -> Call:
         return self._at(time_ns, Phase.NETWORK, self.id, fn, arg)
-
-    def positions(self, time_ns: int) -> np.ndarray:
-        return self._place.positions(time_ns)
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._streams("medium", self.name, *name)
@@ -194,9 +190,9 @@ class Medium:
 
     def _judge(self, frame: Frame, carrier: Carrier, token: Any) -> dict[int, int]:
         """Ask the rules. Returns the receivers that are left, with the delay to add."""
-        delays_ns = dict.fromkeys(frame.receivers, 0)
+        receivers = frame.receivers
+        delays_ns = dict.fromkeys(receivers, 0)
         for rule in self.rules:
-            receivers = tuple(delays_ns)
             verdicts = rule.judge(frame, receivers)
             if len(verdicts) != len(receivers):
                 raise ModelError(f"{_class(rule)} gave {len(verdicts)} verdicts for "
@@ -215,8 +211,10 @@ class Medium:
                     carrier.lost(token, receiver, verdict.reason)
                 elif type(verdict) is not Pass:
                     raise ModelError(f"{_class(rule)} gave {verdict!r}, which is no verdict")
-            if not delays_ns:
-                break
+            if len(delays_ns) < len(receivers):
+                receivers = tuple(delays_ns)
+                if not receivers:
+                    break
         return delays_ns
 
     def _deliver(self, claim: Claim) -> None:

@@ -1,9 +1,10 @@
 """How a message becomes frames: ``Stream`` (TCPROS-like) and ``Datagram`` (UDPROS-like).
 
 A transport is one publisher's. It hands frames to media and hears from them, as their carrier,
-what became of each. Of the two simplifications of ``Stream`` the first is that the sender knows a
-frame's fate when the medium settles it, with no acknowledgement on the air; the second that a
-train is lost or delivered as a whole.
+what became of each. ``Stream`` simplifies TCP in two ways: the sender knows a frame's fate when
+the medium settles it, with no acknowledgement on the air; and a message is one train, lost or
+delivered as a whole, so that random loss of single packets (p) hits long messages harder than TCP
+would let it: n packets get through with (1 - p)^n at each attempt.
 """
 
 from __future__ import annotations

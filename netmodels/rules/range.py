@@ -7,6 +7,8 @@ from pydantic import Field
 from desim import ports
 from desim.units import Length
 
+_FAR = ports.Drop("out_of_range")
+
 
 class Range:
     """Drops what is to go farther than ``distance``, measured when it is sent, through walls. A
@@ -23,10 +25,14 @@ class Range:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
+        self._positions = None  # until the next world tick they are the same object
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
-        places = self._context.positions(self._context.now_ns)
-        x_m, y_m = places[frame.source].tolist()
-        return [ports.Drop("out_of_range") if (rx_m - x_m) ** 2 + (ry_m - y_m) ** 2
+        positions = self._context.positions(self._context.now_ns)
+        if positions is not self._positions:
+            self._positions, self._places = positions, positions.tolist()
+        places = self._places
+        x_m, y_m = places[frame.source]
+        return [_FAR if (places[receiver][0] - x_m) ** 2 + (places[receiver][1] - y_m) ** 2
                 > self._distance_m2 else ports.PASS  # NaN compares False
-                for rx_m, ry_m in places[list(receivers)].tolist()]
+                for receiver in receivers]
