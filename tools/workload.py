@@ -17,7 +17,7 @@ from PIL import Image
 from desim.kernel import Kernel, Phase
 from desim.scenario.schema import Scenario
 from desim.streams import Streams
-from desim.world import plane
+from desim.world.plane import Plane
 
 CRUISE_MPS, TURN_RADPS = 1.0, 1.5
 TURN_BACK_M, CLOSE_M = 1.5, 0.6  # turn before what is nearer, stop before what is close
@@ -52,15 +52,15 @@ def raster_maze(folder: Path) -> dict[str, str]:
     return {"map": str(folder / "maze.yaml")}
 
 
-def build(robots: int, terrain: Any) -> plane.Plane:
+def build(robots: int, terrain: Any) -> Plane:
     """The world of W."""
-    return plane.build(scenario(robots, terrain), Streams(1))
+    return Plane.build(scenario(robots, terrain), Streams(1))
 
 
 class Wander:
     """The fleet on the kernel's clock: 60 Hz ticks, 25 Hz scans that steer, 10 Hz odometry."""
 
-    def __init__(self, world: plane.Plane) -> None:
+    def __init__(self, world: Plane) -> None:
         self.kernel, self.world = Kernel(), world
         self.all = np.arange(len(world.robots))
         self.readings = 0
