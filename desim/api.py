@@ -99,9 +99,9 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     ``overrides`` and ``seed`` as ``desim.load`` takes them, for a file. ``watch(simulation,
     folder)`` is entered while the clock runs; ``rows`` gets all trace rows in batches. Ctrl-C ends
     the run in good order: its status is then ``interrupted`` (where a finished run of the same id
-    exists, that one stays), and ``KeyboardInterrupt`` with the folder's path goes on. An error of
-    the run goes on after the manifest says ``failed``. Raises ``InputError`` for a wrong scenario
-    or a folder that cannot be written.
+    exists, that one stays), and ``KeyboardInterrupt`` goes on, with the folder's path if it is
+    kept. An error of the run goes on after the manifest says ``failed``. Raises ``InputError`` for
+    a wrong scenario or a folder that cannot be written.
     """
     if isinstance(scenario, (str, Path)):
         scenario = load(scenario, overrides, seed)
@@ -109,16 +109,18 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
         raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")
     loaded = scenario if isinstance(scenario, Loaded) else None
     scenario = loaded.scenario if loaded else scenario
-    folder = RunFolder(out, scenario)
-    meter = _Meter(command)
+    folder, meter = RunFolder(out, scenario), _Meter(command)
     try:
         with _blamed(loaded):
             simulation = Simulation(scenario, trace_sink=_both(folder.trace_sink, rows),
                                     on_fate=folder.on_fate)
         folder.begin(simulation.names, tuple(host.name for host in simulation.graph.hosts))
-        with _interruptible(simulation), \
-                watch(simulation, folder) if watch else nullcontext():
+        with _interruptible(simulation), watch(simulation, folder) if watch else nullcontext():
             simulation.run()
+        interrupted = simulation.monitor.stop_reason == INTERRUPTED
+        path = folder.finish(simulation.monitor, simulation.kernel.now_ns, {
+            "status": INTERRUPTED if interrupted else FINISHED, **_digests(simulation),
+            **meter.read(simulation.kernel.now_ns)})
     except (InputError, KeyboardInterrupt):
         folder.discard()
         raise
@@ -126,15 +128,15 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
         folder.abandon({"status": FAILED, "digest": None, **meter.read(0),
                         "error": traceback.format_exc()})
         raise
-    interrupted = simulation.monitor.stop_reason == INTERRUPTED
-    now_ns = simulation.kernel.now_ns
-    path = folder.finish(simulation.monitor, now_ns, {
-        "status": INTERRUPTED if interrupted else FINISHED, "digest": simulation.trace.digest(),
-        "digest_by_entity": simulation.trace.digest_by_entity(),
-        "events": simulation.kernel.events, **meter.read(now_ns)})
     if interrupted:
-        raise KeyboardInterrupt(str(path))
+        raise KeyboardInterrupt(*([] if path is None else [str(path)]))
     return Run(path)
+
+
+def _digests(simulation: Simulation) -> dict[str, Any]:
+    return {"digest": simulation.trace.digest(),
+            "digest_by_entity": simulation.trace.digest_by_entity(),
+            "events": simulation.kernel.events}
 
 
 @contextmanager

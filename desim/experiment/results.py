@@ -58,7 +58,7 @@ class RunFolder:
         self.on_fate = self._log.fate if self._log is not None else None
         with self._writing():
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._lock = self._claim()
+            self._lock: int | None = self._claim()
             (self._partial / "scenario.resolved.yaml").write_text(
                 resolved(scenario, self._partial))
 
@@ -71,9 +71,10 @@ class RunFolder:
                 self._messages = tables.MessageTable(self._partial / "messages.parquet", names,
                                                      hosts)
 
-    def finish(self, monitor: Monitor, now_ns: int, manifest: dict[str, Any]) -> Path:
-        """Write what the run came to, and put the folder in its place, which is returned.
-        ``manifest`` has ``status`` and ``digest`` and what the caller measured."""
+    def finish(self, monitor: Monitor, now_ns: int, manifest: dict[str, Any]) -> Path | None:
+        """Write what the run came to, and put the folder in its place, which is returned; None if
+        a finished run stays there instead. ``manifest`` has ``status`` and ``digest`` and what the
+        caller measured."""
         summary = {**summarize(monitor, now_ns), "digest": manifest["digest"]}
         with self._writing():
             self._close_tables()
@@ -86,8 +87,7 @@ class RunFolder:
                 names = monitor.trace.names.items()
                 _write_json(self._partial / "names.json",
                             {str(id_): names[id_] for id_ in sorted(names)})
-            self._publish(manifest)
-        return self.path
+            return self._publish(manifest)
 
     def abandon(self, manifest: dict[str, Any]) -> None:
         """The run failed: keep what there is, with a manifest that says so."""
@@ -98,7 +98,7 @@ class RunFolder:
     def discard(self) -> None:
         """Nothing of the run is worth keeping."""
         shutil.rmtree(self._partial, ignore_errors=True)
-        os.close(self._lock)
+        self._release()
 
     def active_links(self, since_ns: int) -> int:
         """How many pairs of hosts had a message settled since then; 0 where none are kept."""
@@ -127,7 +127,7 @@ class RunFolder:
         maps.save(folder, "merged", states(known_map(monitor, judged_robot(monitor))),
                   ground.grid)
 
-    def _publish(self, manifest: dict[str, Any]) -> None:
+    def _publish(self, manifest: dict[str, Any]) -> Path | None:
         complete = {"desim_version": identity.versions()["desim"], "run_id": self.run_id,
                     "name": self.scenario.name, "seed": self.scenario.seed, **manifest,
                     "versions": identity.versions(), "plugins": self.plugins,
@@ -142,15 +142,21 @@ class RunFolder:
         if manifest["status"] != FINISHED and before is not None \
                 and before["status"] == FINISHED:
             self.discard()
-            return
+            return None
         old = self.path.with_name(f"{self.run_id}.old")
         shutil.rmtree(old, ignore_errors=True)
         if self.path.exists():
             os.replace(self.path, old)
         (self._partial / ".lock").unlink()
         os.replace(self._partial, self.path)
-        os.close(self._lock)
+        self._release()
         shutil.rmtree(old, ignore_errors=True)
+        return self.path
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
 
     def _claim(self) -> int:
         """Take over the partial folder, empty, unless a living process is at work in it."""
