@@ -65,6 +65,7 @@ class MoveBase(Node):
                                     self._navigation.inflation_radius_m,
                                     self._navigation.inflation_scaling)
             self._wavefront = Wavefront(self._costmap)
+            self._local.use(self._costmap)
             self.publish("costmap", self._costmap)
 
     def _on_goal(self, message: Message) -> None:

@@ -1,8 +1,9 @@
 """Loops of the local layer and of the dynamic window.
 
 The layer is ``near2`` [n, n] float32: squared distance in m^2 from the centre of each cell to the
-nearest point that the laser saw, in the frame that the robot had then (x forward, y left, row by y,
-the robot in the middle). ``setup`` is one record of ``SETUP``.
+nearest point that the laser saw, in the frame that the robot had then (x forward, y left, row by
+y, the robot in the middle). ``setup`` is one record of ``SETUP``; ``flat`` and ``frame``, one
+record of ``FRAME``, are the global costmap.
 """
 
 from __future__ import annotations
@@ -13,12 +14,14 @@ import numpy as np
 from numba import from_dtype, njit, types
 
 from desim.kernels import atan2, cos, exp, sin
+from desim.robot.navigation.kernels import INSCRIBED, LETHAL
 
 SETUP = np.dtype([(name, "f8") for name in (
     "max_speed_mps", "max_turn_radps", "turn_acceleration_radps2",
     "speed_step_mps", "turn_step_radps",  # the most that changes in one control period
     "rollout_s", "safe_m", "inflation_m", "inflation_scaling",
     "cell_m", "look_ahead_m", "keep_right_m", "path_weight", "goal_weight", "obstacle_weight")])
+FRAME = np.dtype([(name, "f8") for name in ("x_m", "y_m", "cell_m", "across", "rows")])
 FAR2 = np.float32(1e6)
 
 _ALIGN_M = 0.325  # a rollout is judged by a point so far ahead of its end (dwa_local_planner,
@@ -26,13 +29,27 @@ _ALIGN_M = 0.325  # a rollout is judged by a point so far ahead of its end (dwa_
 _STEP_M = 0.15  # a rollout is looked at so often; obstacles are wider than that by the robot's size
 _FAN_RAD, _FAN = math.pi / 12.0, 6  # where the way is blocked: directions to try on either side
 _FAN_M = 1.5  # and how far they have to be clear
+_AIMS = 4  # points ahead on the way that are tried, from far to near
+_AHEAD_COS = 0.64  # who comes from the left has to be within 50 degrees of ahead to be yielded to
+_YIELD_S = 0.55  # time to react and brake: 0.3 s + v / 2a at 1.2 m/s and 2.5 m/s^2
+_CREEP_MPS = 0.15  # yielding does not go below this, or two robots would wait for each other
 _TURN_FIRST_RAD = 1.0  # turn on the spot where the way leads off by more than this,
 _SLOW_MPS = 0.3  # once slower than this
 _GENTLE = 0.8  # share of the braking deceleration that turning on the spot counts on
 
-_setup = types.Array(from_dtype(SETUP), 1, "C")
+_setup, _frame = types.Array(from_dtype(SETUP), 1, "C"), types.Array(from_dtype(FRAME), 1, "C")
 _f8, _i8, _f4x2 = types.float64, types.int64, types.float32[:, ::1]
-_f8x1, _f8x2 = types.float64[::1], types.float64[:, ::1]
+_f8x1, _f8x2, _i8x1, _u1x1 = _f8[::1], _f8[:, ::1], _i8[::1], types.uint8[::1]
+
+
+@njit(_i8(_f8, _f8, _frame), cache=True)
+def place(x, y, frame):
+    """The place of a point in the padded costmap as one line, or -1 outside."""
+    f = frame[0]
+    column, row = int(np.floor((x - f.x_m) / f.cell_m)), int(np.floor((y - f.y_m) / f.cell_m))
+    if 0 <= column < f.across - 2 and 0 <= row < f.rows - 2:
+        return (row + 1) * f.across + column + 1
+    return -1
 
 
 @njit("void(f4[::1], f8[:,::1], f8, f8, f8, f4[:,::1])", cache=True)
@@ -65,6 +82,29 @@ def see(ranges, beams, no_return_m, cell_m, reach_m, near2):
                 near2[row, column] = min(near2[row, column], dx * dx + dy2)
 
 
+@njit(_f8(types.float32[::1], _f8x2, _f8x1, _f8, _u1x1, _frame), cache=True)
+def yield_to(ranges, beams, pose, within_m, flat, frame):
+    """Distance in m to the nearest thing that moves, perhaps, and has the right of way: it is on
+    no known obstacle, ahead or to the right. Looks ``within_m`` far; ``pose`` as of the scan."""
+    across, nearest = int(frame[0].across), within_m
+    c, s = cos(pose[2]), sin(pose[2])
+    for b in range(len(ranges)):
+        r = float(ranges[b])
+        if not 0.0 < r < nearest or (beams[b, 0] < _AHEAD_COS and beams[b, 1] > 0.0):
+            continue
+        x, y = r * beams[b, 0], r * beams[b, 1]
+        k = place(pose[0] + c * x - s * y, pose[1] + s * x + c * y, frame)
+        if k < 0:
+            continue
+        known = False
+        for row in range(-1, 2):
+            for column in range(-1, 2):
+                known = known or flat[k + row * across + column] == LETHAL
+        if not known:
+            nearest = r
+    return nearest
+
+
 @njit("f8(f4[:,::1], f8, f8, f8)", cache=True)
 def clearance2(near2, cell_m, x, y):
     """Squared distance in m^2 to the nearest point seen, far outside the layer."""
@@ -75,16 +115,11 @@ def clearance2(near2, cell_m, x, y):
     return float(FAR2)
 
 
-@njit("UniTuple(f8, 3)(f8[:,::1], i8[::1], f8, f8, f8, f8)", cache=True)
-def look_ahead(way, leg, x, y, ahead_m, keep_right_m):
-    """The point of ``way`` [n, 2] that is ``ahead_m`` on from the point nearest to (x, y), moved to
-    the right by ``keep_right_m``; near the end of the way, the end itself.
-
-    leg [1], in and out: the leg that the robot is on; it looks at this one and the next few.
-    Returns the point and the length still to go.
-    """
-    last, best2, along = len(way) - 1, 1e18, 0.0
-    first = leg[0]
+@njit("f8(f8[:,::1], i8[::1], f8, f8)", cache=True)
+def locate(way, leg, x, y):
+    """Move on to the leg of ``way`` [n, 2] that is nearest to (x, y), among the present one and the
+    next few. leg [1], in and out. Returns the share of it that lies behind."""
+    last, best2, along, first = len(way) - 1, np.inf, 1.0, leg[0]
     for k in range(first, min(first + 4, last)):
         dx, dy = way[k + 1, 0] - way[k, 0], way[k + 1, 1] - way[k, 1]
         length2 = dx * dx + dy * dy
@@ -93,18 +128,52 @@ def look_ahead(way, leg, x, y, ahead_m, keep_right_m):
         d2 = (way[k, 0] + t * dx - x)**2 + (way[k, 1] + t * dy - y)**2
         if d2 < best2:
             best2, leg[0], along = d2, k, t
-    togo, px, py = math.sqrt(best2) if best2 < 1e18 else 0.0, way[last, 0], way[last, 1]
-    left, found = ahead_m, False
-    for k in range(leg[0], last):
+    return along
+
+
+@njit("UniTuple(f8, 3)(f8[:,::1], i8, f8, f8, f8)", cache=True)
+def ahead(way, leg, along, ahead_m, right_m):
+    """The point of ``way`` that is ``ahead_m`` further on, moved to the right by ``right_m``; near
+    the end of the way, the end itself. And the length still to go."""
+    last, togo, found = len(way) - 1, 0.0, False
+    px, py = way[last, 0], way[last, 1]
+    for k in range(leg, last):
         dx, dy = way[k + 1, 0] - way[k, 0], way[k + 1, 1] - way[k, 1]
-        length, from_ = math.sqrt(dx * dx + dy * dy), along if k == leg[0] else 0.0
-        rest = (1.0 - from_) * length
+        length, done = math.sqrt(dx * dx + dy * dy), along if k == leg else 0.0
+        rest = (1.0 - done) * length
+        if not found and togo + rest > ahead_m:
+            found, t = True, done + (ahead_m - togo) / length
+            px = way[k, 0] + t * dx + right_m * dy / length
+            py = way[k, 1] + t * dy - right_m * dx / length
         togo += rest
-        if not found and rest > left:
-            found, t = True, from_ + left / length
-            px = way[k, 0] + t * dx + keep_right_m * dy / length
-            py = way[k, 1] + t * dy - keep_right_m * dx / length
-        left -= rest
+    return px, py, togo
+
+
+@njit(types.boolean(_u1x1, _frame, _f8, _f8, _f8, _f8), cache=True)
+def in_sight(flat, frame, x, y, px, py):
+    """Whether no known obstacle is in the way from one point to another, nor its margin, unless
+    the way begins in one."""
+    start = place(x, y, frame)
+    bar = LETHAL if start >= 0 and flat[start] == INSCRIBED else INSCRIBED
+    steps = int(2.0 * math.sqrt((px - x)**2 + (py - y)**2) / frame[0].cell_m) + 1
+    for k in range(1, steps + 1):
+        cell = place(x + (px - x) * k / steps, y + (py - y) * k / steps, frame)
+        if cell >= 0 and bar <= flat[cell] <= LETHAL:
+            return False
+    return True
+
+
+@njit(types.UniTuple(_f8, 3)(_f8x2, _i8x1, _f8, _f8, _setup, _u1x1, _frame), cache=True)
+def aim(way, leg, x, y, setup, flat, frame):
+    """The point to steer for, as far ahead and to the right as it is in sight; and the length
+    still to go."""
+    along = locate(way, leg, x, y)
+    for k in range(_AIMS):
+        far_m = setup[0].look_ahead_m * (_AIMS - k) / _AIMS
+        for right_m in (setup[0].keep_right_m, 0.0):
+            px, py, togo = ahead(way, leg[0], along, far_m, right_m)
+            if in_sight(flat, frame, x, y, px, py):
+                return px, py, togo
     return px, py, togo
 
 
@@ -166,8 +235,8 @@ def rollout(near2, setup, x, y, yaw, v, w, aim_x, aim_y, bar2):
             + s.obstacle_weight * cost)
 
 
-@njit(types.void(_f4x2, _setup, *[_f8] * 5, _i8, _i8, _f8, _f8, _f8x1), cache=True)
-def window(near2, setup, x, y, yaw, v, w, speeds, turns, aim_x, aim_y, out):
+@njit(types.void(_f4x2, _setup, *[_f8] * 6, _i8, _i8, _f8, _f8, _f8x1), cache=True)
+def window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, aim_x, aim_y, out):
     """The dynamic window (Fox, Burgard, Thrun 1997): of the velocities within reach in one control
     period the one with the cheapest rollout; braking straight ahead if none is clear.
 
@@ -175,6 +244,7 @@ def window(near2, setup, x, y, yaw, v, w, speeds, turns, aim_x, aim_y, out):
     """
     s = setup[0]
     low_v, high_v = max(v - s.speed_step_mps, 0.0), min(v + s.speed_step_mps, s.max_speed_mps)
+    high_v = max(min(high_v, top_v), low_v)
     low_w = max(w - s.turn_step_radps, -s.max_turn_radps)
     high_w = min(w + s.turn_step_radps, s.max_turn_radps)
     bar2 = min(s.safe_m**2, clearance2(near2, s.cell_m, x, y))
@@ -191,14 +261,14 @@ def window(near2, setup, x, y, yaw, v, w, speeds, turns, aim_x, aim_y, out):
                 best, out[0], out[1], out[2] = cost, speed, turn, 0.0
 
 
-@njit(types.void(_f4x2, _setup, _f8x1, _f8x1, _f8, _f8, _f8x2, types.int64[::1], _i8, _i8, _f8x1),
-      cache=True)
-def steer(near2, setup, pose, seen_from, v, w, way, leg, speeds, turns, out):
+@njit(types.void(_f4x2, _setup, _f8x1, _f8x1, _f8, _f8, _f8, _f8x2, _i8x1, _i8, _i8, _u1x1, _frame,
+                 _f8x1), cache=True)
+def steer(near2, setup, pose, seen_from, yield_m, v, w, way, leg, speeds, turns, flat, frame, out):
     """The next velocity on ``way``. pose, seen_from [3] x, y, yaw on the map, of the robot now and
-    of the layer | v, w present velocity | out [4]: speed, turn rate, 1.0 if blocked, length of the
-    way still to go."""
+    of the layer | yield_m distance to what has the right of way | v, w present velocity |
+    out [4]: speed, turn rate, 1.0 if blocked, length of the way still to go."""
     s = setup[0]
-    px, py, togo = look_ahead(way, leg, pose[0], pose[1], s.look_ahead_m, s.keep_right_m)
+    px, py, out[3] = aim(way, leg, pose[0], pose[1], setup, flat, frame)
     c, si = cos(seen_from[2]), sin(seen_from[2])
     dx, dy = pose[0] - seen_from[0], pose[1] - seen_from[1]
     x, y, yaw = c * dx + si * dy, c * dy - si * dx, pose[2] - seen_from[2]
@@ -211,8 +281,9 @@ def steer(near2, setup, pose, seen_from, v, w, way, leg, speeds, turns, out):
         turn = min(math.sqrt(2.0 * _GENTLE * s.turn_acceleration_radps2 * abs(off)),
                    s.max_turn_radps)
         out[0], out[1], out[2] = max(v - s.speed_step_mps, 0.0), math.copysign(turn, off), 0.0
-    else:
-        # Aim beyond the end of the way: a robot brakes when it is there, not long before.
-        beyond = max(s.look_ahead_m / math.sqrt(dx * dx + dy * dy + 1e-9), 1.0)
-        window(near2, setup, x, y, yaw, v, w, speeds, turns, x + beyond * dx, y + beyond * dy, out)
-    out[3] = togo
+        return
+    # Aim beyond the end of the way: a robot brakes when it is there, not long before.
+    beyond = max(s.look_ahead_m / math.sqrt(dx * dx + dy * dy + 1e-9), 1.0)
+    top_v = max((yield_m - s.safe_m) / _YIELD_S, _CREEP_MPS)
+    window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, x + beyond * dx, y + beyond * dy,
+           out)

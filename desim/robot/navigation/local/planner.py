@@ -7,12 +7,14 @@ import math
 import numpy as np
 
 from desim.middleware.messages import LaserScan, Pose
+from desim.robot.navigation.costmap import Costmap
 from desim.robot.navigation.local import kernels
 from desim.scenario.fleet import BodyType
 from desim.scenario.robot import Navigation
 from desim.units import NS_PER_S, seconds
 
 _MARGIN_M = 0.3  # the point to steer for lies so far beyond what a rollout can reach
+_YIELD_M = 1.2  # what is farther away is not yielded to
 
 
 class LocalPlanner:
@@ -27,6 +29,9 @@ class LocalPlanner:
         self._speeds, self._turns = navigation.speed_samples, navigation.turn_samples
         self._near2 = np.full((size, size), kernels.FAR2, np.float32)
         self._beams = np.zeros((0, 2))
+        self._yield_m = _YIELD_M
+        self._flat = np.zeros(0, np.uint8)
+        self._frame = np.zeros(1, kernels.FRAME)
         self._seen_from = np.zeros(3)
         self._pose = np.zeros(3)
         self._way = np.zeros((1, 2))
@@ -51,6 +56,12 @@ class LocalPlanner:
         self._way = way
         self._leg[0] = 0
 
+    def use(self, costmap: Costmap) -> None:
+        """What is known of the place at large."""
+        spec = costmap.spec
+        self._flat = costmap.flat
+        self._frame[0] = spec.x_m, spec.y_m, spec.resolution_m, spec.width + 2, spec.height + 2
+
     def look(self, scan: LaserScan, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Take ``scan``, seen from this pose, as what stands around the robot."""
         if len(self._beams) != len(scan.ranges):
@@ -60,18 +71,17 @@ class LocalPlanner:
         kernels.see(scan.ranges, self._beams, float(np.float32(scan.range_max_m)), self._cell_m,
                     self._reach_m, self._near2)
         self._seen_from[:] = x_m, y_m, yaw_rad
-
-    def forget(self) -> None:
-        """Nothing stands around the robot, as far as it knows."""
-        self._near2[:] = kernels.FAR2
+        self._yield_m = kernels.yield_to(scan.ranges, self._beams, self._seen_from, _YIELD_M,
+                                         self._flat, self._frame)
 
     def steer(self, x_m: float, y_m: float, yaw_rad: float) -> tuple[float, float, float]:
         """Forward speed in m/s and turn rate in rad/s to have next, and the length in m of the
         way still to go."""
         pose = self._pose
         pose[0], pose[1], pose[2] = x_m, y_m, yaw_rad
-        kernels.steer(self._near2, self._setup, pose, self._seen_from, self.speed_mps,
-                      self.turn_radps, self._way, self._leg, self._speeds, self._turns, self._out)
+        kernels.steer(self._near2, self._setup, pose, self._seen_from, self._yield_m,
+                      self.speed_mps, self.turn_radps, self._way, self._leg, self._speeds,
+                      self._turns, self._flat, self._frame, self._out)
         speed_mps, turn_radps, _, togo_m = self._out.tolist()
         return speed_mps, turn_radps, togo_m
 
