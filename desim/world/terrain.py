@@ -72,13 +72,17 @@ class Terrain:
         return GridSpec(resolution_m, cols, rows, x0 - shift, y0 - shift)
 
     def truth(self, spec: GridSpec) -> np.ndarray:
-        """[height, width] uint8: 0 free, 1 where a wall passes or matter is solid. A wall on
-        the line between two cells is in both."""
-        truth = np.full((spec.height, spec.width), FREE, dtype=np.uint8)
+        """[height, width] uint8: 0 free, 1 where a wall passes, matter is solid or the terrain has
+        ended. A wall on the line between two cells is in both."""
+        x0, y0, x1, y1 = self.bounds
+        x_m = spec.x_m + (np.arange(spec.width) + 0.5) * spec.resolution_m
+        y_m = spec.y_m + (np.arange(spec.height) + 0.5) * spec.resolution_m
+        inside = ((y_m > y0) & (y_m < y1))[:, None] & (x_m > x0) & (x_m < x1)
+        truth = np.where(inside, FREE, WALL).astype(np.uint8)
         for x0, y0, x1, y1 in self.solids.tolist():
             left, low = spec.cell(x0 + TOUCH_M, y0 + TOUCH_M)
             right, high = spec.cell(x1 - TOUCH_M, y1 - TOUCH_M)
-            truth[max(low, 0):high + 1, max(left, 0):right + 1] = WALL
+            truth[max(low, 0):max(high + 1, 0), max(left, 0):max(right + 1, 0)] = WALL
         for wall in _both_sides(self.lines):
             cols, rows = _cells_along(wall, spec)
             truth[rows, cols] = WALL
