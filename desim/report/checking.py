@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +24,19 @@ from desim.scenario.load import Loaded
 def checked(loaded: Loaded, out: Path, watch: api.Watch | None,
             command: str) -> tuple[api.Run, str | None]:
     """Run twice. The first run, and in words where the second parts from it, None if nowhere."""
+    names: dict[int, str] = {}
+
+    @contextmanager
+    def noting(simulation: Any, folder: Any) -> Iterator[None]:
+        with watch(simulation, folder) if watch else nullcontext():
+            yield
+        names.update(simulation.names.items())
+
     with spools() as folder:
         spool = Spool(folder / "first")
-        run = api.run(loaded, out=out, watch=watch, rows=spool.add, command=command)
+        run = api.run(loaded, out=out, watch=noting, rows=spool.add, command=command)
         again = simulated(loaded.scenario, folder / "second")
-        return run, _difference(Rows(spool.rows(), again.names), again, "first run", "second run")
+        return run, _difference(Rows(spool.rows(), names), again, "first run", "second run")
 
 
 def difference(first: Path, second: Path) -> str | None:

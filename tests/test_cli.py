@@ -1,0 +1,211 @@
+"""The commands as a user meets them: what they print, and how they exit."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import desim
+from desim.cli import app
+from desim.experiment.compare import kept
+from desim.kernel import Phase
+from desim.report import live
+from desim.report.rows import nth_sent, story
+
+S = 1_000_000_000
+
+
+@pytest.fixture(scope="module")
+def hello(repository):
+    return str(repository / "scenarios" / "hello.yaml")
+
+
+def desim_(*words, code: int = 0) -> str:
+    """What the command prints; the test fails if it exits with another code."""
+    done = CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)
+    assert done.exit_code == code, done.output
+    return done.output
+
+
+def only(folder):
+    (path,) = folder.iterdir()
+    return path
+
+
+@pytest.fixture(scope="module")
+def run_path(hello, tmp_path_factory):
+    """Four seconds of hello; messages are kept, trace rows are not."""
+    out = tmp_path_factory.mktemp("results")
+    desim_("run", hello, "--until", "4 s", "--out", out, "--quiet")
+    return only(out / "hello")
+
+
+def test_run_prints_the_metrics_and_where_the_results_are(hello, tmp_path):
+    said = desim_("run", hello, "--until", "2 s", "--seed", "7", "--out", tmp_path)
+    assert "hello, seed 7: finished, elapsed" in said
+    for word in ("exploration time", "> 2.0 s", "map quality", "messages", "digest"):
+        assert word in said
+    assert str(only(tmp_path / "hello")) in said
+
+
+def test_quiet_is_quiet(hello, tmp_path):
+    assert desim_("run", hello, "--until", "1 s", "--out", tmp_path, "--quiet") == ""
+
+
+def test_overrides_reach_the_scenario(hello, tmp_path):
+    desim_("run", hello, "--until", "1 s", "--set", "fleet.size=2", "--set",
+           "coordination.exchange=null", "--out", tmp_path, "--quiet")
+    assert len(desim.Run(only(tmp_path / "hello")).metrics["robots"]) == 2
+
+
+def test_check_runs_twice(hello, tmp_path):
+    assert "every row of the trace is the same" in desim_(
+        "run", hello, "--until", "2 s", "--check", "--out", tmp_path)
+
+
+def test_check_names_the_first_row_that_differs(hello, tmp_path, monkeypatch):
+    @contextmanager
+    def disturbed(simulation, folder):
+        simulation.kernel.at(S, Phase.OBSERVE, 0, lambda _: simulation.trace.row(
+            S, simulation.names.id("disturbance"), simulation.names.id("robot_1")))
+        yield
+
+    monkeypatch.setattr(live, "watching", lambda console: disturbed)
+    said = desim_("run", hello, "--until", "2 s", "--check", "--out", tmp_path, code=1)
+    assert "the run does not repeat itself" in said
+    row = next(line for line in said.splitlines() if line.lstrip().startswith(">"))
+    assert row.split() == [">", "1.000000000", "s", "disturbance", "robot_1", "0", "0", "0"]
+
+
+@pytest.mark.parametrize("words, says", [
+    (["--set", "robot.laser.rate=5 m"], "unknown unit"),
+    (["--set", "fleet.sise=3"], "did you mean 'size'?"),
+    (["--until", "5"], "has no unit"),
+    (["--set", "fleet.start.step=[0.1 m, 0 m]"], "fleet.start"),
+])
+def test_wrong_input_is_one_clear_message_and_exit_code_2(hello, tmp_path, words, says):
+    said = desim_("run", hello, "--out", tmp_path, *words, code=2)
+    assert says in said
+    assert "Traceback" not in said
+    assert not list(tmp_path.rglob("*.json"))
+
+
+def test_a_missing_scenario(tmp_path):
+    assert "nowhere.yaml" in desim_("run", tmp_path / "nowhere.yaml", code=2)
+
+
+def test_ctrl_c_exits_with_130_and_says_what_is_kept(hello, tmp_path, monkeypatch):
+    def interrupt(_):
+        import signal
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(live, "watching", lambda console: at(1.5, interrupt))
+    said = desim_("run", hello, "--out", tmp_path, code=130)
+    path = only(tmp_path / "hello")
+    assert said.strip() == f"interrupted; what there is until then: {path}"
+    assert desim.Run(path).manifest["status"] == "interrupted"
+
+
+def test_our_own_failure_shows_the_traceback_and_how_to_repeat_it(hello, tmp_path, monkeypatch):
+    def fail(_):
+        raise RuntimeError("a bug")
+
+    monkeypatch.setattr(live, "watching", lambda console: at(1.5, fail))
+    monkeypatch.setattr(sys, "argv", ["desim", "run", "a scenario.yaml"])
+    said = desim_("run", hello, "--out", tmp_path, code=1)
+    assert "RuntimeError: a bug" in said
+    assert "at simulated time 1.500000000 s" in said
+    assert said.rstrip().endswith("desim run 'a scenario.yaml'")
+
+
+def at(time_s: float, do):
+    """A watch that calls ``do`` at an instant of the run."""
+    @contextmanager
+    def watch(simulation, folder):
+        simulation.kernel.at(round(time_s * S), Phase.WORLD, 0, do)
+        yield
+
+    return watch
+
+
+# ---------------------------------------------------------------------------- looking at a run
+
+
+def test_the_story_of_a_message_is_the_same_kept_or_run_again(hello, run_path, tmp_path):
+    desim_("run", hello, "--until", "4 s", "--set", "trace.keep=all", "--out", tmp_path, "--quiet")
+    of_kept = desim_("trace", only(tmp_path / "hello"), "--message", 60)
+    assert desim_("trace", run_path, "--message", 60) == of_kept
+    lines = [line.split() for line in of_kept.splitlines()]
+    assert lines[0][4] == "sent"
+    assert {line[4] for line in lines[1:-1]} >= {"frame", "delivered", "callback"}
+    assert "in the outbox" in of_kept.splitlines()[-1]
+
+
+def test_every_message_has_its_own_rows(hello, tmp_path):
+    run = desim.run(hello, overrides=("stop.elapsed=2 s", "trace.keep=all"), out=tmp_path)
+    rows, names = kept(run, tmp_path / "spool")
+    table = run.table("messages")
+    for i in np.linspace(0, len(table["number"]) - 1, 25).astype(int).tolist():
+        number = int(table["number"][i])
+        steps = story(rows, names, number)
+        assert steps[0].time_ns == table["born_ns"][i]
+        assert steps[0].where == table["source"][i]
+        assert steps[0].detail == f"{table['topic'][i]}, {table['size_bytes'][i]} B"
+        assert ("delivered", table["destination"][i], table["end_ns"][i]) in [
+            (step.what, step.where, step.time_ns) for step in steps]
+    assert nth_sent(rows, int(table["number"].max()) + 10**6) is None
+
+
+def test_a_message_that_does_not_exist(run_path):
+    said = desim_("trace", run_path, "--message", 10**7, code=2)
+    assert "no message 10000000; a run's messages between hosts have the numbers 1 to" in said
+
+
+def test_diff_of_a_run_with_itself_and_with_another(hello, run_path, tmp_path):
+    assert desim_("diff", run_path, run_path) == "the traces are equal\n"
+    desim_("run", hello, "--until", "4 s", "--seed", "5", "--out", tmp_path, "--quiet")
+    said = desim_("diff", run_path, only(tmp_path / "hello"), code=1)
+    assert "entities differ" in said
+    assert "is the first that differs" in said
+    assert sum(line.lstrip().startswith(">") for line in said.splitlines()) == 2
+
+
+def test_a_folder_that_is_no_run(tmp_path):
+    for command in (["diff", tmp_path, tmp_path], ["figure", tmp_path],
+                    ["trace", tmp_path, "--message", 1]):
+        assert "not the folder of a run" in desim_(*command, code=2)
+
+
+def test_plugins_lists_every_kind():
+    said = desim_("plugins")
+    for word in ("network (desim.networks)", "switch", "range", "nearest_frontier", "direct"):
+        assert word in said
+
+
+def test_describe_says_what_a_plugin_does_and_takes():
+    said = desim_("describe", "switch")
+    assert said.startswith("switch (network): netmodels.switch:Switch")
+    assert "rate: default '1 Gb/s'" in said
+    assert "drops for: queue_full" in said
+    assert desim_("describe", "netmodels.switch:Switch").split("\n\n")[1:] \
+        == said.split("\n\n")[1:]
+    assert "did you mean 'switch'?" in desim_("describe", "swich", code=2)
+
+
+def test_schema_is_json_schema():
+    schema = json.loads(desim_("schema"))
+    assert set(schema["properties"]) >= {"name", "fleet", "network", "stop"}
+
+
+def test_the_light_commands_import_nothing_heavy():
+    code = "import desim, desim.cli, sys; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name.split(".")[0] for name in done.stdout.split()}
+    assert not loaded & {"numba", "numpy", "matplotlib", "networkx", "pydantic", "pyarrow",
+                         "scipy"}

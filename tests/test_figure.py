@@ -1,0 +1,52 @@
+"""The picture of a run: four panels, for few robots and for many, for odd runs too."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import desim
+from desim.report import figure
+
+
+@pytest.fixture(scope="module")
+def run(repository, tmp_path_factory):
+    return desim.run(repository / "scenarios" / "hello.yaml", overrides=("stop.elapsed=8 s",),
+                     out=tmp_path_factory.mktemp("results"))
+
+
+def pixels(path) -> np.ndarray:
+    return np.asarray(Image.open(path).convert("RGB"))
+
+
+def test_four_panels_are_drawn(run, tmp_path):
+    figure.draw(run, tmp_path / "figure.png")
+    image = pixels(tmp_path / "figure.png")
+    height, width, _ = image.shape
+    assert (height, width) > (1000, 1200)
+    for rows in (slice(0, height // 2), slice(height // 2, height)):
+        for columns in (slice(0, width // 2), slice(width // 2, width)):
+            panel = image[rows, columns].reshape(-1, 3)
+            assert len(np.unique(panel, axis=0)) > 20
+
+
+def test_many_robots_share_a_colour_bar(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(figure, "NAMED", 2)
+    figure.draw(run, tmp_path / "figure.svg")
+    drawn = (tmp_path / "figure.svg").read_text()
+    assert "robot, robot_0 to robot_2" in drawn
+
+
+def test_a_robot_alone_that_says_nothing(repository, tmp_path):
+    run = desim.run(repository / "scenarios" / "hello.yaml", out=tmp_path, overrides=(
+        "stop.elapsed=2 s", "deployment=field", "fleet.size=1"))
+    assert run.metrics["messages_sent"] == 0
+    figure.draw(run, tmp_path / "figure.svg")
+    assert "no messages between hosts" in (tmp_path / "figure.svg").read_text()
+
+
+def test_the_same_run_gives_the_same_picture(run, tmp_path):
+    for name in ("first.png", "second.png"):
+        figure.draw(run, tmp_path / name)
+    assert (pixels(tmp_path / "first.png") == pixels(tmp_path / "second.png")).all()
