@@ -15,7 +15,7 @@ from desim.experiment.summary import robots_table, samples_table, summarize
 from desim.experiment.traffic import family, kind
 from desim.kernel import Kernel, Phase
 from desim.middleware.direct import Direct
-from desim.middleware.graph import Graph
+from desim.middleware.graph import Graph, Node
 from desim.ports import GridSpec
 from desim.robot.tiles import FREE
 from desim.scenario.schema import Scenario
@@ -134,10 +134,11 @@ def test_samples_are_periodic_and_at_the_events_asked_for():
     fleet = Fleet(measure={"every": "4 s", "on": ["explored_10pct", "recovery"]})
     fleet.learn(1.5, "robot_0", 110)  # 10.7 %
     fleet.learn(2.0, "robot_0", 120)  # 11.7 %: no new ten percent
-    fleet.at(5.0, lambda: fleet.monitor.recovered(1))
+    fleet.at(5.0, lambda: Node(fleet.monitor.graph.host("robot_1"), "any").record("recovery"))
     fleet.learn(5.0, "robot_1", 310)
     fleet.at(6.0, lambda: fleet.monitor.collided(0, -1))  # not asked for
-    fleet.run(9)
+    summary = fleet.run(9)
+    assert summary["robots"]["robot_1"]["recoveries"] == summary["recoveries"] == 1
     table = samples_table(fleet.monitor)
     assert list(zip(table["time_s"], table["cause"], strict=True)) == [
         (0.0, "period"), (1.5, "explored_10pct"), (4.0, "period"),

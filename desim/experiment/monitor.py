@@ -63,6 +63,7 @@ class Monitor:
         self._moved_m = travelled_m().copy()
         self._moving = 0
         self._watch_coverage(scenario)
+        graph.listeners["recovery"] = self._recovered
         self._name_rows(trace)
         # Entity 0: before the sample of the same instant, whichever was booked first.
         kernel.ticker(1, Phase.OBSERVE, 0, self._each_second)
@@ -102,9 +103,8 @@ class Monitor:
             self.collisions_of[other] += 1
         self._happened("collision")
 
-    def recovered(self, robot: int) -> None:
-        """``robot`` started a recovery."""
-        self.recoveries_of[robot] += 1
+    def _recovered(self, robot: str) -> None:
+        self.recoveries_of[self.robots.index(robot)] += 1
         self._happened("recovery")
 
     def _learned(self, i: int) -> None:

@@ -182,6 +182,7 @@ class Graph:
         self.SENT, self.FRAME, self.LOST = map(names.id, ("sent", "frame", "lost"))
         self.DELIVERED, self.DROPPED = names.id("delivered"), names.id("dropped")
         self.CALLBACK, self.OVERWRITTEN = names.id("callback"), names.id("overwritten")
+        self.listeners: dict[str, Callable[[str], Any]] = {}  # kind of row to fn(host name)
         self.topics: dict[str, Topic] = {}
         self.media: list[Medium] = []
         self.messages = 0  # between hosts, so far
