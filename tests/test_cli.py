@@ -134,6 +134,28 @@ def at(time_s: float, do):
     return watch
 
 
+def test_the_gauge_reads_what_happened_since_it_was_read_before(hello, tmp_path):
+    readings, wall_s = [], iter((10.0, 12.0, 12.5))
+
+    @contextmanager
+    def watch(simulation, folder):
+        gauge = live.Gauge(simulation, folder, clock=lambda: next(wall_s))
+        for time_s in (1, 2):
+            simulation.kernel.at(time_s * S, Phase.OBSERVE, 0,
+                                 lambda _: readings.append(gauge.read()))
+        yield
+
+    run = desim.run(hello, overrides=("stop.elapsed=3 s",), out=tmp_path, watch=watch)
+    table = run.table("messages")
+    second = (table["end_ns"] >= S) & (table["end_ns"] <= 2 * S) & (table["fate"] == "delivered")
+    assert [reading["time_s"] for reading in readings] == [1.0, 2.0]
+    assert [reading["factor"] for reading in readings] == [0.5, 2.0]
+    assert readings[1]["messages_per_s"] == pytest.approx(second.sum(), abs=20)
+    links = set(zip(table["source"][second], table["destination"][second], strict=True))
+    assert readings[1]["links"] == len(links)
+    assert 0.0 < readings[0]["explored"] <= readings[0]["explored_union"] <= 1.0
+
+
 # ---------------------------------------------------------------------------- looking at a run
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ class MessageLog:
         self._sink = sink
         self._reason: dict[str | None, int] = {None: 0}
         self._rows: list[tuple[int, ...]] = []
+        self._before: list[tuple[int, ...]] = []  # the batch before, for ``active_links``
 
     def fate(self, message: Any, receiver: int, time_ns: int, reason: str | None, first_ns: int,
              last_ns: int) -> None:
@@ -42,8 +44,14 @@ class MessageLog:
         """Hand on what has gathered."""
         if self._rows:
             self._sink(np.array(self._rows, np.int64), self.reasons)
-            self._rows.clear()
+            self._before, self._rows = self._rows, []
 
     def active_links(self, since_ns: int) -> int:
-        """How many (source, destination) pairs among the last 4000 messages ended since then."""
-        return len({row[2:4] for row in self._rows[-4000:] if row[9] >= since_ns})
+        """How many (source, destination) pairs had a message settled since then, as far back
+        as one batch."""
+        links = set()
+        for row in chain(reversed(self._rows), reversed(self._before)):
+            if row[9] < since_ns:
+                break
+            links.add(row[2:4])
+        return len(links)
