@@ -198,6 +198,16 @@ def test_thirty_robots_crowd_into_a_corner_without_overlap():
     assert np.hypot(*(plane.snapshot().poses[:, :2] - 10).T).mean() < 4.0
 
 
+@pytest.mark.parametrize("acceleration", ["2.5 m/s^2", "1000 m/s^2"])
+def test_a_long_queue_pressed_from_both_ends_keeps_its_room(acceleration):
+    """At 1000 m/s^2 every robot lurches 2 cm in every tick: more than pushing can take apart, so
+    that robots are put back to where they were."""
+    corridor = Environment(terrain=Shape(size=("40 m", "0.6 m")))
+    plane = world([(-15 + 0.53 * i, 0.0, 0.0 if i < 15 else np.pi) for i in range(30)], corridor,
+                  BodyType(acceleration=acceleration))
+    run(plane, 3.0, drive(*[(1.2, 0.0, 0.0)] * 30), no_overlap)
+
+
 @pytest.fixture(scope="module")
 def rough(tmp_path_factory):
     """A map_server terrain of 10 m with wavy walls and pillars."""

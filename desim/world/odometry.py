@@ -7,7 +7,8 @@ pure function of the pose and k.
 robot, gets noise of the same standard deviations and is added to where the odometer believes to
 be. The fleet's odometers advance together at each of their ticks, whether anybody reads them or
 not, with the pose of the last world tick; noise number k belongs to tick k. A snapshot holds what
-they show, so that readings are pure functions of snapshots and reading late changes nothing.
+they show, so that readings are pure functions of snapshots and reading late changes nothing. An
+odometer that is faster than the base tick makes the ticks between two of those at once.
 """
 
 from __future__ import annotations
