@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from desim.errors import InputError
+from desim.kernels import cos, sin
 from desim.scenario.robot import Laser
 from desim.world.index import tile_index
 from desim.world.lidar import kernels
@@ -24,9 +25,9 @@ class Lidar:
         self.beams = laser.beams
         self.angle_min_rad = -laser.field_of_view_rad / 2.0
         self.increment_rad = laser.field_of_view_rad / (laser.beams - 1)
-        angles = self.angle_min_rad + self.increment_rad * np.arange(laser.beams)
+        angles = [self.angle_min_rad + self.increment_rad * i for i in range(laser.beams)]
         tiles = tile_index(terrain.lines, terrain.bounds, TILE_M, laser.max_range_m)
-        self._fixed = (np.stack([np.cos(angles), np.sin(angles)]), *tiles,
+        self._fixed = (np.array([[cos(a) for a in angles], [sin(a) for a in angles]]), *tiles,
                        *_squares(terrain.raster))
         self._radii_m = radii_m
         self._laser = np.array([self.angle_min_rad, self.increment_rad, laser.max_range_m,
