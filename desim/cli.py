@@ -52,13 +52,19 @@ def _compiling(quiet: bool) -> Iterator[None]:
     """Around the first import of the kernels: says so where they have to be compiled."""
     from desim.report.compiling import cold
 
-    if quiet or not cold():
-        yield
-        return
-    typer.echo("compiling numerical kernels (first run only)...", err=True)
+    say = not quiet and cold()
+    if say:
+        typer.echo("compiling numerical kernels (first run only)...", err=True)
     begin_s = time.perf_counter()
-    yield
-    typer.echo(f"compiled in {time.perf_counter() - begin_s:.1f} s", err=True)
+    try:
+        yield
+    except RuntimeError as error:
+        if "cannot cache function" not in str(error):
+            raise
+        raise InputError("compiled kernels can be kept neither beside desim nor in the home "
+                         "folder; set NUMBA_CACHE_DIR to a folder that can be written") from error
+    if say:
+        typer.echo(f"compiled in {time.perf_counter() - begin_s:.1f} s", err=True)
 
 
 @app.command()

@@ -6,16 +6,19 @@ import json
 import subprocess
 import sys
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from typer.testing import CliRunner
 
 import desim
+from desim import cli
 from desim.cli import app
 from desim.experiment.compare import kept
 from desim.kernel import Phase
-from desim.report import live
+from desim.report import compiling, live
 from desim.report.rows import nth_sent, story
 
 S = 1_000_000_000
@@ -231,3 +234,24 @@ def test_the_light_commands_import_nothing_heavy():
     loaded = {name.split(".")[0] for name in done.stdout.split()}
     assert not loaded & {"numba", "numpy", "matplotlib", "networkx", "pydantic", "pyarrow",
                          "scipy"}
+
+
+def test_compiled_kernels_are_looked_for_where_they_are_kept(tmp_path, monkeypatch):
+    desim.run  # noqa: B018 - imports, and so compiles, all kernels
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert compiling.cold()
+    for source in Path(desim.__file__).parent.rglob("kernels.py"):
+        folder = tmp_path / f"{source.parent.name}_0123"
+        folder.mkdir(exist_ok=True)
+        (folder / "kernels.sin-1.py311.nbi").touch()
+    assert not compiling.cold()
+
+
+def test_where_kernels_cannot_be_kept_the_way_out_is_said():
+    def fail():
+        with cli._exits(), cli._compiling(quiet=True):
+            raise RuntimeError("cannot cache function 'sin': no locator available")
+
+    with pytest.raises(typer.Exit) as left:
+        fail()
+    assert left.value.exit_code == 2
