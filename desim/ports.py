@@ -87,7 +87,7 @@ class Obstacles:
     """What stands between antennas, at one geometry epoch. The arrays are read-only.
 
     ``segments`` [n, 4] x1 y1 x2 y2 in m | ``material`` [n] index into ``materials`` |
-    ``thickness_m`` [n] | ``height_m`` [n]. ``epoch`` grows when a door or an obstacle moves.
+    ``thickness_m`` [n] | ``height_m`` [n]. ``epoch`` grows when a door moves.
     """
 
     segments: np.ndarray
