@@ -207,8 +207,21 @@ def test_partition_episodes_have_a_beginning_and_an_end():
                                                                          far])]
     splits.close(6 * S)
     assert began == [False, True, False, False, True]
-    assert splits.summary() == {"count": 2, "total_s": 4.0, "longest_s": 2.0,
+    assert splits.summary() == {"count": 2, "total_s": 4.0, "longest_s": 2.0, "most_parts": 2,
                                 "episodes_s": [[1.0, 3.0], [4.0, 6.0]]}
+
+
+def test_the_monitor_counts_partitions_once_a_second():
+    fleet = Fleet(reach_m=10.0, measure={"every": "2 s", "on": ["partition"]})
+    fleet.at(1.5, lambda: fleet.poses.__setitem__((1, 0), 12.0), Phase.WORLD)
+    fleet.at(4.5, lambda: fleet.poses.__setitem__((1, 0), 8.0), Phase.WORLD)
+    assert fleet.run(7)["partitions"] == {"count": 1, "total_s": 3.0, "longest_s": 3.0,
+                                          "most_parts": 2, "episodes_s": [[2.0, 5.0]]}
+    table = samples_table(fleet.monitor)
+    assert list(zip(table["time_s"], table["cause"], table["parts"], strict=True)) == [
+        (0.0, "period", 1), (2.0, "period", 2), (2.0, "partition", 2), (4.0, "period", 2),
+        (6.0, "period", 1), (7.0, "end", 1)]
+    assert fleet.recorded("partition") == [(2 * S, 2, 0, 0)]
 
 
 def test_without_a_range_nobody_is_ever_cut_off():

@@ -179,7 +179,8 @@ class Monitor:
             values["messages_delivered"], values["bytes_on_air"])
         row(now_ns, kind["sample_motion"], self._entity, values["collisions"],
             values["recoveries"], bits(values["distance_m"]))
-        self.samples.append({**values, "cause": cause, "bytes": self.families.bytes()})
+        self.samples.append({**values, "parts": self.splits.parts, "cause": cause,
+                             "bytes": self.families.bytes()})
         self._judge(values)
 
     def _judge(self, values: dict[str, float]) -> None:

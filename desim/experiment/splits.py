@@ -34,6 +34,7 @@ class Splits:
     def __init__(self, reach_m: float | None) -> None:
         self.reach_m = reach_m
         self.parts = 1
+        self.most_parts = 1
         self.episodes: list[tuple[int, int]] = []
         self._since_ns: int | None = None
 
@@ -47,6 +48,7 @@ class Splits:
         if self.reach_m is None or len(positions) < 2:
             return False
         self.parts = components(positions, self.reach_m)
+        self.most_parts = max(self.most_parts, self.parts)
         if self.parts > 1 and self._since_ns is None:
             self._since_ns = now_ns
             return True
@@ -63,7 +65,8 @@ class Splits:
     def summary(self) -> dict[str, object]:
         """Count and durations, after ``close``."""
         lengths_s = [(end - begin) / NS_PER_S for begin, end in self.episodes]
-        return {"count": len(lengths_s), "total_s": sum(lengths_s),
+        return {"count": len(lengths_s), "total_s": sum(lengths_s, 0.0),
                 "longest_s": max(lengths_s, default=0.0),
+                "most_parts": self.most_parts,
                 "episodes_s": [[begin / NS_PER_S, end / NS_PER_S]
                                for begin, end in self.episodes]}

@@ -32,7 +32,7 @@ def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
     Times are None where the instant was not reached: the run is censored.
     """
     judged = judged_robot(monitor)
-    last = monitor.samples[-1]
+    last, robots = monitor.samples[-1], _robots(monitor, now_ns)
     first_ns = monitor.explored.first_ns
     traffic = totals(monitor.graph)
     return {
@@ -56,7 +56,8 @@ def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
         "partitions": monitor.splits.summary(),
         "traffic": by_kind(monitor.graph),
         "latency_by_topic": monitor.families.latency(),
-        "robots": _robots(monitor, now_ns),
+        **_fleet_means(robots),
+        "robots": robots,
     }
 
 
@@ -78,7 +79,7 @@ def _exploration(monitor: Monitor, judged: str | None) -> Exploration:
 
 
 def _robots(monitor: Monitor, now_ns: int) -> dict[str, dict[str, Any]]:
-    """Per robot; kB are 1000 bytes, means over the whole run (equation 8)."""
+    """Per robot; kB are 1000 bytes, means over the whole run."""
     kilo_s = max(now_ns, 1) / NS_PER_S * 1000.0
     travelled_m = monitor.travelled_m().tolist()
     shares = dict(zip(monitor.explorers, monitor.coverage.known, strict=True))
@@ -90,6 +91,12 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, dict[str, Any]]:
         "rx_kBps": host.rx_bytes / kilo_s,
         "tx_kBps": host.tx_bytes / kilo_s,
     } for i, (name, host) in enumerate(zip(monitor.robots, monitor.hosts, strict=True))}
+
+
+def _fleet_means(robots: dict[str, dict[str, Any]]) -> dict[str, float]:
+    """Equation 8: the mean over the robots of their means over the run."""
+    return {f"mean_{key}": sum(robot[key] for robot in robots.values()) / len(robots)
+            for key in ("rx_kBps", "tx_kBps")}
 
 
 def samples_table(monitor: Monitor) -> dict[str, list]:
