@@ -13,7 +13,7 @@ import pytest
 import desim
 from desim.errors import InputError
 from desim.experiment import maps, results
-from desim.experiment.compare import first_difference, kept, simulated, spools
+from desim.experiment.compare import first_difference, kept, simulated, spools, trace_of
 from desim.experiment.results import RunFolder
 from desim.kernel import Phase
 from desim.ports import GridSpec
@@ -248,6 +248,15 @@ def test_running_again_gives_row_for_row_what_was_kept(finished, tmp_path):
         before, names_before = kept(finished, tmp_path / "spool")
         assert first_difference(again, before) is None
         assert names == names_before
+
+
+def test_a_run_of_other_versions_is_not_repeated(hello, tmp_path):
+    run = desim.run(hello, overrides=("stop.elapsed=1 s",), out=tmp_path)
+    trace_of(run, tmp_path / "spool")
+    manifest = {**run.manifest, "versions": {**run.manifest["versions"], "numpy": "1.0"}}
+    (run.path / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(InputError, match="versions in its manifest differ"):
+        trace_of(desim.Run(run.path), tmp_path / "spool")
 
 
 def test_the_first_difference_of_two_traces():

@@ -12,6 +12,8 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from desim.api import Run
+from desim.errors import InputError
+from desim.experiment import identity
 from desim.scenario.load import load
 from desim.scenario.schema import Scenario
 from desim.simulation import Simulation
@@ -81,9 +83,20 @@ def kept(run: Run, spool: Path) -> Rows | None:
 
 
 def trace_of(run: Run, spool: Path, until_ns: int | None = None) -> Rows:
-    """The trace of a run: the kept one, or that of running its scenario again."""
-    return kept(run, spool) or simulated(
-        load(run.path / "scenario.resolved.yaml").scenario, spool, until_ns)
+    """The trace of a run: the kept one, or that of running its scenario again. Raises
+    ``InputError`` where it was not kept and other versions are installed now."""
+    rows = kept(run, spool)
+    if rows is not None:
+        return rows
+    scenario = load(run.path / "scenario.resolved.yaml").scenario
+    now = {"versions": identity.versions(), "plugins": identity.plugin_references(scenario),
+           "source": identity.source(scenario)}
+    other = [name for name, value in now.items() if run.manifest.get(name) != value]
+    if other:
+        raise InputError(f"{run.path}: its trace rows were not kept, and it cannot be repeated: "
+                         f"{', '.join(other)} in its manifest differ from those installed now; "
+                         "run the scenario again (with --set trace.keep=all the rows are kept)")
+    return simulated(scenario, spool, until_ns)
 
 
 def first_difference(first: np.ndarray, second: np.ndarray) -> int | None:
