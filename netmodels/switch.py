@@ -15,6 +15,7 @@ sends packet by packet instead, without that error, for an event and more a pack
 
 from __future__ import annotations
 
+from functools import lru_cache
 from heapq import heappop, heappush
 
 from pydantic import Field
@@ -25,6 +26,9 @@ from desim.units import BitRate, ByteSize, Duration, airtime_ns
 
 GAP_BYTES = 8 + 12  # IEEE 802.3: preamble with start delimiter, and the interframe gap
 FULL_BYTES = 1518  # IEEE 802.3: 1500 B payload, 14 B header, 4 B check sequence
+
+
+_deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle exit gives the same delays again
 
 
 class Exit:
@@ -115,12 +119,14 @@ class Switch:
         self._params = params
         self._rate_bps = params.rate_bps
         self._propagation_ns = params.propagation_ns
-        self._full_ns = self._wire_ns(FULL_BYTES, 1)
+        self._packet_ns = lru_cache(1 << 12)(lambda size_bytes: self._wire_ns(size_bytes, 1))
+        self._full_ns = self._packet_ns(FULL_BYTES)
         self._lost: set[tuple[int, int]] = set()  # (frame id, exit) of trains that lost a packet
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._port = _assign(self._params.ports, hosts)
+        self._exits_to = [((port, (host,)),) for host, port in enumerate(self._port)]
         count = max(self._port, default=0) + 1
         self._trains_free_ns = [0] * count
         self._packets_free_ns = [0] * count
@@ -142,7 +148,7 @@ class Switch:
     def _leave(self, frame: ports.Frame, port: int) -> Exits:
         """The frame's exits other than its own port; who is behind that one has it at once."""
         if not frame.broadcast and self._port[frame.receivers[0]] != port:
-            return ((self._port[frame.receivers[0]], frame.receivers),)
+            return self._exits_to[frame.receivers[0]]
         groups: dict[int, list[int]] = {}
         for receiver in frame.receivers:
             groups.setdefault(self._port[receiver], []).append(receiver)
@@ -153,8 +159,10 @@ class Switch:
 
     def _send_packet(self, frame: ports.Frame, port: int, exits: Exits) -> None:
         now_ns = self._context.now_ns
-        wire_ns = self._wire_ns(frame.size_bytes, 1)
-        begin_ns = max(now_ns, self._packets_free_ns[port])
+        wire_ns = self._packet_ns(frame.size_bytes)
+        begin_ns = self._packets_free_ns[port]
+        if begin_ns < now_ns:
+            begin_ns = now_ns
         if self._trains_free_ns[port] > begin_ns:
             begin_ns = min(begin_ns + self._full_ns, self._trains_free_ns[port])
             self._trains_free_ns[port] += wire_ns
@@ -166,7 +174,7 @@ class Switch:
         begin_ns = self._begin_train(port)
         end_ns = begin_ns + self._wire_ns(frame.size_bytes, frame.segments)
         self._trains_free_ns[port] = end_ns
-        packet_ns = self._wire_ns(segment_sizes(frame.size_bytes, frame.segments)[0], 1)
+        packet_ns = self._packet_ns(segment_sizes(frame.size_bytes, frame.segments)[0])
         first_ns = begin_ns + packet_ns + self._propagation_ns
         last_ns = end_ns + self._propagation_ns
         for exit_, _ in exits:
@@ -178,7 +186,7 @@ class Switch:
         first_ns = None
         sizes = segment_sizes(frame.size_bytes, frame.segments)
         for number, size_bytes in enumerate(sizes, 1):
-            wire_ns = self._wire_ns(size_bytes, 1)
+            wire_ns = self._packet_ns(size_bytes)
             end_ns += wire_ns
             in_ns = end_ns + self._propagation_ns
             first_ns = first_ns or in_ns
@@ -194,11 +202,11 @@ class Switch:
         for exit_, receivers in exits:
             queue = self._exits[exit_]
             end_ns = queue.packet(now_ns, wire_ns) if wire_ns else queue.train(first_ns, now_ns)
-            if end_ns is None or (frame.id, exit_) in self._lost:
+            if end_ns is None or self._lost and (frame.id, exit_) in self._lost:
                 self._lost.discard((frame.id, exit_))
                 verdict = ports.Drop("queue_full")
             else:
-                verdict = ports.Deliver(end_ns - now_ns + self._propagation_ns)
+                verdict = _deliver(end_ns - now_ns + self._propagation_ns)
             for receiver in receivers:
                 context.settle(frame, receiver, verdict)
 

@@ -2,9 +2,11 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from desim import plugins
+from desim.ports import PASS, Drop, Frame
 from desim.testing import Bench, Instant
 from netmodels.link import Link
 
@@ -29,6 +31,27 @@ def test_range_counts_its_edge_in_and_hosts_without_a_place_too():
     bench.send(0, "none", "beyond", 100, label="from none")
     assert sorted(fates(bench)) == [("beyond", "out_of_range"), ("edge", "arrived"),
                                     ("from none", "arrived"), ("none", "arrived")]
+
+
+def test_range_finds_the_same_whether_everybody_is_near_or_not():
+    """Where the box around all hosts is small enough nobody looks at pairs; one host far away
+    changes nothing for the others, and a move is noticed."""
+    class Moving:
+        now_ns, places = 0, np.array([(0.0, 0.0), (30.0, 40.0), (math.nan, math.nan)])
+
+        def positions(self, time_ns):
+            return self.places
+
+    moving, rule = Moving(), make("range", distance="50 m")
+    rule.start(moving, ("a", "b", "none"))
+    frame = Frame(1, 0, (1, 2), 100, 1, True)
+    assert rule.judge(frame, (1, 2)) == [PASS, PASS]
+    moving.places = moving.places + [[0, 0], [0, 0.001], [0, 0]]
+    assert rule.judge(frame, (1, 2)) == [Drop("out_of_range"), PASS]
+    moving.places = np.array([(0.0, 0.0), (3.0, 4.0), (900.0, 0.0)])
+    assert rule.judge(frame, (1, 2)) == [PASS, Drop("out_of_range")]
+    moving.places = np.full((3, 2), math.nan)
+    assert rule.judge(frame, (1, 2)) == [PASS, PASS]
 
 
 def test_latency_of_half_a_second_gives_a_round_trip_of_exactly_one():

@@ -13,7 +13,7 @@ import numpy as np
 
 from desim.errors import ModelError
 from desim.kernel import Call, Kernel, Phase
-from desim.ports import Deliver, Drop, Frame, NetworkModel, Obstacles, Pass, Rule
+from desim.ports import PASS, Deliver, Drop, Frame, NetworkModel, Obstacles, Pass, Rule
 from desim.streams import Streams
 from desim.trace import Names
 
@@ -31,6 +31,9 @@ class Carrier(Protocol):
 
 
 Claim = tuple[Carrier, Any, int, int, int]  # and token, receiver, size_bytes, rules' delay_ns
+
+_NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER
+_new = tuple.__new__  # a Frame at half the price
 
 
 class Place(Protocol):
@@ -105,17 +108,18 @@ class Medium:
         self.tx_bytes = [0] * len(hosts)
         self.rx_bytes = [0] * len(hosts)
         self._env = kernel.env
-        self._at, self._after = kernel.at, kernel.after
+        self._after = kernel.after
         self._send = model.send
         self._streams = streams
         self._place = Nowhere(len(hosts)) if place is None else place
         self.positions = self._place.positions
         self._ids = [names.id(host) for host in hosts]
-        self._open: dict[tuple[int, int], Claim] = {}  # by frame and receiver
+        self._open: list[dict[int, Claim]] = [{} for _ in hosts]  # by receiver, by frame
         self._flying = 0
         self._reasons = frozenset(model.reasons)
         for number, rule in enumerate(self.rules):
             rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
+        self._judges = [(rule, rule.judge) for rule in self.rules]
         model.start(self, tuple(hosts))
 
     # What models may know and do: ports.Context.
@@ -129,7 +133,7 @@ class Medium:
         return self._place.obstacles
 
     def at(self, time_ns: int, fn: Callable[[Any], Any], arg: Any = None) -> Call:
-        return self._at(time_ns, Phase.NETWORK, self.id, fn, arg)
+        return self._after(time_ns - self._env.now, _NETWORK, self.id, fn, arg)
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._streams("medium", self.name, *name)
@@ -138,12 +142,12 @@ class Medium:
         claim = self._claim(frame, receiver)
         if type(verdict) is Deliver:
             delay_ns, ids = verdict.delay_ns, self._ids
-            if claim[-1]:
+            if claim[4]:
                 if delay_ns < 0:
                     raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
-                delay_ns += claim[-1]
+                delay_ns += claim[4]
             self._flying += 1
-            self._after(delay_ns, Phase.DELIVER, ids[frame.source] << 32 | ids[receiver],
+            self._after(delay_ns, _DELIVER, ids[frame.source] << 32 | ids[receiver],
                         self._deliver, claim)
         else:
             self._count(self._declared(verdict), 1)
@@ -169,53 +173,63 @@ class Medium:
         self.frames = number = self.frames + 1
         self.intended += len(receivers)
         self.tx_bytes[source] += size_bytes
-        frame = Frame(number, source, receivers, size_bytes, segments, broadcast)
-        if self.rules:
-            delays_ns = self._judge(frame, carrier, token)
-            if not delays_ns:
-                return
+        frame = _new(Frame, (number, source, receivers, size_bytes, segments, broadcast))
+        delays_ns = self._judge(frame, carrier, token)
+        if delays_ns is None:
+            for receiver in receivers:
+                self._open[receiver][number] = (carrier, token, receiver, size_bytes, 0)
+        elif delays_ns:
             if len(delays_ns) < len(receivers):
                 frame = frame._replace(receivers=tuple(delays_ns))
             for receiver, delay_ns in delays_ns.items():
-                self._open[number, receiver] = (carrier, token, receiver, size_bytes, delay_ns)
+                self._open[receiver][number] = (carrier, token, receiver, size_bytes, delay_ns)
         else:
-            for receiver in receivers:
-                self._open[number, receiver] = (carrier, token, receiver, size_bytes, 0)
+            return
         self.bytes_on_air += size_bytes
         self._send(frame)
 
     def in_flight(self) -> int:
         """Frames, per receiver, that are not settled yet or on their way."""
-        return len(self._open) + self._flying
+        return sum(map(len, self._open)) + self._flying
 
-    def _judge(self, frame: Frame, carrier: Carrier, token: Any) -> dict[int, int]:
-        """Ask the rules. Returns the receivers that are left, with the delay to add."""
+    def _judge(self, frame: Frame, carrier: Carrier, token: Any) -> dict[int, int] | None:
+        """Ask the rules. Returns the receivers that are left, with the delay to add; None where no
+        rule has anything to say."""
         receivers = frame.receivers
-        delays_ns = dict.fromkeys(receivers, 0)
-        for rule in self.rules:
-            verdicts = rule.judge(frame, receivers)
-            if len(verdicts) != len(receivers):
-                raise ModelError(f"{_class(rule)} gave {len(verdicts)} verdicts for "
-                                 f"{len(receivers)} receivers")
-            for receiver, verdict in zip(receivers, verdicts, strict=True):
-                if type(verdict) is Deliver:
-                    if type(verdict.delay_ns) is not int or verdict.delay_ns < 0:
-                        raise ModelError(f"{_class(rule)} delays by {verdict.delay_ns!r}; a delay "
-                                         "is an int >= 0 of nanoseconds")
-                    delays_ns[receiver] += verdict.delay_ns
-                elif type(verdict) is Drop:
-                    if verdict.reason not in rule.reasons:
-                        raise _undeclared(rule, verdict.reason)
-                    del delays_ns[receiver]
-                    self._count(verdict.reason, 1)
-                    carrier.lost(token, receiver, verdict.reason)
-                elif type(verdict) is not Pass:
-                    raise ModelError(f"{_class(rule)} gave {verdict!r}, which is no verdict")
+        delays_ns: dict[int, int] | None = None
+        for rule, judge in self._judges:
+            verdicts = judge(frame, receivers)
+            if len(verdicts) == len(receivers) == verdicts.count(PASS):
+                continue
+            if delays_ns is None:
+                delays_ns = dict.fromkeys(receivers, 0)
+            self._obey(rule, verdicts, receivers, delays_ns, carrier, token)
             if len(delays_ns) < len(receivers):
                 receivers = tuple(delays_ns)
                 if not receivers:
                     break
         return delays_ns
+
+    def _obey(self, rule: Rule, verdicts: list[Any], receivers: tuple[int, ...],
+              delays_ns: dict[int, int], carrier: Carrier, token: Any) -> None:
+        """Add the rule's delays to ``delays_ns``, and take out whom it drops."""
+        if len(verdicts) != len(receivers):
+            raise ModelError(f"{_class(rule)} gave {len(verdicts)} verdicts for "
+                             f"{len(receivers)} receivers")
+        for receiver, verdict in zip(receivers, verdicts, strict=True):
+            if type(verdict) is Deliver:
+                if type(verdict.delay_ns) is not int or verdict.delay_ns < 0:
+                    raise ModelError(f"{_class(rule)} delays by {verdict.delay_ns!r}; a delay "
+                                     "is an int >= 0 of nanoseconds")
+                delays_ns[receiver] += verdict.delay_ns
+            elif type(verdict) is Drop:
+                if verdict.reason not in rule.reasons:
+                    raise _undeclared(rule, verdict.reason)
+                del delays_ns[receiver]
+                self._count(verdict.reason, 1)
+                carrier.lost(token, receiver, verdict.reason)
+            elif type(verdict) is not Pass:
+                raise ModelError(f"{_class(rule)} gave {verdict!r}, which is no verdict")
 
     def _deliver(self, claim: Claim) -> None:
         carrier, token, receiver, size_bytes, _ = claim
@@ -230,8 +244,8 @@ class Medium:
 
     def _claim(self, frame: Frame, receiver: int) -> Claim:
         try:
-            return self._open.pop((frame.id, receiver))
-        except KeyError:
+            return self._open[receiver].pop(frame.id)
+        except (KeyError, IndexError):
             raise ModelError(f"{self._model()} settled {frame} at receiver {receiver}, which is "
                              "settled already or was never intended") from None
 

@@ -10,6 +10,7 @@ would let it: n packets get through with (1 - p)^n at each attempt.
 from __future__ import annotations
 
 from collections import deque
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase, pair
@@ -28,6 +29,7 @@ RTO_MIN_NS = 200_000_000  # Linux TCP_RTO_MIN
 RTO_MAX_NS = 120_000_000_000  # Linux TCP_RTO_MAX
 
 
+@lru_cache(maxsize=1 << 12)
 def stream_frame(size_bytes: int) -> tuple[int, int]:
     """Bytes with all headers, and segments, of a message of ``size_bytes`` over TCP."""
     payload = size_bytes + LENGTH_BYTES
@@ -35,6 +37,7 @@ def stream_frame(size_bytes: int) -> tuple[int, int]:
     return payload + segments * SEGMENT_HEADER_BYTES, segments
 
 
+@lru_cache(maxsize=1 << 12)
 def datagram_frame(size_bytes: int) -> tuple[int, int]:
     """Bytes with all headers, and datagrams, of a message of ``size_bytes`` over UDPROS. That IP
     would cut each full datagram (1528 B) once more is left out."""
@@ -116,7 +119,7 @@ class StreamLink:
 
     def offer(self, message: Message) -> None:
         if self._wire is None:
-            self._begin(message)
+            self._begin(message, message.born_ns)
             return
         outbox = self._outbox
         outbox.append(message)
@@ -132,7 +135,7 @@ class StreamLink:
             return
         self._graph.deliver(message, self._host, self._first_ns, self._sent_ns)
         if self._outbox and self._wire is None:
-            self._begin(self._outbox.popleft())
+            self._begin(self._outbox.popleft(), self._graph.kernel.now_ns)
 
     def lost(self, message: Message, receiver: int, reason: str) -> None:
         """The medium lost the frame: wait for the timeout that runs since it was sent."""
@@ -145,7 +148,7 @@ class StreamLink:
         graph.trace.row(now_ns, graph.LOST, self._host.id, self._source.id, message.seq,
                         graph.names.id(reason))
         self._timer = graph.kernel.at(max(now_ns, self._sent_ns + self._rto_ns), Phase.NETWORK,
-                                      self._entity, self._transmit)
+                                      self._entity, self._again)
         self._rto_ns = min(2 * self._rto_ns, RTO_MAX_NS)
 
     def close(self, reason: str) -> None:
@@ -164,15 +167,18 @@ class StreamLink:
     def waiting(self) -> int:
         return len(self._outbox) + (self._wire is not None)
 
-    def _begin(self, message: Message) -> None:
+    def _begin(self, message: Message, now_ns: int) -> None:
         self._wire = message
-        self._first_ns = self._graph.kernel.now_ns
-        self._transmit(None)
+        self._first_ns = now_ns
+        self._transmit(message, now_ns)
 
-    def _transmit(self, _: Any) -> None:
-        message, graph = self._wire, self._graph
+    def _again(self, _: Any) -> None:
         self._timer = None
-        self._sent_ns = now_ns = graph.kernel.now_ns
+        self._transmit(self._wire, self._graph.kernel.now_ns)
+
+    def _transmit(self, message: Message, now_ns: int) -> None:
+        graph = self._graph
+        self._sent_ns = now_ns
         size_bytes, segments = stream_frame(message.size_bytes)
         graph.trace.row(now_ns, graph.FRAME, self._source.id, self._host.id, message.seq,
                         size_bytes)
