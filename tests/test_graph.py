@@ -126,6 +126,24 @@ def test_has_subscribers_follows_the_registry():
     assert answers == [True, False, True]
 
 
+def test_what_nobody_hears_takes_no_number():
+    """Rows count what was heard: a listener to the one topic does not see how often the other,
+    silent one was published. A latched word is kept without a number until somebody connects."""
+    def speaks(node):
+        node.advertise("/unheard", latch=True)
+        node.advertise("/talk")
+        for time_ns in (0, S, 2 * S):
+            node.after(time_ns, lambda _: node.publish("/unheard", Words("psst")))
+            node.after(time_ns, lambda _: node.publish("/talk", Words("hello")))
+
+    heard = []
+    net = Net({"a": speaks, "b": {"ear": listener([]), "late": lambda node: node.after(
+        3 * S, lambda _: listener(heard, "/unheard")(node))}}).run(5 * S)
+    assert [row[3:5] for row in net.rows("sent")] == [
+        ("/talk", 1), ("/talk", 2), ("/talk", 3), ("/unheard", 4)]
+    assert heard == [(3 * S, "b", "a", "psst")]
+
+
 def test_timers_start_where_they_are_told():
     ticks = {}
 

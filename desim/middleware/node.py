@@ -44,12 +44,13 @@ class Node:
         return self._graph.kernel.now_ns
 
     def advertise(self, topic: str, *, transport: str = "stream", latch: bool = False,
-                  queue: int = 1, via: str = "unicast") -> None:
+                  queue: int = 1, via: str = "unicast") -> Publisher:
         """``topic`` may be published from now on. ``transport``: stream or datagram; ``via``:
         unicast, or broadcast, which is by datagram whatever ``transport`` says. ``queue`` bounds
-        the outbox of each stream link (0: no bound)."""
-        self._publishers[topic] = self.host.advertise(self.name, topic, transport, via, queue,
-                                                      latch)
+        the outbox of each stream link (0: no bound). Returns what ``publish`` looks up."""
+        publisher = self._publishers[topic] = self.host.advertise(self.name, topic, transport, via,
+                                                                  queue, latch)
+        return publisher
 
     def publish(self, topic: str, content: Any) -> None:
         """Send ``content`` to whoever subscribes to ``topic`` now."""

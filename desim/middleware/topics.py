@@ -79,7 +79,7 @@ class Publisher:
     """
 
     __slots__ = ("host", "topic", "endpoint", "transport", "latch", "_last", "_local", "_stale",
-                 "_receivers")
+                 "_receivers", "_heard")
 
     def __init__(self, host: Host, node: str, topic: Topic, transport: str, via: str,
                  queue: int, latch: bool) -> None:
@@ -92,24 +92,24 @@ class Publisher:
         self.transport = (Stream(host, queue) if (transport, via) == ("stream", "unicast")
                           else Datagram(host, via == "broadcast"))
         self.latch = latch
-        self._last: Message | None = None
-        self._local = False
+        self._last: Any = None  # content, of a latched topic
+        self._local = self._heard = False
         self._stale = True
         self._receivers = 0
 
     def publish(self, content: Any) -> None:
-        host = self.host
-        host.published = seq = host.published + 1
         if self._stale:
             self._refresh()
-        if not (self._receivers or self._local or self.latch):
+        if self.latch:
+            self._last = content
+        if not self._heard:
             return
+        host = self.host
+        host.published = seq = host.published + 1
         graph = host.graph
         message = Message(host, self.topic, seq, content.size_bytes, graph.kernel.now_ns, content)
         if graph.read_at_birth:
             message.content  # noqa: B018 - reading computes it
-        if self.latch:
-            self._last = message
         if self._local:
             self.topic.counts.local += 1
             host.receive(message)
@@ -120,7 +120,7 @@ class Publisher:
     def has_subscribers(self) -> bool:
         if self._stale:
             self._refresh()
-        return self._local or self._receivers > 0
+        return self._heard
 
     def changed(self) -> None:
         """The registries answer differently now; look at them in this host's own turn."""
@@ -131,7 +131,7 @@ class Publisher:
     def close(self, reason: str) -> None:
         """The host stopped: what waits is dropped for ``reason``."""
         self._stale = False
-        self._local = self.latch = False
+        self._local = self.latch = self._heard = False
         self._receivers = 0
         self.transport.close(reason)
 
@@ -146,6 +146,7 @@ class Publisher:
                               self.host.graph.middleware.subscribers(self.endpoint))
         self._local = hosts.pop(own, own) is None
         self._receivers = len(hosts)
+        self._heard = self._local or self._receivers > 0
         fresh = self.transport.connect(list(hosts))
         if fresh and self.latch and self._last is not None:
             self._repeat(fresh)
@@ -155,6 +156,6 @@ class Publisher:
         host, last = self.host, self._last
         host.published += 1
         message = Message(host, self.topic, host.published, last.size_bytes,
-                          host.graph.kernel.now_ns, last._content)
+                          host.graph.kernel.now_ns, last)
         host.graph.depart(message, len(receivers))
         self.transport.send(message, receivers)
