@@ -1,0 +1,104 @@
+"""Whole runs, and the audit that each of them ends with."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from desim.scenario.load import load
+from desim.simulation import Outcome, Simulation
+from desim.units import NS_PER_S
+
+HERE = Path(__file__).resolve().parent
+SCENARIOS = HERE.parent.parent / "scenarios"
+HELLO, MAZE_8, MAZE_30 = (SCENARIOS / f"{name}.yaml" for name in ("hello", "maze_8", "maze_30"))
+ROUGH, ANNEX = HERE / "rough.yaml", HERE / "annex.yaml"
+LONGEST_S = 1000  # the slowest frame of any scenario here is through by then
+
+
+def built(file: Path, *overrides: str, seed: int | None = None, **options) -> Simulation:
+    """A simulation that has not run; ``options`` are those of ``Simulation``."""
+    return Simulation(load(file, overrides, seed).scenario, **options)
+
+
+def finished(simulation: Simulation) -> Outcome:
+    """Run to the end; then the books must balance, and come out even when all hosts stop."""
+    outcome = simulation.run()
+    balance(simulation)
+    close(simulation)
+    return outcome
+
+
+def outcome_of(file: Path, *overrides: str, seed: int | None = None, **options) -> Outcome:
+    """How a run of the scenario ended."""
+    return finished(built(file, *overrides, seed=seed, **options))
+
+
+def balance(simulation: Simulation) -> None:
+    """intended = delivered + dropped by reason + in flight, for every topic and every medium; and
+    what is in flight is found where it waits (a stopped host's last frames are the media's)."""
+    graph = simulation.graph
+    stopped = bool(simulation.scenario.faults)
+    for topic in graph.topics.values():
+        waiting = sum(publisher.transport.waiting() for publisher in topic.publishers)
+        in_flight = topic.counts.in_flight
+        assert waiting <= in_flight if stopped else waiting == in_flight, topic.name
+    for medium in graph.media:
+        assert medium.intended == (medium.delivered + sum(medium.dropped.values())
+                                   + medium.in_flight()), medium.name
+
+
+def close(simulation: Simulation) -> None:
+    """Stop every host: what waits is dropped, what flies lands, and nothing is left over."""
+    graph, kernel = simulation.graph, simulation.kernel
+    for host in graph.hosts:
+        host.stop()
+    last_ns = kernel.now_ns + LONGEST_S * NS_PER_S
+    while any(medium.in_flight() for medium in graph.media) and kernel.now_ns < last_ns:
+        kernel.run(kernel.now_ns + NS_PER_S)
+    for topic in graph.topics.values():
+        counts = topic.counts
+        assert counts.intended == counts.delivered + sum(counts.dropped.values()), topic.name
+        assert counts.queued == counts.called + counts.overwritten + counts.discarded, topic.name
+        assert counts.queued >= counts.delivered + counts.local, topic.name
+    for medium in graph.media:
+        assert medium.in_flight() == 0
+        assert medium.intended == medium.delivered + sum(medium.dropped.values()), medium.name
+
+
+class Ledger:
+    """An account of a run kept beside it, from its trace rows and its messages' fates.
+
+    Give ``sink`` and ``fate`` to the ``Simulation`` as ``trace_sink`` and ``on_fate``.
+    """
+
+    def __init__(self) -> None:
+        self.fates: dict[tuple[int, int], str | None] = {}
+        self.delivered = Counter()  # by topic
+        self.dropped: dict[str, Counter] = {}  # by topic and reason
+        self.flights = []  # message, receiver, ns from its last frame's sending to its arrival
+        self.rows = Counter()  # by kind
+        self.frame_bytes = 0
+        self._batches = []
+
+    def sink(self, rows) -> None:
+        self._batches.append(rows.copy())
+
+    def fate(self, message, receiver, time_ns, reason, first_ns, last_ns) -> None:
+        key = (message.number, receiver)
+        assert key not in self.fates, f"message {key} has two fates"
+        self.fates[key] = reason
+        if reason is not None:
+            self.dropped.setdefault(message.topic, Counter())[reason] += 1
+            return
+        assert message.born_ns <= first_ns <= last_ns <= time_ns
+        self.delivered[message.topic] += 1
+        self.flights.append((message, receiver, time_ns - last_ns))
+
+    def fold(self, names) -> None:
+        """Sum up the rows; ``names`` of the run's trace."""
+        for batch in self._batches:
+            for kind in batch["kind"].tolist():
+                self.rows[kind] += 1
+            self.frame_bytes += int(batch["c"][batch["kind"] == names.id("frame")].sum())
+        self.rows = Counter({names[kind]: count for kind, count in self.rows.items()})

@@ -1,0 +1,134 @@
+"""No message and no frame is lost without a reason, and none is faster than its medium."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from runs import HELLO, ROUGH, Ledger, built, finished
+
+from desim import plugins
+from desim.deployment import shared_ports
+from desim.units import NS_PER_S
+
+AIR = "network.media.air"
+LAN = "network.media.lan"
+CASES = {
+    "testbed, switch": (HELLO,),
+    "field, disk": (HELLO, "deployment=field"),
+    "everything at once": (ROUGH,),
+    "everything at once, testbed": (
+        ROUGH, "deployment=testbed", "faults.0.host=workstation", "stop.elapsed=15 s",
+        f"{AIR}.rate=100 Mb/s", f"{AIR}.range=200 m"),
+    "a link too small": (
+        HELLO, f"{LAN}={{model: link, rate: 12 Mb/s, latency: 3 ms, queue: 30 kB}}"),
+    "a switch too small": (
+        HELLO, f"{LAN}={{model: switch, rate: 12 Mb/s, queue: 20 kB, propagation: 1 ms}}",
+        "testbed.robots_per_node=2", "coordination.exchange.period=200 ms"),
+    "packet by packet": (
+        HELLO, f"{LAN}={{model: switch, rate: 100 Mb/s, queue: 20 kB, per_segment: true}}",
+        "coordination.exchange.period=200 ms", "stop.elapsed=15 s"),
+    "no network in the way": (
+        HELLO, f"{LAN}={{model: ideal, delay: 7 ms}}"),
+    "broadcast": (
+        HELLO, "deployment=field", "coordination.exchange={via: broadcast, period: 300 ms}",
+        f"{AIR}={{model: disk, range: 6 m, rate: 1 Mb/s, "
+        "rules: [{rule: loss, probability: 5 %}]}"),
+    "broadcast over a switch": (
+        HELLO, "coordination.exchange={via: broadcast, period: 300 ms}",
+        f"{LAN}={{model: switch, rate: 50 Mb/s}}", "testbed.robots_per_node=2"),
+    "rules": (
+        HELLO, f"{LAN}={{model: link, rules: [{{rule: bandwidth, rate: 12 Mb/s, backlog: 40 kB}}, "
+        "{rule: partition, groups: [[robot_0]], from: 5 s, until: 12 s}, "
+        "{rule: range, distance: 9 m}, {rule: latency, delay: 2 ms, jitter: 5 ms}]}"),
+    "two media": (
+        HELLO, "deployment=field",
+        "network.media={lan: {model: link, rate: 1 Mb/s}, air: {model: disk, range: 8 m}}"),
+    "no exchange": (HELLO, "coordination.exchange=null"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_message_meets_one_fate(case):
+    ledger = Ledger()
+    simulation = built(*CASES[case], trace_sink=ledger.sink, on_fate=ledger.fate)
+    finished(simulation)
+    simulation.trace.flush()
+    ledger.fold(simulation.names)
+    graph = simulation.graph
+    intended = sum(topic.counts.intended for topic in graph.topics.values())
+    assert len(ledger.fates) == intended > 0 or case == "no exchange"
+    for name, topic in graph.topics.items():
+        assert ledger.delivered[name] == topic.counts.delivered
+        assert dict(ledger.dropped.get(name, {})) == topic.counts.dropped
+    for message, receiver, flight_ns in ledger.flights:
+        assert flight_ns >= fastest_ns(simulation, message, receiver)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_trace_says_what_the_counters_say(case):
+    ledger = Ledger()
+    simulation = built(*CASES[case], trace_sink=ledger.sink)
+    finished(simulation)
+    simulation.trace.flush()
+    ledger.fold(simulation.names)
+    topics = simulation.graph.topics.values()
+    media = simulation.graph.media
+    rows = ledger.rows
+    assert rows["sent"] == simulation.graph.messages
+    assert rows["delivered"] == sum(topic.counts.delivered for topic in topics)
+    assert rows["callback"] == sum(topic.counts.called for topic in topics)
+    assert rows["overwritten"] == sum(topic.counts.overwritten for topic in topics)
+    assert rows["frame"] == sum(medium.frames for medium in media)
+    assert ledger.frame_bytes == sum(sum(medium.tx_bytes) for medium in media)
+    assert all(medium.bytes_on_air <= sum(medium.tx_bytes) for medium in media)
+    in_bulk = ("out_of_reach",)  # one row for all whom a broadcast misses
+    assert rows["dropped"] == sum(count for topic in topics
+                                  for reason, count in topic.counts.dropped.items()
+                                  if reason not in in_bulk)
+
+
+def fastest_ns(simulation, message, receiver):
+    """size / rate + propagation of the medium between the two, by hand."""
+    scenario = simulation.scenario
+    hosts = [host.name for host in simulation.graph.hosts]
+    names = (hosts[message.source], hosts[receiver])
+    if any(set(names) <= set(members) for members in shared_ports(scenario).values()) and (
+            medium_of(scenario).model == "switch"):
+        return 0  # it stays inside its cluster node
+    choice = medium_of(scenario)
+    params = plugins.load("network", choice.model).Params(**choice.parameters())
+    if choice.model == "ideal":
+        return params.delay_ns
+    cables = {"switch": 2 * getattr(params, "propagation_ns", 0),
+              "link": getattr(params, "latency_ns", 0), "disk": 0}[choice.model]
+    rules = sum(2_000_000 if rule.parameters()["delay"] == "2 ms" else 1_000_000
+                for rule in choice.rules if rule.rule == "latency")
+    return message.size_bytes * 8 * NS_PER_S // params.rate_bps + cables + rules
+
+
+def medium_of(scenario):
+    """The medium that messages take: the first that both hosts have, and all hosts have all."""
+    return next(iter(scenario.network.media.values()))
+
+
+def test_a_wrong_account_is_seen():
+    simulation = built(HELLO, "stop.elapsed=3 s")
+    topic = simulation.graph.topic("/robot_0/scan")
+    topic.counts.intended += 1
+    with pytest.raises(AssertionError, match="/robot_0/scan"):
+        finished(simulation)
+
+
+faults = st.lists(st.builds(
+    lambda at, host, down: f"{{at: {at} ms, host: {host}, down_for: {down}}}",
+    st.integers(0, 8000), st.sampled_from(["robot_0", "robot_1", "robot_2", "base"]),
+    st.one_of(st.just("null"), st.integers(1, 4000).map("{} ms".format))), max_size=6)
+
+
+@settings(max_examples=15)
+@given(faults, st.sampled_from(["unicast", "broadcast"]), st.sampled_from(["field", "testbed"]))
+def test_hosts_may_stop_and_start_at_any_time(outages, via, deployment):
+    finished(built(HELLO, f"faults=[{', '.join(outages)}]", f"deployment={deployment}",
+                   f"coordination.exchange={{via: {via}, period: 500 ms}}",
+                   "hosts={base: {at: [0 m, 0 m], monitor: true}}",
+                   "network.media={air: {model: disk, range: 9 m, rate: 2 Mb/s}}",
+                   "stop.elapsed=9 s"))
