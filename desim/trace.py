@@ -17,7 +17,7 @@ from desim.errors import InputError
 
 ROW = np.dtype([("t_ns", "<i8"), ("kind", "<u4"), ("entity", "<u4"),
                 ("a", "<i8"), ("b", "<i8"), ("c", "<i8")])
-_pack = struct.Struct("<qIIqqq").pack  # one ROW
+pack = struct.Struct("<qIIqqq").pack  # one ROW
 _BATCH = 1 << 15
 
 
@@ -62,6 +62,9 @@ class Trace:
     """Append-only rows with two digests: of the whole log, and of each entity's own rows.
 
     ``sink`` receives every full batch as an array of ``ROW``; None keeps nothing.
+
+    ``put(pack(t_ns, kind, entity, a, b, c))`` is ``row`` without the look at whether a batch is
+    full, for who writes several rows in one go: the next ``row`` looks.
     """
 
     def __init__(self, names: Names, sink: Callable[[np.ndarray], None] | None = None) -> None:
@@ -69,6 +72,7 @@ class Trace:
         self.rows_written = 0
         self._sink = sink
         self._buffer: list[bytes] = []
+        self.put = self._buffer.append
         self._whole = hashlib.blake2b(digest_size=16)
         self._by_entity: dict[int, hashlib.blake2b] = {}
 
@@ -78,7 +82,7 @@ class Trace:
         Raises ``struct.error`` for what is no int or does not fit; a float goes through ``bits``.
         """
         buffer = self._buffer
-        buffer.append(_pack(t_ns, kind, entity, a, b, c))
+        buffer.append(pack(t_ns, kind, entity, a, b, c))
         if len(buffer) >= _BATCH:
             self.flush()
 

@@ -45,11 +45,15 @@ class Exit:
 
     def packet(self, now_ns: int, wire_ns: int) -> int | None:
         """When a packet that is here now will have left; None if it finds the queue full."""
-        self._run(now_ns)
-        if self._work_ns and self._work_ns + wire_ns > self._limit_ns:
+        if self._changes:
+            self._run(now_ns)
+        else:
+            self._pour(now_ns)
+        work_ns = self._work_ns + wire_ns
+        if work_ns > wire_ns and work_ns > self._limit_ns:
             return None
-        self._work_ns += wire_ns
-        return now_ns + self._work_ns
+        self._work_ns = work_ns
+        return now_ns + work_ns
 
     def announce(self, first_ns: int, last_ns: int, packet_ns: int) -> None:
         """A train's first packet will be here at ``first_ns``, its last one at ``last_ns``."""
@@ -135,9 +139,13 @@ class Switch:
 
     def send(self, frame: ports.Frame) -> None:
         port = self._port[frame.source]
-        exits = self._leave(frame, port)
-        if not exits:
-            return
+        receiver = frame.receivers[0]
+        if frame.broadcast or self._port[receiver] == port:
+            exits = self._leave(frame, port)
+            if not exits:
+                return
+        else:
+            exits = self._exits_to[receiver]
         if frame.segments == 1:
             self._send_packet(frame, port, exits)
         elif self._params.per_segment:
@@ -147,8 +155,6 @@ class Switch:
 
     def _leave(self, frame: ports.Frame, port: int) -> Exits:
         """The frame's exits other than its own port; who is behind that one has it at once."""
-        if not frame.broadcast and self._port[frame.receivers[0]] != port:
-            return self._exits_to[frame.receivers[0]]
         groups: dict[int, list[int]] = {}
         for receiver in frame.receivers:
             groups.setdefault(self._port[receiver], []).append(receiver)

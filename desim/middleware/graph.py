@@ -22,7 +22,7 @@ from desim.middleware.node import Node
 from desim.middleware.topics import Message, Publisher, Subscription, Topic
 from desim.ports import Endpoint, Middleware, natural_key
 from desim.streams import Streams
-from desim.trace import Names, Trace
+from desim.trace import Names, Trace, pack
 
 if TYPE_CHECKING:
     from desim.middleware.medium import Medium
@@ -150,12 +150,12 @@ class Host:
         """Run the callbacks of all that waits, in order of arrival."""
         inbox, self._inbox = self._inbox, []
         graph, own = self.graph, self.id
-        now_ns, row, callback = graph.kernel.now_ns, graph.trace.row, graph.CALLBACK
+        now_ns, put, callback = graph.kernel.now_ns, graph.put, graph.CALLBACK
         for subscription, message in inbox:
             subscription.waiting -= 1
             about = message.about
             about.counts.called += 1
-            row(now_ns, callback, own, message.origin.id, message.seq, about.id)
+            put(pack(now_ns, callback, own, message.origin.id, message.seq, about.id))
             subscription.callback(message)
 
 
@@ -175,6 +175,7 @@ class Graph:
         if payloads not in ("lazy", "birth", "delivery"):
             raise InputError(f"payloads are read lazy, at birth or at delivery, not {payloads!r}")
         self.kernel, self.names, self.trace, self.streams = kernel, names, trace, streams
+        self.put = trace.put
         self.middleware = middleware
         self.read_at_birth = payloads == "birth"
         self._read_at_delivery = payloads == "delivery"
@@ -242,7 +243,7 @@ class Graph:
         counts.delivered += 1
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
-        self.trace.row(now_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns)
+        self.put(pack(now_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns))
         if self._on_fate is not None:
             self._on_fate(message, host.index, now_ns, None, first_ns, last_ns)
 

@@ -7,6 +7,7 @@ It needs a ``Kernel`` and names, not a ``Graph``: a plain SimPy program can send
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from operator import attrgetter
 from typing import Any, Protocol
 
 import numpy as np
@@ -65,16 +66,15 @@ class Nowhere:
 class RuleContext:
     """What a rule may know: a ``ports.Context`` without the means to act."""
 
-    __slots__ = ("_medium", "_name", "positions")
+    __slots__ = ("_medium", "_name", "_env", "positions")
 
     def __init__(self, medium: Medium, name: str) -> None:
         self._medium = medium
         self._name = name
+        self._env = medium._env
         self.positions = medium.positions
 
-    @property
-    def now_ns(self) -> int:
-        return self._medium.now_ns
+    now_ns = property(attrgetter("_env.now"))
 
     @property
     def obstacles(self) -> Obstacles:
@@ -124,9 +124,7 @@ class Medium:
 
     # What models may know and do: ports.Context.
 
-    @property
-    def now_ns(self) -> int:
-        return self._env.now
+    now_ns = property(attrgetter("_env.now"))
 
     @property
     def obstacles(self) -> Obstacles:
@@ -139,7 +137,10 @@ class Medium:
         return self._streams("medium", self.name, *name)
 
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
-        claim = self._claim(frame, receiver)
+        try:
+            claim = self._open[receiver].pop(frame.id)
+        except (KeyError, IndexError):
+            raise self._unexpected(frame, receiver) from None
         if type(verdict) is Deliver:
             delay_ns, ids = verdict.delay_ns, self._ids
             if claim[4]:
@@ -160,7 +161,10 @@ class Medium:
                 self.settle(frame, receiver, verdict)
         elif receivers:
             reason = self._declared(verdict)
-            claims = [self._claim(frame, receiver) for receiver in receivers]
+            try:
+                claims = [self._open[receiver].pop(frame.id) for receiver in receivers]
+            except (KeyError, IndexError):
+                raise self._unexpected(frame, receivers) from None
             self._count(reason, len(receivers))
             carrier, token = claims[0][:2]
             carrier.missed(token, tuple(receivers), reason, self)
@@ -242,12 +246,9 @@ class Medium:
             self._count("host_down", 1)
             carrier.lost(token, receiver, "host_down")
 
-    def _claim(self, frame: Frame, receiver: int) -> Claim:
-        try:
-            return self._open[receiver].pop(frame.id)
-        except (KeyError, IndexError):
-            raise ModelError(f"{self._model()} settled {frame} at receiver {receiver}, which is "
-                             "settled already or was never intended") from None
+    def _unexpected(self, frame: Frame, receiver: int | Sequence[int]) -> ModelError:
+        return ModelError(f"{self._model()} settled {frame} at receiver {receiver}, which is "
+                          "settled already or was never intended")
 
     def _declared(self, verdict: Any) -> str:
         if type(verdict) is not Drop:

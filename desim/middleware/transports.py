@@ -14,6 +14,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase, pair
+from desim.trace import pack
 
 if TYPE_CHECKING:
     from desim.middleware.graph import Host
@@ -119,7 +120,8 @@ class StreamLink:
 
     def offer(self, message: Message) -> None:
         if self._wire is None:
-            self._begin(message, message.born_ns)
+            self._first_ns = message.born_ns  # which is now
+            self._transmit(message, message.born_ns)
             return
         outbox = self._outbox
         outbox.append(message)
@@ -135,7 +137,8 @@ class StreamLink:
             return
         self._graph.deliver(message, self._host, self._first_ns, self._sent_ns)
         if self._outbox and self._wire is None:
-            self._begin(self._outbox.popleft(), self._graph.kernel.now_ns)
+            self._first_ns = now_ns = self._graph.kernel.now_ns
+            self._transmit(self._outbox.popleft(), now_ns)
 
     def lost(self, message: Message, receiver: int, reason: str) -> None:
         """The medium lost the frame: wait for the timeout that runs since it was sent."""
@@ -167,21 +170,17 @@ class StreamLink:
     def waiting(self) -> int:
         return len(self._outbox) + (self._wire is not None)
 
-    def _begin(self, message: Message, now_ns: int) -> None:
-        self._wire = message
-        self._first_ns = now_ns
-        self._transmit(message, now_ns)
-
     def _again(self, _: Any) -> None:
         self._timer = None
         self._transmit(self._wire, self._graph.kernel.now_ns)
 
     def _transmit(self, message: Message, now_ns: int) -> None:
         graph = self._graph
+        self._wire = message
         self._sent_ns = now_ns
         size_bytes, segments = stream_frame(message.size_bytes)
-        graph.trace.row(now_ns, graph.FRAME, self._source.id, self._host.id, message.seq,
-                        size_bytes)
+        graph.put(pack(now_ns, graph.FRAME, self._source.id, self._host.id, message.seq,
+                       size_bytes))
         self._medium.transmit(self._source.index, self._to, size_bytes, segments, False, self,
                               message)
 
