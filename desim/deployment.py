@@ -46,13 +46,3 @@ def plan(scenario: Scenario) -> list[HostPlan]:
         x_m, y_m = stationary.at_m or (nan, nan)
         hosts.append(HostPlan(name, None, x_m, y_m, (), None, stationary.monitor))
     return sorted(hosts, key=lambda host: natural_key(host.name))
-
-
-def shared_ports(scenario: Scenario) -> dict[str, list[str]]:
-    """Cluster node to the robots whose virtual machines share its network port."""
-    if scenario.deployment != "testbed":
-        return {}
-    robots = robot_names(scenario)
-    per_node = scenario.testbed.robots_per_node
-    return {f"node_{k}": list(robots[i:i + per_node])
-            for k, i in enumerate(range(0, len(robots), per_node))}

@@ -202,6 +202,10 @@ class World(Protocol):
     def snapshot(self) -> Snapshot:
         """The present state; the same object until ``advance`` is called."""
 
+    def snapshot_at(self, time_ns: int) -> Snapshot:
+        """The state at ``time_ns``, at most a tick ahead, with poses carried on from the last
+        tick."""
+
     def scan(self, snapshot: Snapshot, robots: np.ndarray, tick: int) -> np.ndarray:
         """[len(robots), beams] float32 ranges in m, with noise number ``tick`` of each laser."""
 

@@ -6,13 +6,13 @@ The one place that knows every part. Nothing here computes; it says who is conne
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from desim import plugins
-from desim.deployment import HostPlan, plan, shared_ports
+from desim.deployment import HostPlan, plan
 from desim.drivers import Driver
 from desim.experiment.metrics import Ground
 from desim.experiment.monitor import Monitor
@@ -27,8 +27,6 @@ from desim.scenario.schema import Scenario
 from desim.streams import Streams
 from desim.trace import Names, Trace
 from desim.worldclock import WorldClock
-
-PROGRESS_EVERY_HZ = 10  # of simulated time; the listener decides by the wall clock what to show
 
 
 class Outcome(NamedTuple):
@@ -104,23 +102,18 @@ class Simulation:
         self._explorers = explorers
         self._drivers: dict[str, Driver] = {}
         self._clock = WorldClock(self.kernel, self.world, self.trace, scenario,
-                                 lambda: self._drivers.values(), self.monitor.collided)
+                                 self._speaking, self.monitor.collided)
         for host_plan in self.plan:
             self._install(host_plan)
         for number, fault in enumerate(scenario.faults):
             self.kernel.process(self._outage(fault), Phase.WORLD,
                                 self.names.id(f"fault {number} of {fault.host}"))
 
-    def run(self, until_ns: int | None = None,
-            progress: Callable[[Simulation], Any] | None = None) -> Outcome:
-        """Run until a stop condition holds, or ``until_ns``. ``progress(self)`` is called every
-        tenth of a simulated second; it must change nothing."""
+    def run(self, until_ns: int | None = None) -> Outcome:
+        """Run until a stop condition holds, or ``until_ns``."""
         limit_ns = self.scenario.stop.elapsed_ns
         if until_ns is not None:
             limit_ns = min(limit_ns, until_ns)
-        if progress is not None:
-            self.kernel.ticker(PROGRESS_EVERY_HZ, Phase.OBSERVE, self.names.id("progress"),
-                               lambda k: progress(self))
         self.graph.start()
         self.kernel.run(limit_ns)
         self.monitor.finish()
@@ -136,14 +129,15 @@ class Simulation:
         places = HostPlaces(self.world, self.plan)
         hosts = [host.name for host in self.plan]
         for name, choice in self.scenario.network.media.items():
-            parameters = choice.parameters()
-            model = plugins.load("network", choice.model)
-            if "ports" in model.Params.model_fields and "ports" not in parameters:
-                parameters["ports"] = shared_ports(self.scenario)
+            model = _plugin("network", choice.model, choice.parameters())
             rules = [_plugin("rule", rule.rule, rule.parameters()) for rule in choice.rules]
-            medium = Medium(name, model(model.Params(**parameters)), rules, kernel=self.kernel,
-                            names=self.names, streams=self.streams, hosts=hosts, place=places)
-            self.graph.attach(medium)
+            self.graph.attach(Medium(
+                name, model, rules, kernel=self.kernel, names=self.names, streams=self.streams,
+                hosts=hosts, place=places))
+
+    def _speaking(self) -> Iterator[Driver]:
+        """The drivers of the hosts that are up, in the order of hosts."""
+        return (self._drivers[host.name] for host in self.plan if host.name in self._drivers)
 
     def _install(self, host_plan: HostPlan) -> None:
         """Tell the host what to run whenever it starts."""

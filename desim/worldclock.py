@@ -1,12 +1,13 @@
 """The world's share of the agenda: base ticks, scans and odometry, each one event for the fleet.
 
 Sensors keep the common grid: reading k is due at k / rate, and sees the pose of the last world
-tick. A whole fleet's ticks are one event, one kernel call; the drivers then publish.
+tick (a laser, where it is asked for, the pose in between). A whole fleet's ticks are one event, one
+kernel call; the drivers then publish.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 
 from desim.drivers import Driver
 from desim.kernel import Kernel, Phase
@@ -24,12 +25,13 @@ class WorldClock:
     """
 
     def __init__(self, kernel: Kernel, world: World, trace: Trace, scenario: Scenario,
-                 drivers: Callable[[], Sequence[Driver]],
+                 drivers: Callable[[], Iterable[Driver]],
                  collided: Callable[[int, int], None]) -> None:
         self._kernel, self._world, self._trace = kernel, world, trace
         self._drivers, self._collided = drivers, collided
         self._ids = [trace.names.id(name) for name in world.robots]
         self._collision = trace.names.id("collision")
+        self._interpolated = scenario.robot.laser.pose == "interpolated"
         self._wall = trace.names.id("wall")
         entity = trace.names.id("world")
         kernel.ticker(scenario.physics.rate_hz, Phase.WORLD, entity, self._advance, 0)
@@ -47,7 +49,8 @@ class WorldClock:
             self._collided(robot, other)
 
     def _scan(self, tick: int) -> None:
-        snapshot = self._world.snapshot()
+        now_ns, world = self._kernel.now_ns, self._world
+        snapshot = world.snapshot_at(now_ns) if self._interpolated else world.snapshot()
         for driver in self._drivers():
             driver.sense_scan(snapshot, tick)
 

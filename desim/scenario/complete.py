@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 from typing import Any
 
+from desim import plugins
 from desim.ports import Params, natural_key
 from desim.scenario import chosen
 from desim.scenario.check import Folder
 from desim.scenario.communication import Coordination, Medium, Network
 from desim.scenario.environment import BUILT_IN_TERRAINS, Environment, MapFile
 from desim.scenario.fleet import BUILT_IN_TYPES, Fleet, StartList
-from desim.scenario.names import fleet_size
+from desim.scenario.names import fleet_size, robot_names
 from desim.scenario.robot import BUILT_IN_LASERS, Robot
 from desim.scenario.schema import Scenario
 
@@ -29,7 +30,7 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
         environment=_environment(scenario.environment, folder),
         fleet=_fleet(scenario.fleet),
         robot=_robot(scenario.robot),
-        network=_network(scenario.network, scenario.deployment),
+        network=_network(scenario),
         hosts=_sorted(scenario.hosts),
         coordination=_coordination(scenario.coordination, scenario.deployment),
     )
@@ -67,8 +68,24 @@ def _robot(robot: Robot) -> Robot:
                     passive=tuple(sorted(robot.passive, key=natural_key)))
 
 
-def _network(network: Network, deployment: str) -> Network:
-    return _changed(network, media=_sorted(network.media or _MEDIA[deployment]))
+def _network(scenario: Scenario) -> Network:
+    network = scenario.network
+    media = _sorted(network.media or _MEDIA[scenario.deployment])
+    if scenario.deployment == "testbed":
+        media = {name: _with_nodes(medium, scenario) for name, medium in media.items()}
+    return _changed(network, media=media)
+
+
+def _with_nodes(medium: Medium, scenario: Scenario) -> Medium:
+    """Where a model has ports that several hosts can share, the robots' virtual machines share
+    those of their cluster nodes, unless the scenario says otherwise."""
+    shareable = "ports" in plugins.parameters("network", medium.model).model_fields
+    if not shareable or "ports" in medium.parameters():
+        return medium
+    robots, per_node = robot_names(scenario), scenario.testbed.robots_per_node
+    nodes = {f"node_{k}": list(robots[i:i + per_node])
+             for k, i in enumerate(range(0, len(robots), per_node))}
+    return _changed(medium, ports=nodes)
 
 
 def _coordination(coordination: Coordination, deployment: str) -> Coordination:
