@@ -82,8 +82,10 @@ def _with_nodes(medium: Medium, scenario: Scenario) -> Medium:
     shareable = "ports" in plugins.parameters("network", medium.model).model_fields
     if not shareable or "ports" in medium.parameters():
         return medium
-    robots, per_node = robot_names(scenario), scenario.testbed.robots_per_node
-    nodes = {f"node_{k}": list(robots[i:i + per_node])
+    # A robot without software has no virtual machine.
+    passive, per_node = frozenset(scenario.robot.passive), scenario.testbed.robots_per_node
+    robots = [name for name in robot_names(scenario) if name not in passive]
+    nodes = {f"node_{k}": robots[i:i + per_node]
              for k, i in enumerate(range(0, len(robots), per_node))}
     return _changed(medium, ports=nodes)
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+from desim.kernel import Phase
 from desim.scenario.load import load
 from desim.simulation import Outcome, Simulation
 from desim.units import NS_PER_S
@@ -32,6 +35,11 @@ def finished(simulation: Simulation) -> Outcome:
 def outcome_of(file: Path, *overrides: str, seed: int | None = None, **options) -> Outcome:
     """How a run of the scenario ended."""
     return finished(built(file, *overrides, seed=seed, **options))
+
+
+def look_on(simulation: Simulation, look: Callable[[], Any]) -> None:
+    """Call ``look()`` ten times a simulated second, when everything else of the instant is done."""
+    simulation.kernel.ticker(10, Phase.OBSERVE, simulation.names.id("onlooker"), lambda k: look())
 
 
 def balance(simulation: Simulation) -> None:

@@ -6,7 +6,6 @@ from hypothesis import strategies as st
 from runs import HELLO, ROUGH, Ledger, built, finished
 
 from desim import plugins
-from desim.deployment import shared_ports
 from desim.units import NS_PER_S
 
 AIR = "network.media.air"
@@ -21,11 +20,11 @@ CASES = {
     "a link too small": (
         HELLO, f"{LAN}={{model: link, rate: 12 Mb/s, latency: 3 ms, queue: 30 kB}}"),
     "a switch too small": (
-        HELLO, f"{LAN}={{model: switch, rate: 12 Mb/s, queue: 20 kB, propagation: 1 ms}}",
-        "testbed.robots_per_node=2", "coordination.exchange.period=200 ms"),
+        HELLO, f"{LAN}={{model: switch, rate: 5 Mb/s, queue: 3 kB, propagation: 1 ms}}",
+        "testbed.robots_per_node=2", "coordination.exchange.period=200 ms", "stop.elapsed=15 s"),
     "packet by packet": (
-        HELLO, f"{LAN}={{model: switch, rate: 100 Mb/s, queue: 20 kB, per_segment: true}}",
-        "coordination.exchange.period=200 ms", "stop.elapsed=15 s"),
+        HELLO, f"{LAN}={{model: switch, rate: 5 Mb/s, queue: 3 kB, per_segment: true}}",
+        "testbed.robots_per_node=1", "coordination.exchange.period=200 ms", "stop.elapsed=15 s"),
     "no network in the way": (
         HELLO, f"{LAN}={{model: ideal, delay: 7 ms}}"),
     "broadcast": (
@@ -36,7 +35,7 @@ CASES = {
         HELLO, "coordination.exchange={via: broadcast, period: 300 ms}",
         f"{LAN}={{model: switch, rate: 50 Mb/s}}", "testbed.robots_per_node=2"),
     "rules": (
-        HELLO, f"{LAN}={{model: link, rules: [{{rule: bandwidth, rate: 12 Mb/s, backlog: 40 kB}}, "
+        HELLO, f"{LAN}={{model: link, rules: [{{rule: bandwidth, rate: 2 Mb/s, backlog: 16 kB}}, "
         "{rule: partition, groups: [[robot_0]], from: 5 s, until: 12 s}, "
         "{rule: range, distance: 9 m}, {rule: latency, delay: 2 ms, jitter: 5 ms}]}"),
     "two media": (
@@ -88,16 +87,13 @@ def test_the_trace_says_what_the_counters_say(case):
 
 def fastest_ns(simulation, message, receiver):
     """size / rate + propagation of the medium between the two, by hand."""
-    scenario = simulation.scenario
-    hosts = [host.name for host in simulation.graph.hosts]
-    names = (hosts[message.source], hosts[receiver])
-    if any(set(names) <= set(members) for members in shared_ports(scenario).values()) and (
-            medium_of(scenario).model == "switch"):
-        return 0  # it stays inside its cluster node
-    choice = medium_of(scenario)
+    choice = medium_of(simulation.scenario)
     params = plugins.load("network", choice.model).Params(**choice.parameters())
     if choice.model == "ideal":
         return params.delay_ns
+    names = {simulation.graph.hosts[host].name for host in (message.source, receiver)}
+    if any(names <= set(members) for members in getattr(params, "ports", {}).values()):
+        return 0  # it stays inside its cluster node
     cables = {"switch": 2 * getattr(params, "propagation_ns", 0),
               "link": getattr(params, "latency_ns", 0), "disk": 0}[choice.model]
     rules = sum(2_000_000 if rule.parameters()["delay"] == "2 ms" else 1_000_000
@@ -108,6 +104,19 @@ def fastest_ns(simulation, message, receiver):
 def medium_of(scenario):
     """The medium that messages take: the first that both hosts have, and all hosts have all."""
     return next(iter(scenario.network.media.values()))
+
+
+def test_the_cases_know_every_reason():
+    reasons = set()
+    for case in CASES.values():
+        simulation = built(*case)
+        finished(simulation)
+        for medium in simulation.graph.media:
+            reasons.update(medium.dropped)
+        for topic in simulation.graph.topics.values():
+            reasons.update(topic.counts.dropped)
+    assert reasons == {"host_down", "link_closed", "out_of_range", "out_of_reach", "outbox_full",
+                       "partitioned", "queue_full", "random_loss", "rate_limited", "sender_down"}
 
 
 def test_a_wrong_account_is_seen():
