@@ -16,6 +16,8 @@ from desim.scenario.schema import Scenario
 from desim.trace import Trace
 
 WALL = -1
+# Order of what is due in one instant: a reader of both finds the scan there when the pose comes.
+_TICK, _SCANS, _POSES = range(3)
 
 
 class WorldClock:
@@ -33,10 +35,9 @@ class WorldClock:
         self._collision = trace.names.id("collision")
         self._interpolated = scenario.robot.laser.pose == "interpolated"
         self._wall = trace.names.id("wall")
-        entity = trace.names.id("world")
-        kernel.ticker(scenario.physics.rate_hz, Phase.WORLD, entity, self._advance, 0)
-        kernel.ticker(scenario.robot.laser.rate_hz, Phase.SENSE, entity, self._scan, 0)
-        kernel.ticker(scenario.robot.odometry.rate_hz, Phase.SENSE, entity, self._pose, 0)
+        kernel.ticker(scenario.physics.rate_hz, Phase.WORLD, _TICK, self._advance, 0)
+        kernel.ticker(scenario.robot.laser.rate_hz, Phase.SENSE, _SCANS, self._scan, 0)
+        kernel.ticker(scenario.robot.odometry.rate_hz, Phase.SENSE, _POSES, self._pose, 0)
 
     def _advance(self, tick: int) -> None:
         if tick == 0:  # the start poses

@@ -10,7 +10,7 @@ import numpy as np
 
 from desim.errors import InputError
 from desim.kernel import Call, Phase, Ticker
-from desim.middleware.topics import Message, Publisher
+from desim.middleware.topics import Latest, Message, Publisher
 from desim.units import NS_PER_S
 
 if TYPE_CHECKING:
@@ -67,6 +67,11 @@ class Node:
         """Call ``callback(message)``, in phase CONTROL, for each message of ``topic``; ``queue``
         of them may wait, then the oldest goes (0: no bound)."""
         self.host.subscribe(self.name, topic, callback, queue)
+
+    def latest(self, topic: str) -> Latest:
+        """Subscribe to ``topic`` without a callback: ``.message`` of what this returns is the last
+        one that came, or None."""
+        return self.host.latest(self.name, topic)
 
     def timer(self, frequency_hz: Fraction | int, callback: Callable[[int], Any],
               start: str = "random") -> Ticker:

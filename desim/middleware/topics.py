@@ -72,6 +72,16 @@ class Subscription:
         self.waiting = 0
 
 
+class Latest:
+    """A subscription that runs nothing: the newest message waits here for its node to look, as in
+    a node that spins at its own rate (ros::spinOnce with a queue of one)."""
+
+    __slots__ = ("message",)
+
+    def __init__(self) -> None:
+        self.message: Message | None = None
+
+
 class Publisher:
     """One node's right to publish one topic, with its connections to the hosts that listen.
 

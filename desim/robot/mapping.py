@@ -12,6 +12,7 @@ import math
 
 from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Pose
+from desim.middleware.topics import Latest
 from desim.robot.tiles import Belief
 from desim.scenario import robot as parameters
 
@@ -44,7 +45,7 @@ class Mapping(Node):
         super().__init__(host, "mapping")
         self.belief = belief
         self._mapping = mapping
-        self._scan: Message | None = None  # the latest
+        self._scan = Latest()
         self._before: Pose | None = None  # the latest pose but one
         self._pose: Pose | None = None  # the latest
         self._integrated: Pose | None = None  # where the last scan was taken in
@@ -52,18 +53,12 @@ class Mapping(Node):
 
     def start(self) -> None:
         self.advertise("map")
-        self.subscribe("scan", self._on_scan)
+        self._scan = self.latest("scan")
         self.subscribe("pose", self._on_pose)
-
-    def _on_scan(self, message: Message) -> None:
-        self._scan = message
-        pose = self._pose
-        if pose is not None and message.born_ns == pose.stamp_ns:
-            self._look(pose)
 
     def _on_pose(self, message: Message) -> None:
         self._before, self._pose = self._pose, message.content
-        pose, scan = self._pose, self._scan
+        pose, scan = self._pose, self._scan.message
         if scan is None:
             return
         if scan.born_ns == pose.stamp_ns:
@@ -80,7 +75,7 @@ class Mapping(Node):
     def _look_between(self, before: Pose, pose: Pose) -> None:
         """There is no scan at ``pose``; perhaps the latest is one from shortly before."""
         if self._due(pose):
-            stamp_ns = self._scan.content.stamp_ns
+            stamp_ns = self._scan.message.content.stamp_ns
             if before.stamp_ns <= stamp_ns <= pose.stamp_ns:
                 self._integrate(between(before, pose, stamp_ns))
 
@@ -99,7 +94,7 @@ class Mapping(Node):
     def _integrate(self, pose: Pose) -> None:
         self._integrated = pose
         version = self.belief.version
-        self.belief.integrate_scan(pose.x_m, pose.y_m, pose.yaw_rad, self._scan.content,
+        self.belief.integrate_scan(pose.x_m, pose.y_m, pose.yaw_rad, self._scan.message.content,
                                    self._mapping.usable_range_m)
         if self.belief.version != version:
             self.publish("map", self.belief)

@@ -6,6 +6,7 @@ from fractions import Fraction
 
 from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Pose
+from desim.middleware.topics import Latest
 from desim.robot.mapmessage import MapUpdate, PeerPose, Wire
 from desim.robot.tiles import Belief, LayerSnapshot
 from desim.scenario.communication import Exchange
@@ -34,7 +35,7 @@ class MapSharing(Node):
         self._exchange = exchange
         self._peers = peers
         self._topic = f"/map_exchange/{host.name}"
-        self._pose: Message | None = None
+        self._pose = Latest()
         self._sent: LayerSnapshot | None = None  # all of the evidence at the last update
         self._complete_at = 0  # the period in which everything was sent last
         if exchange is not None:
@@ -46,20 +47,17 @@ class MapSharing(Node):
         self.advertise("map")
         self.advertise("peer_pose", queue=0)
         self.advertise(self._topic, transport="stream", latch=True, via=self._exchange.via)
-        self.subscribe("pose", self._on_pose)
+        self._pose = self.latest("pose")
         for peer in self._peers:
             self.subscribe(f"/map_exchange/{peer}", self._on_update)
         self.timer(Fraction(NS_PER_S, self._exchange.period_ns), self._on_period)
 
-    def _on_pose(self, message: Message) -> None:
-        self._pose = message
-
     def _on_period(self, period: int) -> None:
-        if self._pose is None or not self.has_subscribers(self._topic):
+        if self._pose.message is None or not self.has_subscribers(self._topic):
             return
         layer = self._news(period)
         if layer is not None:
-            pose: Pose = self._pose.content
+            pose: Pose = self._pose.message.content
             self.publish(self._topic, MapUpdate(self.host.name, self.now_ns, pose.x_m, pose.y_m,
                                                 pose.yaw_rad, layer, self._wire.size_bytes(layer)))
 
