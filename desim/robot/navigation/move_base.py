@@ -70,6 +70,8 @@ class MoveBase(Node):
 
     def _on_goal(self, message: Message) -> None:
         goal = message.content
+        if self._spin is not None:
+            self._progress.restart(self.now_ns)
         self._spin, self._arriving, self._retreat_until_ns, self._recoveries = None, False, 0, 0
         if goal.x_m is None:
             self._halt()

@@ -27,8 +27,11 @@ FAR2 = np.float32(1e6)
 _ALIGN_M = 0.325  # a rollout is judged by a point so far ahead of its end (dwa_local_planner,
 #                   forward_point_distance)
 _STEP_M = 0.15  # a rollout is looked at so often; obstacles are wider than that by the robot's size
-_FAN_RAD, _FAN = math.pi / 12.0, 6  # where the way is blocked: directions to try on either side
+_FAN_RAD, _FAN = math.pi / 12.0, 11  # where the way is blocked: directions to try on either side
 _FAN_M = 1.5  # and how far they have to be clear
+_ESCAPE_M = 0.3  # the way out of a place that is too near to something
+_MEMORY_S, _MEMORY_M = 2.0, 1.2  # how long, and how near, what left the view is remembered
+_ARC_RADPS = 1.5  # a comfortable turn: an aim near by is driven to no faster than this allows
 _AIMS = 4  # points ahead on the way that are tried, from far to near
 _AHEAD_COS = 0.64  # who comes from the left has to be within 50 degrees of ahead to be yielded to
 _YIELD_S = 0.55  # time to react and brake: 0.3 s + v / 2a at 1.2 m/s and 2.5 m/s^2
@@ -52,15 +55,33 @@ def place(x, y, frame):
     return -1
 
 
+@njit("b1(f8, f8, f8, f8, f4[:,::1])", cache=True, inline="always")
+def stamp(x, y, cell_m, reach_m, near2):
+    """A point into the layer; False if it is too far away to matter."""
+    size = near2.shape[0]
+    middle = 0.5 * size - 0.5  # in cells, of the centre of cell 0
+    c0 = max(int(np.ceil((x - reach_m) / cell_m + middle)), 0)
+    c1 = min(int(np.floor((x + reach_m) / cell_m + middle)) + 1, size)
+    r0 = max(int(np.ceil((y - reach_m) / cell_m + middle)), 0)
+    r1 = min(int(np.floor((y + reach_m) / cell_m + middle)) + 1, size)
+    if c0 >= c1 or r0 >= r1:
+        return False
+    for row in range(r0, r1):
+        dy2 = np.float32(((row - middle) * cell_m - y)**2)
+        for column in range(c0, c1):
+            dx = np.float32((column - middle) * cell_m - x)
+            near2[row, column] = min(near2[row, column], dx * dx + dy2)
+    return True
+
+
 @njit("void(f4[::1], f8[:,::1], f8, f8, f8, f4[:,::1])", cache=True)
 def see(ranges, beams, no_return_m, cell_m, reach_m, near2):
-    """A scan into the layer; distances above ``reach_m`` stay far.
+    """A scan as the layer; distances above ``reach_m`` stay far.
 
     beams [n, 2] cos and sin of each beam's angle | a range of ``no_return_m`` or more met nothing
     """
     near2[:] = FAR2
-    size = near2.shape[0]
-    middle, last_x, last_y = 0.5 * size, 1e9, 1e9
+    last_x, last_y = 1e9, 1e9
     for b in range(len(ranges)):
         r = float(ranges[b])
         if not 0.0 < r < no_return_m:
@@ -68,18 +89,36 @@ def see(ranges, beams, no_return_m, cell_m, reach_m, near2):
         x, y = r * beams[b, 0], r * beams[b, 1]
         if (x - last_x)**2 + (y - last_y)**2 < (0.3 * cell_m)**2:
             continue  # as good as the point before
-        c0 = max(int(np.ceil((x - reach_m) / cell_m + middle - 0.5)), 0)
-        c1 = min(int(np.floor((x + reach_m) / cell_m + middle - 0.5)) + 1, size)
-        r0 = max(int(np.ceil((y - reach_m) / cell_m + middle - 0.5)), 0)
-        r1 = min(int(np.floor((y + reach_m) / cell_m + middle - 0.5)) + 1, size)
-        if c0 >= c1 or r0 >= r1:
-            continue
-        last_x, last_y = x, y
-        for row in range(r0, r1):
-            dy2 = np.float32(((row + 0.5 - middle) * cell_m - y)**2)
-            for column in range(c0, c1):
-                dx = np.float32((column + 0.5 - middle) * cell_m - x)
-                near2[row, column] = min(near2[row, column], dx * dx + dy2)
+        if stamp(x, y, cell_m, reach_m, near2):
+            last_x, last_y = x, y
+
+
+@njit(_i8(types.float32[::1], _f8x2, _f8x1, _f8, _f8, _f8, _f8x2, _i8, _f4x2), cache=True)
+def remember(ranges, beams, pose, now_s, cell_m, reach_m, memory, count, near2):
+    """What was seen near by a moment ago and is out of view now, into the layer as well: a robot
+    that turns must not forget what it turned away from.
+
+    memory [most, 3] x, y on the map and the time of sight | count: points in it. Returns how many
+    are in it now.
+    """
+    c, s, kept = cos(pose[2]), sin(pose[2]), 0
+    widest = min(beams[0, 0], beams[len(beams) - 1, 0])  # cosine of the edge of the view
+    for k in range(count):
+        dx, dy = memory[k, 0] - pose[0], memory[k, 1] - pose[1]
+        x, y = c * dx + s * dy, c * dy - s * dx
+        r2 = x * x + y * y
+        if now_s - memory[k, 2] < _MEMORY_S and r2 < _MEMORY_M**2 and x < widest * math.sqrt(r2):
+            stamp(x, y, cell_m, reach_m, near2)
+            memory[kept] = memory[k]
+            kept += 1
+    for b in range(0, len(ranges), 2):
+        r = float(ranges[b])
+        if 0.0 < r < _MEMORY_M and kept < len(memory):
+            x, y = r * beams[b, 0], r * beams[b, 1]
+            memory[kept, 0], memory[kept, 1] = pose[0] + c * x - s * y, pose[1] + s * x + c * y
+            memory[kept, 2] = now_s
+            kept += 1
+    return kept
 
 
 @njit(_f8(types.float32[::1], _f8x2, _f8x1, _f8, _u1x1, _frame), cache=True)
@@ -177,50 +216,60 @@ def aim(way, leg, x, y, setup, flat, frame):
     return px, py, togo
 
 
-@njit("b1(f4[:,::1], f8, f8, f8, f8, f8, f8, f8)", cache=True)
-def clear(near2, cell_m, safe2, x, y, ux, uy, length_m):
-    """Whether the robot could go straight so far; where it is too near to something already, it
-    may not come nearer."""
-    bar = min(safe2, clearance2(near2, cell_m, x, y))
+@njit("f8(f4[:,::1], f8, f8, f8, f8)", cache=True)
+def bar2(near2, cell_m, safe_m, x, y):
+    """The squared distance that a robot at (x, y) has to keep for a start: where it is too near to
+    something already, it may not come nearer than the layer can tell."""
+    return min(safe_m, math.sqrt(clearance2(near2, cell_m, x, y)) - 0.5 * cell_m)**2
+
+
+@njit("b1(f4[:,::1], f8, f8, f8, f8, f8, f8, f8, f8)", cache=True)
+def clear(near2, cell_m, safe_m, first2, x, y, ux, uy, length_m):
+    """Whether the robot could go straight so far, keeping the root of ``first2`` at first and
+    ``safe_m`` from there on."""
     for k in range(1, int(length_m / cell_m) + 1):
+        bar = first2 if k * cell_m <= _ESCAPE_M else safe_m**2
         if clearance2(near2, cell_m, x + k * cell_m * ux, y + k * cell_m * uy) < bar:
             return False
     return True
 
 
-@njit("UniTuple(f8, 2)(f4[:,::1], f8, f8, f8, f8, f8, f8)", cache=True)
-def around(near2, cell_m, safe2, x, y, dx, dy):
+@njit("UniTuple(f8, 3)(f4[:,::1], f8, f8, f8, f8, f8, f8)", cache=True)
+def around(near2, cell_m, safe_m, x, y, dx, dy):
     """The offset (dx, dy) from the robot to its aim, turned as little as it takes for a clear
-    straight way, to the right before to the left; as it was where all is blocked."""
+    straight way, to the right before to the left; and 1.0 if all is blocked."""
     length = math.sqrt(dx * dx + dy * dy)
     if length < cell_m:
-        return dx, dy
+        return dx, dy, 0.0
+    first2 = bar2(near2, cell_m, safe_m, x, y)
     for k in range(2 * _FAN + 1):
         angle = (k + 1) // 2 * _FAN_RAD * (-1.0 if k % 2 == 1 else 1.0)
         c, s = cos(angle), sin(angle)
         tx, ty = c * dx - s * dy, s * dx + c * dy
-        if clear(near2, cell_m, safe2, x, y, tx / length, ty / length, min(length, _FAN_M)):
-            return tx, ty
-    return dx, dy
+        if clear(near2, cell_m, safe_m, first2, x, y, tx / length, ty / length,
+                 min(length, _FAN_M)):
+            return tx, ty, 0.0
+    return dx, dy, 1.0
 
 
 @njit(_f8(_f4x2, _setup, *[_f8] * 8), cache=True)
-def rollout(near2, setup, x, y, yaw, v, w, aim_x, aim_y, bar2):
+def rollout(near2, setup, x, y, yaw, v, w, aim_x, aim_y, first2):
     """What it costs to drive an arc with speed v and turn rate w for ``rollout_s``: by how far its
     end is off the straight line to the aim, how far a point ahead of its end is from the aim, and
-    how near it comes to obstacles. Infinite if it comes nearer than the root of ``bar2``."""
+    how near it comes to obstacles. Infinite if that is nearer than the root of ``first2`` at
+    first, and than ``safe_m`` later."""
     s = setup[0]
     steps = int(v * s.rollout_s / _STEP_M) + 1
     turn = w * s.rollout_s / steps
     step_m, c, si = v * s.rollout_s / steps, cos(turn), sin(turn)
     half_c, half_s = cos(yaw + 0.5 * turn), sin(yaw + 0.5 * turn)
     px, py, low2 = x, y, s.inflation_m**2
-    for _ in range(steps):
+    for k in range(steps):
         px, py = px + step_m * half_c, py + step_m * half_s
         half_c, half_s = half_c * c - half_s * si, half_s * c + half_c * si
         if v > 0.0:
             d2 = clearance2(near2, s.cell_m, px, py)
-            if d2 < bar2:
+            if d2 < (first2 if (k + 1) * step_m <= _ESCAPE_M else s.safe_m**2):
                 return np.inf
             low2 = min(low2, d2)
     end_yaw = yaw + w * s.rollout_s
@@ -247,7 +296,7 @@ def window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, aim_x, aim_y, ou
     high_v = max(min(high_v, top_v), low_v)
     low_w = max(w - s.turn_step_radps, -s.max_turn_radps)
     high_w = min(w + s.turn_step_radps, s.max_turn_radps)
-    bar2 = min(s.safe_m**2, clearance2(near2, s.cell_m, x, y))
+    first2 = bar2(near2, s.cell_m, s.safe_m, x, y)
     best = np.inf
     out[0], out[1], out[2] = low_v, min(max(0.0, low_w), high_w), 1.0
     for i in range(speeds):
@@ -256,7 +305,7 @@ def window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, aim_x, aim_y, ou
             turn = low_w + (high_w - low_w) * j / (turns - 1)
             if j < 0:
                 turn = min(max(0.0, low_w), high_w)
-            cost = rollout(near2, setup, x, y, yaw, speed, turn, aim_x, aim_y, bar2)
+            cost = rollout(near2, setup, x, y, yaw, speed, turn, aim_x, aim_y, first2)
             if cost < best:
                 best, out[0], out[1], out[2] = cost, speed, turn, 0.0
 
@@ -273,17 +322,22 @@ def steer(near2, setup, pose, seen_from, yield_m, v, w, way, leg, speeds, turns,
     dx, dy = pose[0] - seen_from[0], pose[1] - seen_from[1]
     x, y, yaw = c * dx + si * dy, c * dy - si * dx, pose[2] - seen_from[2]
     dx, dy = px - pose[0], py - pose[1]
-    dx, dy = around(near2, s.cell_m, s.safe_m**2, x, y, c * dx + si * dy, c * dy - si * dx)
+    dx, dy, out[2] = around(near2, s.cell_m, s.safe_m, x, y, c * dx + si * dy, c * dy - si * dx)
+    if out[2] > 0.0:
+        out[0], out[1] = max(v - s.speed_step_mps, 0.0), 0.0
+        return
     off = atan2(dy, dx) - yaw
     off -= 2.0 * math.pi * np.floor(off / (2.0 * math.pi) + 0.5)
     if abs(off) > _TURN_FIRST_RAD and v < _SLOW_MPS:
         # The fastest turn that can still stop in time: w^2 = 2 a off.
         turn = min(math.sqrt(2.0 * _GENTLE * s.turn_acceleration_radps2 * abs(off)),
                    s.max_turn_radps)
-        out[0], out[1], out[2] = max(v - s.speed_step_mps, 0.0), math.copysign(turn, off), 0.0
+        out[0], out[1] = max(v - s.speed_step_mps, 0.0), math.copysign(turn, off)
         return
     # Aim beyond the end of the way: a robot brakes when it is there, not long before.
     beyond = max(s.look_ahead_m / math.sqrt(dx * dx + dy * dy + 1e-9), 1.0)
-    top_v = max((yield_m - s.safe_m) / _YIELD_S, _CREEP_MPS)
+    # The arc through the aim has the radius d / (2 sin off): v = w r, or a robot would circle it.
+    arc_v = _ARC_RADPS * math.sqrt(dx * dx + dy * dy) / (2.0 * abs(sin(off)) + 1e-9)
+    top_v = max(min(arc_v, (yield_m - s.safe_m) / _YIELD_S), _CREEP_MPS)
     window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, x + beyond * dx, y + beyond * dy,
            out)

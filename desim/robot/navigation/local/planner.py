@@ -14,6 +14,7 @@ from desim.scenario.robot import Navigation
 from desim.units import NS_PER_S, seconds
 
 _MARGIN_M = 0.3  # the point to steer for lies so far beyond what a rollout can reach
+_MOST_REMEMBERED = 500  # points
 _YIELD_M = 1.2  # what is farther away is not yielded to
 
 
@@ -29,6 +30,8 @@ class LocalPlanner:
         self._speeds, self._turns = navigation.speed_samples, navigation.turn_samples
         self._near2 = np.full((size, size), kernels.FAR2, np.float32)
         self._beams = np.zeros((0, 2))
+        self._memory = np.zeros((_MOST_REMEMBERED, 3))
+        self._remembered = 0
         self._yield_m = _YIELD_M
         self._flat = np.zeros(0, np.uint8)
         self._frame = np.zeros(1, kernels.FRAME)
@@ -71,6 +74,9 @@ class LocalPlanner:
         kernels.see(scan.ranges, self._beams, float(np.float32(scan.range_max_m)), self._cell_m,
                     self._reach_m, self._near2)
         self._seen_from[:] = x_m, y_m, yaw_rad
+        self._remembered = kernels.remember(
+            scan.ranges, self._beams, self._seen_from, seconds(scan.stamp_ns), self._cell_m,
+            self._reach_m, self._memory, self._remembered, self._near2)
         self._yield_m = kernels.yield_to(scan.ranges, self._beams, self._seen_from, _YIELD_M,
                                          self._flat, self._frame)
 
