@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import struct
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
@@ -95,13 +96,17 @@ class Trace:
         self._whole.update(packed)
         rows = np.frombuffer(packed, dtype=ROW)
         self.rows_written += len(rows)
-        order = np.argsort(rows["entity"], kind="stable")
-        own = rows[order]
-        starts = np.flatnonzero(np.r_[True, own["entity"][1:] != own["entity"][:-1]])
-        for start, end in zip(starts, np.r_[starts[1:], len(own)], strict=True):
-            entity = int(own["entity"][start])
-            hasher = self._by_entity.setdefault(entity, hashlib.blake2b(digest_size=16))
-            hasher.update(own[start:end].tobytes())
+        entities = rows["entity"]
+        order = np.argsort(entities, kind="stable")
+        own = rows.view(np.int64).reshape(-1, 5).take(order, axis=0)  # plain ints move faster
+        entities = entities[order]
+        starts = [0, *(np.flatnonzero(entities[1:] != entities[:-1]) + 1).tolist(), len(rows)]
+        for start, end in pairwise(starts):
+            entity = int(entities[start])
+            hasher = self._by_entity.get(entity)
+            if hasher is None:
+                hasher = self._by_entity[entity] = hashlib.blake2b(digest_size=16)
+            hasher.update(own[start:end])
         if self._sink is not None:
             self._sink(rows)
 

@@ -33,9 +33,8 @@ def test_range_counts_its_edge_in_and_hosts_without_a_place_too():
                                     ("from none", "arrived"), ("none", "arrived")]
 
 
-def test_range_finds_the_same_whether_everybody_is_near_or_not():
-    """Where the box around all hosts is small enough nobody looks at pairs; one host far away
-    changes nothing for the others, and a move is noticed."""
+def test_range_notices_moves():
+    """Positions are the same object until somebody moves."""
     class Moving:
         now_ns, places = 0, np.array([(0.0, 0.0), (30.0, 40.0), (math.nan, math.nan)])
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from desim.errors import InputError, did_you_mean
 from desim.kernel import Kernel, Phase
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest, Message, Publisher, Subscription, Topic
+from desim.middleware.topics import Message, Publisher, Subscription, Topic
 from desim.ports import Endpoint, Middleware, natural_key
 from desim.streams import Streams
 from desim.trace import Names, Trace, pack
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from desim.middleware.medium import Medium
 
 __all__ = ["Graph", "Host", "Message", "Node"]
+
+_CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
 OnFate = Callable[[Message, int, int, "str | None", int, int], Any]
 
@@ -49,7 +51,6 @@ class Host:
         self.published = 0
         self._publishers: list[Publisher] = []
         self._subscriptions: dict[str, list[Subscription]] = {}
-        self._latest: dict[str, list[Latest]] = {}
         self._inbox: list[tuple[Subscription, Message]] = []
 
     @property
@@ -95,7 +96,6 @@ class Host:
         self.nodes = []
         self._publishers = []
         self._subscriptions = {}
-        self._latest = {}
         self._inbox = []
         graph.middleware.forget(self.index)
 
@@ -121,26 +121,14 @@ class Host:
         own.append(Subscription(about, callback, queue))
         self.graph.middleware.subscribe(Endpoint(self.index, node, about.name))
 
-    def latest(self, node: str, topic: str) -> Latest:
-        """See ``Node.latest``."""
-        name = self.absolute(topic)
-        latest = Latest()
-        self._subscriptions.setdefault(name, [])
-        self._latest.setdefault(name, []).append(latest)
-        self.graph.middleware.subscribe(Endpoint(self.index, node, name))
-        return latest
-
     def receive(self, message: Message) -> bool:
         """Put ``message`` into the queues of its topic's subscriptions; False if there are none."""
-        name = message.about.name
-        for latest in self._latest.get(name, ()):
-            latest.message = message
-        subscriptions = self._subscriptions.get(name)
+        subscriptions = self._subscriptions.get(message.about.name)
         if not subscriptions:
-            return subscriptions is not None
+            return False
         inbox = self._inbox
         if not inbox:
-            self.graph.kernel.after(0, Phase.CONTROL, self.id, self._drain)
+            self.graph.kernel.after(0, _CONTROL, self.id, self._drain)
         for subscription in subscriptions:
             if 0 < subscription.limit <= subscription.waiting:
                 self._overwrite(subscription)

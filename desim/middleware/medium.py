@@ -33,7 +33,7 @@ class Carrier(Protocol):
 
 Claim = tuple[Carrier, Any, int, int, int]  # and token, receiver, size_bytes, rules' delay_ns
 
-_NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER
+_NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER  # cheaper than to look them up each time
 _new = tuple.__new__  # a Frame at half the price
 
 
