@@ -28,14 +28,18 @@ class Ticks:
         self._poses = [world.snapshot().poses]
         advance = world.advance
 
-        def noted(to_ns: int) -> None:
+        def advance_and_note(to_ns: int) -> None:
             advance(to_ns)
-            self._poses.append(world.snapshot().poses)
+            self.note(world.snapshot().poses)
 
-        world.advance = noted
+        world.advance = advance_and_note
 
     def __len__(self) -> int:
         return len(self._poses)
+
+    def note(self, poses: np.ndarray) -> None:
+        """One more tick's poses, [robots, 3]."""
+        self._poses.append(poses.copy())
 
     def deepest(self) -> Depth:
         """Over all ticks, robots and walls."""

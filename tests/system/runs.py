@@ -25,11 +25,16 @@ def built(file: Path, *overrides: str, seed: int | None = None, **options) -> Si
 
 
 def finished(simulation: Simulation) -> Outcome:
-    """Run to the end; then the books must balance, and come out even when all hosts stop."""
+    """Run to the end, then audit."""
     outcome = simulation.run()
+    audited(simulation)
+    return outcome
+
+
+def audited(simulation: Simulation) -> None:
+    """The books of a run that is over balance, and come out even when all hosts stop."""
     balance(simulation)
     close(simulation)
-    return outcome
 
 
 def outcome_of(file: Path, *overrides: str, seed: int | None = None, **options) -> Outcome:

@@ -1,0 +1,75 @@
+"""A short radio: the fleet falls apart, its parts carry on alone, and all takes longer."""
+
+from bisect import bisect_left
+
+import pytest
+from runs import MAZE_8, audited, built, finished, look_on
+
+from desim.experiment.summary import summarize
+from desim.units import NS_PER_S
+
+SEEDS = (1, 2, 3, 4, 5)
+LAN = ("network.media.lan.rules.0.distance={}",)
+AIR = ("deployment=field", "network.media={{lan: null, air: {{model: disk, range: {}}}}}")
+ALONE_S = 25
+
+
+def summary(seed, way, reach, *more):
+    """Of a run to its end."""
+    simulation = built(MAZE_8, *(override.format(reach) for override in way), *more, seed=seed)
+    outcome = simulation.run()
+    summed_up = summarize(simulation.monitor, outcome.simulated_ns)
+    audited(simulation)
+    return summed_up
+
+
+def test_exploration_is_slower_within_15_m_than_within_200_m():
+    """On more than half of the seeds, so that the median of the paired differences is above zero.
+    The slower run need not be seen to its end."""
+    slower = 0
+    for seed in SEEDS:
+        far = summary(seed, LAN, "200 m")
+        near = summary(seed, LAN, "15 m", f"stop.elapsed={far['exploration_time_s']} s")
+        assert far["partitions"]["count"] == 0
+        assert near["partitions"]["count"] > 0
+        assert 0 < near["partitions"]["longest_s"] <= near["partitions"]["total_s"]
+        assert near["partitions"]["total_s"] <= near["simulated_s"] <= far["exploration_time_s"]
+        slower += near["exploration_time_s"] is None
+    assert slower > len(SEEDS) / 2
+
+
+def test_the_same_in_the_field():
+    near, far = summary(1, AIR, "15 m"), summary(1, AIR, "200 m")
+    assert near["partitions"]["count"] > 0 == far["partitions"]["count"]
+    assert near["exploration_time_s"] > far["exploration_time_s"]
+
+
+@pytest.mark.parametrize("way", [LAN, AIR], ids=["testbed", "field"])
+def test_robots_carry_on_alone(way):
+    """Whoever hears no map for a while goes on meanwhile, and what it knows grows."""
+    heard = {}
+
+    def note(message, receiver, time_ns, reason, first_ns, last_ns):
+        if reason is None and message.topic.startswith("/map_exchange/"):
+            heard.setdefault(hosts[receiver], []).append(time_ns)
+
+    simulation = built(MAZE_8, *(override.format("15 m") for override in way), on_fate=note)
+    hosts = [host.name for host in simulation.graph.hosts]
+    monitor, known = simulation.monitor, []
+    look_on(simulation, lambda: known.append((
+        simulation.kernel.now_ns, list(monitor.coverage.known), monitor.travelled_m().copy())))
+    finished(simulation)
+    times_ns = [row[0] for row in known]
+    spells = 0
+    for i, name in enumerate(monitor.explorers):
+        marks = [0, *heard.get(name, []), times_ns[-1]]
+        for begin_ns, end_ns in zip(marks, marks[1:], strict=False):
+            if end_ns - begin_ns < ALONE_S * NS_PER_S:
+                continue
+            # from just after the last map that came to just before the next one
+            first = bisect_left(times_ns, begin_ns + NS_PER_S)
+            last = bisect_left(times_ns, end_ns) - 1
+            assert known[last][1][i] > known[first][1][i], (name, begin_ns, end_ns)
+            assert known[last][2][i] > known[first][2][i] + 1.0, (name, begin_ns, end_ns)
+            spells += 1
+    assert spells >= 4

@@ -1,0 +1,42 @@
+"""The maps that the paper's authors made of the four terrains serve as terrains themselves."""
+
+import acceptance
+import pytest
+from matter import Ticks
+from runs import MAZE_8, built, finished
+
+from desim.errors import InputError
+
+
+@pytest.fixture(autouse=True)
+def maps(reference):
+    if not acceptance.MAPS.is_dir():
+        pytest.skip("the authors' maps are not beside the repository")
+
+
+@pytest.mark.parametrize("terrain", acceptance.TERRAINS)
+def test_a_fleet_explores_it(terrain):
+    simulation = built(MAZE_8, *acceptance.real_map(terrain), "stop.elapsed=40 s",
+                       "stop.explored=100 %")
+    ticks = Ticks(simulation)
+    finished(simulation)
+    assert simulation.monitor.quantities()["explored"] > 0.08
+    assert simulation.monitor.travelled_m().min() > 1.0
+    assert max(ticks.deepest()) <= acceptance.ALLOWED_M
+
+
+# zigzag's own difference is reported, not judged: the map drifted by up to 2 m.
+@pytest.mark.parametrize("terrain, limit", [
+    ("loop", 0.05), ("cross", 0.05), ("maze", 0.05), ("zigzag", 0.1)])
+def test_its_reachable_free_area_is_that_of_the_geometry(terrain, limit):
+    area = acceptance.areas(terrain)
+    assert area.map_m2 == pytest.approx(area.same_cells_m2, rel=limit)
+    # The geometry's own raster has walls of one cell, these maps of about two.
+    assert 0.93 < area.map_m2 / area.own_cells_m2 < 1.0
+
+
+def test_the_image_that_zigzag_names_does_not_exist():
+    overrides = acceptance.real_map("zigzag")
+    with pytest.raises(InputError, match="its image 'map.pgm' does not exist; images beside it: "
+                                         "cross.pgm, loop.pgm, maze.pgm"):
+        built(MAZE_8, overrides[0].replace("image: zigzag.pgm, ", ""), *overrides[1:])

@@ -1,0 +1,51 @@
+"""All four terrains are explored by fleets of any size, and nobody is ever inside anything."""
+
+import numpy as np
+import pytest
+from matter import Ticks, room
+from runs import MAZE_30, built, finished
+
+ALLOWED_M = 0.01
+
+# The long ones first, so that both workers are busy to the end.
+CASES = [("zigzag", 30), ("maze", 30), ("cross", 30), ("loop", 30), ("zigzag", 8), ("zigzag", 4),
+         ("zigzag", 1), ("maze", 8), ("maze", 4), ("cross", 8), ("loop", 8), ("loop", 4),
+         ("maze", 1), ("cross", 4), ("cross", 1), ("loop", 1)]
+
+
+@pytest.mark.parametrize("terrain, size", CASES)
+def test_terrain_is_explored_in_time_and_nobody_is_in_a_wall(terrain, size):
+    simulation = built(MAZE_30, f"environment.terrain={terrain}", f"fleet.size={size}")
+    ticks = Ticks(simulation)
+    outcome = finished(simulation)
+    assert outcome.stop_reason == "explored"
+    assert simulation.monitor.explored.first_ns["any"] == outcome.simulated_ns < 2000 * 10**9
+    assert len(ticks) >= outcome.simulated_ns * 60 // 10**9
+    deepest = ticks.deepest()
+    assert deepest.wall_m <= ALLOWED_M
+    assert deepest.body_m <= ALLOWED_M
+
+
+def test_a_body_in_a_wall_is_seen():
+    walls = np.array([[0.0, 0.0, 4.0, 0.0], [2.0, 5.0, 2.0, 9.0]])
+    solids, bounds = np.array([[6.0, 6.0, 8.0, 8.0]]), (-1.0, -1.0, 10.0, 10.0)
+
+    def near(*points):
+        return room(np.array(points), walls, solids, bounds)
+
+    assert near((1.0, 3.0)) == 1.0  # as far as it looks
+    assert near((1.0, 3.0), (3.0, 0.25)) == 0.25
+    assert near((4.3, 0.4)) == pytest.approx(0.5)  # past the end
+    assert near((7.0, 7.0)) == near((1.0, 1.0), (11.0, 1.0)) == -np.inf
+
+
+def test_bodies_in_each_other_are_seen():
+    simulation = built(MAZE_30, "fleet.size=3", "stop.elapsed=1 s")
+    ticks = Ticks(simulation)
+    bodies = simulation.world.snapshot().poses.copy()
+    bodies[1] = bodies[0] + (0.3, 0.4, 0.0)  # 0.5 m from the first, radii 0.26 m
+    ticks.note(bodies)
+    assert ticks.deepest().body_m == pytest.approx(0.02)
+    bodies[2, 0] = -39.9
+    ticks.note(bodies)
+    assert ticks.deepest().wall_m == pytest.approx(0.16)
