@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from desim.errors import InputError, did_you_mean
 from desim.kernel import Kernel, Phase
 from desim.middleware.node import Node
-from desim.middleware.topics import Message, Publisher, Subscription, Topic
+from desim.middleware.topics import Latest, Message, Publisher, Subscription, Topic
 from desim.ports import Endpoint, Middleware, natural_key
 from desim.streams import Streams
 from desim.trace import Names, Trace, pack
@@ -51,6 +51,7 @@ class Host:
         self.published = 0
         self._publishers: list[Publisher] = []
         self._subscriptions: dict[str, list[Subscription]] = {}
+        self._latest: dict[str, list[Latest]] = {}
         self._inbox: list[tuple[Subscription, Message]] = []
 
     @property
@@ -96,6 +97,7 @@ class Host:
         self.nodes = []
         self._publishers = []
         self._subscriptions = {}
+        self._latest = {}
         self._inbox = []
         graph.middleware.forget(self.index)
 
@@ -121,11 +123,23 @@ class Host:
         own.append(Subscription(about, callback, queue))
         self.graph.middleware.subscribe(Endpoint(self.index, node, about.name))
 
+    def latest(self, node: str, topic: str) -> Latest:
+        """See ``Node.latest``."""
+        name = self.absolute(topic)
+        latest = Latest()
+        self._subscriptions.setdefault(name, [])
+        self._latest.setdefault(name, []).append(latest)
+        self.graph.middleware.subscribe(Endpoint(self.index, node, name))
+        return latest
+
     def receive(self, message: Message) -> bool:
         """Put ``message`` into the queues of its topic's subscriptions; False if there are none."""
-        subscriptions = self._subscriptions.get(message.about.name)
+        name = message.about.name
+        for latest in self._latest.get(name, ()):
+            latest.message = message
+        subscriptions = self._subscriptions.get(name)
         if not subscriptions:
-            return False
+            return subscriptions is not None
         inbox = self._inbox
         if not inbox:
             self.graph.kernel.after(0, _CONTROL, self.id, self._drain)
