@@ -8,6 +8,7 @@ that is shared: a layer on its way through the network costs a few hundred bytes
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 
 import numpy as np
@@ -99,9 +100,11 @@ class LayerSnapshot:
         self.pool, self.tiles, self.indices, self.complete = pool, tiles, indices, complete
         kernels.hold_all(indices, pool.refs)
 
-    def __del__(self, drop_all: Callable = kernels.drop_all) -> None:
-        pool = self.pool
-        drop_all(self.indices, pool.refs, pool.free, pool.free_count)
+    def __del__(self, drop_all: Callable = kernels.drop_all,
+                at_exit: Callable = sys.is_finalizing) -> None:
+        if not at_exit():  # kernels cannot be called any more, and the memory goes anyway
+            pool = self.pool
+            drop_all(self.indices, pool.refs, pool.free, pool.free_count)
 
     def only(self, tiles: np.ndarray) -> LayerSnapshot:
         """Of a complete snapshot, these tiles."""
@@ -126,9 +129,11 @@ class Layer:
         self.indices = np.zeros(len(tiles), np.int32)
         self._latest: LayerSnapshot | None = None
 
-    def __del__(self, drop_all: Callable = kernels.drop_all) -> None:
-        pool = self.pool
-        drop_all(self.indices, pool.refs, pool.free, pool.free_count)
+    def __del__(self, drop_all: Callable = kernels.drop_all,
+                at_exit: Callable = sys.is_finalizing) -> None:
+        if not at_exit():  # kernels cannot be called any more, and the memory goes anyway
+            pool = self.pool
+            drop_all(self.indices, pool.refs, pool.free, pool.free_count)
 
     def snapshot(self) -> LayerSnapshot:
         """The layer as it is now; the same object until the layer changes."""
