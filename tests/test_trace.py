@@ -67,6 +67,20 @@ def test_a_sink_gets_every_row_once_and_changes_no_digest(rows, batch):
         assert b"".join(rows.tobytes() for rows in kept) == packed(log.names, rows)
 
 
+@given(ROWS, st.lists(st.booleans(), min_size=60, max_size=60), st.integers(1, 10))
+def test_rows_that_are_put_are_rows(rows, put, batch):
+    """``put`` leaves the look at the batch to the next ``row``; nothing else differs."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trace, "_BATCH", batch)
+        log = Trace(Names())
+        for (t, kind, host, a, b, c), unchecked in zip(rows, put, strict=False):
+            row = (t, kind, log.names.id(host), a, b, c)
+            log.put(trace.pack(*row)) if unchecked else log.row(*row)
+        assert log.digest() == write(rows).digest()
+        assert log.digest_by_entity() == write(rows).digest_by_entity()
+        assert log.rows_written == len(rows)
+
+
 def test_every_field_and_the_order_of_rows_count():
     rows = [(1, 2, "base", 3, 4, 5), (1, 2, "base", 3, 4, 6)]
     digests = {write(rows).digest(), write(rows[::-1]).digest(), write(rows[:1]).digest()}
