@@ -13,6 +13,7 @@ _PROGRESS_M = 0.2  # one cell of the map
 _MOVED_M = 0.3  # a new way is a new start only for a robot that got somewhere since the last one
 _RETREAT_M = (0.5, 1.5)  # how far it backs off: drawn, so that two that block each other differ
 _DIRECTIONS = 8
+_GENTLE = 0.6
 
 
 class Recovery(IntEnum):
@@ -65,14 +66,15 @@ class Spin:
             self._left_rad / acceleration_radps2) + 2.0 * self._left_rad / turn_radps))
 
     def turn_radps(self, yaw_rad: float, now_ns: int) -> float | None:
-        """The turn rate to have next, None when done: w^2 = 2 a left, from rotate_recovery."""
+        """The turn rate to have next, None when done: w^2 = 2 a left, as in rotate_recovery, with
+        less than the full deceleration, as a command takes a control period to take effect."""
         turned_rad = math.remainder(yaw_rad - self._yaw_rad, 2.0 * math.pi)
         self._yaw_rad = yaw_rad
         self._left_rad -= turned_rad
         if self._left_rad < 0.1 or now_ns > self._end_ns:
             return None
         return min(self._fastest_radps,
-                   math.sqrt(2.0 * self._acceleration_radps2 * self._left_rad))
+                   math.sqrt(2.0 * _GENTLE * self._acceleration_radps2 * self._left_rad))
 
 
 def retreat(costmap: Costmap, x_m: float, y_m: float, yaw_rad: float,

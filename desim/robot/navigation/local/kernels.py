@@ -28,7 +28,9 @@ _ALIGN_M = 0.325  # a rollout is judged by a point so far ahead of its end (dwa_
 #                   forward_point_distance)
 _STEP_M = 0.15  # a rollout is looked at so often; obstacles are wider than that by the robot's size
 _FAN_RAD, _FAN = math.pi / 12.0, 11  # where the way is blocked: directions to try on either side
-_FAN_M = 1.5  # and how far they have to be clear
+_FAN_M = 1.5  # how far they are looked along
+_RIGHT = 1.2  # what a way on the right is worth of one on the left
+_FORWARD_M = 0.2  # a move that brings less forward is none
 _ESCAPE_M = 0.3  # the way out of a place that is too near to something
 _MEMORY_S, _MEMORY_M = 2.0, 1.2  # how long, and how near, what left the view is remembered
 _ARC_RADPS = 1.5  # a comfortable turn: an aim near by is driven to no faster than this allows
@@ -223,33 +225,40 @@ def bar2(near2, cell_m, safe_m, x, y):
     return min(safe_m, math.sqrt(clearance2(near2, cell_m, x, y)) - 0.5 * cell_m)**2
 
 
-@njit("b1(f4[:,::1], f8, f8, f8, f8, f8, f8, f8, f8)", cache=True)
-def clear(near2, cell_m, safe_m, first2, x, y, ux, uy, length_m):
-    """Whether the robot could go straight so far, keeping the root of ``first2`` at first and
-    ``safe_m`` from there on."""
+@njit("f8(f4[:,::1], f8, f8, f8, f8, f8, f8, f8, f8)", cache=True)
+def free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, length_m):
+    """How far the robot could go straight, up to ``length_m``, keeping the root of ``first2`` at
+    first and ``safe_m`` from there on."""
     for k in range(1, int(length_m / cell_m) + 1):
         bar = first2 if k * cell_m <= _ESCAPE_M else safe_m**2
         if clearance2(near2, cell_m, x + k * cell_m * ux, y + k * cell_m * uy) < bar:
-            return False
-    return True
+            return (k - 1) * cell_m
+    return length_m
 
 
 @njit("UniTuple(f8, 3)(f4[:,::1], f8, f8, f8, f8, f8, f8)", cache=True)
 def around(near2, cell_m, safe_m, x, y, dx, dy):
-    """The offset (dx, dy) from the robot to its aim, turned as little as it takes for a clear
-    straight way, to the right before to the left; and 1.0 if all is blocked."""
+    """The offset (dx, dy) from the robot to its aim, or where something is in the way, the straight
+    move that brings it forward most, on the right side rather than on the left; if none does, the
+    longest there is. And 1.0 if it is shut in."""
     length = math.sqrt(dx * dx + dy * dy)
     if length < cell_m:
         return dx, dy, 0.0
-    first2 = bar2(near2, cell_m, safe_m, x, y)
+    first2, reach = bar2(near2, cell_m, safe_m, x, y), min(length, _FAN_M)
+    best, best_x, best_y = 0.0, dx, dy
     for k in range(2 * _FAN + 1):
         angle = (k + 1) // 2 * _FAN_RAD * (-1.0 if k % 2 == 1 else 1.0)
         c, s = cos(angle), sin(angle)
-        tx, ty = c * dx - s * dy, s * dx + c * dy
-        if clear(near2, cell_m, safe_m, first2, x, y, tx / length, ty / length,
-                 min(length, _FAN_M)):
-            return tx, ty, 0.0
-    return dx, dy, 1.0
+        ux, uy = (c * dx - s * dy) / length, (s * dx + c * dy) / length
+        free = free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, reach)
+        if k == 0 and free == reach:
+            return dx, dy, 0.0
+        forward = free * c * (_RIGHT if angle < 0.0 else 1.0)
+        if forward < _FORWARD_M:
+            forward = 0.1 * free if free > _ESCAPE_M else 0.0
+        if forward > best:
+            best, best_x, best_y = forward, free * ux, free * uy
+    return best_x, best_y, 1.0 if best == 0.0 else 0.0
 
 
 @njit(_f8(_f4x2, _setup, *[_f8] * 8), cache=True)
