@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from desim import plugins
 from desim.deployment import HostPlan, plan
 from desim.drivers import Driver
+from desim.errors import InputError
 from desim.experiment.metrics import Ground
 from desim.experiment.monitor import Monitor
 from desim.experiment.station import Station
@@ -94,9 +96,10 @@ class Simulation:
         self.grid = self.world.grid(scenario.robot.mapping.resolution_m)
         controlled = [host.software for host in self.plan if host.software is not None]
         explorers = tuple(self.world.robots[robot] for robot in controlled)
+        seers = controlled or range(len(self.world.robots))
         self.monitor = Monitor(
             self.kernel, self.trace, scenario, robots=self.world.robots, explorers=explorers,
-            ground=Ground(self.grid, *self.world.ground(self.grid, controlled)), graph=self.graph,
+            ground=Ground(self.grid, *self.world.ground(self.grid, seers)), graph=self.graph,
             poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m,
             reach_m=_reach_m(self.graph.media))
         self._explorers = explorers
@@ -131,9 +134,10 @@ class Simulation:
         for name, choice in self.scenario.network.media.items():
             model = _plugin("network", choice.model, choice.parameters())
             rules = [_plugin("rule", rule.rule, rule.parameters()) for rule in choice.rules]
-            self.graph.attach(Medium(
-                name, model, rules, kernel=self.kernel, names=self.names, streams=self.streams,
-                hosts=hosts, place=places))
+            with _blamed(f"network.media.{name}"):
+                self.graph.attach(Medium(
+                    name, model, rules, kernel=self.kernel, names=self.names,
+                    streams=self.streams, hosts=hosts, place=places))
 
     def _speaking(self) -> Iterator[Driver]:
         """The drivers of the hosts that are up, in the order of hosts."""
@@ -174,6 +178,15 @@ class Simulation:
 def _plugin(kind: str, name: str, parameters: dict[str, Any]) -> Any:
     cls = plugins.load(kind, name)
     return cls(cls.Params(**parameters))
+
+
+@contextmanager
+def _blamed(path: str) -> Iterator[None]:
+    """What is wrong with a plug-in's parameters is wrong at ``path`` of the scenario."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(*(f"{path}: {line}" for line in error.args)) from error
 
 
 def _reach_m(media: list[Medium]) -> float | None:

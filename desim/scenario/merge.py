@@ -65,7 +65,7 @@ def overridden(document: Document, override: str) -> Document:
     value = yaml12.parse_value(text, source)
     path = split(key.strip())
     merged = _put(data, path, value, (), source)
-    top = Places(Place(source))
+    top = Places(places.root)  # what nobody wrote is still a default of the file
     top.put_all(value, Place(source), path)
     return merged, places.under(top, merged)
 

@@ -6,6 +6,7 @@ import hashlib
 import os
 from collections.abc import Mapping
 
+from desim.errors import InputError
 from desim.scenario import yaml12
 from desim.scenario.environment import MapFile
 from desim.scenario.schema import Scenario
@@ -41,7 +42,11 @@ def scenario_id(scenario: Scenario, versions: Mapping[str, str]) -> str:
 
 
 def _map_files(terrain: MapFile) -> list[str]:
-    """The map's YAML file and its image, as far as it exists."""
-    facts, _ = yaml12.read(terrain.map)
+    """The map's YAML file and its image, as far as it exists. What is wrong with the map is for
+    the world to say."""
+    try:
+        facts, _ = yaml12.read(terrain.map)
+    except InputError:
+        facts = {}
     image = os.path.join(os.path.dirname(terrain.map), str(terrain.image or facts.get("image")))
     return [file for file in (terrain.map, image) if os.path.isfile(file)]

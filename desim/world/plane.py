@@ -45,7 +45,7 @@ class Plane:
     def __init__(self, environment: Environment, fleet: list[RobotSpec], laser: Laser,
                  odometry: Odometry, rate_hz: Fraction, streams: Streams) -> None:
         self.terrain = sources.load(environment.terrain)
-        self._doors = Doors(environment.doors)
+        self._doors = Doors(environment.doors, self.terrain.bounds)
         self._movers = Movers(environment.moving_obstacles, self.terrain)
         specs = sorted(fleet, key=lambda spec: natural_key(spec.name))
         self.robots = tuple(spec.name for spec in specs)

@@ -14,8 +14,8 @@ import numpy as np
 from desim.errors import InputError
 from desim.scenario.environment import Door, MovingObstacle
 from desim.world import kernels, materials
-from desim.world.geometry import point_distance, segments
-from desim.world.sources import line
+from desim.world.geometry import TOUCH_M, point_distance, segments
+from desim.world.sources import inside, line
 from desim.world.terrain import Terrain
 
 _NEVER_NS = 1 << 62
@@ -24,7 +24,9 @@ _NEVER_NS = 1 << 62
 class Doors:
     """Which doors are closed. ``lines`` [d, 4] m; ``closed`` [d] bool."""
 
-    def __init__(self, doors: Sequence[Door]) -> None:
+    def __init__(self, doors: Sequence[Door], bounds: tuple[float, float, float, float]) -> None:
+        for i, door in enumerate(doors):
+            inside(f"environment.doors.{i}", bounds, [door.start_m, door.end_m])
         self.lines = segments(line(f"environment.doors.{i}", door.start_m, door.end_m)
                               for i, door in enumerate(doors))
         self.material = np.array([materials.index(door.material, f"environment.doors.{i}")
@@ -101,9 +103,13 @@ def _path(what: str, mover: MovingObstacle, terrain: Terrain) -> np.ndarray:
     steps = np.hypot(*np.diff(points, axis=0).T)
     if not (steps > 0.0).all():
         raise InputError(f"{what}.path: the same way point twice in a row")
-    if (terrain.clearance(points, mover.radius_m) < 0.0).any() or len(
-            crossing(terrain.walls, np.concatenate([points[:-1], points[1:]], axis=1))):
-        raise InputError(f"{what}.path: crosses a wall or leaves the terrain")
+    legs = np.concatenate([points[:-1], points[1:]], axis=1)
+    # Where two lines do not cross, an end of one of them is nearest to the other.
+    room_m = min(terrain.clearance(points, mover.radius_m).min(),
+                 point_distance(terrain.walls.reshape(-1, 2), legs).min())
+    if room_m < mover.radius_m - TOUCH_M or len(crossing(terrain.walls, legs)):
+        raise InputError(f"{what}.path: crosses a wall or leaves the terrain, or comes closer to "
+                         f"a wall than its radius of {mover.radius_m:g} m")
     return np.column_stack([points, np.concatenate([[0.0], np.cumsum(steps)])])
 
 

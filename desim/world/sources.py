@@ -45,13 +45,13 @@ def from_shape(name: str, shape: Shape) -> Terrain:
     for i, block in enumerate(shape.rectangles):
         what = f"{WHERE}.rectangles.{i}"
         (x0, x1), (y0, y1) = block.x_m, block.y_m
-        _inside(what, bounds, [(x0, y0), (x1, y1)])
+        inside(what, bounds, [(x0, y0), (x1, y1)])
         kind = (materials.index(block.material, what), FACE_THICKNESS_M, block.height_m)
         kinds.setdefault(kind, []).extend(rectangle(x0, y0, x1, y1))
         solids.append((x0, y0, x1, y1))
     for i, wall in enumerate(shape.walls):
         what = f"{WHERE}.walls.{i}"
-        _inside(what, bounds, [wall.start_m, wall.end_m])
+        inside(what, bounds, [wall.start_m, wall.end_m])
         kind = (materials.index(wall.material, what), wall.thickness_m, wall.height_m)
         kinds.setdefault(kind, []).append(line(what, wall.start_m, wall.end_m))
     if shape.drawing is not None:
@@ -72,7 +72,8 @@ def line(what: str, start: tuple[float, float], end: tuple[float, float],
     return (*start, *end)
 
 
-def _inside(what: str, bounds: tuple, points: list[tuple[float, float]]) -> None:
+def inside(what: str, bounds: tuple, points: list[tuple[float, float]]) -> None:
+    """Raises ``InputError`` for one of ``points`` that lies outside ``bounds`` x0 y0 x1 y1."""
     x0, y0, x1, y1 = bounds
     for x, y in points:
         if not (x0 - TOUCH_M <= x <= x1 + TOUCH_M and y0 - TOUCH_M <= y <= y1 + TOUCH_M):
