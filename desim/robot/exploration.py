@@ -14,8 +14,11 @@ from desim.robot.navigation.wavefront import Wavefront
 from desim.scenario.fleet import BodyType
 from desim.scenario.robot import Exploration, Navigation
 from desim.trace import bits
+from desim.units import NS_PER_S
 
 _STOP = Goal(None, None)
+_IDLE_NS = 5 * NS_PER_S  # a search that finds nothing goes through the whole map: not every second
+_VETOES = 5  # a strategy that insists on such a frontier after so many gets it
 _VISITS = 2  # a frontier that is still there after so many visits cannot be resolved from there
 
 
@@ -57,8 +60,9 @@ class Explore(Node):
         self._wavefront: Wavefront | None = None
         self._goal: Frontier | None = None
         self._beside = (0, 0)  # the goal's frontier: a cell, and the cost up to which cells count
-        self._blacklist: list[tuple[float, float, int]] = []  # x, y, until
+        self._blacklist: list[tuple[int, int, int]] = []  # row, column, until
         self._visited: tuple[float, float, int] | None = None  # x, y, how often in a row
+        self._idle_until_ns = 0
         self._looked_at = -1  # the belief's version when last a goal was confirmed or none found
 
     def start(self) -> None:
@@ -99,7 +103,7 @@ class Explore(Node):
             visits = self._visited[2] if self._visited and self._near_visited(goal) else 0
             self._visited = (goal.x_m, goal.y_m, visits + 1)
         else:
-            self._avoid(goal)
+            self._avoid(self._beside[0])
         self._goal = None
         self._looked_at = -1
 
@@ -109,7 +113,8 @@ class Explore(Node):
         if self._costmap is None or self._pose is None:
             return
         if self._goal is None:
-            if self._costmap.belief.version != self._looked_at or self._blacklist_ended():
+            changed = self._costmap.belief.version != self._looked_at
+            if (changed and self.now_ns >= self._idle_until_ns) or self._blacklist_ended():
                 self._choose()
         elif self._goal_is_spoilt():
             self._choose()
@@ -119,16 +124,20 @@ class Explore(Node):
         view.now_ns, view.pose = self.now_ns, (pose.x_m, pose.y_m, pose.yaw_rad)
         self._blacklist = [entry for entry in self._blacklist if entry[2] > view.now_ns]
         chosen = self._strategy.choose(view)
-        while chosen is not None and self._visited_in_vain(chosen):
-            self._avoid(chosen)
+        for _ in range(_VETOES):
+            if chosen is None or not self._visited_in_vain(chosen):
+                break
+            self._avoid(self._wavefront.beside(chosen)[0])
             chosen = self._strategy.choose(view)
         self._looked_at = self._costmap.belief.version
         if chosen is not None:
             self.record("goal", bits(chosen.x_m), bits(chosen.y_m), chosen.cells)
             self.publish("goal", Goal(chosen.x_m, chosen.y_m))
             self._beside = self._wavefront.beside(chosen)
-        elif self._goal is not None:
-            self.publish("goal", _STOP)
+        else:
+            self._idle_until_ns = view.now_ns + _IDLE_NS
+            if self._goal is not None:
+                self.publish("goal", _STOP)
         self._goal = chosen
 
     def _goal_is_spoilt(self) -> bool:
@@ -156,8 +165,8 @@ class Explore(Node):
         return (self._visited is not None and self._visited[2] >= _VISITS
                 and self._near_visited(chosen))
 
-    def _avoid(self, goal: Frontier) -> None:
-        self._blacklist.append((goal.x_m, goal.y_m,
+    def _avoid(self, cell: int) -> None:
+        self._blacklist.append((*divmod(cell, self._costmap.across),
                                 self.now_ns + self._exploration.blacklist_for_ns))
 
     def _blacklist_ended(self) -> bool:
@@ -165,7 +174,6 @@ class Explore(Node):
 
     def _discs(self) -> np.ndarray:
         """The blacklist as the search wants it: [k, 3] row, column, squared radius in cells."""
-        costmap = self._costmap
-        radius = self._exploration.blacklist_radius_m / costmap.spec.resolution_m
-        return np.array([(*divmod(costmap.cell(x_m, y_m), costmap.across), int(radius * radius))
-                         for x_m, y_m, _ in self._blacklist], np.int64).reshape(-1, 3)
+        radius = self._exploration.blacklist_radius_m / self._costmap.spec.resolution_m
+        return np.array([(row, column, int(radius * radius))
+                         for row, column, _ in self._blacklist], np.int64).reshape(-1, 3)
