@@ -66,6 +66,9 @@ def overridden(document: Document, override: str) -> Document:
     path = split(key.strip())
     merged = _put(data, path, value, (), source)
     top = Places(places.root)  # what nobody wrote is still a default of the file
+    for depth in range(1, len(path)):  # what it had to bring into being on the way
+        if path[:depth] not in places:
+            top.put(path[:depth], Place(source), Place(source))
     top.put_all(value, Place(source), path)
     return merged, places.under(top, merged)
 

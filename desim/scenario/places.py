@@ -35,6 +35,10 @@ class Places:
         for step in steps(data):
             self.put_all(data[step], place, (*path, step))
 
+    def __contains__(self, path: Path) -> bool:
+        """Whether somebody wrote what is at ``path``."""
+        return path in self._of
+
     def key(self, path: Path) -> Place:
         """The place of the key at ``path``, or of the nearest thing around it."""
         return self._nearest(path, 0)

@@ -56,7 +56,8 @@ def _facts(path: Path) -> dict[str, Any]:
         there = sorted(file.name for file in path.parent.glob("*.y*ml")) or ["none"]
         raise InputError(f"{path}: no such map; YAML files beside it: {', '.join(there)}") from None
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"{path}: cannot be read as YAML: {error}") from None
+        reason = " ".join(str(error).split())
+        raise InputError(f"{path}: cannot be read as YAML: {reason}") from None
     if not isinstance(facts, dict):
         raise InputError(f"{path}: not a map_server file; its keys are {', '.join(KEYS)}")
     for key in KEYS[:6]:
