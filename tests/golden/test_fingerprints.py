@@ -1,0 +1,23 @@
+"""Nothing changes unnoticed: short runs have the digests that they had.
+
+A failure says that behaviour changed, not that it is wrong: ``python tools/regolden.py`` renews the
+digests. They are promised for one kind of machine and one set of versions; where a digest differs
+on another one, nothing can be said.
+"""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
+
+import regolden  # noqa: E402 - a tool, not a package
+
+
+@pytest.mark.parametrize("row", regolden.read(), ids=lambda row: " ".join(row[:3]).strip())
+def test_fingerprint(row):
+    digest = row.current().digest
+    if digest != row.digest and regolden.elsewhere():
+        pytest.skip(f"another digest on another machine: {regolden.elsewhere()}")
+    assert digest == row.digest, "behaviour changed; see tools/regolden.py"

@@ -1,0 +1,97 @@
+"""Writes the digests of tests/golden/fingerprints.csv anew, and says which changed.
+
+    python tools/regolden.py [--check] [scenario ...]
+
+A row is a scenario (a file, from the root of the repository), how long it runs, overrides that are
+separated by ' ; ', and the digest of its trace. Add a row with an empty digest to have one more. A
+digest that changed says that behaviour changed, not that it became wrong: look at why, and commit
+the new ones together with the change that made them. made_on.json beside it says on what kind of
+machine and with which versions they were made, all of them: elsewhere they may differ.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+from desim.experiment import identity
+from desim.scenario.load import load
+from desim.simulation import Simulation
+
+ROOT = Path(__file__).resolve().parent.parent
+FINGERPRINTS = ROOT / "tests" / "golden" / "fingerprints.csv"
+MADE_ON = FINGERPRINTS.with_name("made_on.json")
+
+
+class Fingerprint(NamedTuple):
+    """One row: a short run and the digest of its trace."""
+
+    scenario: str
+    until: str
+    overrides: str
+    digest: str
+
+    def current(self) -> Fingerprint:
+        """The same run with the digest that it has now."""
+        overrides = [part for part in self.overrides.split(" ; ") if part]
+        loaded = load(ROOT / self.scenario, [*overrides, f"stop.elapsed={self.until}"])
+        return self._replace(digest=Simulation(loaded.scenario).run().digest)
+
+
+def here() -> dict[str, str]:
+    """What the promise of equal digests holds for: processor, libm, versions."""
+    about = {**identity.machine(), **identity.versions()}
+    return {key: value for key, value in about.items() if key not in ("platform", "desim")}
+
+
+def elsewhere() -> str:
+    """In what this is not where the digests were made; empty where it is."""
+    made_on, now = json.loads(MADE_ON.read_text()), here()
+    return ", ".join(f"{key} {now.get(key)} (there: {made_on.get(key)})"
+                     for key in sorted({*made_on, *now}) if made_on.get(key) != now.get(key))
+
+
+def read() -> list[Fingerprint]:
+    """All rows of the file."""
+    with open(FINGERPRINTS, newline="", encoding="utf-8") as file:
+        return [Fingerprint(**row) for row in csv.DictReader(file)]
+
+
+def write(rows: list[Fingerprint]) -> None:
+    """Replace the file."""
+    with open(FINGERPRINTS, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(Fingerprint._fields)
+        writer.writerows(rows)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenarios", nargs="*", metavar="scenario",
+                        help="rows to renew, by a part of the file's name; default: all")
+    parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 if a "
+                                                             "digest differs")
+    arguments = parser.parse_args()
+    rows, changed = read(), 0
+    for i, row in enumerate(rows):
+        if arguments.scenarios and not any(part in row.scenario for part in arguments.scenarios):
+            continue
+        rows[i] = row.current()
+        same = rows[i] == row
+        changed += not same
+        print(f"{'same   ' if same else 'CHANGED'} {rows[i].digest} {row.scenario} {row.until} "
+              f"{row.overrides}")
+    if arguments.check:
+        sys.exit(changed > 0)
+    if arguments.scenarios and elsewhere():
+        sys.exit(f"renew all rows: this is another machine, {elsewhere()}")
+    write(rows)
+    MADE_ON.write_text(json.dumps(here(), indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
