@@ -8,6 +8,7 @@ import numpy as np
 
 from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Goal
+from desim.middleware.topics import Latest
 from desim.ports import Frontier, Peer, Strategy
 from desim.robot.navigation.costmap import Costmap
 from desim.robot.navigation.wavefront import Wavefront
@@ -55,7 +56,7 @@ class Explore(Node):
         self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.radius_m
         self.peers: dict[str, Peer] = {}
         self._view = View(self, host.name, self.peers)
-        self._pose: Message | None = None
+        self._pose = Latest()
         self._costmap: Costmap | None = None
         self._wavefront: Wavefront | None = None
         self._goal: Frontier | None = None
@@ -67,7 +68,7 @@ class Explore(Node):
 
     def start(self) -> None:
         self.advertise("goal")
-        self.subscribe("pose", self._on_pose)
+        self._pose = self.latest("pose")
         self.subscribe("costmap", self._on_costmap)
         self.subscribe("goal_result", self._on_result)
         self.subscribe("peer_pose", self._on_peer, queue=0)
@@ -82,9 +83,6 @@ class Explore(Node):
                 or self._wavefront.hidden_frontiers((x_m, y_m), limit, discs))
 
     # ---------------------------------------------------------------------------- what comes in
-
-    def _on_pose(self, message: Message) -> None:
-        self._pose = message
 
     def _on_costmap(self, message: Message) -> None:
         self._costmap = message.content
@@ -110,7 +108,7 @@ class Explore(Node):
     # ---------------------------------------------------------------------------- what it does
 
     def _tick(self, _: int) -> None:
-        if self._costmap is None or self._pose is None:
+        if self._costmap is None or self._pose.message is None:
             return
         if self._goal is None:
             changed = self._costmap.belief.version != self._looked_at
@@ -120,7 +118,7 @@ class Explore(Node):
             self._choose()
 
     def _choose(self) -> None:
-        view, pose = self._view, self._pose.content
+        view, pose = self._view, self._pose.message.content
         view.now_ns, view.pose = self.now_ns, (pose.x_m, pose.y_m, pose.yaw_rad)
         self._blacklist = [entry for entry in self._blacklist if entry[2] > view.now_ns]
         chosen = self._strategy.choose(view)

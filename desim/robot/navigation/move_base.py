@@ -6,10 +6,12 @@ import math
 
 from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Goal, GoalResult, Twist
+from desim.middleware.topics import Latest
 from desim.robot.navigation.costmap import Costmap
 from desim.robot.navigation.local.planner import LocalPlanner
 from desim.robot.navigation.recovery import Progress, Recovery, Spin, retreat
 from desim.robot.navigation.wavefront import Wavefront
+from desim.robot.tiles import Belief
 from desim.scenario.fleet import BodyType
 from desim.scenario.robot import Laser, Navigation
 from desim.trace import bits
@@ -29,8 +31,7 @@ class MoveBase(Node):
                                       int(2 * NS_PER_S / laser.rate_hz))
         self._local = LocalPlanner(navigation, body)
         self._progress = Progress()
-        self._scan: Message | None = None
-        self._pose: Message | None = None
+        self._scan = self._pose = self._map = Latest()
         self._costmap: Costmap | None = None
         self._wavefront: Wavefront | None = None
         self._goal: Goal | None = None
@@ -43,30 +44,13 @@ class MoveBase(Node):
         for topic in ("cmd_vel", "goal_result"):
             self.advertise(topic)
         self.advertise("costmap", latch=True)
-        self.subscribe("scan", self._on_scan)
-        self.subscribe("pose", self._on_pose)
-        self.subscribe("map", self._on_map)
+        self._scan, self._pose = self.latest("scan"), self.latest("pose")
+        self._map = self.latest("map")
         self.subscribe("goal", self._on_goal)
         self.timer(self._navigation.control_rate_hz, self._control)
         self.timer(self._navigation.local_rate_hz, self._look)
 
     # ---------------------------------------------------------------------------- what comes in
-
-    def _on_scan(self, message: Message) -> None:
-        self._scan = message
-
-    def _on_pose(self, message: Message) -> None:
-        self._pose = message
-
-    def _on_map(self, message: Message) -> None:
-        belief = message.content
-        if self._costmap is None or self._costmap.belief is not belief:
-            self._costmap = Costmap(belief, self._body.radius_m,
-                                    self._navigation.inflation_radius_m,
-                                    self._navigation.inflation_scaling)
-            self._wavefront = Wavefront(self._costmap)
-            self._local.use(self._costmap)
-            self.publish("costmap", self._costmap)
 
     def _on_goal(self, message: Message) -> None:
         goal = message.content
@@ -85,10 +69,20 @@ class MoveBase(Node):
 
     def _look(self, _: int) -> None:
         """Take the newest scan into the local layer."""
-        if self._goal is None or self._scan is None or self._pose is None:
-            return
-        scan = self._scan.content
-        self._local.look(scan, *self._local.extrapolate(self._pose.content, scan.stamp_ns))
+        if self._costmap is None and self._map.message is not None:
+            self._survey(self._map.message.content)
+        scan, pose = self._scan.message, self._pose.message
+        if self._goal is not None and scan is not None and pose is not None:
+            self._local.look(scan.content,
+                             *self._local.extrapolate(pose.content, scan.content.stamp_ns))
+
+    def _survey(self, belief: Belief) -> None:
+        """The first map is here. It is live: there is never another one."""
+        self._costmap = Costmap(belief, self._body.radius_m, self._navigation.inflation_radius_m,
+                                self._navigation.inflation_scaling)
+        self._wavefront = Wavefront(self._costmap)
+        self._local.use(self._costmap)
+        self.publish("costmap", self._costmap)
 
     # ---------------------------------------------------------------------------- what it does
 
@@ -96,10 +90,11 @@ class MoveBase(Node):
         if self._goal is None:
             return
         now_ns = self.now_ns
-        if self._scan is None or now_ns - self._scan.born_ns > self._sensor_timeout_ns:
+        scan = self._scan.message
+        if scan is None or now_ns - scan.born_ns > self._sensor_timeout_ns:
             self._drive(0.0, 0.0)
             return
-        x_m, y_m, yaw_rad = self._local.extrapolate(self._pose.content, now_ns)
+        x_m, y_m, yaw_rad = self._local.extrapolate(self._pose.message.content, now_ns)
         if self._spin is not None:
             turn_radps = self._spin.turn_radps(yaw_rad, now_ns)
             if turn_radps is not None:
@@ -154,7 +149,7 @@ class MoveBase(Node):
     def _begin_spin(self) -> None:
         body = self._body
         self._spin = Spin(body.max_turn_radps, body.turn_acceleration_radps2,
-                          self._pose.content.yaw_rad, self.now_ns)
+                          self._pose.message.content.yaw_rad, self.now_ns)
 
     def _end_spin(self, now_ns: int) -> None:
         self._spin = None
@@ -164,9 +159,9 @@ class MoveBase(Node):
 
     def _plan(self) -> bool:
         """Find a way to the goal; False if there is none."""
-        if self._pose is None or self._wavefront is None:
+        if self._pose.message is None or self._wavefront is None:
             return False
-        pose, goal = self._pose.content, self._goal
+        pose, goal = self._pose.message.content, self._goal
         way = self._wavefront.plan((pose.x_m, pose.y_m), (goal.x_m, goal.y_m),
                                    self._navigation.goal_tolerance_m)
         if way is None:
@@ -176,7 +171,7 @@ class MoveBase(Node):
         return True
 
     def _distance_m(self, goal: Goal) -> float:
-        pose = self._pose.content
+        pose = self._pose.message.content
         return math.hypot(goal.x_m - pose.x_m, goal.y_m - pose.y_m)
 
     def _drive(self, speed_mps: float, turn_radps: float) -> None:
