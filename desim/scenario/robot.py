@@ -79,9 +79,9 @@ class Navigation(Params):
     keep_right_m: Length = Field("0.4 m", description=(
         "drive so far to the right of the planned way, so that robots that meet on one way pass "
         "each other (1.5 robot radii)"))
-    clearance_m: Length = Field("0.05 m", description=(
-        "distance that rollouts keep from obstacles beside the robot's radius (half a cell of "
-        "the local grid)"))
+    clearance_m: Length = Field("0.1 m", description=(
+        "distance that rollouts keep from obstacles beside the robot's radius (one cell of the "
+        "local grid)"))
     path_weight: float = Field(0.6, ge=0, description=(
         "per metre that a rollout ends beside the way (TrajectoryPlannerROS path_distance_bias)"))
     goal_weight: float = Field(0.8, ge=0, description=(
