@@ -354,6 +354,10 @@ def test_starts_that_are_not_free(starts, complaint):
     terrain = square(rectangles=[{"x": ("2 m", "4 m"), "y": ("2 m", "4 m")}])
     with pytest.raises(InputError, match=f"^fleet.start: .*{complaint}"):
         world(starts, terrain)
+    if "outside" in complaint:  # the frame of reference is wrong, there is nothing to snap to
+        with pytest.raises(InputError, match=f"^fleet.start: .*{complaint}"):
+            world(starts, terrain, snap=True)
+        return
     plane = world(starts, terrain, snap=True)
     no_overlap(plane)
     assert np.hypot(*(plane.snapshot().poses[:, :2] - np.array(starts)[:, :2]).T).max() < 1.6

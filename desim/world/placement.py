@@ -10,6 +10,7 @@ from desim.world.geometry import point_distance
 from desim.world.terrain import Terrain
 
 SNAP_STEP_M = 0.1  # half a cell of the paper's maps: places to snap to lie on such a lattice
+_AT_ONCE = 1024  # places looked at in one go
 _ROOM_M = 1e-6
 
 
@@ -31,7 +32,7 @@ class Site:
             if trouble is None:
                 placed[spec.name] = spec
                 self._taken.append(spec)
-            elif not spec.snap:
+            elif not spec.snap or not self._within(spec):
                 raise InputError(f"fleet.start: the start of {spec.name} at ({spec.x_m:g}, "
                                  f"{spec.y_m:g}) m {trouble}")
         for spec in specs:
@@ -40,10 +41,16 @@ class Site:
                 self._taken.append(placed[spec.name])
         return [placed[spec.name] for spec in specs]
 
+    def _within(self, spec: RobotSpec) -> bool:
+        """Whether the start lies in the terrain's bounds. Outside, the frame of reference is
+        wrong, and the nearest free place would be none that was meant."""
+        x0, y0, x1, y1 = self._terrain.bounds
+        return x0 < spec.x_m < x1 and y0 < spec.y_m < y1
+
     def _trouble(self, spec: RobotSpec) -> str | None:
         radius, point = spec.body.radius_m, np.array([[spec.x_m, spec.y_m]])
-        x0, y0, x1, y1 = self._terrain.bounds
-        if not (x0 < spec.x_m < x1 and y0 < spec.y_m < y1):
+        if not self._within(spec):
+            x0, y0, x1, y1 = self._terrain.bounds
             return (f"lies outside the terrain; allowed: x from {x0:g} to {x1:g} m, y from {y0:g} "
                     f"to {y1:g} m")
         if self._room(point, radius)[0] < radius - _ROOM_M:
@@ -65,18 +72,23 @@ class Site:
                                   max(abs(spec.y_m - y0), abs(spec.y_m - y1))))
         reach = 1.0
         while reach < 2.0 * farthest:
-            offsets = _lattice(reach)
-            points = offsets + (spec.x_m, spec.y_m)
-            free = self._room(points, spec.body.radius_m) >= spec.body.radius_m - _ROOM_M
-            for other in self._taken:
-                needed = spec.body.radius_m + other.body.radius_m
-                free &= np.hypot(*(points - (other.x_m, other.y_m)).T) >= needed
-            if free.any():
-                x, y = points[int(np.argmax(free))].tolist()
-                return spec._replace(x_m=x, y_m=y)
+            lattice = _lattice(reach) + (spec.x_m, spec.y_m)
+            for points in np.split(lattice, range(_AT_ONCE, len(lattice), _AT_ONCE)):
+                free = self._free(points, spec.body.radius_m)
+                if free.any():
+                    x, y = points[int(np.argmax(free))].tolist()
+                    return spec._replace(x_m=x, y_m=y)
             reach *= 2.0
         raise InputError(f"fleet.start: no free place for {spec.name} with a radius of "
                          f"{spec.body.radius_m:g} m anywhere in terrain {self._terrain.name!r}")
+
+    def _free(self, points: np.ndarray, radius_m: float) -> np.ndarray:
+        """[k] bool, whether a robot of this radius has room there."""
+        free = self._room(points, radius_m) >= radius_m - _ROOM_M
+        for other in self._taken:
+            apart_m = np.hypot(*(points - (other.x_m, other.y_m)).T)
+            free &= apart_m >= radius_m + other.body.radius_m
+        return free
 
     def _room(self, points: np.ndarray, radius_m: float) -> np.ndarray:
         """[k] m to the nearest matter, at most ``radius_m``."""
