@@ -20,6 +20,7 @@ HIT, MISS = 17, -8
 CLAMP_LOW, CLAMP_HIGH = -40, 70
 
 FIXED = 4294967296.0  # one, in the fixed point of ``walk``
+DEPTH = 0.05  # cells; more than ranges err by rounding (float32), less than they err by noise
 
 
 @njit("void(i4, i4[::1], i4[::1], i8[::1])", cache=True)
@@ -147,6 +148,9 @@ def sweep(x, y, yaw_rad, ranges, angle_min_rad, increment_rad, per_m, no_return,
     each at most once. Returns (hits, count). Lengths in cells, ``ranges`` in m; the number of a
     cell is ``numbers[column] + numbers[width + row]``.
 
+    A return belongs to the matter behind the face that it came from, also where that face lies on
+    the line between two cells: it is taken to be ``DEPTH`` farther away.
+
     Hits first. Then the continuations of walls (``keep_walls``), which are left as they are, and
     then the misses along the beams.
     """
@@ -155,6 +159,8 @@ def sweep(x, y, yaw_rad, ranges, angle_min_rad, increment_rad, per_m, no_return,
     for b in range(beams):
         angle = yaw_rad + angle_min_rad + b * increment_rad
         ray[b, 0], ray[b, 1], ray[b, 2] = cos(angle), sin(angle), ranges[b] * per_m
+        if ray[b, 2] < no_return:
+            ray[b, 2] += DEPTH
         end[b, 0], end[b, 1] = x + ray[b, 0] * ray[b, 2], y + ray[b, 1] * ray[b, 2]
         if (ray[b, 2] < min(usable, no_return) and 0.0 <= end[b, 0] < width
                 and 0.0 <= end[b, 1] < height):
