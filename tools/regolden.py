@@ -15,6 +15,7 @@ import argparse
 import csv
 import json
 import sys
+import zlib
 from pathlib import Path
 from typing import NamedTuple
 
@@ -43,8 +44,9 @@ class Fingerprint(NamedTuple):
 
 
 def here() -> dict[str, str]:
-    """What the promise of equal digests holds for: processor, libm, versions."""
-    about = {**identity.machine(), **identity.versions()}
+    """What the promise of equal digests holds for: processor, libm, versions; zlib makes the sizes
+    of compressed maps."""
+    about = {**identity.machine(), **identity.versions(), "zlib": zlib.ZLIB_RUNTIME_VERSION}
     return {key: value for key, value in about.items() if key not in ("platform", "desim")}
 
 

@@ -269,7 +269,7 @@ def test_an_interrupted_run_leaves_what_there_is_and_says_so(here, how):
     run = api.Run(folder)
     assert run.manifest["status"] == run.metrics["stop_reason"] == "interrupted"
     assert run.metrics["exploration_time_s"] is None and run.metrics["censored"]
-    assert run.manifest["simulated_s"] == run.metrics["simulated_s"] >= 1.0
+    assert run.manifest["simulated_s"] == run.metrics["simulated_s"] > 0.5
     assert run.samples["time_s"][-1] == run.metrics["simulated_s"]
     assert json.loads((folder / "manifest.json").read_text())["digest"] == run.metrics["digest"]
 

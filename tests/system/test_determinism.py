@@ -96,20 +96,31 @@ def test_looking_on_changes_nothing():
     assert (watched.digest, watched.digest_by_entity) == (alone.digest, alone.digest_by_entity)
 
 
+def with_one_more(name, x_m, *common):
+    """The digests by entity of the fleet in the hall, alone and with a silent robot more."""
+    poses = [pose_text(pose) for pose in load(ANNEX).scenario.fleet.start.poses]
+    poses.append(f"{{name: {name}, x: {x_m} m, y: 0 m}}")
+    return (outcome_of(ANNEX, *common).digest_by_entity,
+            outcome_of(ANNEX, *common, f"fleet.start.poses=[{', '.join(poses)}]",
+                       f"robot.passive=[{name}]").digest_by_entity)
+
+
 # Names before, between and after the others'.
 @pytest.mark.parametrize("name", ["a", "r5", "z"])
 @pytest.mark.parametrize("deployment", ["testbed", "field"])
 @pytest.mark.parametrize("more", [
     (), ("coordination.exchange.via=broadcast",), ("robot.odometry.model=independent",)])
 def test_an_unseen_silent_robot_changes_nobody(name, deployment, more):
-    poses = [pose_text(pose) for pose in load(ANNEX).scenario.fleet.start.poses]
-    poses.append(f"{{name: {name}, x: 12 m, y: 0 m}}")
-    common = (f"deployment={deployment}", "testbed.robots_per_node=2", *more)
-    without = outcome_of(ANNEX, *common).digest_by_entity
-    beside = outcome_of(ANNEX, *common, f"fleet.start.poses=[{', '.join(poses)}]",
-                        f"robot.passive=[{name}]").digest_by_entity
+    without, beside = with_one_more(name, 12, f"deployment={deployment}",
+                                    "testbed.robots_per_node=2", *more)
     assert {entity: beside[entity] for entity in beside if entity != name} == without
     assert name in beside
+
+
+def test_a_silent_robot_in_sight_does_change_them():
+    without, beside = with_one_more("z", -12)
+    changed = [name for name in without if beside[name] != without[name]]
+    assert "monitor" in changed and any(name.startswith("r") for name in changed), changed
 
 
 NETWORKS = {
