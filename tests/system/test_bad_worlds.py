@@ -58,7 +58,7 @@ WORLDS = {
         "x from -10 to 10 m, y from -10 to 10 m"),
     "no room for the fleet": (
         "environment: {terrain: {size: [1 m, 1 m]}}\n"
-        "fleet: {size: 5, start: {from: [0 m, 0 m], snap: true}}",
+        "fleet: {size: 5, start: {from: [0 m, 0 m], step: [0 m, 0 m], snap: true}}",
         "3:25: fleet.start: no free place for robot_1 with a radius of 0.26 m anywhere in terrain "
         "'shape'"),
     "no room in a solid terrain": (
