@@ -161,7 +161,7 @@ def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, dist
                     aim = queue[min(inward, size // 2)]
                     found[count, 0], found[count, 1] = aim, size
                     count += 1
-                    if distance[aim] > far or aim == cell:
+                    if aim == cell or distance[aim] > far:  # else it is settled already
                         seen[aim] = 2
                         open_ += 1
             if seen[cell] == 2:

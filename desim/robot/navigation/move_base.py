@@ -73,15 +73,16 @@ class MoveBase(Node):
             self._survey(self._map.message.content)
         scan, pose = self._scan.message, self._pose.message
         if self._goal is not None and scan is not None and pose is not None:
-            self._local.look(scan.content,
-                             *self._local.extrapolate(pose.content, scan.content.stamp_ns))
+            sweep = scan.content
+            self._local.sight.look(
+                sweep, *self._local.extrapolate(pose.content, sweep.stamp_ns))
 
     def _survey(self, belief: Belief) -> None:
         """The first map is here. It is live: there is never another one."""
         self._costmap = Costmap(belief, self._body.radius_m, self._navigation.inflation_radius_m,
                                 self._navigation.inflation_scaling)
         self._wavefront = Wavefront(self._costmap)
-        self._local.use(self._costmap)
+        self._local.sight.use(self._costmap)
         self.publish("costmap", self._costmap)
 
     # ---------------------------------------------------------------------------- what it does
@@ -89,12 +90,11 @@ class MoveBase(Node):
     def _control(self, _: int) -> None:
         if self._goal is None:
             return
-        now_ns = self.now_ns
-        scan = self._scan.message
-        if scan is None or now_ns - scan.born_ns > self._sensor_timeout_ns:
+        now_ns, scan, pose = self.now_ns, self._scan.message, self._pose.message
+        if scan is None or now_ns - min(scan.born_ns, pose.born_ns) > self._sensor_timeout_ns:
             self._drive(0.0, 0.0)
             return
-        x_m, y_m, yaw_rad = self._local.extrapolate(self._pose.message.content, now_ns)
+        x_m, y_m, yaw_rad = self._local.extrapolate(pose.content, now_ns)
         if self._spin is not None:
             turn_radps = self._spin.turn_radps(yaw_rad, now_ns)
             if turn_radps is not None:

@@ -1,1 +1,1 @@
-"""The local planner: what the laser sees now, and the velocity to drive next."""
+"""The local planner: the velocity to drive next."""

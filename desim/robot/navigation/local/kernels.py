@@ -1,9 +1,7 @@
-"""Loops of the local layer and of the dynamic window.
+"""Loops of the dynamic window.
 
-The layer is ``near2`` [n, n] float32: squared distance in m^2 from the centre of each cell to the
-nearest point that the laser saw, in the frame that the robot had then (x forward, y left, row by
-y, the robot in the middle). ``setup`` is one record of ``SETUP``; ``flat`` and ``frame``, one
-record of ``FRAME``, are the global costmap.
+``near2`` is the local layer, ``flat`` and ``frame`` are the global costmap (``sight.kernels``).
+``setup`` is one record of ``SETUP``. Poses without a frame named are the layer's.
 """
 
 from __future__ import annotations
@@ -15,14 +13,13 @@ from numba import from_dtype, njit, types
 
 from desim.kernels import atan2, cos, exp, sin
 from desim.robot.navigation.kernels import INSCRIBED, LETHAL
+from desim.robot.navigation.sight.kernels import FRAME, clearance2, place
 
 SETUP = np.dtype([(name, "f8") for name in (
     "max_speed_mps", "max_turn_radps", "turn_acceleration_radps2",
     "speed_step_mps", "turn_step_radps",  # the most that changes in one control period
     "rollout_s", "safe_m", "inflation_m", "inflation_scaling",
     "cell_m", "look_ahead_m", "keep_right_m", "path_weight", "goal_weight", "obstacle_weight")])
-FRAME = np.dtype([(name, "f8") for name in ("x_m", "y_m", "cell_m", "across", "rows")])
-FAR2 = np.float32(1e6)
 
 _ALIGN_M = 0.325  # a rollout is judged by a point so far ahead of its end (dwa_local_planner,
 #                   forward_point_distance)
@@ -32,10 +29,8 @@ _FAN_M = 1.5  # how far they are looked along
 _RIGHT = 1.2  # what a way on the right is worth of one on the left
 _FORWARD_M = 0.2  # a move that brings less forward is none
 _ESCAPE_M = 0.3  # the way out of a place that is too near to something
-_MEMORY_S, _MEMORY_M = 2.0, 1.2  # how long, and how near, what left the view is remembered
 _ARC_RADPS = 1.5  # a comfortable turn: an aim near by is driven to no faster than this allows
 _AIMS = 4  # points ahead on the way that are tried, from far to near
-_AHEAD_COS = 0.64  # who comes from the left has to be within 50 degrees of ahead to be yielded to
 _YIELD_S = 0.55  # time to react and brake: 0.3 s + v / 2a at 1.2 m/s and 2.5 m/s^2
 _CREEP_MPS = 0.15  # yielding does not go below this, or two robots would wait for each other
 _TURN_FIRST_RAD = 1.0  # turn on the spot where the way leads off by more than this,
@@ -45,115 +40,6 @@ _GENTLE = 0.8  # share of the braking deceleration that turning on the spot coun
 _setup, _frame = types.Array(from_dtype(SETUP), 1, "C"), types.Array(from_dtype(FRAME), 1, "C")
 _f8, _i8, _f4x2 = types.float64, types.int64, types.float32[:, ::1]
 _f8x1, _f8x2, _i8x1, _u1x1 = _f8[::1], _f8[:, ::1], _i8[::1], types.uint8[::1]
-
-
-@njit(_i8(_f8, _f8, _frame), cache=True)
-def place(x, y, frame):
-    """The place of a point in the padded costmap as one line, or -1 outside."""
-    f = frame[0]
-    column, row = int(np.floor((x - f.x_m) / f.cell_m)), int(np.floor((y - f.y_m) / f.cell_m))
-    if 0 <= column < f.across - 2 and 0 <= row < f.rows - 2:
-        return (row + 1) * f.across + column + 1
-    return -1
-
-
-@njit("b1(f8, f8, f8, f8, f4[:,::1])", cache=True, inline="always")
-def stamp(x, y, cell_m, reach_m, near2):
-    """A point into the layer; False if it is too far away to matter."""
-    size = near2.shape[0]
-    middle = 0.5 * size - 0.5  # in cells, of the centre of cell 0
-    c0 = max(int(np.ceil((x - reach_m) / cell_m + middle)), 0)
-    c1 = min(int(np.floor((x + reach_m) / cell_m + middle)) + 1, size)
-    r0 = max(int(np.ceil((y - reach_m) / cell_m + middle)), 0)
-    r1 = min(int(np.floor((y + reach_m) / cell_m + middle)) + 1, size)
-    if c0 >= c1 or r0 >= r1:
-        return False
-    for row in range(r0, r1):
-        dy2 = np.float32(((row - middle) * cell_m - y)**2)
-        for column in range(c0, c1):
-            dx = np.float32((column - middle) * cell_m - x)
-            near2[row, column] = min(near2[row, column], dx * dx + dy2)
-    return True
-
-
-@njit("void(f4[::1], f8[:,::1], f8, f8, f8, f4[:,::1])", cache=True)
-def see(ranges, beams, no_return_m, cell_m, reach_m, near2):
-    """A scan as the layer; distances above ``reach_m`` stay far.
-
-    beams [n, 2] cos and sin of each beam's angle | a range of ``no_return_m`` or more met nothing
-    """
-    near2[:] = FAR2
-    last_x, last_y = 1e9, 1e9
-    for b in range(len(ranges)):
-        r = float(ranges[b])
-        if not 0.0 < r < no_return_m:
-            continue
-        x, y = r * beams[b, 0], r * beams[b, 1]
-        if (x - last_x)**2 + (y - last_y)**2 < (0.3 * cell_m)**2:
-            continue  # as good as the point before
-        if stamp(x, y, cell_m, reach_m, near2):
-            last_x, last_y = x, y
-
-
-@njit(_i8(types.float32[::1], _f8x2, _f8x1, _f8, _f8, _f8, _f8x2, _i8, _f4x2), cache=True)
-def remember(ranges, beams, pose, now_s, cell_m, reach_m, memory, count, near2):
-    """What was seen near by a moment ago and is out of view now, into the layer as well: a robot
-    that turns must not forget what it turned away from.
-
-    memory [most, 3] x, y on the map and the time of sight | count: points in it. Returns how many
-    are in it now.
-    """
-    c, s, kept = cos(pose[2]), sin(pose[2]), 0
-    widest = min(beams[0, 0], beams[len(beams) - 1, 0])  # cosine of the edge of the view
-    for k in range(count):
-        dx, dy = memory[k, 0] - pose[0], memory[k, 1] - pose[1]
-        x, y = c * dx + s * dy, c * dy - s * dx
-        r2 = x * x + y * y
-        if now_s - memory[k, 2] < _MEMORY_S and r2 < _MEMORY_M**2 and x < widest * math.sqrt(r2):
-            stamp(x, y, cell_m, reach_m, near2)
-            memory[kept] = memory[k]
-            kept += 1
-    for b in range(0, len(ranges), 2):
-        r = float(ranges[b])
-        if 0.0 < r < _MEMORY_M and kept < len(memory):
-            x, y = r * beams[b, 0], r * beams[b, 1]
-            memory[kept, 0], memory[kept, 1] = pose[0] + c * x - s * y, pose[1] + s * x + c * y
-            memory[kept, 2] = now_s
-            kept += 1
-    return kept
-
-
-@njit(_f8(types.float32[::1], _f8x2, _f8x1, _f8, _u1x1, _frame), cache=True)
-def yield_to(ranges, beams, pose, within_m, flat, frame):
-    """Distance in m to the nearest thing that moves, perhaps, and has the right of way: it is on
-    no known obstacle, ahead or to the right. Looks ``within_m`` far; ``pose`` as of the scan."""
-    across, nearest = int(frame[0].across), within_m
-    c, s = cos(pose[2]), sin(pose[2])
-    for b in range(len(ranges)):
-        r = float(ranges[b])
-        if not 0.0 < r < nearest or (beams[b, 0] < _AHEAD_COS and beams[b, 1] > 0.0):
-            continue
-        x, y = r * beams[b, 0], r * beams[b, 1]
-        k = place(pose[0] + c * x - s * y, pose[1] + s * x + c * y, frame)
-        if k < 0:
-            continue
-        known = False
-        for row in range(-1, 2):
-            for column in range(-1, 2):
-                known = known or flat[k + row * across + column] == LETHAL
-        if not known:
-            nearest = r
-    return nearest
-
-
-@njit("f8(f4[:,::1], f8, f8, f8)", cache=True)
-def clearance2(near2, cell_m, x, y):
-    """Squared distance in m^2 to the nearest point seen, far outside the layer."""
-    size = near2.shape[0]
-    column, row = int(np.floor(x / cell_m + 0.5 * size)), int(np.floor(y / cell_m + 0.5 * size))
-    if 0 <= column < size and 0 <= row < size:
-        return float(near2[row, column])
-    return float(FAR2)
 
 
 @njit("f8(f8[:,::1], i8[::1], f8, f8)", cache=True)

@@ -6,36 +6,25 @@ import math
 
 import numpy as np
 
-from desim.middleware.messages import LaserScan, Pose
-from desim.robot.navigation.costmap import Costmap
+from desim.middleware.messages import Pose
 from desim.robot.navigation.local import kernels
+from desim.robot.navigation.sight import Sight
 from desim.scenario.fleet import BodyType
 from desim.scenario.robot import Navigation
 from desim.units import NS_PER_S, seconds
 
 _MARGIN_M = 0.3  # the point to steer for lies so far beyond what a rollout can reach
-_MOST_REMEMBERED = 500  # points
-_YIELD_M = 1.2  # what is farther away is not yielded to
 
 
 class LocalPlanner:
-    """The laser's last view as a grid around the robot, the way to follow, and the velocity that
-    the robot has now as far as it was told to have it."""
+    """What the robot sees (``sight``), the way to follow, and the velocity that it has now as far
+    as it was told to have it."""
 
     def __init__(self, navigation: Navigation, body: BodyType) -> None:
-        size = round(navigation.local_size_m / navigation.local_resolution_m)
         period_s = float(1 / navigation.control_rate_hz)
         self.speed_mps = 0.0
         self.turn_radps = 0.0
         self._speeds, self._turns = navigation.speed_samples, navigation.turn_samples
-        self._near2 = np.full((size, size), kernels.FAR2, np.float32)
-        self._beams = np.zeros((0, 2))
-        self._memory = np.zeros((_MOST_REMEMBERED, 3))
-        self._remembered = 0
-        self._yield_m = _YIELD_M
-        self._flat = np.zeros(0, np.uint8)
-        self._frame = np.zeros(1, kernels.FRAME)
-        self._seen_from = np.zeros(3)
         self._pose = np.zeros(3)
         self._way = np.zeros((1, 2))
         self._leg = np.zeros(1, np.int64)
@@ -51,43 +40,23 @@ class LocalPlanner:
             navigation.path_weight, navigation.goal_weight, navigation.obstacle_weight)
         self._speed_step_mps = body.acceleration_mps2 * period_s
         self._turn_step_radps = body.turn_acceleration_radps2 * period_s
-        self._cell_m = navigation.local_resolution_m
-        self._reach_m = max(navigation.inflation_radius_m, body.radius_m + navigation.clearance_m)
+        self.sight = Sight(
+            navigation.local_size_m, navigation.local_resolution_m,
+            max(navigation.inflation_radius_m, body.radius_m + navigation.clearance_m))
 
     def follow(self, way: np.ndarray) -> None:
         """Follow way points [n, 2] in m from now on."""
         self._way = way
         self._leg[0] = 0
 
-    def use(self, costmap: Costmap) -> None:
-        """What is known of the place at large."""
-        spec = costmap.spec
-        self._flat = costmap.flat
-        self._frame[0] = spec.x_m, spec.y_m, spec.resolution_m, spec.width + 2, spec.height + 2
-
-    def look(self, scan: LaserScan, x_m: float, y_m: float, yaw_rad: float) -> None:
-        """Take ``scan``, seen from this pose, as what stands around the robot."""
-        if len(self._beams) != len(scan.ranges):
-            angles = scan.angle_min_rad + scan.angle_increment_rad * np.arange(len(scan.ranges))
-            self._beams = np.array([(math.cos(a), math.sin(a)) for a in angles])
-        # float32, as the ranges are: no return must not turn into a hit by rounding.
-        kernels.see(scan.ranges, self._beams, float(np.float32(scan.range_max_m)), self._cell_m,
-                    self._reach_m, self._near2)
-        self._seen_from[:] = x_m, y_m, yaw_rad
-        self._remembered = kernels.remember(
-            scan.ranges, self._beams, self._seen_from, seconds(scan.stamp_ns), self._cell_m,
-            self._reach_m, self._memory, self._remembered, self._near2)
-        self._yield_m = kernels.yield_to(scan.ranges, self._beams, self._seen_from, _YIELD_M,
-                                         self._flat, self._frame)
-
     def steer(self, x_m: float, y_m: float, yaw_rad: float) -> tuple[float, float, float]:
         """Forward speed in m/s and turn rate in rad/s to have next, and the length in m of the
         way still to go."""
-        pose = self._pose
+        pose, sight = self._pose, self.sight
         pose[0], pose[1], pose[2] = x_m, y_m, yaw_rad
-        kernels.steer(self._near2, self._setup, pose, self._seen_from, self._yield_m,
+        kernels.steer(sight.near2, self._setup, pose, sight.seen_from, sight.yield_m,
                       self.speed_mps, self.turn_radps, self._way, self._leg, self._speeds,
-                      self._turns, self._flat, self._frame, self._out)
+                      self._turns, sight.flat, sight.frame, self._out)
         speed_mps, turn_radps, _, togo_m = self._out.tolist()
         return speed_mps, turn_radps, togo_m
 
