@@ -64,6 +64,23 @@ def test_one_frame_per_host_serves_all_its_nodes():
     assert (net.counts("/talk").delivered, net.counts("/talk").called) == (1, 2)
 
 
+def test_a_node_that_only_looks_has_the_newest_message_and_no_callback():
+    """Two messages before each look: the second is there, and nothing ran in between."""
+    seen = []
+
+    def looker(node):
+        latest = node.latest("/talk")
+        node.timer(1, lambda _: seen.append(latest.message and latest.message.content.text),
+                   "zero")
+
+    net = Net({"a": talker([(S // 4, "one"), (S // 2, "two"), (S * 5 // 4, "three")]),
+               "b": looker}).run(5 * S // 2)
+    assert seen == [None, "two", "three"]
+    assert net.rows("callback") == []
+    counts = net.counts("/talk")
+    assert (counts.delivered, counts.kept, counts.queued) == (3, 3, 0)
+
+
 def test_names_are_relative_to_the_host():
     heard = []
     Net({"a": talker([(0, "mine")], topic="pose"), "b": listener(heard, topic="pose"),

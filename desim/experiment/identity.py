@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 import sys
+import zlib
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -56,9 +57,12 @@ def source(scenario: Scenario) -> str:
 
 def machine() -> dict[str, Any]:
     """What sin, cos, exp and log came from: the promise of equal digests ends with these."""
+    import zlib
+
     import llvmlite.binding as llvm
 
     libc, version = platform.libc_ver()
     return {"platform": platform.platform(), "machine": platform.machine(),
             "cpu": llvm.get_host_cpu_name(), "libm": f"{libc} {version}".strip() or "unknown",
+            "zlib": zlib.ZLIB_RUNTIME_VERSION,  # sizes of compressed maps reach the digest
             "llvm": ".".join(map(str, llvm.llvm_version_info))}

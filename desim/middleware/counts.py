@@ -45,11 +45,12 @@ class TopicCounts:
     Between hosts, one per message and receiving host: intended = delivered + dropped + in flight.
     Delivered means that the receiving host has it. What becomes of it there is a second account,
     one per message and subscription, loopback included: queued = called + overwritten (the queue
-    was full, its oldest went) + discarded (the host stopped) + still waiting.
+    was full, its oldest went) + discarded (the host stopped) + still waiting. ``kept`` counts the
+    messages put where a node may look at the newest one (``Node.latest``).
     """
 
     __slots__ = ("intended", "delivered", "dropped", "bytes", "latency", "local",
-                 "queued", "called", "overwritten", "discarded")
+                 "queued", "called", "overwritten", "discarded", "kept")
 
     def __init__(self) -> None:
         self.intended = 0
@@ -62,6 +63,7 @@ class TopicCounts:
         self.called = 0
         self.overwritten = 0
         self.discarded = 0
+        self.kept = 0
 
     @property
     def in_flight(self) -> int:

@@ -135,8 +135,11 @@ class Host:
     def receive(self, message: Message) -> bool:
         """Put ``message`` into the queues of its topic's subscriptions; False if there are none."""
         name = message.about.name
-        for latest in self._latest.get(name, ()):
-            latest.message = message
+        looked_at = self._latest.get(name)
+        if looked_at is not None:
+            for latest in looked_at:
+                latest.message = message
+            message.about.counts.kept += len(looked_at)
         subscriptions = self._subscriptions.get(name)
         if not subscriptions:
             return subscriptions is not None
