@@ -147,36 +147,41 @@ def around(near2, cell_m, safe_m, x, y, dx, dy):
     return best_x, best_y, 1.0 if best == 0.0 else 0.0
 
 
-@njit(_f8(_f4x2, _setup, *[_f8] * 8), cache=True)
-def rollout(near2, setup, x, y, yaw, v, w, aim_x, aim_y, first2):
-    """What it costs to drive an arc with speed v and turn rate w for ``rollout_s``: by how far its
-    end is off the straight line to the aim, how far a point ahead of its end is from the aim, and
-    how near it comes to obstacles. Infinite if that is nearer than the root of ``first2`` at
-    first, and than ``safe_m`` later."""
+@njit(_f8(_setup, *[_f8] * 7), cache=True)
+def detour(setup, x, y, yaw, v, w, aim_x, aim_y):
+    """What an arc with speed v and turn rate w costs on open ground: by how far its end after
+    ``rollout_s`` is off the straight line to the aim, and how far a point ahead of its end is from
+    the aim."""
+    s = setup[0]
+    half = 0.5 * w * s.rollout_s
+    chord_m = v * s.rollout_s * (sin(half) / half if abs(half) > 1e-6 else 1.0)
+    dx, dy = chord_m * cos(yaw + half), chord_m * sin(yaw + half)
+    end_yaw, lx, ly = yaw + 2.0 * half, aim_x - x, aim_y - y
+    fx, fy = dx + _ALIGN_M * cos(end_yaw) - lx, dy + _ALIGN_M * sin(end_yaw) - ly
+    off_m = abs(lx * dy - ly * dx) / (math.sqrt(lx * lx + ly * ly) + 1e-9)
+    return s.path_weight * off_m + s.goal_weight * math.sqrt(fx * fx + fy * fy)
+
+
+@njit(_f8(_f4x2, _setup, *[_f8] * 6), cache=True)
+def danger(near2, setup, x, y, yaw, v, w, first2):
+    """What it costs that an arc comes near to obstacles, as in costmap_2d's inflation. Infinite if
+    it comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
     s = setup[0]
     steps = int(v * s.rollout_s / _STEP_M) + 1
-    turn = w * s.rollout_s / steps
-    step_m, c, si = v * s.rollout_s / steps, cos(turn), sin(turn)
-    half_c, half_s = cos(yaw + 0.5 * turn), sin(yaw + 0.5 * turn)
-    px, py, low2 = x, y, s.inflation_m**2
-    for k in range(steps):
-        px, py = px + step_m * half_c, py + step_m * half_s
-        half_c, half_s = half_c * c - half_s * si, half_s * c + half_c * si
-        if v > 0.0:
-            d2 = clearance2(near2, s.cell_m, px, py)
-            if d2 < (first2 if (k + 1) * step_m <= _ESCAPE_M else s.safe_m**2):
-                return np.inf
-            low2 = min(low2, d2)
-    end_yaw = yaw + w * s.rollout_s
-    fx, fy = px + _ALIGN_M * cos(end_yaw) - aim_x, py + _ALIGN_M * sin(end_yaw) - aim_y
-    lx, ly = aim_x - x, aim_y - y
-    length = math.sqrt(lx * lx + ly * ly) + 1e-9
-    off = abs(lx * (py - y) - ly * (px - x)) / length
-    cost = 0.0
-    if low2 < s.inflation_m**2:  # costmap_2d's inflation
-        cost = 252.0 * min(exp(-s.inflation_scaling * (math.sqrt(low2) - s.safe_m)), 1.0)
-    return (s.path_weight * off + s.goal_weight * math.sqrt(fx * fx + fy * fy)
-            + s.obstacle_weight * cost)
+    turn, step_m = w * s.rollout_s / steps, v * s.rollout_s / steps
+    c, si, ux, uy = cos(turn), sin(turn), cos(yaw + 0.5 * turn), sin(yaw + 0.5 * turn)
+    low2 = s.inflation_m**2
+    for k in range(steps if v > 0.0 else 0):
+        x, y = x + step_m * ux, y + step_m * uy
+        ux, uy = ux * c - uy * si, uy * c + ux * si
+        d2 = clearance2(near2, s.cell_m, x, y)
+        if d2 < (first2 if (k + 1) * step_m <= _ESCAPE_M else s.safe_m**2):
+            return np.inf
+        low2 = min(low2, d2)
+    if low2 >= s.inflation_m**2:
+        return 0.0
+    near = exp(-s.inflation_scaling * (math.sqrt(low2) - s.safe_m))
+    return s.obstacle_weight * 252.0 * min(near, 1.0)
 
 
 @njit(types.void(_f4x2, _setup, *[_f8] * 6, _i8, _i8, _f8, _f8, _f8x1), cache=True)
@@ -200,7 +205,10 @@ def window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, aim_x, aim_y, ou
             turn = low_w + (high_w - low_w) * j / (turns - 1)
             if j < 0:
                 turn = min(max(0.0, low_w), high_w)
-            cost = rollout(near2, setup, x, y, yaw, speed, turn, aim_x, aim_y, first2)
+            cost = detour(setup, x, y, yaw, speed, turn, aim_x, aim_y)
+            if cost >= best:
+                continue  # obstacles cannot make it any better
+            cost += danger(near2, setup, x, y, yaw, speed, turn, first2)
             if cost < best:
                 best, out[0], out[1], out[2] = cost, speed, turn, 0.0
 
