@@ -23,8 +23,7 @@ __all__ = ["CELLS", "CLAMP_HIGH", "CLAMP_LOW", "FREE", "HIT", "MISS", "OCCUPIED"
 
 TILE = 32
 CELLS = TILE * TILE
-FREE = MISS  # a cell of the sum is known free at or below this: one miss
-OCCUPIED = HIT  # and known occupied at or above this: one hit; between them it is unknown
+FREE, OCCUPIED = int(kernels.FREE), int(kernels.OCCUPIED)  # the sum's thresholds
 
 
 def tiles_across(spec: GridSpec) -> tuple[int, int]:
@@ -174,8 +173,9 @@ class Belief:
     """What one robot knows: ``fused`` int16 [tiles, 1024], the sum of all its layers, always up to
     date. A sum of int16 holds 468 sources at the clamp.
 
-    ``version`` counts changes, ``tile_version`` [tiles] has the version of each tile's last one.
-    ``observers`` are called as ``observer(belief, changed_tiles)`` after each change.
+    ``version`` counts the changes of what is known: cells that became free, occupied or unknown.
+    More evidence for what they are already is none. ``tile_version`` [tiles] has the version of
+    each tile's last one. ``observers`` are called as ``observer(belief, changed_tiles)`` after it.
     """
 
     def __init__(self, spec: GridSpec, pool: TilePool) -> None:
@@ -221,7 +221,7 @@ class Belief:
     def receive(self, source: str, version: int, snapshot: LayerSnapshot) -> bool:
         """Take in ``source``'s evidence as of ``version``: each tile of ``snapshot`` replaces what
         is there if it is newer. The newest of each tile wins, so order, duplicates and gaps do not
-        matter. True if the belief changed."""
+        matter. True if what is known changed."""
         layer = self.received.get(source)
         if layer is None:
             layer = self.received[source] = ReceivedLayer(self.pool, self.tiles)
