@@ -102,6 +102,25 @@ def test_what_arrives_in_one_instant_waits_for_its_callback_in_a_bounded_queue()
     assert len(net.rows("overwritten")) == 3
 
 
+def test_a_callback_may_overwrite_what_waits_behind_it_in_the_same_instant():
+    """On one host "/talk" and "/news" wait; the callback of "/talk" says something newer on
+    "/news", whose queue of one then lets go of the older."""
+    heard = []
+
+    def node(node):
+        node.advertise("/talk")
+        node.advertise("/news")
+        node.subscribe("/talk", lambda message: node.publish("/news", Words("newer")))
+        node.subscribe("/news", lambda message: heard.append(message.content.text))
+        node.after(S, lambda _: (node.publish("/talk", Words("now")),
+                                 node.publish("/news", Words("older"))))
+
+    net = Net({"a": node}).run(2 * S)
+    assert heard == ["newer"]
+    counts = net.counts("/news")
+    assert (counts.queued, counts.called, counts.overwritten) == (2, 1, 1)
+
+
 def test_callbacks_see_everything_that_arrived_in_their_instant():
     """Deliveries come before callbacks: what a callback says at once is heard a round later."""
     log = []

@@ -57,8 +57,6 @@ def source(scenario: Scenario) -> str:
 
 def machine() -> dict[str, Any]:
     """What sin, cos, exp and log came from: the promise of equal digests ends with these."""
-    import zlib
-
     import llvmlite.binding as llvm
 
     libc, version = platform.libc_ver()

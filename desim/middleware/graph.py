@@ -13,6 +13,7 @@ medium in common) or ``no_subscriber`` (it came to a host where nobody listens a
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -52,7 +53,8 @@ class Host:
         self._publishers: list[Publisher] = []
         self._subscriptions: dict[str, list[Subscription]] = {}
         self._latest: dict[str, list[Latest]] = {}
-        self._inbox: list[tuple[Subscription, Message]] = []
+        self._inbox: deque[tuple[Subscription, Message]] = deque()
+        self._draining = self._inbox  # what the callbacks of this instant are run for
 
     @property
     def up(self) -> bool:
@@ -98,7 +100,7 @@ class Host:
         self._publishers = []
         self._subscriptions = {}
         self._latest = {}
-        self._inbox = []
+        self._inbox = deque()
         graph.middleware.forget(self.index)
 
     def absolute(self, topic: str) -> str:
@@ -156,9 +158,10 @@ class Host:
 
     def _overwrite(self, subscription: Subscription) -> None:
         """The queue is full: its oldest message goes."""
-        inbox = self._inbox
-        oldest = next(i for i, entry in enumerate(inbox) if entry[0] is subscription)
-        message = inbox.pop(oldest)[1]
+        inbox, oldest = next((inbox, i) for inbox in (self._draining, self._inbox)
+                             for i, entry in enumerate(inbox) if entry[0] is subscription)
+        message = inbox[oldest][1]
+        del inbox[oldest]
         subscription.waiting -= 1
         message.about.counts.overwritten += 1
         graph = self.graph
@@ -167,10 +170,12 @@ class Host:
 
     def _drain(self, _: Any) -> None:
         """Run the callbacks of all that waits, in order of arrival."""
-        inbox, self._inbox = self._inbox, []
+        inbox = self._draining = self._inbox
+        self._inbox = deque()
         graph, own = self.graph, self.id
         now_ns, put, callback = graph.kernel.now_ns, graph.put, graph.CALLBACK
-        for subscription, message in inbox:
+        while inbox:
+            subscription, message = inbox.popleft()
             subscription.waiting -= 1
             about = message.about
             about.counts.called += 1
