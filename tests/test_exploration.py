@@ -13,6 +13,7 @@ from desim.robot.coordination.nearest_frontier import NearestFrontier
 from desim.robot.coordination.random_frontier import RandomFrontier
 from desim.robot.exploration import Explore
 from desim.robot.localization import GroundTruth, OdometryLocalization
+from desim.robot.mapmessage import Peers
 from desim.scenario.fleet import BodyType
 from desim.scenario.robot import Exploration, Navigation
 from desim.streams import Streams
@@ -26,15 +27,6 @@ LEFT_KNOWN = ["#" * 30] + ["#" + "." * 22 + "?" * 7] * 13 + ["#" * 30]
 ALL_KNOWN = ["#" * 30] + ["#" + "." * 28 + "#"] * 13 + ["#" * 30]
 
 
-class PeerPose:
-    """What map sharing says of another robot."""
-
-    size_bytes = 0
-
-    def __init__(self, name, x_m, y_m, yaw_rad):
-        self.name, self.x_m, self.y_m, self.yaw_rad = name, x_m, y_m, yaw_rad
-
-
 class Script(Node):
     """Everything around the explore node: pose, costmap, results. ``log`` has its goals."""
 
@@ -44,7 +36,7 @@ class Script(Node):
         self.answer = None  # for the next goal: reached or not
 
     def start(self):
-        for topic in ("pose", "goal_result", "peer_pose"):
+        for topic in ("pose", "goal_result", "peers"):
             self.advertise(topic)
         self.advertise("costmap", latch=True)
         self.subscribe("goal", self.note)
@@ -156,7 +148,7 @@ def test_what_a_strategy_sees():
     strategy = Curious()
     play = Play(strategy=strategy)
     play.kernel.at(S // 100, 0, 0, lambda _: play.script.publish(
-        "peer_pose", PeerPose("r7", 1.0, 2.0, 3.0)))
+        "peers", Peers(r7=Peer(1.0, 2.0, 3.0, S // 100))))
     play.run(1)
     (name, second, pose, peers, frontiers, nearest, number), = strategy.seen
     assert (name, second, pose) == ("r0", 0, (2.9, 1.5, 0.0))

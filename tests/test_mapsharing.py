@@ -97,14 +97,17 @@ class Explorer(Node):
 class Ear(Node):
     """Writes down what is heard on a host: (second, kind, of whom)."""
 
-    def __init__(self, host, log):
+    def __init__(self, host, log, others):
         super().__init__(host, "ear")
-        self._log = log
+        self._log, self._others = log, others
+        self.peers = None
 
     def start(self):
         self.subscribe("map", lambda message: self._note("map", self.host.name), queue=0)
-        self.subscribe("peer_pose", lambda message: self._note("peer", message.content.name),
-                       queue=0)
+        for other in self._others:
+            self.subscribe(f"/map_exchange/{other}",
+                           lambda message: self._note("peer", message.content.source))
+        self.peers = self.latest("peers")
 
     def _note(self, kind, name):
         self._log.append((self.now_ns // S, self.host.name, kind, name))
@@ -130,7 +133,7 @@ class Fleet:
     def _nodes(self, host, seconds):
         belief = self.beliefs[host.name] = Belief(SPEC, self.pool)
         others = tuple(other.name for other in self.graph.hosts if other is not host)
-        return [Explorer(host, belief, seconds), Ear(host, self.log),
+        return [Explorer(host, belief, seconds), Ear(host, self.log, others),
                 MapSharing(host, self.exchange, belief, others)]
 
     def run(self, until_s):
@@ -158,6 +161,18 @@ def test_a_robot_tells_the_others_what_is_new_and_then_falls_silent():
         (told, "robot_2", "map", "robot_2"), (told, "robot_2", "peer", "robot_1"),
         (told, "robot_3", "map", "robot_3"), (told, "robot_3", "peer", "robot_1")]
     assert fleet.alike() == [True] * 3
+
+
+def test_what_is_known_of_the_others_is_live():
+    fleet = Fleet(exchange(), [{1}, {1, 22}, {5}]).run(19)
+    latest = fleet.graph.host("robot_1").nodes[1].peers
+    peers = dict(latest.message.content)
+    assert sorted(peers) == ["robot_2", "robot_3"]
+    assert all(int(peer.x_m) == peer.heard_ns // S for peer in peers.values())
+    fleet.run(29)
+    now = latest.message.content
+    assert now["robot_2"].heard_ns // S > 22 and now["robot_3"] == peers["robot_3"]
+    assert latest.message.born_ns < 19 * S
 
 
 @BOTH

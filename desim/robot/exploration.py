@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -28,12 +29,12 @@ class View:
 
     __slots__ = ("_explore", "name", "now_ns", "pose", "peers")
 
-    def __init__(self, explore: Explore, name: str, peers: dict[str, Peer]) -> None:
+    def __init__(self, explore: Explore, name: str) -> None:
         self._explore = explore
         self.name = name
         self.now_ns = 0
         self.pose = (0.0, 0.0, 0.0)
-        self.peers = peers
+        self.peers: Mapping[str, Peer] = {}
 
     def frontiers(self, limit: int | None = None) -> list[Frontier]:
         return self._explore.frontiers(limit)
@@ -45,8 +46,8 @@ class View:
 class Explore(Node):
     """Chooses a goal when there is none, or when the present one is no frontier any more.
 
-    It never is done for good: maps may arrive later. Peers come in on the local topic
-    ``peer_pose``: contents with ``name``, ``x_m``, ``y_m``, ``yaw_rad``.
+    It never is done for good: maps may arrive later. The local topic ``peers`` has a mapping of
+    names to ``ports.Peer``.
     """
 
     def __init__(self, host: Host, exploration: Exploration, strategy: Strategy,
@@ -54,9 +55,8 @@ class Explore(Node):
         super().__init__(host, "explore")
         self._exploration, self._strategy = exploration, strategy
         self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.radius_m
-        self.peers: dict[str, Peer] = {}
-        self._view = View(self, host.name, self.peers)
-        self._pose = Latest()
+        self._view = View(self, host.name)
+        self._pose = self._peers = Latest()
         self._costmap: Costmap | None = None
         self._wavefront: Wavefront | None = None
         self._goal: Frontier | None = None
@@ -68,10 +68,9 @@ class Explore(Node):
 
     def start(self) -> None:
         self.advertise("goal")
-        self._pose = self.latest("pose")
+        self._pose, self._peers = self.latest("pose"), self.latest("peers")
         self.subscribe("costmap", self._on_costmap)
         self.subscribe("goal_result", self._on_result)
-        self.subscribe("peer_pose", self._on_peer, queue=0)
         self.timer(self._exploration.rate_hz, self._tick)
 
     def frontiers(self, limit: int | None) -> list[Frontier]:
@@ -88,10 +87,6 @@ class Explore(Node):
         self._costmap = message.content
         self._wavefront = Wavefront(self._costmap)
         self._looked_at = -1
-
-    def _on_peer(self, message: Message) -> None:
-        peer = message.content
-        self.peers[peer.name] = Peer(peer.x_m, peer.y_m, peer.yaw_rad, self.now_ns)
 
     def _on_result(self, message: Message) -> None:
         result, goal = message.content, self._goal
@@ -120,6 +115,8 @@ class Explore(Node):
     def _choose(self) -> None:
         view, pose = self._view, self._pose.message.content
         view.now_ns, view.pose = self.now_ns, (pose.x_m, pose.y_m, pose.yaw_rad)
+        if self._peers.message is not None:
+            view.peers = self._peers.message.content
         self._blacklist = [entry for entry in self._blacklist if entry[2] > view.now_ns]
         chosen = self._strategy.choose(view)
         for _ in range(_VETOES):

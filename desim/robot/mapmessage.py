@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.middleware.messages import MAP_FRAME_BYTES, POSE_STAMPED_BYTES
-from desim.ports import GridSpec
+from desim.ports import GridSpec, Peer
 from desim.robot.tiles import CELLS, LayerSnapshot, raster, tiles_across, tiles_of
 from desim.units import NS_PER_S
 
@@ -33,15 +33,13 @@ _HEADER = struct.Struct("<qdddHB")
 _TILE = np.dtype([("number", "<u2"), ("cells", "i1", CELLS)])
 
 
-class PeerPose(NamedTuple):
-    """Where another robot was when it sent its map."""
+class Peers(dict[str, Peer]):
+    """The other robots by name; live."""
 
-    name: str
-    x_m: float
-    y_m: float
-    yaw_rad: float
-    stamp_ns: int
-    size_bytes: int = POSE_STAMPED_BYTES
+    @property
+    def size_bytes(self) -> int:
+        """As a geometry_msgs/PoseStamped each."""
+        return len(self) * POSE_STAMPED_BYTES
 
 
 class MapUpdate(NamedTuple):

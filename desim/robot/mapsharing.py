@@ -7,7 +7,8 @@ from fractions import Fraction
 from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Pose
 from desim.middleware.topics import Latest
-from desim.robot.mapmessage import MapUpdate, PeerPose, Wire
+from desim.ports import Peer
+from desim.robot.mapmessage import MapUpdate, Peers, Wire
 from desim.robot.tiles import Belief, LayerSnapshot
 from desim.scenario.communication import Exchange
 from desim.units import NS_PER_S
@@ -24,8 +25,11 @@ class MapSharing(Node):
 
     With ``changed_tiles`` an update holds the tiles that changed since the last one sent; whoever
     missed one has the newest of each tile that it did get, and the rest at the next complete
-    update. Publishes on local topics: ``map``, the belief itself, when an update changed it, and
-    ``peer_pose`` for every update. The map topic is latched, as gmapping's is.
+    update. The map topic is latched, as gmapping's is.
+
+    Publishes on local topics ``map``, the belief itself, when an update changed what is known, and
+    ``peers``, where every robot heard of was at its last update. Both are live: ``peers`` is said
+    anew only when there is one more.
     """
 
     def __init__(self, host: Host, exchange: Exchange | None, belief: Belief,
@@ -38,6 +42,7 @@ class MapSharing(Node):
         self._pose = Latest()
         self._sent: LayerSnapshot | None = None  # all of the evidence at the last update
         self._complete_at = 0  # the period in which everything was sent last
+        self._heard_of = Peers()
         if exchange is not None:
             self._wire = Wire(belief.spec, exchange.content, exchange.encoding)
 
@@ -45,7 +50,7 @@ class MapSharing(Node):
         if self._exchange is None:
             return
         self.advertise("map")
-        self.advertise("peer_pose", queue=0)
+        self.advertise("peers")
         self.advertise(self._topic, transport="stream", latch=True, via=self._exchange.via)
         self._pose = self.latest("pose")
         for peer in self._peers:
@@ -79,7 +84,10 @@ class MapSharing(Node):
 
     def _on_update(self, message: Message) -> None:
         update: MapUpdate = message.content
-        self.publish("peer_pose", PeerPose(update.source, update.x_m, update.y_m, update.yaw_rad,
-                                           update.version))
+        peers = self._heard_of
+        news = update.source not in peers
+        peers[update.source] = Peer(update.x_m, update.y_m, update.yaw_rad, self.now_ns)
+        if news:
+            self.publish("peers", peers)
         if self.belief.receive(update.source, update.version, update.layer):
             self.publish("map", self.belief)
