@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydantic import Field
 
 from desim import ports
@@ -30,13 +31,24 @@ class Range:
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
         positions = self._context.positions(self._context.now_ns)
         if positions is not self._positions:
-            self._positions, self._places = positions, positions.tolist()
+            self._look(positions)
+        verdicts = [ports.PASS] * len(receivers)
+        if self._all_near:
+            return verdicts
         places = self._places
         x_m, y_m = places[frame.source]
-        verdicts = [ports.PASS] * len(receivers)
         for i, receiver in enumerate(receivers):
             to_x_m, to_y_m = places[receiver]
             dx_m, dy_m = to_x_m - x_m, to_y_m - y_m
             if dx_m * dx_m + dy_m * dy_m > self._distance_m2:  # False for NaN
                 verdicts[i] = _FAR
         return verdicts
+
+    def _look(self, positions: np.ndarray) -> None:
+        """Whoever is in a box whose diagonal is no longer than the distance is near to everybody
+        else in it."""
+        self._positions, self._places = positions, positions.tolist()
+        x_m, y_m = ([place[axis] for place in self._places if place[axis] == place[axis]]
+                    for axis in (0, 1))
+        self._all_near = not x_m or (
+            (max(x_m) - min(x_m)) ** 2 + (max(y_m) - min(y_m)) ** 2 <= self._distance_m2)
