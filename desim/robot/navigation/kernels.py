@@ -128,9 +128,9 @@ def cluster(flat, across, toll, seed, discs, seen, queue):
 
 
 @njit("UniTuple(i8, 2)(u1[::1], i8, i4[:,::1], i8, i8, i8, i8, i8, i8[:,::1], i4[::1], u1[::1], "
-      "i4[::1], i4[:,::1], i8[:,::1])", cache=True)
+      "i4[::1], i4[:,::1], i8[::1], i8[:,::1])", cache=True)
 def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, distance, seen, queue,
-           buckets, found):
+           buckets, used, found):
     """Dijkstra from ``start`` with integer costs in circular buckets (Dial 1969), in order of cost
     until ``goal`` is settled, or ``limit`` frontier clusters, or all there is.
 
@@ -138,11 +138,13 @@ def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, dist
     goal: -1 for none | limit: 0 = no frontiers wanted | smallest: cells of a cluster that counts |
     inward: a cluster is aimed at so many cells from the one met first, at most half way |
     distance [cells], out: settled cells have theirs | seen, queue [cells] and buckets
-    [BUCKETS, cells]: room to work in | found [>= limit, 2], out: cell aimed at, cells of cluster
+    [BUCKETS, cells]: room to work in | used [2], in and out: where the last search wrote to
+    distance and seen, from and to | found [>= limit, 2], out: cell aimed at, cells of cluster
     Returns the number of clusters found, and the cost up to which all is settled.
     """
-    distance[:] = FAR
-    seen[:] = 0
+    distance[used[0]:used[1]] = FAR
+    seen[used[0]:used[1]] = 0
+    used[0], used[1] = start, start
     filled = np.zeros(BUCKETS, np.int64)
     straight, diagonal, least = toll[0], toll[1], toll[0, 0]
     around = np.array([-across, -1, 1, across, -across - 1, 1 - across, across - 1, across + 1])
@@ -157,6 +159,8 @@ def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, dist
             if count < limit and beside_unknown(flat, across, cell) and seen[cell] == 0 \
                     and is_frontier(flat, across, toll, cell, discs):
                 size = cluster(flat, across, toll, cell, discs, seen, queue)
+                used[0] = min(used[0], queue[:size].min())
+                used[1] = max(used[1], queue[:size].max() + 1)
                 if size >= smallest:
                     aim = queue[min(inward, size // 2)]
                     found[count, 0], found[count, 1] = aim, size
@@ -168,6 +172,7 @@ def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, dist
                 open_ -= 1
             if cell == goal or (limit > 0 and count == limit and open_ == 0):
                 return count, far
+            used[0], used[1] = min(used[0], cell - across - 1), max(used[1], cell + across + 2)
             for n in range(8):
                 near = np.uint64(cell + around[n])  # unsigned: numba then needs no test for < 0
                 if distance[near] <= far + least:

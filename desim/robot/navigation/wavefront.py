@@ -50,6 +50,7 @@ class _Room:
         self.way = np.empty(cells, np.int32)
         self.points = np.empty((cells, 2))
         self.buckets = np.empty((BUCKETS, cells), np.int32)  # touched only as far as it is filled
+        self.used = np.array([0, cells])
         self.found = np.empty((MOST_FRONTIERS, 2), np.int64)
         self.last: tuple | None = None
 
@@ -137,7 +138,7 @@ class Wavefront:
         inward = int(_INWARD_M / costmap.spec.resolution_m)
         count, settled = kernels.spread(
             costmap.flat, costmap.across, toll, start, goal, limit, smallest, inward, discs,
-            room.distance, room.seen, room.queue, room.buckets, room.found)
+            room.distance, room.seen, room.queue, room.buckets, room.used, room.found)
         room.last = (costmap, costmap.seen, start, settled) if toll is _WALKING else None
         return count
 
