@@ -207,15 +207,14 @@ def add_evidence(cells, amount, version, count, indices, data, refs, free, free_
 @njit("b1(i8, i8, i8, i1[:,::1], i2[:,::1])", cache=True)
 def exchange(tile, old, new, data, fused):
     """Put a tile's ``new`` evidence in the place of ``old`` in the sum. Whether a cell became free,
-    occupied or unknown. Two plain loops: each of them becomes vector instructions."""
+    occupied or unknown. A plain loop, which becomes vector instructions."""
     turned = np.int16(0)
     for c in range(1024):
         before = fused[tile, c]
         after = np.int16(before + np.int16(data[new, c]) - np.int16(data[old, c]))
         turned = np.int16(turned | np.int16(((before <= FREE) ^ (after <= FREE))
                                             | ((before >= OCCUPIED) ^ (after >= OCCUPIED))))
-    for c in range(1024):
-        fused[tile, c] += np.int16(data[new, c]) - np.int16(data[old, c])
+        fused[tile, c] = after
     return turned != 0
 
 
