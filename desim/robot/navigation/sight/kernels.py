@@ -37,9 +37,9 @@ def place(x, y, frame):
     return -1
 
 
-@njit("b1(f8, f8, f8, f8, f4[:,::1])", cache=True, inline="always")
-def stamp(x, y, cell_m, reach_m, near2):
-    """A point into the layer; False if it is too far away to matter."""
+@njit("b1(f8, f8, f8, f8, f4[:,::1], f4[::1])", cache=True)
+def stamp(x, y, cell_m, reach_m, near2, dx2):
+    """A point into the layer; False if it is too far away to matter. dx2 [n]: room to work in."""
     size = near2.shape[0]
     middle = 0.5 * size - 0.5  # in cells, of the centre of cell 0
     c0 = max(int(np.ceil((x - reach_m) / cell_m + middle)), 0)
@@ -48,11 +48,13 @@ def stamp(x, y, cell_m, reach_m, near2):
     r1 = min(int(np.floor((y + reach_m) / cell_m + middle)) + 1, size)
     if c0 >= c1 or r0 >= r1:
         return False
+    for k in range(c1 - c0):
+        dx = np.float32((c0 + k - middle) * cell_m - x)
+        dx2[k] = dx * dx
     for row in range(r0, r1):
-        dy2 = np.float32(((row - middle) * cell_m - y)**2)
-        for column in range(c0, c1):
-            dx = np.float32((column - middle) * cell_m - x)
-            near2[row, column] = min(near2[row, column], dx * dx + dy2)
+        dy2, line = np.float32(((row - middle) * cell_m - y)**2), near2[row, c0:c1]
+        for k in range(c1 - c0):
+            line[k] = min(line[k], dx2[k] + dy2)
     return True
 
 
@@ -63,7 +65,7 @@ def see(ranges, beams, no_return_m, cell_m, reach_m, near2):
     beams [n, 2] cos and sin of each beam's angle | a range of ``no_return_m`` or more met nothing
     """
     near2[:] = FAR2
-    last_x, last_y = 1e9, 1e9
+    last_x, last_y, dx2 = 1e9, 1e9, np.empty(len(near2), np.float32)
     for b in range(len(ranges)):
         r = float(ranges[b])
         if not 0.0 < r < no_return_m:
@@ -71,7 +73,7 @@ def see(ranges, beams, no_return_m, cell_m, reach_m, near2):
         x, y = r * beams[b, 0], r * beams[b, 1]
         if (x - last_x)**2 + (y - last_y)**2 < (0.3 * cell_m)**2:
             continue  # as good as the point before
-        if stamp(x, y, cell_m, reach_m, near2):
+        if stamp(x, y, cell_m, reach_m, near2, dx2):
             last_x, last_y = x, y
 
 
@@ -83,14 +85,14 @@ def remember(ranges, beams, pose, now_s, cell_m, reach_m, memory, count, near2):
     memory [most, 3] x, y on the map and the time of sight | count: points in it. Returns how many
     are in it now.
     """
-    c, s, kept = cos(pose[2]), sin(pose[2]), 0
+    c, s, kept, dx2 = cos(pose[2]), sin(pose[2]), 0, np.empty(len(near2), np.float32)
     widest = min(beams[0, 0], beams[len(beams) - 1, 0])  # cosine of the edge of the view
     for k in range(count):
         dx, dy = memory[k, 0] - pose[0], memory[k, 1] - pose[1]
         x, y = c * dx + s * dy, c * dy - s * dx
         r2 = x * x + y * y
         if now_s - memory[k, 2] < _MEMORY_S and r2 < _MEMORY_M**2 and x < widest * math.sqrt(r2):
-            stamp(x, y, cell_m, reach_m, near2)
+            stamp(x, y, cell_m, reach_m, near2, dx2)
             memory[kept] = memory[k]
             kept += 1
     for b in range(0, len(ranges), 2):
