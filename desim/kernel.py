@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from enum import IntEnum
 from fractions import Fraction
-from heapq import heappop
+from heapq import heappop, heappush
 from operator import attrgetter
 from typing import Any
 
@@ -129,11 +129,13 @@ class Kernel:
         self.events = 0  # calls fired so far
         self._instant_ns = -1  # time and key of the call that fired last
         self._order = 0
-        self._schedule = self.env.schedule
+        self._agenda, self._numbers = self.env._queue, self.env._eid
         self._callbacks = (self._fire,)
         self._stopping: Call | None = None
 
-    now_ns = property(attrgetter("env.now"), doc="The time, int nanoseconds.")
+    # SimPy's own ``now`` and ``schedule`` are Python functions around these attributes; asked for
+    # twenty times a message they are worth going around.
+    now_ns = property(attrgetter("env._now"), doc="The time, int nanoseconds.")
 
     def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
               arg: Any = None) -> Call:
@@ -152,14 +154,14 @@ class Kernel:
         call.fn = fn
         call.arg = arg
         call.order = order
-        self._schedule(call, order, delay_ns)
+        heappush(self._agenda, (self.env._now + delay_ns, order, next(self._numbers), call))
         return call
 
     def at(self, time_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
            arg: Any = None) -> Call:
         """Call ``fn(arg)`` at ``time_ns``, like ``after``. Raises ``KernelError`` for a time that
         is not an int or lies in the past."""
-        now_ns = self.env.now
+        now_ns = self.env._now
         if type(time_ns) is not int or time_ns < now_ns:
             raise KernelError(f"time_ns must be an int >= now ({now_ns}), got {time_ns!r} "
                               f"for {_name(fn)}")
@@ -227,7 +229,7 @@ class Kernel:
         call = _new_call(_End)
         call.callbacks = (_run,)
         call.fn, call.arg, call.order = self._end, None, _LAST
-        self._schedule(call, _LAST, delay_ns)
+        self.env.schedule(call, _LAST, delay_ns)
         return call
 
     def _end(self, _: Any) -> None:
@@ -237,7 +239,7 @@ class Kernel:
         raise StopSimulation(None)
 
     def _fire(self, call: Call) -> None:
-        self._instant_ns = self.env.now
+        self._instant_ns = self.env._now
         self._order = call.order
         self.events += 1
         call.fn(call.arg)
@@ -245,7 +247,7 @@ class Kernel:
     def _round_for(self, phase: Phase, fn: Callable) -> int:
         """The round of something booked for now: what is not later than the phase that runs has to
         wait for the next one."""
-        if self.env.now != self._instant_ns:
+        if self.env._now != self._instant_ns:
             return 0
         round_ = (self._order >> _ROUND_BIT) + (phase <= self._order & _PHASE_MASK)
         if round_ > MAX_ROUNDS:

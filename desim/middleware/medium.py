@@ -66,15 +66,15 @@ class Nowhere:
 class RuleContext:
     """What a rule may know: a ``ports.Context`` without the means to act."""
 
-    __slots__ = ("_medium", "_name", "_env", "positions")
+    __slots__ = ("_medium", "_name", "_kernel", "positions")
 
     def __init__(self, medium: Medium, name: str) -> None:
         self._medium = medium
         self._name = name
-        self._env = medium._env
+        self._kernel = medium._kernel
         self.positions = medium.positions
 
-    now_ns = property(attrgetter("_env.now"))
+    now_ns = property(attrgetter("_kernel.now_ns"))
 
     @property
     def obstacles(self) -> Obstacles:
@@ -107,7 +107,7 @@ class Medium:
         self.bytes_on_air = 0
         self.tx_bytes = [0] * len(hosts)
         self.rx_bytes = [0] * len(hosts)
-        self._env = kernel.env
+        self._kernel = kernel
         self._after = kernel.after
         self._send = model.send
         self._streams = streams
@@ -124,14 +124,14 @@ class Medium:
 
     # What models may know and do: ports.Context.
 
-    now_ns = property(attrgetter("_env.now"))
+    now_ns = property(attrgetter("_kernel.now_ns"))
 
     @property
     def obstacles(self) -> Obstacles:
         return self._place.obstacles
 
     def at(self, time_ns: int, fn: Callable[[Any], Any], arg: Any = None) -> Call:
-        return self._after(time_ns - self._env.now, _NETWORK, self.id, fn, arg)
+        return self._after(time_ns - self._kernel.now_ns, _NETWORK, self.id, fn, arg)
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._streams("medium", self.name, *name)
