@@ -5,8 +5,12 @@
 
 from typing import Any
 
+from desim import compiled
+
 __version__ = "0.1.0"
 __all__ = ["Run", "load", "run"]
+
+compiled.choose_folder()  # before anything imports numba
 
 
 def __getattr__(name: str) -> Any:

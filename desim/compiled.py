@@ -1,0 +1,45 @@
+"""Where numba keeps compiled kernels: in a folder named by what all kernel files say.
+
+numba looks at the file of the function that it compiles, not at the files of those that it calls: a
+change in ``desim/kernels.py`` would leave old copies of it inside other modules' compiled kernels,
+and results that no longer follow from the sources. A folder in the user's cache also serves an
+installation that cannot be written to.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+
+def choose_folder() -> None:
+    """Set ``NUMBA_CACHE_DIR``, unless the user has."""
+    if "NUMBA_CACHE_DIR" in os.environ:
+        return
+    folder = str(_writable() / f"kernels-{_fingerprint()}")
+    os.environ["NUMBA_CACHE_DIR"] = folder
+    if "numba" in sys.modules:  # it has read the environment already
+        sys.modules["numba"].config.CACHE_DIR = folder
+
+
+def _fingerprint() -> str:
+    digest = hashlib.sha256()
+    for source in sorted(Path(__file__).parent.rglob("kernels.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def _writable() -> Path:
+    """The user's cache folder, or one among the temporary files."""
+    try:
+        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        cache = Path(home) / "desim"
+        cache.mkdir(parents=True, exist_ok=True)
+        if os.access(cache, os.W_OK):
+            return cache
+    except (OSError, RuntimeError):  # RuntimeError: nobody's home
+        pass
+    return Path(tempfile.gettempdir()) / f"desim-{os.getuid()}"
