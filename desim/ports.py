@@ -149,7 +149,9 @@ class NetworkModel(Protocol):
     """Decides each frame's fate at each intended receiver: when it arrives, or why it does not.
 
     ``reasons`` are the drop reasons it may give. Built as ``Model(params)`` with an instance of
-    its ``Params``.
+    its ``Params``. One host may send several frames in one instant: to queue them is the model's
+    task. A model or rule beyond whose ``reach_m`` (an attribute, in m) no frame gets says so by
+    having one; the monitor counts the fleet's partitions by it.
     """
 
     reasons: ClassVar[tuple[str, ...]]
