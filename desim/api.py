@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from desim.errors import InputError
@@ -76,9 +77,10 @@ class Run:
                 .items()}
 
     def table(self, name: str) -> dict[str, np.ndarray]:
-        """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column."""
+        """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column. What is not
+        there is None among words and NaN among numbers."""
         table = pq.read_table(self._file(f"{name}.parquet"))
-        return {column: table[column].to_numpy() for column in table.column_names}
+        return {column: _array(table[column]) for column in table.column_names}
 
     def _file(self, name: str) -> Path:
         path = self.path / name
@@ -135,6 +137,15 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
 
 def _digests(simulation: Simulation) -> dict[str, Any]:
     return {"digest": simulation.trace.digest(),
+def _array(column: pa.ChunkedArray) -> np.ndarray:
+    if not pa.types.is_dictionary(column.type):
+        return column.to_numpy()
+    # pyarrow's own to_numpy() reads a null as the dictionary's first word.
+    parts = [np.array([*chunk.dictionary.to_pylist(), None], object)[
+        chunk.indices.fill_null(-1).to_numpy(zero_copy_only=False)] for chunk in column.chunks]
+    return np.concatenate([np.empty(0, object), *parts])
+
+
             "digest_by_entity": simulation.trace.digest_by_entity(),
             "events": simulation.kernel.events}
 

@@ -95,6 +95,17 @@ def test_messages_are_those_of_the_summary(finished):
         == table["size_bytes"][arrived].sum()
 
 
+def test_only_what_was_dropped_has_a_reason(hello, tmp_path):
+    run = desim.run(hello, overrides=(
+        "stop.elapsed=2 s",
+        "network.media.lan={model: ideal, rules: [{rule: loss, probability: 50 %}]}"), out=tmp_path)
+    table = run.table("messages")
+    dropped = table["fate"] == "dropped"
+    assert 0 < dropped.sum() < len(dropped)
+    assert (np.array([reason is not None for reason in table["reason"]]) == dropped).all()
+    assert (np.isnan(table["latency_ns"]) == dropped).all()
+
+
 def test_the_maps_say_what_the_summary_says(finished):
     known, truth, metrics = finished.map.cells, finished.truth.cells, finished.metrics
     reachable = truth == 0
