@@ -111,7 +111,7 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
         raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")
     loaded = scenario if isinstance(scenario, Loaded) else None
     scenario = loaded.scenario if loaded else scenario
-    folder, meter = RunFolder(out, scenario), _Meter(command)
+    folder, meter, simulation = RunFolder(out, scenario), _Meter(command), None
     try:
         with _blamed(loaded):
             simulation = Simulation(scenario, trace_sink=_both(folder.trace_sink, rows),
@@ -127,8 +127,10 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
         folder.discard()
         raise
     except Exception:
-        folder.abandon({"status": FAILED, "digest": None, **meter.read(0),
-                        "error": traceback.format_exc()})
+        now_ns, events = (0, 0) if simulation is None else (simulation.kernel.now_ns,
+                                                            simulation.kernel.events)
+        folder.abandon({"status": FAILED, "digest": None, "events": events,
+                        **meter.read(now_ns), "error": traceback.format_exc()})
         raise
     if interrupted:
         raise KeyboardInterrupt(*([] if path is None else [str(path)]))

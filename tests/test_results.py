@@ -176,6 +176,8 @@ def test_a_failed_run_says_why(hello, tmp_path):
     (path,) = (tmp_path / "hello").iterdir()
     run = desim.Run(path)
     assert run.manifest["status"] == "failed"
+    assert run.manifest["simulated_s"] == 1.5
+    assert run.manifest["events"] > 0
     assert "on purpose" in run.manifest["error"]
     assert "at simulated time 1.500000000 s" in run.manifest["error"]
     with pytest.raises(InputError, match="no summary.json .its status is 'failed'"):
