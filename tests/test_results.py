@@ -196,14 +196,14 @@ def test_a_full_disk_is_said_clearly_and_leaves_nothing(hello, tmp_path, monkeyp
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(results.tables, "write", full)
-    with pytest.raises(InputError, match="cannot write results.*No space left on device"):
+    with pytest.raises(InputError, match="No space left on device; free some space, or"):
         desim.run(hello, overrides=("stop.elapsed=1 s",), out=tmp_path)
     assert not list((tmp_path / "hello").iterdir())
 
 
 def test_a_folder_that_cannot_be_made(hello, tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot write results"):
+    with pytest.raises(InputError, match="cannot write results.*Not a directory; choose another"):
         desim.run(hello, out=tmp_path / "file")
 
 

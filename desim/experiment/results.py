@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import json
 import os
@@ -31,6 +32,7 @@ from desim.scenario.schema import Scenario
 from desim.trace import Names
 
 FINISHED, INTERRUPTED, FAILED = "finished", "interrupted", "failed"
+_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 class RunFolder:
@@ -180,9 +182,10 @@ class RunFolder:
         try:
             yield
         except OSError as error:
+            space = "free some space, or " if error.errno in _FULL else ""
             raise InputError(f"cannot write results to {self._partial}: "
-                             f"{error.strerror or error}; free some space, or choose another "
-                             "folder with --out") from error
+                             f"{error.strerror or error}; {space}choose another folder with "
+                             "--out") from error
 
 
 def manifest_of(path: Path) -> dict[str, Any] | None:
