@@ -204,6 +204,37 @@ def test_diff_of_a_run_with_itself_and_with_another(hello, run_path, tmp_path):
     assert sum(line.lstrip().startswith(">") for line in said.splitlines()) == 2
 
 
+def test_diff_of_a_failed_run_says_so(hello, run_path, tmp_path, monkeypatch):
+    def fail(_):
+        raise RuntimeError("a bug")
+
+    monkeypatch.setattr(live, "watching", lambda console: at(1.5, fail))
+    desim_("run", hello, "--out", tmp_path, code=1)
+    failed = only(tmp_path / "hello")
+    for runs in ((failed, run_path), (run_path, failed), (failed, failed)):
+        assert desim_("diff", *runs, code=2) == (
+            f"{failed}: the run failed, it has no digest and no end to compare or repeat; its "
+            "manifest.json has the error\n")
+    assert "the run failed" in desim_("trace", failed, "--message", 10**7, code=2)
+
+
+def test_a_message_lost_for_good_was_not_on_the_medium_all_the_time(hello, tmp_path):
+    @contextmanager
+    def stopping(simulation, folder):
+        simulation.kernel.at(S, Phase.WORLD, 0, lambda _: simulation.graph.hosts[0].stop())
+        yield
+
+    run = desim.run(hello, out=tmp_path, watch=stopping, overrides=(
+        "stop.elapsed=2 s", "trace.keep=all",
+        "network.media.lan={model: ideal, rules: [{rule: loss, probability: 50 %}]}"))
+    table = run.table("messages")
+    waited = (table["fate"] == "dropped") & (table["end_ns"] > table["last_ns"])
+    said = desim_("trace", run.path, "--message", table["number"][waited][0]).splitlines()[-1]
+    assert ": dropped (" in said
+    assert said.endswith("until it was dropped")
+    assert "on the medium" not in said
+
+
 def test_a_folder_that_is_no_run(tmp_path):
     for command in (["diff", tmp_path, tmp_path], ["figure", tmp_path],
                     ["trace", tmp_path, "--message", 1]):

@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 from desim.api import Run
 from desim.errors import InputError
 from desim.experiment import identity
+from desim.experiment.results import FAILED
 from desim.scenario.load import load
 from desim.scenario.schema import Scenario
 from desim.simulation import Simulation
@@ -82,9 +83,19 @@ def kept(run: Run, spool: Path) -> Rows | None:
     return Rows(sink.rows(), run.names | names.items())
 
 
+def complete(run: Run) -> None:
+    """Raises ``InputError`` for a run that failed."""
+    if run.manifest["status"] == FAILED:
+        raise InputError(f"{run.path}: the run failed, it has no digest and no end to compare or "
+                         "repeat; its manifest.json has the error")
+
+
 def trace_of(run: Run, spool: Path, until_ns: int | None = None) -> Rows:
     """The trace of a run: the kept one, or that of running its scenario again. Raises
-    ``InputError`` where it was not kept and other versions are installed now."""
+    ``InputError`` where it was not kept and other versions are installed now, and for the whole
+    of a run that failed."""
+    if until_ns is None:
+        complete(run)
     rows = kept(run, spool)
     if rows is not None:
         return rows

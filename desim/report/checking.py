@@ -12,6 +12,7 @@ from desim.experiment.compare import (
     CONTEXT,
     Rows,
     Spool,
+    complete,
     first_difference,
     simulated,
     spools,
@@ -42,9 +43,11 @@ def checked(loaded: Loaded, out: Path, watch: api.Watch | None,
 def difference(first: Path, second: Path) -> str | None:
     """Where two runs part, in words; None if their traces are equal.
 
-    Where rows were not kept, the scenario is run again.
+    Where rows were not kept, the scenario is run again. Raises ``InputError`` for a failed run.
     """
     runs = api.Run(first), api.Run(second)
+    for run in runs:
+        complete(run)
     digests = [run.manifest["digest"] for run in runs]
     if digests[0] is not None and digests[0] == digests[1]:
         return None

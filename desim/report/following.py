@@ -10,6 +10,7 @@ import pyarrow.parquet as pq
 from desim.api import Run
 from desim.errors import InputError
 from desim.experiment.compare import spools, trace_of
+from desim.experiment.messagelog import DELIVERED
 from desim.report.rows import Step, story
 
 
@@ -51,9 +52,11 @@ def _fates(run: Run, number: int) -> tuple[list[str], int | None]:
         if row["first_ns"] is None:
             lines.append(f"{name} ({row['reason']}) without a frame")
             continue
+        # A lost frame is off the medium long before its message is given up.
+        end = "on the medium" if row["fate"] == DELIVERED else "until it was dropped"
         parts = [(row["first_ns"] - row["born_ns"], "in the outbox"),
                  (row["last_ns"] - row["first_ns"], "until its last transmission"),
-                 (row["end_ns"] - row["last_ns"], "on the medium")]
+                 (row["end_ns"] - row["last_ns"], end)]
         where = ", ".join(f"{spent / 1e6:.6f} ms {what}" for spent, what in parts)
         reason = f" ({row['reason']})" if row["reason"] else ""
         lines.append(f"{name}{reason} after {where}")
