@@ -257,6 +257,11 @@ def test_describe_says_what_a_plugin_does_and_takes():
     assert "did you mean 'switch'?" in desim_("describe", "swich", code=2)
 
 
+@pytest.mark.parametrize("path", ["os:path", "os:path.join", "os:sep"])
+def test_describe_refuses_what_is_no_class(path):
+    assert "is not a plug-in" in desim_("describe", path, code=2)
+
+
 def test_schema_is_json_schema():
     schema = json.loads(desim_("schema"))
     assert set(schema["properties"]) >= {"name", "fleet", "network", "stop"}

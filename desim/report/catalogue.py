@@ -28,7 +28,11 @@ def description(name: str) -> str:
     """The plug-in's documentation and its parameters. Raises ``InputError`` if there is none."""
     kinds = [kind for kind in plugins.GROUPS if name in plugins.available(kind)]
     if not kinds and ":" in name:
-        return _about(name, "plug-in", plugins.imported("plug-in", name))
+        cls = plugins.imported("plug-in", name)
+        if not inspect.isclass(cls):
+            raise InputError(f"{name!r} is not a plug-in: it names a {type(cls).__name__}, and "
+                             "a plug-in is a class")
+        return _about(name, "plug-in", cls)
     if not kinds:
         known = [known for kind in plugins.GROUPS for known in plugins.available(kind)]
         raise InputError(f"unknown plug-in {name!r}{did_you_mean(name, known)}; known: "
