@@ -10,7 +10,16 @@ from pydantic import Field
 
 from desim import plugins, ports
 from desim.errors import InputError, KernelError, ModelError
-from desim.testing import Bench, Instant, check_middleware, check_network, check_rule
+from desim.robot.coordination.nearest_frontier import NearestFrontier
+from desim.robot.coordination.random_frontier import RandomFrontier
+from desim.testing import (
+    Bench,
+    Instant,
+    check_middleware,
+    check_network,
+    check_rule,
+    check_strategy,
+)
 from desim.units import BitRate, airtime_ns
 
 NETWORKS = [("ideal", {}), ("ideal", {"delay": "3 ms"}), ("disk", {}), ("disk", {"range": "50 m"}),
@@ -34,6 +43,11 @@ def test_rules_keep_their_contract(name, params):
 
 def test_direct_middleware_keeps_its_contract():
     check_middleware(plugins.load("middleware", "direct"))
+
+
+@pytest.mark.parametrize("cls", [NearestFrontier, RandomFrontier])
+def test_strategies_keep_their_contract(cls):
+    check_strategy(cls)
 
 
 class Curfew:
@@ -193,6 +207,48 @@ class Reasonless(Broken):
 def test_the_kit_names_what_is_wrong(cls, error, says):
     with pytest.raises(error, match=says):
         check_network(cls)
+
+
+class Explorer:
+    """A strategy that is right but for what a test makes wrong."""
+
+    class Params(ports.Params):
+        pass
+
+    def __init__(self, params):
+        pass
+
+    def choose(self, view):
+        return next(iter(view.frontiers()), None)
+
+
+class Restless(Explorer):
+    def choose(self, view):
+        return super().choose(view) or ports.Frontier(0.0, 0.0, 0.0, 1)
+
+
+class Inventive(Explorer):
+    def choose(self, view):
+        return ports.Frontier(1.0, 1.0, 1.0, 1) if view.frontiers() else None
+
+
+class Fickle(Explorer):
+    turns = 0
+
+    def choose(self, view):
+        Fickle.turns += 1
+        return view.frontiers()[Fickle.turns % 2] if view.frontiers() else None
+
+
+@pytest.mark.parametrize(("cls", "says"), [
+    (Restless, "return None when there is no frontier"),
+    (Inventive, "return one of view.frontiers"),
+    (Fickle, "choose alike in like situations"),
+])
+def test_the_kit_names_what_is_wrong_with_a_strategy(cls, says):
+    check_strategy(Explorer)
+    with pytest.raises(AssertionError, match=says):
+        check_strategy(cls)
 
 
 def test_a_rule_that_miscounts_or_turns_back_time_is_refused():
