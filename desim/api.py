@@ -137,8 +137,6 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     return Run(path)
 
 
-def _digests(simulation: Simulation) -> dict[str, Any]:
-    return {"digest": simulation.trace.digest(),
 def _array(column: pa.ChunkedArray) -> np.ndarray:
     if not pa.types.is_dictionary(column.type):
         return column.to_numpy()
@@ -148,6 +146,8 @@ def _array(column: pa.ChunkedArray) -> np.ndarray:
     return np.concatenate([np.empty(0, object), *parts])
 
 
+def _digests(simulation: Simulation) -> dict[str, Any]:
+    return {"digest": simulation.trace.digest(),
             "digest_by_entity": simulation.trace.digest_by_entity(),
             "events": simulation.kernel.events}
 
