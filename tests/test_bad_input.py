@@ -2,6 +2,7 @@
 
 import pytest
 
+from desim import plugins
 from desim.errors import InputError
 from desim.scenario.load import from_mapping, load
 
@@ -12,6 +13,7 @@ LENGTHS = "allowed: m, km, cm, mm, e.g."
 GRAMMAR = ("allowed: numbers, names, + - * /, comparisons, and, or, not, min(), max(), abs() and "
            "parentheses")
 DOTTED = "or a dotted path 'package.module:Class'"
+STRATEGIES = ", ".join(plugins.available("strategy"))  # other packages may bring their own
 
 # What follows "name: x\n", and the complaints without "case.yaml:" in front.
 WRONG = {
@@ -122,7 +124,7 @@ WRONG = {
          "rule, distance"]),
     "unknown strategy": ("coordination: {strategy: nearest}", [
         "2:26: coordination.strategy: unknown strategy 'nearest' (did you mean "
-        f"'nearest_frontier'?); known: nearest_frontier, {DOTTED}"]),
+        f"'nearest_frontier'?); known: {STRATEGIES}, {DOTTED}"]),
     "unknown middleware": ("middleware: {model: ros}", [
         f"2:21: middleware.model: unknown middleware 'ros'; known: direct, {DOTTED}"]),
     "unknown world": ("physics: {model: plan}", [
@@ -155,6 +157,15 @@ WRONG = {
     "fault on an unknown host": ("fleet: {size: 3}\nfaults: [{at: 5 s, host: robot_30}]", [
         "3:26: faults.0.host: unknown host 'robot_30' (did you mean 'robot_0'?); allowed: robot_0, "
         "robot_1, robot_2, workstation"]),
+    "two faults at once": (
+        "faults: [{at: 5 s, host: robot_0}, {at: 5 s, host: robot_0, down_for: 1 s}]", [
+            "2:36: faults.1: robot_0 is to stop at 5 s, but faults.0 has stopped it at 5 s for "
+            "good; allowed: one after the other"]),
+    "overlapping faults": (
+        "faults: [{at: 9 s, host: robot_0}, {at: 5 s, host: robot_0, down_for: 4 s}, "
+        "{at: 6 s, host: workstation}]", [
+            "2:10: faults.0: robot_0 is to stop at 9 s, but faults.1 has stopped it at 5 s until "
+            "9 s; allowed: one after the other"]),
     "unknown passive robot": ("robot: {passive: [r2d2]}", [
         "2:19: robot.passive.0: unknown robot 'r2d2'; allowed: robot_0"]),
     "host with a robot's name": ("hosts: {robot_0: {}}", [

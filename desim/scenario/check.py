@@ -9,6 +9,7 @@ from itertools import pairwise
 from desim import plugins
 from desim.errors import InputError, did_you_mean
 from desim.scenario import expression
+from desim.scenario.communication import Fault
 from desim.scenario.complaints import Complaint
 from desim.scenario.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.experiment import QUANTITIES
@@ -122,6 +123,28 @@ def _known_names(scenario: Scenario, _: Folder) -> Found:
             yield ("robot", "passive", i), _unknown("robot", name, robots)
 
 
+def _faults(scenario: Scenario, _: Folder) -> Found:
+    """Outages of one host come one after the other."""
+    before: dict[str, tuple[int, Fault]] = {}
+    # sorted by time; where two begin together the one that is written later is wrong
+    for i, fault in sorted(enumerate(scenario.faults), key=lambda item: item[1].at_ns):
+        number, earlier = before.get(fault.host, (None, None))
+        if earlier is not None and not _over(earlier, fault.at_ns):
+            until = ("for good" if earlier.down_for_ns is None else
+                     f"until {DURATION.format(earlier.at_ns + earlier.down_for_ns)}")
+            yield ("faults", i), (
+                f"{fault.host} is to stop at {DURATION.format(fault.at_ns)}, but faults.{number} "
+                f"has stopped it at {DURATION.format(earlier.at_ns)} {until}; allowed: one after "
+                "the other")
+        if earlier is None or _over(earlier, fault.at_ns):
+            before[fault.host] = i, fault
+
+
+def _over(fault: Fault, time_ns: int) -> bool:
+    """Whether the host has started again before ``time_ns``."""
+    return fault.down_for_ns is not None and fault.at_ns + fault.down_for_ns < time_ns
+
+
 def _unknown(kind: str, name: str, known: tuple[str, ...]) -> str:
     allowed = ", ".join(known if len(known) <= 8 else (*known[:3], "...", known[-1]))
     return f"unknown {kind} {name!r}{did_you_mean(name, known)}; allowed: {allowed}"
@@ -157,6 +180,7 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("fleet",),), _fleet),
     ((("fleet",), ("hosts",), ("deployment",)), _hosts),
     ((("fleet",), ("hosts",), ("deployment",), ("faults",), ("robot", "passive")), _known_names),
+    ((("faults",),), _faults),
     ((("robot", "laser"),), _laser),
     ((("stop", "when"),), _condition),
     ((("physics", "model"),), _world),
