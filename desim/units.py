@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Annotated, Any
@@ -130,6 +130,8 @@ DURATION = Dimension("duration", "ns", int, {
    aliases=("µs",))
 PERIOD = Dimension("period", "ns", int, DURATION.units, "5 s", positive=True, maximum=10**18,
                    least=Fraction(1), aliases=DURATION.aliases)
+# Of what happens again and again: more often than this nothing would ever get done.
+PACE = replace(PERIOD, least=Fraction(10**6))
 BIT_RATE = Dimension("bit rate", "b/s", int, {
     **{p + "b/s": Fraction(f) for p, f in _SI.items()},
     **{p + "bit/s": Fraction(f) for p, f in _SI.items()},
@@ -159,10 +161,10 @@ ACCELERATION = Dimension("acceleration", "m/s^2", float, {"m/s^2": Fraction(1)},
 ANGULAR_ACCELERATION = Dimension("angular acceleration", "rad/s^2", float,
                                  {"rad/s^2": Fraction(1)}, "3.2 rad/s^2", positive=True,
                                  maximum=10**6)
-# Two ticks never fall on one nanosecond.
+# Far above what sensors and controllers do; a run at such a rate still comes to its end.
 FREQUENCY = Dimension("frequency", "Hz", Fraction, {
     "Hz": Fraction(1), "kHz": Fraction(1000), "mHz": Fraction(1, 1000),
-}, "25 Hz", positive=True, maximum=NS_PER_S, least=Fraction(1, NS_PER_S))
+}, "25 Hz", positive=True, maximum=10_000, least=Fraction(1, NS_PER_S))
 RATIO = Dimension("ratio", "%", float, {"%": Fraction(1, 100)}, "99 %", maximum=1)
 
 
@@ -197,6 +199,7 @@ def _field(dimension: Dimension) -> Any:
 
 Duration = _field(DURATION)  # int ns
 Period = _field(PERIOD)  # int ns, above zero
+Pace = _field(PACE)  # int ns, at least 1 ms
 BitRate = _field(BIT_RATE)  # int bit/s
 ByteSize = _field(BYTE_SIZE)  # int bytes
 Length = _field(LENGTH)  # float m, not negative

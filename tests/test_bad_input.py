@@ -166,6 +166,30 @@ WRONG = {
         "{at: 6 s, host: workstation}]", [
             "2:10: faults.0: robot_0 is to stop at 9 s, but faults.1 has stopped it at 5 s until "
             "9 s; allowed: one after the other"]),
+    "nothing to explore": ("stop: {explored: 0 %}", [
+        "2:18: stop.explored: must be above 0, got '0 %'"]),
+    "a seed of more than 63 bits": ("seed: 9223372036854775808", [
+        "2:7: seed: must be at most 9223372036854775807, got 9223372036854775808"]),
+    "too many robots": ("fleet: {size: 1001}", ["2:15: fleet.size: must be at most 1000, got 1001"
+                                                ]),
+    "too many robots together": (
+        "fleet: {robots: [{type: holonomic, count: 999}, {type: pioneer3dx, count: 2}]}", [
+            "2:17: fleet.robots: must be at most 1000 robots together, got 1001"]),
+    "too many beams": ("robot: {laser: {beams: 100001}}", [
+        "2:24: robot.laser.beams: must be at most 100000, got 100001"]),
+    "too fast a laser": ("robot: {laser: {rate: 11 kHz}}", [
+        "2:23: robot.laser.rate: '11 kHz' is too large; at most 10 kHz"]),
+    "too fast a world": ("physics: {rate: 1e6 Hz}", [
+        "2:17: physics.rate: '1e6 Hz' is too large; at most 10 kHz"]),
+    "too many samples": ("measure: {every: 1 ns}", [
+        "2:18: measure.every: '1 ns' is too small; at least 1 ms"]),
+    "too many maps": (
+        "coordination: {exchange: {period: 999 us}}\ntestbed: {monitor_period: 1 us}", [
+            "2:35: coordination.exchange.period: '999 us' is too small; at least 1 ms",
+            "3:27: testbed.monitor_period: '1 us' is too small; at least 1 ms"]),
+    "too fine a local window": ("robot: {navigation: {local_resolution: 1 mm}}", [
+        "2:40: robot.navigation.local_resolution: makes the local window 6000 cells wide; allowed: "
+        "1000"]),
     "unknown passive robot": ("robot: {passive: [r2d2]}", [
         "2:19: robot.passive.0: unknown robot 'r2d2'; allowed: robot_0"]),
     "host with a robot's name": ("hosts: {robot_0: {}}", [

@@ -13,10 +13,10 @@ from desim.scenario.communication import Fault
 from desim.scenario.complaints import Complaint
 from desim.scenario.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.experiment import QUANTITIES
-from desim.scenario.fleet import BUILT_IN_TYPES, StartList
+from desim.scenario.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
 from desim.scenario.names import WORKSTATION, host_names, robot_names
 from desim.scenario.places import Path
-from desim.scenario.robot import BUILT_IN_LASERS
+from desim.scenario.robot import BUILT_IN_LASERS, MAX_LOCAL_SIDE
 from desim.scenario.schema import Scenario
 from desim.units import DURATION, LENGTH
 
@@ -90,6 +90,8 @@ def _fleet(scenario: Scenario, _: Folder) -> Found:
     count = sum(group.count for group in groups)
     if groups and fleet.size not in (None, count):
         yield ("fleet", "size"), f"must be the sum of the groups' counts, {count}, got {fleet.size}"
+    if count > MAX_ROBOTS:
+        yield ("fleet", "robots"), f"must be at most {MAX_ROBOTS} robots together, got {count}"
     if isinstance(fleet.start, StartList):
         yield from _start_list(fleet.start, count or fleet.size)
 
@@ -98,6 +100,8 @@ def _start_list(start: StartList, size: int | None) -> Found:
     path = ("fleet", "start", "poses")
     if size not in (None, len(start.poses)):
         yield path, f"must be as many as there are robots, {size}, got {len(start.poses)}"
+    if len(start.poses) > MAX_ROBOTS:
+        yield path, f"must be a list of at most {MAX_ROBOTS}, got {len(start.poses)}"
     names = [pose.name for pose in start.poses]
     if any(names) and not all(names):
         yield (*path, names.index(None)), "the key 'name' is missing; all poses have one or none"
@@ -157,6 +161,14 @@ def _laser(scenario: Scenario, _: Folder) -> Found:
                                    f" allowed: {', '.join(BUILT_IN_LASERS)}, or its parameters")
 
 
+def _local_window(scenario: Scenario, _: Folder) -> Found:
+    navigation = scenario.robot.navigation
+    side = navigation.local_size_m / navigation.local_resolution_m
+    if side > MAX_LOCAL_SIDE:
+        yield ("robot", "navigation", "local_resolution"), (
+            f"makes the local window {side:.0f} cells wide; allowed: {MAX_LOCAL_SIDE}")
+
+
 def _condition(scenario: Scenario, _: Folder) -> Found:
     if scenario.stop.when is None:
         return
@@ -182,6 +194,7 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("fleet",), ("hosts",), ("deployment",), ("faults",), ("robot", "passive")), _known_names),
     ((("faults",),), _faults),
     ((("robot", "laser"),), _laser),
+    ((("robot", "navigation"),), _local_window),
     ((("stop", "when"),), _condition),
     ((("physics", "model"),), _world),
 )

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field
 
 from desim.ports import Params
-from desim.units import Duration, Period, Position
+from desim.units import Duration, Pace, Period, Position
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]  # as ROS names are
 
@@ -58,7 +58,7 @@ class Exchange(Params):
         "the paper; changed_tiles in field)"))
     encoding: Literal["raw", "zlib"] | None = Field(None, description=(
         "(default: raw in testbed, the paper; zlib in field)"))
-    period_ns: Period = Field("5 s", description="(gmapping map_update_interval)")
+    period_ns: Pace = Field("5 s", description="(gmapping map_update_interval)")
     via: Literal["unicast", "broadcast"] = Field("unicast", description="(the paper: TCPROS)")
 
 

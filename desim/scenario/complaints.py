@@ -76,20 +76,26 @@ def _complaint(block: type[Params], data: Any, base: Path, more: tuple[str, ...]
         return Complaint(path, f"{given} is not allowed{guess}; allowed: {', '.join(options)}")
     if kind == "string_pattern_mismatch":
         return Complaint(path, _pattern_rule(_at(data, own), context))
-    text = _BOUNDS[kind].format(**context) if kind in _BOUNDS else _wanted(_annotation(
+    limits = {name: _bound(limit) for name, limit in context.items()}
+    text = _BOUNDS[kind].format(**limits) if kind in _BOUNDS else _wanted(_annotation(
         block, location))
     return Complaint(path, f"must be {text}, got {given}")
 
 
 _BOUNDS = {
-    "greater_than": "above {gt:g}",
-    "greater_than_equal": "at least {ge:g}",
-    "less_than": "below {lt:g}",
-    "less_than_equal": "at most {le:g}",
+    "greater_than": "above {gt}",
+    "greater_than_equal": "at least {ge}",
+    "less_than": "below {lt}",
+    "less_than_equal": "at most {le}",
     "too_short": "a list of at least {min_length}",
     "too_long": "a list of at most {max_length}",
     "finite_number": "a finite number",
 }
+
+
+def _bound(limit: Any) -> str:
+    """Whole numbers with all their digits."""
+    return f"{limit:g}" if isinstance(limit, float) else str(limit)
 
 
 def _missing(block: type[Params], data: Any, base: Path, location: tuple) -> Complaint:

@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from desim.ports import Params
-from desim.units import Period, Ratio
+from desim.units import Pace, Period, Ratio
 
 # What the monitor offers to expressions.
 QUANTITIES = (
@@ -20,7 +20,7 @@ QUANTITIES = (
 class Stop(Params):
     """When the run ends: whichever comes first."""
 
-    explored: Ratio = Field("99 %", description="share of the reachable free cells that some "
+    explored: Ratio = Field("99 %", gt=0, description="share of the reachable free cells that some "
                                                 "robot's own belief knows (the paper)")
     by: Literal["any", "union", "all"] = Field("any", description=(
         "whose knowledge counts: any one robot's (the paper), the union, or all robots'"))
@@ -33,7 +33,7 @@ class Stop(Params):
 class Measure(Params):
     """What the monitor samples."""
 
-    every_ns: Period = Field("5 s", description="period of samples (the paper's robot log)")
+    every_ns: Pace = Field("5 s", description="period of samples (the paper's robot log)")
     on: tuple[Literal["explored_10pct", "collision", "recovery", "partition"], ...] = Field(
         (), description="events that also cause a sample")
 

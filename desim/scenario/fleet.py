@@ -20,6 +20,8 @@ from desim.units import (
     Speed,
 )
 
+MAX_ROBOTS = 1000  # some thirty times the paper's largest fleet
+
 
 class BodyType(Params):
     """A kind of robot body."""
@@ -49,7 +51,7 @@ class Group(Params):
     """Some robots of one type."""
 
     type: str
-    count: int = Field(ge=1)
+    count: int = Field(ge=1, le=MAX_ROBOTS)
 
 
 class StartLine(Params):
@@ -89,7 +91,7 @@ class StartFile(Params):
 class Fleet(Params):
     """The robots."""
 
-    size: int | None = Field(None, ge=1, description=(
+    size: int | None = Field(None, ge=1, le=MAX_ROBOTS, description=(
         "number of robots (default: the groups' counts together, or as many as there are start "
         "poses, or 1)"))
     robots: by_shape(str, tuple[Group, ...]) = Field(

@@ -20,7 +20,7 @@ from desim.units import (
 class Laser(Params):
     """A planar laser scanner."""
 
-    beams: int = Field(180, ge=2, description="rays of a sweep (the paper: 180)")
+    beams: int = Field(180, ge=2, le=100_000, description="rays of a sweep (the paper: 180)")
     field_of_view_rad: Angle = Field("190 deg", gt=0, description="(SICK LMS500, the paper)")
     max_range_m: Length = Field("26 m", gt=0, description="(the paper)")
     rate_hz: Frequency = Field("25 Hz", description="(the paper)")
@@ -55,6 +55,9 @@ class Mapping(Params):
         "a longer beam clears space up to here and marks nothing (the paper's maxUrange)"))
 
 
+MAX_LOCAL_SIDE = 1000  # cells of the local window; the paper has 60
+
+
 class Navigation(Params):
     """Costmaps, global and local planner, recovery."""
 
@@ -67,8 +70,9 @@ class Navigation(Params):
     inflation_scaling: float = Field(10.0, gt=0, description="cost decay per metre (costmap_2d "
                                                              "cost_scaling_factor)")
     sim_time_ns: Period = Field("1 s", description="rollout length (TrajectoryPlannerROS)")
-    speed_samples: int = Field(3, ge=1, description="(TrajectoryPlannerROS vx_samples)")
-    turn_samples: int = Field(20, ge=3, description="(TrajectoryPlannerROS vtheta_samples)")
+    speed_samples: int = Field(3, ge=1, le=100, description="(TrajectoryPlannerROS vx_samples)")
+    turn_samples: int = Field(20, ge=3, le=1000,
+                              description="(TrajectoryPlannerROS vtheta_samples)")
     goal_tolerance_m: Length = Field("0.4 m", gt=0, description="(two cells of the map)")
     stuck_after_ns: Period = Field("5 s", description="no progress for so long starts a recovery "
                                                      "(move_base controller_patience)")

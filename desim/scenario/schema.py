@@ -20,7 +20,7 @@ from desim.scenario.environment import Environment
 from desim.scenario.experiment import Measure, Stop, TraceParams
 from desim.scenario.fleet import Fleet
 from desim.scenario.robot import Robot
-from desim.units import Frequency, Period
+from desim.units import Frequency, Pace
 
 
 class Testbed(Params):
@@ -31,7 +31,7 @@ class Testbed(Params):
 
     robots_per_node: int = Field(4, ge=1, description="virtual machines that share a node's "
                                                       "network port (the paper)")
-    monitor_period_ns: Period = Field("1 s", description="each robot's map and distance to the "
+    monitor_period_ns: Pace = Field("1 s", description="each robot's map and distance to the "
                                                         "monitor (the paper: 1 Hz)")
 
 
@@ -46,7 +46,7 @@ class Scenario(Params):
     """One run, fully described."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
-    seed: int = Field(0, ge=0)
+    seed: int = Field(0, ge=0, le=2**63 - 1)
     deployment: Literal["testbed", "field"] = Field("testbed", description=(
         "testbed: the paper's cluster, everything over one LAN; field: a computer on each robot, "
         "radio between them"))

@@ -15,6 +15,8 @@ from desim.world.terrain import Terrain
 # What a shape's bounds and blocks are to the radio: faces as thick as a cell of the paper's maps.
 FACE_MATERIAL, FACE_THICKNESS_M, FACE_HEIGHT_M = "concrete", 0.2, 2.0
 
+MAX_SIDE_M = 10_000.0  # the tiles of the index of walls, 8 m each, fill memory beyond
+
 WHERE = "environment.terrain"  # errors begin with the path of what is wrong
 Kind = tuple[int, float, float]  # material, thickness, height: only walls of one kind are merged
 
@@ -24,6 +26,16 @@ def load(source: str | MapFile | Shape) -> Terrain:
 
     Raises ``InputError`` for everything that is wrong with a map or a shape.
     """
+    terrain = _read(source)
+    x0, y0, x1, y1 = terrain.bounds
+    if max(x1 - x0, y1 - y0) > MAX_SIDE_M:
+        where = f"{WHERE}.size" if isinstance(source, Shape) else WHERE
+        raise InputError(f"{where}: the terrain is {x1 - x0:g} m by {y1 - y0:g} m; allowed: at "
+                         f"most {MAX_SIDE_M:g} m a side")
+    return terrain
+
+
+def _read(source: str | MapFile | Shape) -> Terrain:
     if isinstance(source, Shape):
         return from_shape("shape", source)
     if isinstance(source, MapFile):

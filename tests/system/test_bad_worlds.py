@@ -96,6 +96,10 @@ WORLDS = {
         "[{from: [1 m, 1 m], to: [1 m, 2 m], material: woood}]}}",
         "2:96: environment.terrain.walls.0.material: unknown material 'woood' (did you mean "
         "'wood'?); allowed: brick, concrete, glass, metal, plasterboard, stone, wood"),
+    "terrain without end": (
+        "environment: {terrain: {size: [200 km, 5 m]}}",
+        "2:31: environment.terrain.size: the terrain is 200000 m by 5 m; allowed: at most 10000 m "
+        "a side"),
     "drawing of another size": (
         "environment: {terrain: {size: [10 m, 8 m], drawing: {lines: [+--+, '|  |', +--+]}}}",
         "2:53: environment.terrain.drawing: it is 1 cells of 8 m wide, 8 m, but size[0] is 10 m"),
