@@ -19,7 +19,7 @@ from desim.errors import InputError
 ROW = np.dtype([("t_ns", "<i8"), ("kind", "<u4"), ("entity", "<u4"),
                 ("a", "<i8"), ("b", "<i8"), ("c", "<i8")])
 pack = struct.Struct("<qIIqqq").pack  # one ROW
-_BATCH = 1 << 15
+_BATCH = 1 << 12
 
 
 class Names:
