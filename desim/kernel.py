@@ -127,8 +127,7 @@ class Kernel:
             raise KernelError(f"the SimPy clock must count int nanoseconds, its now is "
                               f"{self.env.now!r}; use simpy.Environment(initial_time=0)")
         self.events = 0  # calls fired so far
-        self._instant_ns = -1  # time and key of the call that fired last
-        self._order = 0
+        self._fired: Any = (-1, 0)  # agenda entry of the call that fired last: time, key, ...
         self._agenda, self._numbers = self.env._queue, self.env._eid
         self._callbacks = (self._fire,)
         self._stopping: Call | None = None
@@ -208,14 +207,16 @@ class Kernel:
     def _loop(self) -> None:
         """``env.run()``, but a call fires right here. SimPy's way to it, over ``step`` and a list
         of callbacks, costs as much again as the whole event; hence the look at its heap."""
-        env, queue, step = self.env, self.env._queue, self.env.step
+        env, queue = self.env, self.env._queue
         while queue:
-            if type(queue[0][3]) is not Call:
-                step()  # an event of a foreign environment
+            entry = heappop(queue)
+            call = entry[3]
+            if type(call) is not Call:  # an event of a foreign environment
+                heappush(queue, entry)
+                env.step()
                 continue
-            now_ns, order, _, call = heappop(queue)
-            env._now = self._instant_ns = now_ns
-            self._order = order
+            self._fired = entry
+            env._now = entry[0]
             self.events += 1
             call.fn(call.arg)
 
@@ -239,17 +240,17 @@ class Kernel:
         raise StopSimulation(None)
 
     def _fire(self, call: Call) -> None:
-        self._instant_ns = self.env._now
-        self._order = call.order
+        self._fired = self.env._now, call.order
         self.events += 1
         call.fn(call.arg)
 
     def _round_for(self, phase: Phase, fn: Callable) -> int:
         """The round of something booked for now: what is not later than the phase that runs has to
         wait for the next one."""
-        if self.env._now != self._instant_ns:
+        fired_ns, order, *_ = self._fired
+        if self.env._now != fired_ns:
             return 0
-        round_ = (self._order >> _ROUND_BIT) + (phase <= self._order & _PHASE_MASK)
+        round_ = (order >> _ROUND_BIT) + (phase <= order & _PHASE_MASK)
         if round_ > MAX_ROUNDS:
             raise KernelError(f"more than {MAX_ROUNDS} rounds at {self.now_ns} ns: the loop goes "
                               f"through {_name(fn)} in phase {Phase(phase).name}")

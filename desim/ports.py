@@ -141,8 +141,8 @@ class Rule(Protocol):
 
     def start(self, context: Context, hosts: tuple[str, ...]) -> None: ...
 
-    def judge(self, frame: Frame, receivers: tuple[int, ...]) -> list[Verdict]:
-        """One verdict for each of ``receivers``, in their order."""
+    def judge(self, frame: Frame, receivers: tuple[int, ...]) -> list[Verdict] | None:
+        """One verdict for each of ``receivers``, in their order; None: all of them pass."""
 
 
 class NetworkModel(Protocol):

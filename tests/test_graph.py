@@ -304,7 +304,7 @@ def test_messages_are_conserved_whatever_stops_and_starts(model, loss_percent, f
         assert counts.delivered == counts.latency.bins().sum()
         assert counts.queued == counts.called + counts.overwritten + counts.discarded + sum(
             subscription.waiting for host in net.graph.hosts
-            for subscription in host._subscriptions.get(topic.name, []))
+            for subscription in host._ends.get(topic.name, ([], []))[1])
     assert sum(topic.counts.delivered for topic in topics) == sum(
         row[1] == "delivered" for row in rows)
     assert sum(topic.counts.called for topic in topics) == sum(row[1] == "callback" for row in rows)

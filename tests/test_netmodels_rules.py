@@ -34,7 +34,7 @@ def test_range_counts_its_edge_in_and_hosts_without_a_place_too():
 
 
 def test_range_notices_moves():
-    """Positions are the same object until somebody moves."""
+    """Nobody moves within an instant; positions are the same object until somebody does."""
     class Moving:
         now_ns, places = 0, np.array([(0.0, 0.0), (30.0, 40.0), (math.nan, math.nan)])
 
@@ -44,13 +44,17 @@ def test_range_notices_moves():
     moving, rule = Moving(), make("range", distance="50 m")
     rule.start(moving, ("a", "b", "none"))
     frame = Frame(1, 0, (1, 2), 100, 1, True)
-    assert rule.judge(frame, (1, 2)) == [PASS, PASS]
-    moving.places = moving.places + [[0, 0], [0, 0.001], [0, 0]]
-    assert rule.judge(frame, (1, 2)) == [Drop("out_of_range"), PASS]
-    moving.places = np.array([(0.0, 0.0), (3.0, 4.0), (900.0, 0.0)])
-    assert rule.judge(frame, (1, 2)) == [PASS, Drop("out_of_range")]
-    moving.places = np.full((3, 2), math.nan)
-    assert rule.judge(frame, (1, 2)) == [PASS, PASS]
+
+    def verdicts(places):
+        moving.now_ns, moving.places = moving.now_ns + 1, places
+        return rule.judge(frame, (1, 2))
+
+    assert verdicts(moving.places) is None
+    assert verdicts(moving.places) is None
+    assert verdicts(moving.places + [[0, 0], [0, 0.001], [0, 0]]) == [Drop("out_of_range"), PASS]
+    assert verdicts(np.array([(0.0, 0.0), (3.0, 4.0), (900.0, 0.0)])) == [PASS,
+                                                                          Drop("out_of_range")]
+    assert verdicts(np.full((3, 2), math.nan)) is None
 
 
 def test_latency_of_half_a_second_gives_a_round_trip_of_exactly_one():

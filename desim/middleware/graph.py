@@ -32,6 +32,8 @@ __all__ = ["Graph", "Host", "Message", "Node"]
 
 _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
+Ends = tuple[list[Latest], list[Subscription]]  # of one topic on one host
+
 OnFate = Callable[[Message, int, int, "str | None", int, int], Any]
 
 
@@ -51,8 +53,7 @@ class Host:
         self.nodes: list[Node] = []
         self.published = 0
         self._publishers: list[Publisher] = []
-        self._subscriptions: dict[str, list[Subscription]] = {}
-        self._latest: dict[str, list[Latest]] = {}
+        self._ends: dict[str, Ends] = {}
         self._inbox: deque[tuple[Subscription, Message]] = deque()
         self._draining = self._inbox  # what the callbacks of this instant are run for
 
@@ -98,8 +99,7 @@ class Host:
             subscription.topic.counts.discarded += 1
         self.nodes = []
         self._publishers = []
-        self._subscriptions = {}
-        self._latest = {}
+        self._ends = {}
         self._inbox = deque()
         graph.middleware.forget(self.index)
 
@@ -121,30 +121,32 @@ class Host:
                   queue: int) -> None:
         """See ``Node.subscribe``."""
         about = self.graph.topic(self.absolute(topic))
-        own = self._subscriptions.setdefault(about.name, [])
-        own.append(Subscription(about, callback, queue))
+        self._ends_of(about.name)[1].append(Subscription(about, callback, queue))
         self.graph.middleware.subscribe(Endpoint(self.index, node, about.name))
 
     def latest(self, node: str, topic: str) -> Latest:
         """See ``Node.latest``."""
         name = self.absolute(topic)
         latest = Latest()
-        self._subscriptions.setdefault(name, [])
-        self._latest.setdefault(name, []).append(latest)
+        self._ends_of(name)[0].append(latest)
         self.graph.middleware.subscribe(Endpoint(self.index, node, name))
         return latest
 
+    def _ends_of(self, topic: str) -> Ends:
+        return self._ends.setdefault(topic, ([], []))
+
     def receive(self, message: Message) -> bool:
         """Put ``message`` into the queues of its topic's subscriptions; False if there are none."""
-        name = message.about.name
-        looked_at = self._latest.get(name)
-        if looked_at is not None:
+        ends = self._ends.get(message.about.name)
+        if ends is None:
+            return False
+        looked_at, subscriptions = ends
+        if looked_at:
             for latest in looked_at:
                 latest.message = message
             message.about.counts.kept += len(looked_at)
-        subscriptions = self._subscriptions.get(name)
         if not subscriptions:
-            return subscriptions is not None
+            return True
         inbox = self._inbox
         if not inbox:
             self.graph.kernel.after(0, _CONTROL, self.id, self._drain)

@@ -14,7 +14,7 @@ import numpy as np
 
 from desim.errors import ModelError
 from desim.kernel import Call, Kernel, Phase
-from desim.ports import PASS, Deliver, Drop, Frame, NetworkModel, Obstacles, Pass, Rule
+from desim.ports import Deliver, Drop, Frame, NetworkModel, Obstacles, Pass, Rule
 from desim.streams import Streams
 from desim.trace import Names
 
@@ -114,7 +114,7 @@ class Medium:
         self._place = Nowhere(len(hosts)) if place is None else place
         self.positions = self._place.positions
         self._ids = [names.id(host) for host in hosts]
-        self._open: list[dict[int, Claim]] = [{} for _ in hosts]  # by receiver, by frame
+        self._open: dict[tuple[int, int], Claim] = {}  # by frame and receiver
         self._flying = 0
         self._reasons = frozenset(model.reasons)
         for number, rule in enumerate(self.rules):
@@ -138,8 +138,8 @@ class Medium:
 
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
         try:
-            claim = self._open[receiver].pop(frame.id)
-        except (KeyError, IndexError):
+            claim = self._open.pop((frame.id, receiver))
+        except KeyError:
             raise self._unexpected(frame, receiver) from None
         if type(verdict) is Deliver:
             delay_ns, ids = verdict.delay_ns, self._ids
@@ -162,8 +162,8 @@ class Medium:
         elif receivers:
             reason = self._declared(verdict)
             try:
-                claims = [self._open[receiver].pop(frame.id) for receiver in receivers]
-            except (KeyError, IndexError):
+                claims = [self._open.pop((frame.id, receiver)) for receiver in receivers]
+            except KeyError:
                 raise self._unexpected(frame, receivers) from None
             self._count(reason, len(receivers))
             carrier, token = claims[0][:2]
@@ -181,12 +181,12 @@ class Medium:
         delays_ns = self._judge(frame, carrier, token)
         if delays_ns is None:
             for receiver in receivers:
-                self._open[receiver][number] = (carrier, token, receiver, size_bytes, 0)
+                self._open[number, receiver] = (carrier, token, receiver, size_bytes, 0)
         elif delays_ns:
             if len(delays_ns) < len(receivers):
                 frame = frame._replace(receivers=tuple(delays_ns))
             for receiver, delay_ns in delays_ns.items():
-                self._open[receiver][number] = (carrier, token, receiver, size_bytes, delay_ns)
+                self._open[number, receiver] = (carrier, token, receiver, size_bytes, delay_ns)
         else:
             return
         self.bytes_on_air += size_bytes
@@ -194,7 +194,7 @@ class Medium:
 
     def in_flight(self) -> int:
         """Frames, per receiver, that are not settled yet or on their way."""
-        return sum(map(len, self._open)) + self._flying
+        return len(self._open) + self._flying
 
     def _judge(self, frame: Frame, carrier: Carrier, token: Any) -> dict[int, int] | None:
         """Ask the rules. Returns the receivers that are left, with the delay to add; None where no
@@ -203,7 +203,7 @@ class Medium:
         delays_ns: dict[int, int] | None = None
         for rule, judge in self._judges:
             verdicts = judge(frame, receivers)
-            if len(verdicts) == len(receivers) == verdicts.count(PASS):
+            if verdicts is None:
                 continue
             if delays_ns is None:
                 delays_ns = dict.fromkeys(receivers, 0)

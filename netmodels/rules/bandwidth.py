@@ -32,7 +32,7 @@ class Bandwidth:
         self._context = context
         self._paid_ns = [-self._burst_ns] * len(hosts)
 
-    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
+    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
         now_ns = self._context.now_ns
         paid_ns = (max(self._paid_ns[frame.source], now_ns - self._burst_ns)
                    + airtime_ns(frame.size_bytes, self._rate_bps))
@@ -40,4 +40,4 @@ class Bandwidth:
         if wait_ns > self._backlog_ns:
             return [ports.Drop("rate_limited")] * len(receivers)
         self._paid_ns[frame.source] = paid_ns
-        return [ports.Deliver(wait_ns) if wait_ns > 0 else ports.PASS] * len(receivers)
+        return [ports.Deliver(wait_ns)] * len(receivers) if wait_ns > 0 else None

@@ -35,10 +35,10 @@ class Partition:
                                  f"{', '.join(hosts)}")
         self._group = [_group_of(host, groups) for host in hosts]
 
-    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
+    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
         now_ns, until_ns = self._context.now_ns, self._params.until_ns
         if now_ns < self._params.start_ns or until_ns is not None and now_ns >= until_ns:
-            return [ports.PASS] * len(receivers)
+            return None
         own = self._group[frame.source]
         return [ports.PASS if self._group[receiver] == own else ports.Drop("partitioned")
                 for receiver in receivers]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from pydantic import Field
 
 from desim import ports
@@ -26,15 +25,16 @@ class Range:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
+        self._looked_ns = -1
         self._positions = None  # until the next world tick they are the same object
 
-    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
-        positions = self._context.positions(self._context.now_ns)
-        if positions is not self._positions:
-            self._look(positions)
-        verdicts = [ports.PASS] * len(receivers)
+    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
+        now_ns = self._context.now_ns
+        if now_ns != self._looked_ns:
+            self._look(now_ns)
         if self._all_near:
-            return verdicts
+            return None
+        verdicts = [ports.PASS] * len(receivers)
         places = self._places
         x_m, y_m = places[frame.source]
         for i, receiver in enumerate(receivers):
@@ -44,9 +44,13 @@ class Range:
                 verdicts[i] = _FAR
         return verdicts
 
-    def _look(self, positions: np.ndarray) -> None:
+    def _look(self, now_ns: int) -> None:
         """Whoever is in a box whose diagonal is no longer than the distance is near to everybody
         else in it."""
+        self._looked_ns = now_ns
+        positions = self._context.positions(now_ns)
+        if positions is self._positions:
+            return
         self._positions, self._places = positions, positions.tolist()
         x_m, y_m = ([place[axis] for place in self._places if place[axis] == place[axis]]
                     for axis in (0, 1))
