@@ -323,12 +323,15 @@ def test_wrong_mapping(data, complaint):
 
 
 @pytest.mark.parametrize("content, complaint", [
-    ("x_m,y_m,yaw\n1,2,3\n", "starts.csv:1: unknown column 'yaw' (did you mean 'yaw_rad'?); "
-                             "allowed: x_m, y_m, yaw_rad, name"),
-    ("x_m\n1\n", "starts.csv:1: the column 'y_m' is missing; allowed: x_m, y_m, yaw_rad, name"),
+    ("x_m,y_m,heading\n1,2,3\n", "starts.csv:1: unknown column 'heading' (did you mean "
+                                 "'heading_rad'?); allowed: x_m, y_m, heading_rad, name"),
+    ("x_m,y_m,yaw_rad\n1,2,3\n", "starts.csv:1: unknown column 'yaw_rad'; allowed: x_m, y_m, "
+                                 "heading_rad, name"),
+    ("x_m\n1\n", "starts.csv:1: the column 'y_m' is missing; allowed: x_m, y_m, heading_rad, "
+                 "name"),
     ("x_m,y_m\n", "starts.csv: has no poses"),
-    ("x_m,y_m\n1,2\n1,nan\n", "starts.csv:3: x_m, y_m and yaw_rad must be finite numbers and name "
-                              "a name, got 1, nan"),
+    ("x_m,y_m\n1,2\n1,nan\n", "starts.csv:3: x_m, y_m and heading_rad must be finite numbers and "
+                              "name a name, got 1, nan"),
 ])
 def test_wrong_file_of_starts(here, content, complaint):
     (here / "starts.csv").write_text(content)

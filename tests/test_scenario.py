@@ -266,7 +266,7 @@ def test_the_order_of_declaration_makes_no_difference():
 
 
 def test_starts_from_a_file(here):
-    (here / "starts.csv").write_text("name, x_m, y_m, yaw_rad\nb, 1.5, -2, 3.1\na, 0, 0,\n")
+    (here / "starts.csv").write_text("name, x_m, y_m, heading_rad\nb, 1.5, -2, 3.1\na, 0, 0,\n")
     (here / "case.yaml").write_text("name: x\nfleet: {start: {file: starts.csv, snap: true}}\n")
     start = load("case.yaml").scenario.fleet.start
     assert start.snap

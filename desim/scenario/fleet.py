@@ -82,7 +82,7 @@ class StartList(Params):
 
 
 class StartFile(Params):
-    """Poses from a CSV file with the columns x_m, y_m and, if wanted, yaw_rad and name."""
+    """Poses from a CSV file with the columns x_m, y_m and, if wanted, heading_rad and name."""
 
     file: str = Field(description="path, relative to the scenario that names it")
     snap: bool = False

@@ -9,7 +9,7 @@ from desim.errors import InputError, did_you_mean
 from desim.scenario.fleet import StartFile, StartList, StartPose
 from desim.units import ANGLE, POSITION
 
-_REQUIRED, _COLUMNS = ("x_m", "y_m"), ("x_m", "y_m", "yaw_rad", "name")
+_REQUIRED, _COLUMNS = ("x_m", "y_m"), ("x_m", "y_m", "heading_rad", "name")
 
 
 def listed(start: StartFile, folder: str) -> StartList:
@@ -40,9 +40,9 @@ def listed(start: StartFile, folder: str) -> StartList:
 def _pose(path: str, line: int, row: dict[str, str]) -> StartPose:
     try:
         x, y = (POSITION.parse(f"{row[column]} m") for column in _REQUIRED)
-        heading = ANGLE.parse(f"{row.get('yaw_rad') or 0} rad")
+        heading = ANGLE.parse(f"{row.get('heading_rad') or 0} rad")
         return StartPose(x=POSITION.format(x), y=POSITION.format(y),
                          heading=ANGLE.format(heading), name=row.get("name") or None)
     except ValueError:
-        raise InputError(f"{path}:{line}: x_m, y_m and yaw_rad must be finite numbers and name a "
-                         f"name, got {', '.join(str(value) for value in row.values())}") from None
+        raise InputError(f"{path}:{line}: x_m, y_m and heading_rad must be finite numbers and name "
+                         f"a name, got {', '.join(str(value) for value in row.values())}") from None
