@@ -339,6 +339,19 @@ def test_impossible_paths(path, complaint):
         world([(0.0, 5.0, 0.0)], room(movers=[MovingObstacle(path=path)]))
 
 
+def test_a_moving_obstacle_covers_at_most_half_its_radius_in_a_tick():
+    path = [("-4 m", "0 m"), ("4 m", "0 m")]
+    for radius, highest in (("0.3 m", "9 m/s"), ("0.31 m", "9.3 m/s")):
+        world([(0.0, 5.0, 0.0)], room(movers=[
+            MovingObstacle(path=path, speed=highest, radius=radius)]))
+    with pytest.raises(InputError) as caught:
+        world([(0.0, 5.0, 0.0)], room(movers=[MovingObstacle(path=path),
+                                              MovingObstacle(path=path, speed="30 m/s")]))
+    assert str(caught.value) == (
+        "environment.moving_obstacles.1.speed: at 30 m/s it covers 0.5 m in a tick and could pass "
+        "through robots and closed doors; allowed: half its radius (0.15 m) a tick, at most 9 m/s")
+
+
 # -------------------------------------------------------------------------------------- placement
 
 

@@ -44,15 +44,15 @@ class Plane:
 
     def __init__(self, environment: Environment, fleet: list[RobotSpec], laser: Laser,
                  odometry: Odometry, rate_hz: Fraction, streams: Streams) -> None:
-        self.terrain = sources.load(environment.terrain)
+        self.terrain, tick_s = sources.load(environment.terrain), float(1 / rate_hz)
         self._doors = Doors(environment.doors, self.terrain.bounds)
-        self._movers = Movers(environment.moving_obstacles, self.terrain)
+        self._movers = Movers(environment.moving_obstacles, self.terrain, tick_s)
         specs = sorted(fleet, key=lambda spec: natural_key(spec.name))
         self.robots = tuple(spec.name for spec in specs)
         specs = Site(self.terrain, self._doors.lines[self._doors.closed],
                      self._movers.discs).place(specs)
         self._types = [spec.body for spec in specs]
-        self._bodies = Bodies(specs, self.terrain, float(1 / rate_hz))
+        self._bodies = Bodies(specs, self.terrain, tick_s)
         self.lidar = Lidar(laser, self.terrain, self._bodies.radii_m,
                            self._keys(streams, "laser"))
         self._odometers = Odometers(odometry, self._bodies.poses, self._keys(streams, "odometry"))

@@ -13,6 +13,7 @@ import numpy as np
 
 from desim.errors import InputError
 from desim.scenario.environment import Door, MovingObstacle
+from desim.units import SPEED
 from desim.world import kernels, materials
 from desim.world.geometry import TOUCH_M, point_distance, segments
 from desim.world.sources import inside, line
@@ -70,7 +71,9 @@ class Doors:
 class Movers:
     """Discs that drive along way points, there and back. ``discs`` [m, 3] x, y, radius in m."""
 
-    def __init__(self, movers: Sequence[MovingObstacle], terrain: Terrain) -> None:
+    def __init__(self, movers: Sequence[MovingObstacle], terrain: Terrain, tick_s: float) -> None:
+        for i, mover in enumerate(movers):
+            _check(f"environment.moving_obstacles.{i}", mover, tick_s)
         self._paths = [_path(f"environment.moving_obstacles.{i}", mover, terrain)
                        for i, mover in enumerate(movers)]
         self._speeds_mps = [mover.speed_mps for mover in movers]
@@ -95,6 +98,16 @@ class Movers:
             self._driven_m[i] = driven_m
             discs[i, :2] = x, y
         self.discs = discs
+
+
+def _check(what: str, mover: MovingObstacle, tick_s: float) -> None:
+    """A tick that ends beyond what was in the way would not see it."""
+    step_m, highest_m = mover.speed_mps * tick_s, mover.radius_m / 2.0
+    if step_m > highest_m + TOUCH_M:
+        raise InputError(
+            f"{what}.speed: at {SPEED.format(mover.speed_mps)} it covers {step_m:g} m in a tick "
+            "and could pass through robots and closed doors; allowed: half its radius "
+            f"({highest_m:g} m) a tick, at most {SPEED.format(highest_m / tick_s)}")
 
 
 def _path(what: str, mover: MovingObstacle, terrain: Terrain) -> np.ndarray:

@@ -81,6 +81,11 @@ WORLDS = {
         "environment: {moving_obstacles: [{path: [[-36 m, 36 m], [-36 m, 20 m]], radius: 5 m}]}",
         "2:41: environment.moving_obstacles.0.path: crosses a wall or leaves the terrain, or comes "
         "closer to a wall than its radius of 5 m"),
+    "obstacle too fast for the tick": (
+        "environment: {moving_obstacles: [{path: [[-36 m, 36 m], [-36 m, 20 m]], speed: 36 km/h}]}",
+        "2:80: environment.moving_obstacles.0.speed: at 10 m/s it covers 0.166667 m in a tick and "
+        "could pass through robots and closed doors; allowed: half its radius (0.15 m) a tick, at "
+        "most 9 m/s"),
     "door without width": (
         "environment: {doors: [{from: [1 m, 0 m], to: [1 m, 0 m]}]}",
         "2:23: environment.doors.0: it starts and ends at (1, 0) m"),
