@@ -7,11 +7,12 @@ import os
 import sys
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from inspect import getattr_static
 from operator import attrgetter
 from typing import Any
 
+from desim import ports
 from desim.errors import InputError, did_you_mean
-from desim.ports import Params
 
 GROUPS = {
     "network": "desim.networks",
@@ -21,6 +22,14 @@ GROUPS = {
     "world": "desim.worlds",
     "case": "desim.cases",
     "validation": "desim.validation",
+}
+
+CONTRACTS = {
+    "network": ports.NetworkModel,
+    "rule": ports.Rule,
+    "strategy": ports.Strategy,
+    "middleware": ports.Middleware,
+    "world": ports.World,
 }
 
 
@@ -34,21 +43,37 @@ def available(kind: str) -> dict[str, EntryPoint]:
 def load(kind: str, name: str) -> Any:
     """The class called ``name``: an entry point's name or ``package.module:Class``.
 
-    Raises ``InputError`` that says what is known, or why the import failed.
+    Raises ``InputError`` that says what is known, why the import failed, or which methods of its
+    contract the class lacks.
     """
-    if ":" in name:
-        return imported(kind, name)
+    cls = imported(kind, name if ":" in name else _installed(kind, name))
+    missing = _missing(CONTRACTS[kind], cls) if kind in CONTRACTS else []
+    if missing:
+        raise InputError(f"the {kind} {name!r} has no {', '.join(missing)}: it is not a plug-in "
+                         "for this place; wanted: a class with all methods of "
+                         f"desim.ports.{CONTRACTS[kind].__name__}")
+    return cls
+
+
+def _installed(kind: str, name: str) -> str:
     points = available(kind)
     if name not in points:
         raise InputError(f"unknown {kind} {name!r}{did_you_mean(name, points)}; known: "
                          f"{', '.join(points) or 'none'}, or a dotted path 'package.module:Class'")
-    return imported(kind, f"{points[name].module}:{points[name].attr}")
+    return f"{points[name].module}:{points[name].attr}"
 
 
-def parameters(kind: str, name: str) -> type[Params]:
+def _missing(contract: Any, cls: Any) -> list[str]:
+    """The methods of a contract that a class has not, or only inherits from the contract."""
+    stubs = {name: stub for name, stub in vars(contract).items()
+             if not name.startswith("_") and callable(getattr(contract, name))}
+    return [f"{name}()" for name, stub in stubs.items() if getattr_static(cls, name, stub) is stub]
+
+
+def parameters(kind: str, name: str) -> type[ports.Params]:
     """The parameter block of the plug-in called ``name``. Raises ``InputError``."""
     block = getattr(load(kind, name), "Params", None)
-    if not (isinstance(block, type) and issubclass(block, Params)):
+    if not (isinstance(block, type) and issubclass(block, ports.Params)):
         raise InputError(f"the {kind} {name!r} has no class Params, a desim.ports.Params: it is "
                          "not a plug-in for this place")
     return block

@@ -182,6 +182,12 @@ class World(Protocol):
 
     robots: tuple[str, ...]
 
+    @classmethod
+    def build(cls, scenario: Any, streams: Any) -> World:
+        """The world of a complete ``desim.scenario.schema.Scenario``, whose paths are absolute, at
+        time 0. Luck comes from ``streams`` (``desim.streams.Streams``) by name. Raises
+        ``InputError`` whose lines begin with the path of what is wrong, e.g. ``fleet.start: ``."""
+
     def advance(self, to_ns: int) -> None:
         """Move everything to ``to_ns``: one kernel call for the whole fleet."""
 

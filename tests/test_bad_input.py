@@ -1,5 +1,7 @@
 """Wrong scenarios: each gives its complaints, all at once, with their places, and nothing else."""
 
+import sys
+
 import pytest
 
 from desim import plugins
@@ -13,6 +15,8 @@ LENGTHS = "allowed: m, km, cm, mm, e.g."
 GRAMMAR = ("allowed: numbers, names, + - * /, comparisons, and, or, not, min(), max(), abs() and "
            "parentheses")
 DOTTED = "or a dotted path 'package.module:Class'"
+WANTED = ("it is not a plug-in for this place; wanted: a class with all methods of "
+          "desim.ports.")
 STRATEGIES = ", ".join(plugins.available("strategy"))  # other packages may bring their own
 
 # What follows "name: x\n", and the complaints without "case.yaml:" in front.
@@ -134,8 +138,15 @@ WRONG = {
         "2:32: network.media.lan.model: cannot load network 'nowhere.at:All': No module named "
         "'nowhere'"]),
     "dotted path to something else": ("network: {media: {lan: {model: 'fractions:Fraction'}}}", [
-        "2:32: network.media.lan.model: the network 'fractions:Fraction' has no class Params, a "
-        "desim.ports.Params: it is not a plug-in for this place"]),
+        "2:32: network.media.lan.model: the network 'fractions:Fraction' has no start(), send(): "
+        f"{WANTED}NetworkModel"]),
+    "plug-in of another kind": ("coordination: {strategy: 'netmodels.link:Link'}", [
+        "2:26: coordination.strategy: the strategy 'netmodels.link:Link' has no choose(): "
+        f"{WANTED}Strategy"]),
+    "contract in place of a world": ("physics: {model: 'desim.ports:World'}", [
+        "2:18: physics.model: the world 'desim.ports:World' has no build(), advance(), body(), "
+        "grid(), ground(), travelled_m(), command(), snapshot(), snapshot_at(), scan(), "
+        f"odometry(), contacts(), obstacles(): {WANTED}World"]),
     "unknown type of robot": ("fleet: {robots: [{type: pioner3dx, count: 2}]}", [
         "2:25: fleet.robots.0.type: unknown type 'pioner3dx' (did you mean 'pioneer3dx'?); "
         "allowed: pioneer3dx, holonomic"]),
@@ -308,6 +319,23 @@ def test_a_circle_is_named(here):
 def test_wrong_override(here, override, complaint):
     (here / "case.yaml").write_text("name: x\nfaults: [{at: 1 s, host: robot_0}]\n")
     assert complaints_about("case.yaml", override) == [f"--set {override}: {complaint}"]
+
+
+def test_a_plug_in_that_keeps_its_contract_in_part(here, monkeypatch):
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    (here / "case.yaml").write_text("name: x\n")
+    (here / "in_part.py").write_text(
+        "from desim.ports import Strategy, World\n"
+        "Half = type('Half', (World,), {name: print for name in vars(World)\n"
+        "                               if name[0] != '_' and name != 'build'})\n"
+        "class Mute(Strategy):\n    def choose(self, view): return None\n")
+    assert complaints_about("case.yaml", "physics.model=in_part:Half") == [
+        "--set physics.model=in_part:Half: physics.model: the world 'in_part:Half' has no build(): "
+        f"{WANTED}World"]
+    assert complaints_about("case.yaml", "coordination.strategy=in_part:Mute") == [
+        "--set coordination.strategy=in_part:Mute: coordination.strategy: the strategy "
+        "'in_part:Mute' has no class Params, a desim.ports.Params: it is not a plug-in for this "
+        "place"]
 
 
 @pytest.mark.parametrize("data, complaint", [

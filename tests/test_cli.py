@@ -67,6 +67,13 @@ def test_overrides_reach_the_scenario(hello, tmp_path):
     assert len(desim.Run(only(tmp_path / "hello")).metrics["robots"]) == 2
 
 
+def test_until_ends_a_run_before_its_faults_begin(hello, tmp_path):
+    desim_("run", hello, "--until", "1 s", "--set", "faults=[{at: 5 s, host: robot_1}]",
+           "--out", tmp_path, "--quiet")
+    run = desim.Run(only(tmp_path / "hello"))
+    assert (run.metrics["simulated_s"], run.manifest["status"]) == (1.0, "finished")
+
+
 def test_check_runs_twice(hello, tmp_path):
     assert "every row of the trace is the same" in desim_(
         "run", hello, "--until", "2 s", "--check", "--out", tmp_path)

@@ -17,7 +17,7 @@ from desim.scenario.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
 from desim.scenario.names import WORKSTATION, host_names, robot_names
 from desim.scenario.places import Path
 from desim.scenario.robot import BUILT_IN_LASERS, MAX_LOCAL_SIDE
-from desim.scenario.schema import Scenario
+from desim.scenario.schema import Physics, Scenario
 from desim.units import DURATION, LENGTH
 
 Found = Iterator[tuple[Path, str]]
@@ -179,11 +179,13 @@ def _condition(scenario: Scenario, _: Folder) -> Found:
 
 
 def _world(scenario: Scenario, _: Folder) -> Found:
-    name, known = scenario.physics.model, plugins.available("world")
-    if ":" not in name and name not in known:
-        yield ("physics", "model"), (f"unknown world {name!r}{did_you_mean(name, known)}; known: "
-                                     f"{', '.join(known)}, or a dotted path "
-                                     "'package.module:Class'")
+    name = scenario.physics.model
+    if name == Physics.model_fields["model"].default:
+        return  # it is ours, and importing it would compile its kernels
+    try:
+        plugins.load("world", name)
+    except InputError as error:
+        yield ("physics", "model"), str(error)
 
 
 _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...] = (
