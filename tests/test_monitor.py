@@ -125,6 +125,14 @@ def test_a_condition_is_looked_at_when_something_happens_and_at_samples():
     assert summary["stop_reason"] == "condition: distance_m > 3 and explored < 0.5"
 
 
+def test_a_condition_that_divides_by_zero_is_not_yet_true():
+    fleet = Fleet(stop={"when": "not distance_m / collisions > 5"})
+    fleet.at(2.5, lambda: fleet.travelled_m.__iadd__(4.0), Phase.WORLD)
+    fleet.at(3.5, lambda: fleet.monitor.collided(0, -1), Phase.WORLD)
+    fleet.at(4.5, lambda: fleet.monitor.collided(1, -1), Phase.WORLD)
+    assert fleet.run()["simulated_s"] == 4.5
+
+
 def test_an_unknown_quantity_is_refused():
     with pytest.raises(InputError, match="explord.*did you mean 'explored'"):
         Fleet(stop={"when": "explord > 0.5"})

@@ -2,15 +2,20 @@
 
 A whitelisted syntax tree, turned into closures once; nothing is ever evaluated as Python. Numbers
 and conditions are kept apart, so that a stop condition cannot be a bare number by mistake.
+
+What cannot be computed (a division by zero, a number too large, a quantity that is NaN) is unknown,
+here None: so is what is computed from it or compared with it, and ``and``, ``or``, ``not`` follow
+Kleene's logic of three values (Introduction to Metamathematics, 1952, section 64).
 """
 
 from __future__ import annotations
 
 import ast
-import math
 import operator
 import re
+import sys
 from collections.abc import Callable, Collection, Mapping
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from desim import plugins
@@ -18,6 +23,7 @@ from desim.errors import InputError, did_you_mean
 
 Quantities = Mapping[str, float]
 _LONGEST, _DEEPEST = 500, 32
+_LARGEST = sys.float_info.max
 _FUNCTION = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 _ARITHMETIC = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
                ast.Div: operator.truediv}
@@ -29,8 +35,8 @@ _GRAMMAR = ("numbers, names, + - * /, comparisons, and, or, not, min(), max(), a
 
 
 class Expression(NamedTuple):
-    """``evaluate(quantities)`` gives a bool where ``is_condition``, else a number. It raises
-    ``InputError`` for a division by zero."""
+    """``evaluate(quantities)`` gives a bool where ``is_condition``, else a finite number; None
+    where that is unknown."""
 
     text: str
     is_condition: bool
@@ -66,15 +72,7 @@ def compile(text: str, names: Collection[str]) -> Expression:
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise InputError(f"{text!r} is not an expression; allowed: {_GRAMMAR}") from None
     part = _Compiler(text, names).part(tree.body, 0)
-
-    def evaluate(quantities: Quantities) -> Any:
-        try:
-            return part.evaluate(quantities)
-        except ZeroDivisionError:
-            raise InputError(f"{text!r} divides by zero at "
-                             f"{_values(tree, quantities)}") from None
-
-    return Expression(text, part.is_condition, evaluate)
+    return Expression(text, part.is_condition, part.evaluate)
 
 
 class _Compiler:
@@ -107,7 +105,7 @@ class _Compiler:
         value = node.value
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self._not_allowed(node)
-        if not math.isfinite(value):
+        if _known(value) is None:
             raise InputError(f"{self._source(node)!r} is not a finite number")
         return _Part(False, lambda quantities: value)
 
@@ -116,29 +114,27 @@ class _Compiler:
         if name not in self._names:
             raise InputError(f"unknown quantity {name!r}{did_you_mean(name, self._names)}; "
                              f"allowed: {', '.join(self._names)}")
-        return _Part(False, operator.itemgetter(name))
+        return _Part(False, lambda quantities: _known(quantities[name]))
 
     def _binop(self, node: ast.BinOp, depth: int) -> _Part:
         apply = _ARITHMETIC.get(type(node.op))
         if apply is None:
             raise self._not_allowed(node)
-        left, right = self._number(node.left, depth), self._number(node.right, depth)
-        return _Part(False, lambda quantities: apply(left(quantities), right(quantities)))
+        return _computed(apply, [self._number(node.left, depth), self._number(node.right, depth)])
 
     def _unaryop(self, node: ast.UnaryOp, depth: int) -> _Part:
         if isinstance(node.op, ast.Not):
             inner = self._condition(node.operand, depth)
-            return _Part(True, lambda quantities: not inner(quantities))
+            return _Part(True, lambda quantities: _negated(inner(quantities)))
         if isinstance(node.op, ast.Invert):
             raise self._not_allowed(node)
-        inner = self._number(node.operand, depth)
-        sign = -1 if isinstance(node.op, ast.USub) else 1
-        return _Part(False, lambda quantities: sign * inner(quantities))
+        sign = operator.neg if isinstance(node.op, ast.USub) else operator.pos
+        return _computed(sign, [self._number(node.operand, depth)])
 
     def _boolop(self, node: ast.BoolOp, depth: int) -> _Part:
         parts = [self._condition(value, depth) for value in node.values]
-        join = all if isinstance(node.op, ast.And) else any
-        return _Part(True, lambda quantities: join(part(quantities) for part in parts))
+        join = _all if isinstance(node.op, ast.And) else _any
+        return _Part(True, lambda quantities: join([part(quantities) for part in parts]))
 
     def _compare(self, node: ast.Compare, depth: int) -> _Part:
         parts = [self._number(side, depth) for side in (node.left, *node.comparators)]
@@ -146,10 +142,10 @@ class _Compiler:
         if None in tests:
             raise self._not_allowed(node)
 
-        def evaluate(quantities: Quantities) -> bool:
+        def evaluate(quantities: Quantities) -> bool | None:
             values = [part(quantities) for part in parts]
-            return all(test(*pair) for test, pair in
-                       zip(tests, zip(values, values[1:], strict=False), strict=True))
+            return _all([None if None in pair else test(*pair) for test, pair in
+                         zip(tests, pairwise(values), strict=True)])
 
         return _Part(True, evaluate)
 
@@ -159,9 +155,7 @@ class _Compiler:
         if name not in _CALLS or node.keywords or (arguments != 1 if name == "abs" else
                                                    arguments < 2):
             raise self._not_allowed(node)
-        function = _CALLS[name]
-        parts = [self._number(value, depth) for value in node.args]
-        return _Part(False, lambda quantities: function(*(part(quantities) for part in parts)))
+        return _computed(_CALLS[name], [self._number(value, depth) for value in node.args])
 
     def _not_allowed(self, node: ast.AST) -> InputError:
         return InputError(f"{self._source(node)!r} is not allowed in an expression; allowed: "
@@ -171,6 +165,34 @@ class _Compiler:
         return ast.get_source_segment(self._text.strip(), node) or self._text
 
 
-def _values(tree: ast.AST, quantities: Quantities) -> str:
-    used = {node.id: None for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    return ", ".join(f"{name} = {quantities[name]}" for name in used if name in quantities)
+def _computed(function: Callable[..., float],
+              parts: list[Callable[[Quantities], float | None]]) -> _Part:
+    def evaluate(quantities: Quantities) -> float | None:
+        values = [part(quantities) for part in parts]
+        if None in values:
+            return None
+        try:
+            return _known(function(*values))
+        except ArithmeticError:
+            return None
+
+    return _Part(False, evaluate)
+
+
+def _known(value: float) -> float | None:
+    """A finite number; None for any other, and for an int that no float can hold."""
+    return value if abs(value) <= _LARGEST else None
+
+
+def _negated(value: bool | None) -> bool | None:
+    return None if value is None else not value
+
+
+def _all(values: list[bool | None]) -> bool | None:
+    if False in values:
+        return False
+    return None if None in values else True
+
+
+def _any(values: list[bool | None]) -> bool | None:
+    return _negated(_all([_negated(value) for value in values]))
