@@ -160,14 +160,7 @@ def _blamed(loaded: Loaded | None) -> Iterator[None]:
     except InputError as error:
         if loaded is None:
             raise
-        raise InputError(*(_placed(str(line), loaded) for line in error.args)) from error
-
-
-def _placed(line: str, loaded: Loaded) -> str:
-    path, colon, rest = line.partition(": ")
-    if colon and path.split(".")[0] in Scenario.model_fields:
-        return f"{loaded.where(path)}: {rest}"
-    return f"{loaded.places.value(('name',)).source}: {line}"
+        raise loaded.placed(error) from error
 
 
 @contextmanager

@@ -6,13 +6,21 @@ argument would be lost on the way, so messages are built by whoever raises.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class DesimError(Exception):
     """Root of all errors that desim raises on purpose."""
 
 
 class InputError(DesimError):
-    """The user's input is wrong. ``args`` are the complaints, one line each; exit code 2."""
+    """The user's input is wrong. ``args`` are the complaints, one line each; exit code 2.
+
+    A line may begin with the path of what is wrong in the scenario: ``fleet.start: ...``. A plug-in
+    does not know where it stands: its paths begin with a dot, ``.ports.q: ...``, and ``below``
+    completes them.
+    """
 
     def __str__(self) -> str:
         return "\n".join(str(line) for line in self.args)
@@ -24,6 +32,17 @@ class KernelError(DesimError):
 
 class ModelError(DesimError):
     """A plug-in broke its contract: settled a frame twice, dropped for an undeclared reason, ..."""
+
+
+@contextmanager
+def below(path: str) -> Iterator[None]:
+    """What is wrong inside is wrong at ``path`` of the scenario, or below it where a line says so:
+    ``.ports.q: ...`` becomes ``network.media.lan.ports.q: ...``."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(*(f"{path}{line}" if line.startswith(".") else f"{path}: {line}"
+                           for line in map(str, error.args))) from error
 
 
 def did_you_mean(word: str, known) -> str:

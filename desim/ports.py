@@ -134,6 +134,8 @@ class Rule(Protocol):
     up, the first drop wins. No timers: a rule judges, the medium acts.
 
     ``start`` is called once, before the first frame, with the names of the hosts in index order.
+    It raises ``InputError`` for parameters that do not fit them; a line that begins with a dot and
+    a path, ``.groups: ...``, points at that parameter.
     """
 
     reasons: ClassVar[tuple[str, ...]]
@@ -149,9 +151,9 @@ class NetworkModel(Protocol):
     """Decides each frame's fate at each intended receiver: when it arrives, or why it does not.
 
     ``reasons`` are the drop reasons it may give. Built as ``Model(params)`` with an instance of
-    its ``Params``. One host may send several frames in one instant: to queue them is the model's
-    task. A model or rule beyond whose ``reach_m`` (an attribute, in m) no frame gets says so by
-    having one; the monitor counts the fleet's partitions by it.
+    its ``Params``; ``start`` as a rule's. One host may send several frames in one instant: to queue
+    them is the model's task. A model or rule beyond whose ``reach_m`` (an attribute, in m) no frame
+    gets says so by having one; the monitor counts the fleet's partitions by it.
     """
 
     reasons: ClassVar[tuple[str, ...]]

@@ -16,7 +16,7 @@ import numpy as np
 from desim import plugins
 from desim.deployment import HostPlan, plan
 from desim.drivers import Driver
-from desim.errors import InputError
+from desim.errors import below
 from desim.experiment.metrics import Ground
 from desim.experiment.monitor import Monitor
 from desim.experiment.station import Station
@@ -88,7 +88,7 @@ class Simulation:
         self.world: World = plugins.load("world", scenario.physics.model).build(
             scenario, self.streams)
         self.plan = plan(scenario)
-        middleware = _plugin("middleware", scenario.middleware.model,
+        middleware = _plugin("middleware", "middleware", scenario.middleware.model,
                              scenario.middleware.parameters())
         self.graph = Graph(self.kernel, self.names, self.trace, self.streams, middleware,
                            [host.name for host in self.plan], payloads=payloads, on_fate=on_fate)
@@ -134,9 +134,11 @@ class Simulation:
         places = HostPlaces(self.world, self.plan)
         hosts = [host.name for host in self.plan]
         for name, choice in self.scenario.network.media.items():
-            model = _plugin("network", choice.model, choice.parameters())
-            rules = [_plugin("rule", rule.rule, rule.parameters()) for rule in choice.rules]
-            with _blamed(f"network.media.{name}"):
+            path = f"network.media.{name}"
+            model = _plugin("network", path, choice.model, choice.parameters())
+            rules = [_plugin("rule", f"{path}.rules.{number}", rule.rule, rule.parameters())
+                     for number, rule in enumerate(choice.rules)]
+            with below(path):
                 self.graph.attach(Medium(
                     name, model, rules, kernel=self.kernel, names=self.names,
                     streams=self.streams, hosts=hosts, place=places))
@@ -191,18 +193,11 @@ def _rare_collections() -> Iterator[None]:
         gc.unfreeze()
 
 
-def _plugin(kind: str, name: str, parameters: dict[str, Any]) -> Any:
-    cls = plugins.load(kind, name)
-    return cls(cls.Params(**parameters))
-
-
-@contextmanager
-def _blamed(path: str) -> Iterator[None]:
-    """What is wrong with a plug-in's parameters is wrong at ``path`` of the scenario."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(*(f"{path}: {line}" for line in error.args)) from error
+def _plugin(kind: str, path: str, name: str, parameters: dict[str, Any]) -> Any:
+    """A plug-in with the parameters that stand at ``path`` of the scenario."""
+    with below(path):
+        cls = plugins.load(kind, name)
+        return cls(cls.Params(**parameters))
 
 
 def _reach_m(media: list[Medium]) -> float | None:

@@ -236,9 +236,9 @@ def _assign(shared: dict[str, list[str]], hosts: tuple[str, ...]) -> list[int]:
     for number, (port, members) in enumerate(shared.items()):
         for host in members:
             if host not in hosts:
-                raise InputError(f"switch port {port!r}: no host {host!r}"
-                                 f"{did_you_mean(host, hosts)}")
+                raise InputError(f".ports.{port}: no host {host!r}{did_you_mean(host, hosts)}; "
+                                 f"hosts are {', '.join(hosts)}")
             if host in port_of:
-                raise InputError(f"switch port {port!r}: host {host!r} has a port already")
+                raise InputError(f".ports.{port}: host {host!r} has a port already")
             port_of[host] = number
     return [port_of.setdefault(host, len(shared) + index) for index, host in enumerate(hosts)]

@@ -4,7 +4,7 @@ import pickle
 
 import pytest
 
-from desim.errors import DesimError, InputError, KernelError, ModelError, did_you_mean
+from desim.errors import DesimError, InputError, KernelError, ModelError, below, did_you_mean
 
 
 @pytest.mark.parametrize("kind", [DesimError, InputError, KernelError, ModelError])
@@ -17,6 +17,13 @@ def test_an_error_can_be_made_again_from_its_args(kind):
 def test_complaints_stand_one_in_a_line():
     assert str(InputError("a.yaml:1:1: $.x: wrong", "a.yaml:2:1: $.y: wrong")) == (
         "a.yaml:1:1: $.x: wrong\na.yaml:2:1: $.y: wrong")
+
+
+def test_a_plug_in_names_its_own_keys_and_others_where_it_stands():
+    with pytest.raises(InputError) as caught, below("network.media.lan"), below(".rules.1"):
+        raise InputError(".groups.0: is empty", "nobody is left")
+    assert caught.value.args == ("network.media.lan.rules.1.groups.0: is empty",
+                                 "network.media.lan.rules.1: nobody is left")
 
 
 def test_the_nearest_word_is_suggested():

@@ -17,7 +17,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from desim.errors import InputError, did_you_mean
+from desim.errors import InputError, below, did_you_mean
 from desim.kernel import Kernel, Phase
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Message, Publisher, Subscription, Topic
@@ -217,7 +217,8 @@ class Graph:
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
         self.up = [False] * len(self.hosts)
         self._by_name = {host.name: host for host in self.hosts}
-        middleware.start(self._changed)
+        with below("middleware"):
+            middleware.start(self._changed)
 
     def host(self, name: str) -> Host:
         if name not in self._by_name:

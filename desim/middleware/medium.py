@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from desim.errors import ModelError
+from desim.errors import ModelError, below
 from desim.kernel import Call, Kernel, Phase
 from desim.ports import Deliver, Drop, Frame, NetworkModel, Obstacles, Pass, Rule
 from desim.streams import Streams
@@ -118,7 +118,8 @@ class Medium:
         self._flying = 0
         self._reasons = frozenset(model.reasons)
         for number, rule in enumerate(self.rules):
-            rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
+            with below(f".rules.{number}"):
+                rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
         self._judges = [(rule, rule.judge) for rule in self.rules]
         model.start(self, tuple(hosts))
 

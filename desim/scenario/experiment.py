@@ -27,7 +27,8 @@ class Stop(Params):
     elapsed_ns: Period = Field("2000 s", description="(the paper)")
     when: str | None = Field(None, description=(
         "an expression over the monitor's quantities, e.g. 'explored > 0.9 and collisions == 0' "
-        "(a division by zero is neither true nor false: docs/scenarios.md), or a function 'package.module:function' of a mapping of them"))
+        "(what divides by zero is neither true nor false: docs/scenarios.md), or a function "
+        "'package.module:function' of a mapping of them"))
 
 
 class Measure(Params):

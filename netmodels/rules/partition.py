@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from pydantic import Field
 
 from desim import ports
-from desim.errors import InputError
+from desim.errors import InputError, did_you_mean
 from desim.units import Duration
 
 
@@ -31,8 +31,8 @@ class Partition:
         groups = self._params.groups
         for pattern in (pattern for group in groups for pattern in group):
             if not any(fnmatchcase(host, pattern) for host in hosts):
-                raise InputError(f"partition: {pattern!r} names no host; hosts are "
-                                 f"{', '.join(hosts)}")
+                raise InputError(f"partition: {pattern!r} names no host"
+                                 f"{did_you_mean(pattern, hosts)}; hosts are {', '.join(hosts)}")
         self._group = [_group_of(host, groups) for host in hosts]
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
