@@ -1,6 +1,7 @@
 """desim: deterministic discrete-event co-simulation of robot fleets and their networks.
 
-``desim.load(path)`` reads a scenario, ``desim.run(scenario)`` runs it and returns a ``desim.Run``.
+``desim.load(path)`` reads a scenario, ``desim.from_mapping(data)`` takes one from a mapping;
+``desim.run(scenario)`` runs it and returns a ``desim.Run``.
 """
 
 from typing import Any
@@ -8,7 +9,7 @@ from typing import Any
 from desim import compiled
 
 __version__ = "0.1.0"
-__all__ = ["Run", "load", "run"]
+__all__ = ["Run", "from_mapping", "load", "run"]
 
 compiled.choose_folder()  # before anything imports numba
 

@@ -21,10 +21,12 @@ import pyarrow.parquet as pq
 from desim.errors import InputError
 from desim.experiment import maps
 from desim.experiment.results import FAILED, FINISHED, INTERRUPTED, RunFolder, manifest_of
-from desim.scenario.load import Loaded, load
+from desim.scenario.load import Loaded, from_mapping, load
 from desim.scenario.schema import Scenario
 from desim.simulation import Simulation
 from desim.units import NS_PER_S
+
+__all__ = ["Run", "from_mapping", "load", "run"]
 
 Watch = Callable[[Simulation, RunFolder], AbstractContextManager[Any]]
 

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+import yaml
 
 import desim
 from desim.errors import InputError
@@ -47,6 +48,11 @@ def meanwhile(time_s: float, do):
 
 def interrupt(_):
     signal.raise_signal(signal.SIGINT)
+
+
+def test_a_mapping_is_as_good_as_a_file(hello):
+    data = yaml.safe_load(hello.read_text())
+    assert desim.from_mapping(data, SHORT, 7).scenario == desim.load(hello, SHORT, 7).scenario
 
 
 def test_the_contract(finished):
