@@ -49,8 +49,8 @@ def load(kind: str, name: str) -> Any:
     cls = imported(kind, name if ":" in name else _installed(kind, name))
     missing = _missing(CONTRACTS[kind], cls) if kind in CONTRACTS else []
     if missing:
-        raise InputError(f"the {kind} {name!r} has no {', '.join(missing)}: it is not a plug-in "
-                         "for this place; wanted: a class with all methods of "
+        raise InputError(f"the {kind} {bare(name)!r} has no {', '.join(missing)}: it is not a "
+                         "plug-in for this place; wanted: a class with all methods of "
                          f"desim.ports.{CONTRACTS[kind].__name__}")
     return cls
 
@@ -74,23 +74,61 @@ def parameters(kind: str, name: str) -> type[ports.Params]:
     """The parameter block of the plug-in called ``name``. Raises ``InputError``."""
     block = getattr(load(kind, name), "Params", None)
     if not (isinstance(block, type) and issubclass(block, ports.Params)):
-        raise InputError(f"the {kind} {name!r} has no class Params, a desim.ports.Params: it is "
-                         "not a plug-in for this place")
+        raise InputError(f"the {kind} {bare(name)!r} has no class Params, a desim.ports.Params: it "
+                         "is not a plug-in for this place")
     return block
 
 
+def beside(name: str, folder: str) -> str:
+    """A dotted path, with ``folder`` in front where its module stands there: whoever loads it later
+    need not know the folder. Any other name as it is."""
+    module, _, attribute = name.rpartition(":")
+    place = os.path.abspath(os.path.join(folder, module))
+    return f"{place}:{attribute}" if module and _file(place) else name
+
+
+def bare(name: str) -> str:
+    """A name without its folder: as the user wrote it."""
+    return os.path.basename(name)
+
+
 def imported(kind: str, path: str) -> Any:
-    """What ``package.module:name`` names; modules are also looked for in the current directory.
+    """What ``package.module:name`` or ``folder/package.module:name`` names; without a folder,
+    modules are also looked for in the current directory.
 
     Raises ``InputError`` that says why there is no such thing.
     """
-    module, _, attribute = path.partition(":")
-    if os.getcwd() not in sys.path:
-        sys.path.append(os.getcwd())  # at the end: it shadows nothing
+    place, _, attribute = path.rpartition(":")
     try:
-        return attrgetter(attribute)(importlib.import_module(module))
+        return attrgetter(attribute)(_module(*os.path.split(place)))
     except Exception as error:  # a stranger's module may fail in any way
-        raise InputError(f"cannot load {kind} {path!r}: {error}") from error
+        raise InputError(f"cannot load {kind} {bare(path)!r}: {error}") from error
+
+
+def _module(folder: str, name: str) -> Any:
+    place = os.path.abspath(folder)  # of "": the current directory
+    if place not in sys.path:
+        sys.path.append(place)  # at the end: it shadows nothing
+    if not folder:
+        return importlib.import_module(name)
+    sys.path.insert(0, place)
+    try:
+        module = importlib.import_module(name)
+    finally:
+        sys.path.remove(place)
+    meant = _file(os.path.join(place, name))
+    if meant and os.path.realpath(module.__file__) != os.path.realpath(meant):
+        raise ImportError(f"another module {name!r} is in use already, from {module.__file__}; "
+                          "rename one of them")
+    return module
+
+
+def _file(place: str) -> str | None:
+    """The source of the module ``folder/package.module``, None if there is none."""
+    folder, module = os.path.split(place)
+    stem = os.path.join(folder, *module.split("."))
+    files = (f"{stem}.py", os.path.join(stem, "__init__.py"))
+    return next((file for file in files if os.path.isfile(file)), None)
 
 
 def reference(kind: str, name: str, cls: Any) -> str:

@@ -25,8 +25,9 @@ def versions() -> dict[str, str]:
 
 
 def plugin_references(scenario: Scenario) -> dict[str, str]:
-    """Every plug-in that the scenario names: kind and name to class and version."""
-    return {f"{kind} {name}": plugins.reference(kind, name, plugins.load(kind, name))
+    """Every plug-in that the scenario names: kind and name (wherever its module lies) to class and
+    version."""
+    return {f"{kind} {plugins.bare(name)}": plugins.reference(kind, name, plugins.load(kind, name))
             for kind, name in _chosen(scenario)}
 
 

@@ -55,7 +55,7 @@ class Monitor:
         self._kernel, self.trace, self._stop = kernel, trace, scenario.stop
         self._poses, self.travelled_m = poses, travelled_m
         self._measured_on = frozenset(scenario.measure.on)
-        self._condition = (condition(scenario.stop.when, QUANTITIES).evaluate
+        self._condition = (condition(scenario.stop.when, QUANTITIES)
                            if scenario.stop.when else None)
         self._causes: list[str] = []
         self._next_percent = 1
@@ -184,8 +184,9 @@ class Monitor:
         self._judge(values)
 
     def _judge(self, values: dict[str, float]) -> None:
-        if self._condition is not None and self.stop_reason is None and self._condition(values):
-            self._end(f"condition: {self._stop.when}")
+        if (self._condition is not None and self.stop_reason is None
+                and self._condition.evaluate(values)):
+            self._end(f"condition: {self._condition.text}")
 
     def _end(self, reason: str) -> None:
         self.stop_reason = reason

@@ -15,13 +15,12 @@ from desim.scenario.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.experiment import QUANTITIES
 from desim.scenario.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
 from desim.scenario.names import WORKSTATION, host_names, robot_names
-from desim.scenario.places import Path
+from desim.scenario.places import Folder, Path
 from desim.scenario.robot import BUILT_IN_LASERS, MAX_LOCAL_SIDE
 from desim.scenario.schema import Physics, Scenario
 from desim.units import DURATION, LENGTH
 
 Found = Iterator[tuple[Path, str]]
-Folder = Callable[[Path], str]  # of the file in which the value at a path was written
 
 
 def complaints(scenario: Scenario, folder: Folder, wrong: tuple[Path, ...]) -> list[Complaint]:

@@ -11,7 +11,7 @@ from desim.scenario.choice import keys
 from desim.scenario.communication import Medium, PluginChoice, RuleChoice
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.merge import CHOICES
-from desim.scenario.places import Path
+from desim.scenario.places import Folder, Path
 from desim.scenario.schema import Scenario
 
 
@@ -34,6 +34,21 @@ def complaints(data: dict[str, Any]) -> list[Complaint]:
         if isinstance(result, list):
             found += result
     return found
+
+
+def place(data: dict[str, Any], folder: Folder) -> None:
+    """Write out, in a scenario's mapping, where the modules stand that lie beside the file that
+    names them: ``/home/me/my_module:MyModel``."""
+    for path, mapping, key in named(data):
+        mapping[key] = plugins.beside(mapping[key], folder((*path, key)))
+
+
+def named(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any], str]]:
+    """Path, mapping and key of everything in a scenario that may be named by a dotted path."""
+    places = [(path, choice, key) for path, _, key, _, choice in _written(data)]
+    places += [(path, mapping, key) for family, key in (("physics", "model"), ("stop", "when"))
+               for path, mapping in _matching(data, (family,), ())]
+    return (place for place in places if isinstance(place[1].get(place[2]), str))
 
 
 def spelled_out(scenario: Scenario) -> Scenario:

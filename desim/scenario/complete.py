@@ -8,11 +8,11 @@ from typing import Any
 from desim import plugins
 from desim.ports import Params, natural_key
 from desim.scenario import chosen
-from desim.scenario.check import Folder
 from desim.scenario.communication import Coordination, Medium, Network
 from desim.scenario.environment import BUILT_IN_TERRAINS, Environment, MapFile
 from desim.scenario.fleet import BUILT_IN_TYPES, Fleet, StartList
 from desim.scenario.names import fleet_size, robot_names
+from desim.scenario.places import Folder
 from desim.scenario.robot import BUILT_IN_LASERS, Robot
 from desim.scenario.schema import Scenario
 

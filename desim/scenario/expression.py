@@ -24,7 +24,7 @@ from desim.errors import InputError, did_you_mean
 Quantities = Mapping[str, float]
 _LONGEST, _DEEPEST = 500, 32
 _LARGEST = sys.float_info.max
-_FUNCTION = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+_FUNCTION = re.compile(r"(.*/)?[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 _ARITHMETIC = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
                ast.Div: operator.truediv}
 _COMPARISONS = {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
@@ -49,13 +49,14 @@ class _Part(NamedTuple):
 
 
 def condition(text: str, names: Collection[str]) -> Expression:
-    """What ``stop.when`` says: a condition, or ``package.module:function`` of a mapping of the
-    quantities. Raises ``InputError`` with what is wrong and allowed."""
+    """What ``stop.when`` says: a condition, or ``package.module:function``, perhaps with its folder
+    in front, of a mapping of the quantities. Raises ``InputError`` with what is wrong and allowed.
+    """
     if _FUNCTION.fullmatch(text.strip()):
-        function = plugins.imported("function", text.strip())
+        function, name = plugins.imported("function", text.strip()), plugins.bare(text.strip())
         if not callable(function):
-            raise InputError(f"{text!r} is not a function")
-        return Expression(text, True, lambda quantities: bool(function(quantities)))
+            raise InputError(f"{name!r} is not a function")
+        return Expression(name, True, lambda quantities: bool(function(quantities)))
     expression = compile(text, names)
     if not expression.is_condition:
         raise InputError(f"{text!r} is a number, not a condition; compare it with something, "

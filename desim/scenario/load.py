@@ -17,7 +17,7 @@ from desim.scenario import check, chosen, merge
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.complete import complete
 from desim.scenario.fleet import StartFile
-from desim.scenario.places import Path, Place, Places
+from desim.scenario.places import Folder, Path, Place, Places
 from desim.scenario.schema import Scenario
 from desim.scenario.starts import listed
 
@@ -80,6 +80,7 @@ def _loaded(document: merge.Document, overrides: Sequence[str], seed: int | None
         place = places.value(path)
         return os.path.dirname(place.source) if place.line else ""
 
+    chosen.place(data, folder)
     result = validated(Scenario, data)
     found = chosen.complaints(data)
     wrong: list[Complaint] = result if isinstance(result, list) else []
@@ -129,7 +130,7 @@ def _remove(node: Any, path: Path) -> None:
         del node[path[-1]]
 
 
-def _with_listed_starts(scenario: Scenario, folder: Any) -> tuple[Scenario, list[Complaint]]:
+def _with_listed_starts(scenario: Scenario, folder: Folder) -> tuple[Scenario, list[Complaint]]:
     """The start poses of a CSV file as a list: the names in it are names of robots."""
     start = scenario.fleet.start
     if not isinstance(start, StartFile):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 Path = tuple[str | int, ...]
+Folder = Callable[[Path], str]  # of the file in which the value at a path was written
 
 
 class Place(NamedTuple):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from desim.errors import InputError
-from desim.scenario import yaml12
+from desim.scenario import chosen, yaml12
 from desim.scenario.environment import MapFile
 from desim.scenario.schema import Scenario
 
@@ -15,30 +15,35 @@ from desim.scenario.schema import Scenario
 def resolved(scenario: Scenario, folder: str | os.PathLike | None = None) -> str:
     """YAML of a loaded scenario, in the order of the schema, quantities with their units.
 
-    The path of a map is absolute, or relative to ``folder``, where the text will be stored.
+    The paths of a map and of plug-ins' modules are absolute, or relative to ``folder``, where the
+    text will be stored.
     """
-    data = scenario.model_dump(mode="json", by_alias=True)
-    if folder is not None and isinstance(scenario.environment.terrain, MapFile):
-        terrain = data["environment"]["terrain"]
-        terrain["map"] = os.path.relpath(terrain["map"], folder)
-    return yaml12.dump(data)
+    return _text(scenario, lambda path: path if folder is None else os.path.relpath(path, folder))
 
 
 def scenario_id(scenario: Scenario, versions: Mapping[str, str]) -> str:
     """12 hex digits that name a run: of the scenario, of the content of its map (wherever the
     file lies), and of the versions that it runs with."""
     digest = hashlib.sha256()
-    terrain = scenario.environment.terrain
-    if isinstance(terrain, MapFile):
-        for file in _map_files(terrain):
+    if isinstance(scenario.environment.terrain, MapFile):
+        for file in _map_files(scenario.environment.terrain):
             with open(file, "rb") as content:
                 digest.update(hashlib.sha256(content.read()).digest())
-        environment = scenario.environment.model_copy(
-            update={"terrain": terrain.model_copy(update={"map": os.path.basename(terrain.map)})})
-        scenario = scenario.model_copy(update={"environment": environment})
-    digest.update(resolved(scenario).encode())
+    digest.update(_text(scenario, os.path.basename).encode())
     digest.update(repr(sorted(versions.items())).encode())
     return digest.hexdigest()[:12]
+
+
+def _text(scenario: Scenario, written: Callable[[str], str]) -> str:
+    """YAML, with each absolute path as ``written`` gives it."""
+    data = scenario.model_dump(mode="json", by_alias=True)
+    if isinstance(scenario.environment.terrain, MapFile):
+        terrain = data["environment"]["terrain"]
+        terrain["map"] = written(terrain["map"])
+    for _, mapping, key in chosen.named(data):
+        if os.path.isabs(mapping[key]):
+            mapping[key] = written(mapping[key])
+    return yaml12.dump(data)
 
 
 def _map_files(terrain: MapFile) -> list[str]:

@@ -1,0 +1,128 @@
+"""Plug-ins that a user writes: a module beside the scenario that names it."""
+
+import sys
+import textwrap
+
+import pytest
+
+from desim import plugins
+from desim.errors import InputError
+from desim.scenario.load import from_mapping, load
+from desim.scenario.resolved import resolved, scenario_id
+
+# Every test has modules of its own: Python keeps what it has imported by name.
+MODEL = """
+    from desim import ports
+    from {helper} import DELAY_NS
+
+    class Slow:
+        class Params(ports.Params):
+            '''None.'''
+        reasons = ()
+        def __init__(self, params): pass
+        def start(self, context, hosts): self.context = context
+        def send(self, frame):
+            self.context.settle_many(frame, frame.receivers, ports.Deliver(DELAY_NS))
+
+    def enough(quantities):
+        return quantities["time_s"] > 3
+"""
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    (tmp_path / "study").mkdir()
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    return tmp_path
+
+
+def written(folder, name, delay_ns=5):
+    """A module called ``name`` with its helper, and a scenario ``case.yaml`` that names it."""
+    folder.mkdir(exist_ok=True, parents=True)
+    (folder / f"{name}_helper.py").write_text(f"DELAY_NS = {delay_ns}\n")
+    (folder / f"{name}.py").write_text(textwrap.dedent(MODEL.format(helper=f"{name}_helper")))
+    (folder / "case.yaml").write_text(
+        f"name: x\nnetwork: {{media: {{lan: {{model: '{name}:Slow'}}}}}}\n"
+        f"stop: {{when: '{name}:enough'}}\n")
+
+
+def model(scenario):
+    """The class of the medium called lan."""
+    return plugins.load("network", scenario.network.media["lan"].model)
+
+
+def delay_ns(scenario):
+    return sys.modules[model(scenario).__module__].DELAY_NS
+
+
+def test_a_module_beside_the_scenario_is_found_from_anywhere(here):
+    written(here / "study", "my_slow")
+    scenario = load("../study/case.yaml").scenario
+    assert scenario.network.media["lan"].model == f"{here}/study/my_slow:Slow"
+    assert scenario.stop.when == f"{here}/study/my_slow:enough"
+    assert delay_ns(scenario) == 5
+
+
+def test_the_scenarios_folder_goes_before_the_current_one(here):
+    written(here / "elsewhere", "my_slower", delay_ns=9)
+    written(here / "study", "my_slower", delay_ns=7)
+    assert delay_ns(load("../study/case.yaml").scenario) == 7
+
+
+def test_the_current_folder_is_the_next_one(here):
+    written(here / "elsewhere", "my_slowest", delay_ns=9)
+    (here / "study" / "case.yaml").write_text((here / "elsewhere" / "case.yaml").read_text())
+    assert delay_ns(load("../study/case.yaml").scenario) == 9
+
+
+def test_it_is_the_folder_of_the_file_that_names_it(here):
+    written(here / "base", "my_based")
+    (here / "study" / "case.yaml").write_text("extends: ../base/case.yaml\n")
+    assert load("../study/case.yaml").scenario.stop.when == f"{here}/base/my_based:enough"
+
+
+def test_a_name_may_lead_to_another_folder(here):
+    written(here / "models", "my_far")
+    data = {"name": "x", "network": {"media": {"lan": {"model": "../models/my_far:Slow"}}}}
+    assert delay_ns(from_mapping(data).scenario) == 5
+
+
+def test_a_package_beside_the_scenario(here):
+    written(here / "study" / "my_package", "inside")
+    inside = here / "study" / "my_package"
+    (inside / "__init__.py").touch()
+    (inside / "inside.py").write_text(
+        (inside / "inside.py").read_text().replace("from inside_helper", "from .inside_helper"))
+    (here / "study" / "case.yaml").write_text(
+        "name: x\nnetwork: {media: {lan: {model: 'my_package.inside:Slow'}}}\n")
+    assert model(load("../study/case.yaml").scenario).__module__ == "my_package.inside"
+
+
+def test_the_resolved_scenario_finds_it_again_and_no_id_depends_on_the_folder(here):
+    written(here / "study", "my_again")
+    scenario = load("../study/case.yaml").scenario
+    text = resolved(scenario, here / "results")
+    assert "model: ../study/my_again:Slow" in text and "when: ../study/my_again:enough" in text
+    (here / "results").mkdir()
+    (here / "results" / "scenario.resolved.yaml").write_text(text)
+    assert load("../results/scenario.resolved.yaml").scenario == scenario
+    written(here / "copy", "my_again")
+    assert scenario_id(load("../study/case.yaml").scenario, {}) == scenario_id(
+        scenario.model_copy(update={"stop": scenario.stop.model_copy(
+            update={"when": f"{here}/copy/my_again:enough"})}), {})
+
+
+def test_two_modules_of_one_name_are_refused(here):
+    written(here / "study", "my_twin")
+    written(here / "copy", "my_twin")
+    load("../study/case.yaml")
+    with pytest.raises(InputError) as caught:
+        load("../copy/case.yaml")
+    twin = (f"another module 'my_twin' is in use already, from {here}/study/my_twin.py; rename one "
+            "of them")
+    assert list(caught.value.args) == [
+        f"../copy/case.yaml:2:32: network.media.lan.model: cannot load network 'my_twin:Slow': "
+        f"{twin}",
+        f"../copy/case.yaml:3:14: stop.when: cannot load function 'my_twin:enough': {twin}"]
