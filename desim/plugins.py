@@ -24,6 +24,7 @@ GROUPS = {
     "validation": "desim.validation",
 }
 
+# Whose methods a class must have to be a plug-in of its kind.
 CONTRACTS = {
     "network": ports.NetworkModel,
     "rule": ports.Rule,

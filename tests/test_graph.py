@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from desim.errors import InputError
 from desim.middleware.counts import EDGES_NS, LatencyHistogram
+from desim.middleware.direct import Direct
 from desim.middleware.graph import Node
 from desim.middleware.messages import Lazy
 from desim.ports import natural_key
@@ -244,6 +245,15 @@ def test_misuse_is_refused():
         Net({"robot_1": silent}).graph.host("robot1")
     with pytest.raises(InputError, match="payloads"):
         Net({"a": silent}, payloads="never")
+
+
+def test_what_a_middleware_finds_wrong_has_its_place():
+    class Starved(Direct):
+        def start(self, changed):
+            raise InputError(".master: no host 'base'")
+
+    with pytest.raises(InputError, match="^middleware.master: no host 'base'$"):
+        Net({"a": silent}, middleware=Starved())
 
 
 def test_natural_order():
