@@ -97,6 +97,7 @@ def test_check_names_the_first_row_that_differs(hello, tmp_path, monkeypatch):
     (["--set", "robot.laser.rate=5 m"], "unknown unit"),
     (["--set", "fleet.sise=3"], "did you mean 'size'?"),
     (["--until", "5"], "has no unit"),
+    (["--set", "physics.model=desim.ports:World"], "has no build(), advance()"),
     (["--set", "fleet.start.step=[0.1 m, 0 m]"], "fleet.start"),
 ])
 def test_wrong_input_is_one_clear_message_and_exit_code_2(hello, tmp_path, words, says):
