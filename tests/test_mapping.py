@@ -13,7 +13,8 @@ from desim.middleware.graph import Graph, Node
 from desim.middleware.messages import LaserScan, Lazy, Pose
 from desim.ports import GridSpec
 from desim.robot import kernels
-from desim.robot.mapping import Mapping, between
+from desim.robot.mapping import Mapping
+from desim.robot.poses import between
 from desim.robot.tiles import FREE, OCCUPIED, Belief, TilePool, cell_numbers, raster
 from desim.scenario import robot as parameters
 from desim.streams import Streams

@@ -8,30 +8,15 @@ place a scan between two poses. A scan that is not taken is never computed.
 
 from __future__ import annotations
 
-import math
-
 from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Pose
 from desim.middleware.topics import Latest
+from desim.robot.poses import between, step
 from desim.robot.tiles import Belief
 from desim.scenario import robot as parameters
 
 PATIENCE_NS = 250_000_000  # without a common stamp for so long, interpolate
 STILL_M, STILL_RAD = 0.001, 0.001  # a smaller step between two poses is standing still
-
-
-def step(before: Pose, after: Pose) -> tuple[float, float]:
-    """How far (m) and how much (rad, not negative) one has to move from pose to pose."""
-    return (math.hypot(after.x_m - before.x_m, after.y_m - before.y_m),
-            abs(math.remainder(after.yaw_rad - before.yaw_rad, math.tau)))
-
-
-def between(before: Pose, after: Pose, stamp_ns: int) -> Pose:
-    """The pose at an instant between two poses, in proportion to time."""
-    part = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
-    return Pose(stamp_ns, before.x_m + part * (after.x_m - before.x_m),
-                before.y_m + part * (after.y_m - before.y_m),
-                before.yaw_rad + part * math.remainder(after.yaw_rad - before.yaw_rad, math.tau))
 
 
 class Mapping(Node):

@@ -10,7 +10,7 @@ import numpy as np
 from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Lazy, Number, Pose, occupancy_grid_bytes
 from desim.ports import GridSpec
-from desim.robot.mapping import step
+from desim.robot.poses import step
 from desim.robot.tiles import FREE, OCCUPIED, Belief, LayerSnapshot, fuse, raster
 from desim.units import NS_PER_S
 
