@@ -111,7 +111,7 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
 
 
 def _show(finished: Any, console: Any) -> None:
-    from desim.report.tables import result_table
+    from desim.report.resulttable import result_table
 
     manifest = finished.manifest
     console.print(result_table(finished.metrics, manifest))

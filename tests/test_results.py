@@ -201,7 +201,7 @@ def test_a_full_disk_is_said_clearly_and_leaves_nothing(hello, tmp_path, monkeyp
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(results.tables, "write", full)
+    monkeypatch.setattr(results.parquet, "write", full)
     with pytest.raises(InputError, match="No space left on device; free some space, or"):
         desim.run(hello, overrides=("stop.elapsed=1 s",), out=tmp_path)
     assert not list((tmp_path / "hello").iterdir())

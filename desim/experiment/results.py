@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from desim.errors import InputError
-from desim.experiment import identity, maps, tables
+from desim.experiment import identity, maps, parquet
 from desim.experiment.messagelog import MessageLog
 from desim.experiment.metrics import states
 from desim.experiment.monitor import Monitor
@@ -52,8 +52,8 @@ class RunFolder:
         self.path = Path(out) / scenario.name / self.run_id
         self._partial = self.path.with_name(f"{self.run_id}.partial")
         keep = scenario.trace.keep
-        self._trace: tables.TraceTable | None = None
-        self._messages: tables.MessageTable | None = None
+        self._trace: parquet.TraceTable | None = None
+        self._messages: parquet.MessageTable | None = None
         self._log = MessageLog(self._add_messages) if keep != "none" else None
         self.trace_sink: Callable[[np.ndarray], None] | None = (
             self._add_rows if keep == "all" else None)
@@ -68,10 +68,10 @@ class RunFolder:
         """``names`` of the run's trace, ``hosts`` in index order: tables can be opened now."""
         with self._writing():
             if self.trace_sink is not None:
-                self._trace = tables.TraceTable(self._partial / "trace.parquet", names)
+                self._trace = parquet.TraceTable(self._partial / "trace.parquet", names)
             if self._log is not None:
-                self._messages = tables.MessageTable(self._partial / "messages.parquet", names,
-                                                     hosts)
+                self._messages = parquet.MessageTable(self._partial / "messages.parquet", names,
+                                                      hosts)
 
     def finish(self, monitor: Monitor, now_ns: int, manifest: dict[str, Any]) -> Path | None:
         """Write what the run came to, and put the folder in its place, which is returned; None if
@@ -80,9 +80,9 @@ class RunFolder:
         summary = {**summarize(monitor, now_ns), "digest": manifest["digest"]}
         with self._writing():
             self._close_tables()
-            tables.write(self._partial / "samples.parquet", samples_table(monitor))
-            tables.write(self._partial / "robots.parquet", robots_table(monitor))
-            tables.write(self._partial / "latency.parquet", latency_table(monitor.graph))
+            parquet.write(self._partial / "samples.parquet", samples_table(monitor))
+            parquet.write(self._partial / "robots.parquet", robots_table(monitor))
+            parquet.write(self._partial / "latency.parquet", latency_table(monitor.graph))
             self._write_maps(monitor)
             _write_json(self._partial / "summary.json", summary)
             if self.trace_sink is not None:

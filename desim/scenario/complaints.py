@@ -10,8 +10,8 @@ from pydantic import ValidationError
 
 from desim.errors import did_you_mean
 from desim.ports import Params
-from desim.scenario.choice import alternatives, keys
 from desim.scenario.places import Path, Places, dotted
+from desim.scenario.shapes import alternatives, keys
 
 
 class Complaint(NamedTuple):

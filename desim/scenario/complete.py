@@ -7,7 +7,7 @@ from typing import Any
 
 from desim import plugins
 from desim.ports import Params, natural_key
-from desim.scenario import chosen
+from desim.scenario import pluginchoices
 from desim.scenario.communication import Coordination, Medium, Network
 from desim.scenario.environment import BUILT_IN_TERRAINS, Environment, MapFile
 from desim.scenario.fleet import BUILT_IN_TYPES, Fleet, StartList
@@ -34,7 +34,7 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
         hosts=_sorted(scenario.hosts),
         coordination=_coordination(scenario.coordination, scenario.deployment),
     )
-    return chosen.spelled_out(whole)
+    return pluginchoices.spelled_out(whole)
 
 
 def _environment(environment: Environment, folder: Folder) -> Environment:

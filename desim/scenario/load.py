@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from desim.errors import InputError
-from desim.scenario import check, chosen, merge
+from desim.scenario import check, merge, pluginchoices
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.complete import complete
 from desim.scenario.fleet import StartFile
@@ -82,7 +82,7 @@ def _loaded(document: merge.Document, overrides: Sequence[str], seed: int | None
 
     chosen.place(data, folder)
     result = validated(Scenario, data)
-    found = chosen.complaints(data)
+    found = pluginchoices.complaints(data)
     wrong: list[Complaint] = result if isinstance(result, list) else []
     scenario = _rest(data, wrong) if wrong else result
     if scenario is not None:

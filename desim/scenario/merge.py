@@ -11,11 +11,11 @@ from typing import Any
 
 from desim.errors import InputError
 from desim.scenario import yaml12
-from desim.scenario.choice import alternatives, keys, which
 from desim.scenario.communication import Coordination, Medium, MiddlewareChoice, PluginChoice
 from desim.scenario.environment import Environment
 from desim.scenario.fleet import Fleet
 from desim.scenario.places import Path, Place, Places, dotted, split
+from desim.scenario.shapes import alternatives, keys, which
 
 Document = tuple[dict[str, Any], Places]
 

@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from desim.ports import Params
-from desim.scenario.choice import by_shape
+from desim.scenario.shapes import by_shape
 from desim.units import (
     Angle,
     Duration,

@@ -7,12 +7,12 @@ from typing import Any
 
 from desim import plugins
 from desim.errors import InputError
-from desim.scenario.choice import keys
 from desim.scenario.communication import Medium, PluginChoice, RuleChoice
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.merge import CHOICES
 from desim.scenario.places import Folder, Path
 from desim.scenario.schema import Scenario
+from desim.scenario.shapes import keys
 
 
 def complaints(data: dict[str, Any]) -> list[Complaint]:
