@@ -133,6 +133,10 @@ class Rule(Protocol):
     """A small verdict in front of any network model. Rules are asked in their order; delays add
     up, the first drop wins. No timers: a rule judges, the medium acts.
 
+    Two things that a rule or a network model may have beside, for the monitor to count the fleet's
+    partitions by: ``reach_m``, the distance in m beyond which no frame gets, and
+    ``separates(host, other) -> bool``, whether no frame gets between two hosts now.
+
     ``start`` is called once, before the first frame, with the names of the hosts in index order.
     It raises ``InputError`` for parameters that do not fit them; a line that begins with a dot and
     a path, ``.groups: ...``, points at that parameter.
@@ -152,8 +156,7 @@ class NetworkModel(Protocol):
 
     ``reasons`` are the drop reasons it may give. Built as ``Model(params)`` with an instance of
     its ``Params``; ``start`` as a rule's. One host may send several frames in one instant: to queue
-    them is the model's task. A model or rule beyond whose ``reach_m`` (an attribute, in m) no frame
-    gets says so by having one; the monitor counts the fleet's partitions by it.
+    them is the model's task. It may have ``reach_m`` and ``separates`` as a rule may.
     """
 
     reasons: ClassVar[tuple[str, ...]]

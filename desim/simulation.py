@@ -6,7 +6,6 @@ The one place that knows every part. Nothing here computes; it says who is conne
 from __future__ import annotations
 
 import gc
-import math
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -101,8 +100,7 @@ class Simulation:
         self.monitor = Monitor(
             self.kernel, self.trace, scenario, robots=self.world.robots, explorers=explorers,
             ground=Ground(self.grid, *self.world.ground(self.grid, seers)), graph=self.graph,
-            poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m,
-            reach_m=_reach_m(self.graph.media))
+            poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m)
         self._explorers = explorers
         self._drivers: dict[str, Driver] = {}
         self._clock = WorldClock(self.kernel, self.world, self.trace, scenario,
@@ -198,10 +196,3 @@ def _plugin(kind: str, path: str, name: str, parameters: dict[str, Any]) -> Any:
     with below(path):
         cls = plugins.load(kind, name)
         return cls(cls.Params(**parameters))
-
-
-def _reach_m(media: list[Medium]) -> float | None:
-    """How far two hosts hear each other over the best medium; None where there is no limit."""
-    reaches = [min(getattr(part, "reach_m", math.inf) for part in (medium.model, *medium.rules))
-               for medium in media]
-    return max(reaches) if reaches and math.isfinite(max(reaches)) else None

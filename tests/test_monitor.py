@@ -16,20 +16,28 @@ from desim.experiment.traffic import family, kind
 from desim.kernel import Kernel, Phase
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph, Node
+from desim.middleware.medium import Medium
 from desim.ports import GridSpec
 from desim.robot.tiles import FREE
 from desim.scenario.schema import Scenario
 from desim.streams import Streams
 from desim.trace import Names, Trace, real
+from netmodels.ideal import Ideal
+from netmodels.rules.partition import Partition
+from netmodels.rules.range import Range
 
 S = 1_000_000_000
 GRID = GridSpec(1.0, 32, 32, 0.0, 0.0)  # one tile; all of it free: 1024 cells
 
 
+def within(range_m: float) -> Range:
+    return Range(Range.Params(distance=f"{range_m} m"))
+
+
 class Fleet:
     """Robots that stand where they are put and learn so many cells when they are told to."""
 
-    def __init__(self, names: tuple[str, ...] = ("robot_0", "robot_1"), reach_m=None, passive=(),
+    def __init__(self, names: tuple[str, ...] = ("robot_0", "robot_1"), rules=(), passive=(),
                  **scenario) -> None:
         self.kernel, self.names, self.rows = Kernel(), Names(), []
         self.trace = Trace(self.names, self.rows.append)
@@ -37,16 +45,22 @@ class Fleet:
         self.travelled_m = np.zeros(len(names))
         self.scenario = Scenario(name="test", **scenario)
         graph = Graph(self.kernel, self.names, self.trace, Streams(0), Direct(), names)
+        graph.attach(Medium("air", Ideal(Ideal.Params()), rules, kernel=self.kernel,
+                            names=self.names, streams=Streams(0), hosts=names, place=self))
+        graph.start()
+        self.graph = graph
         explorers = tuple(name for name in names if name not in passive)
         self.monitor = Monitor(
             self.kernel, self.trace, self.scenario, robots=names, explorers=explorers,
             ground=Ground(GRID, np.zeros((32, 32), np.uint8), np.ones((32, 32), bool)),
-            graph=graph, poses=lambda: self.poses, travelled_m=lambda: self.travelled_m,
-            reach_m=reach_m)
+            graph=graph, poses=lambda: self.poses, travelled_m=lambda: self.travelled_m)
         self.beliefs = {name: SimpleNamespace(fused=np.zeros((1, 1024), np.int16), observers=[])
                         for name in explorers}
         for name, belief in self.beliefs.items():
             self.monitor.watch(name, belief)
+
+    def positions(self, time_ns: int) -> np.ndarray:
+        return self.poses[:, :2]
 
     def at(self, time_s: float, do, phase: Phase = Phase.CONTROL) -> None:
         self.kernel.at(round(time_s * S), phase, 1, lambda _: do())
@@ -179,7 +193,8 @@ def test_a_stopped_host_forgets_and_starts_again_with_a_fresh_belief():
 
 
 def test_a_passive_robot_counts_in_nothing_but_its_place():
-    fleet = Fleet(("robot_0", "robot_1"), passive=("robot_1",), stop={"by": "all"}, reach_m=1.0)
+    fleet = Fleet(("robot_0", "robot_1"), passive=("robot_1",), stop={"by": "all"},
+                  rules=[within(1.0)])
     fleet.poses[1, 0] = 50.0
     fleet.learn(2.0, "robot_0", 1024)
     summary = fleet.run()
@@ -204,15 +219,15 @@ def test_moving_robots_are_counted_by_the_second():
 
 
 def test_components_of_a_chain():
-    chain = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0], [30.0, 0.0], [33.0, 0.0]])
-    assert [components(chain, reach_m) for reach_m in (2.9, 3.0, 4.0, 27.0)] == [5, 3, 2, 1]
+    x_m = np.array([0.0, 3.0, 7.0, 30.0, 33.0])
+    apart_m = abs(x_m[:, None] - x_m)
+    assert [components(apart_m <= reach_m) for reach_m in (2.9, 3.0, 4.0, 23.0)] == [5, 3, 2, 1]
 
 
 def test_partition_episodes_have_a_beginning_and_an_end():
-    splits = Splits(10.0)
-    near, far = np.array([[0.0, 0.0], [8.0, 0.0]]), np.array([[0.0, 0.0], [12.0, 0.0]])
-    began = [splits.look(t * S, positions) for t, positions in enumerate([near, far, far, near,
-                                                                         far])]
+    splits = Splits()
+    near, far = np.ones((2, 2), bool), np.eye(2, dtype=bool)
+    began = [splits.look(t * S, linked) for t, linked in enumerate([near, far, far, near, far])]
     splits.close(6 * S)
     assert began == [False, True, False, False, True]
     assert splits.summary() == {"count": 2, "total_s": 4.0, "longest_s": 2.0, "most_parts": 2,
@@ -220,7 +235,7 @@ def test_partition_episodes_have_a_beginning_and_an_end():
 
 
 def test_the_monitor_counts_partitions_once_a_second():
-    fleet = Fleet(reach_m=10.0, measure={"every": "2 s", "on": ["partition"]})
+    fleet = Fleet(rules=[within(10.0)], measure={"every": "2 s", "on": ["partition"]})
     fleet.at(1.5, lambda: fleet.poses.__setitem__((1, 0), 12.0), Phase.WORLD)
     fleet.at(4.5, lambda: fleet.poses.__setitem__((1, 0), 8.0), Phase.WORLD)
     assert fleet.run(7)["partitions"] == {"count": 1, "total_s": 3.0, "longest_s": 3.0,
@@ -232,10 +247,26 @@ def test_the_monitor_counts_partitions_once_a_second():
     assert fleet.recorded("partition") == [(2 * S, 2, 0, 0)]
 
 
+def test_a_stopped_robot_is_no_part_and_no_link_of_a_chain():
+    fleet = Fleet(("robot_0", "robot_1", "robot_2"), rules=[within(10.0)])
+    fleet.poses[:, 0] = 0.0, 8.0, 16.0
+    fleet.at(1.5, fleet.graph.host("robot_1").stop)  # the middle of the chain
+    fleet.at(3.5, fleet.graph.host("robot_2").stop)  # robot_0 is alone now, and whole
+    assert fleet.run(6)["partitions"]["episodes_s"] == [[2.0, 4.0]]
+
+
+def test_a_rule_that_separates_hosts_splits_the_fleet_while_it_holds():
+    rule = Partition(Partition.Params(groups=[["robot_0"]], **{"from": "1500 ms",
+                                                               "until": "4 s"}))
+    fleet = Fleet(("robot_0", "robot_1", "robot_2"), rules=[within(10.0), rule])
+    assert fleet.run(6)["partitions"] == {"count": 1, "total_s": 2.0, "longest_s": 2.0,
+                                          "most_parts": 2, "episodes_s": [[2.0, 4.0]]}
+
+
 def test_without_a_range_nobody_is_ever_cut_off():
-    splits = Splits(None)
-    assert not splits.look(0, np.array([[0.0, 0.0], [1e9, 0.0]]))
-    assert splits.summary()["count"] == 0
+    fleet = Fleet()
+    fleet.poses[1, 0] = 1e9
+    assert fleet.run(2)["partitions"]["count"] == 0
 
 
 # ------------------------------------------------------------------------------------- traffic

@@ -33,18 +33,18 @@ class Monitor:
 
     ``robots`` names in index order, ``explorers`` those of them that carry software; each is the
     name of its host, too. ``poses()`` gives [robots, 3] x m, y m, yaw rad, ``travelled_m()``
-    [robots] m, both true. ``reach_m``: how far two robots hear each other, None for any distance.
+    [robots] m, both true.
     """
 
     def __init__(self, kernel: Kernel, trace: Trace, scenario: Scenario, *,
                  robots: tuple[str, ...], explorers: tuple[str, ...], ground: Ground,
                  graph: Graph, poses: Callable[[], np.ndarray],
-                 travelled_m: Callable[[], np.ndarray], reach_m: float | None = None) -> None:
+                 travelled_m: Callable[[], np.ndarray]) -> None:
         self.robots, self.explorers, self.ground, self.graph = robots, explorers, ground, graph
         self.beliefs: dict[str, Belief | None] = dict.fromkeys(explorers)
         self.families = Families(graph)
         self.hosts = [graph.host(name) for name in robots]
-        self.splits = Splits(reach_m)
+        self.splits = Splits()
         self.collisions = 0
         self.collisions_of = [0] * len(robots)
         self.recoveries_of = [0] * len(robots)
@@ -71,7 +71,6 @@ class Monitor:
                       lambda k: self._sample("period"))
 
     def _watch_coverage(self, scenario: Scenario) -> None:
-        self._explorers = np.array([self.robots.index(name) for name in self.explorers], np.int64)
         self.coverage = Coverage(self.ground, self.explorers, self._learned)
         count = len(self.explorers)
         self.explored = Reached(self.coverage.cells_for(EXPLORED), count)
@@ -205,6 +204,13 @@ class Monitor:
                             self.coverage.union_known, travelled_m,
                             [host.rx_bytes for host in self.hosts],
                             [host.tx_bytes for host in self.hosts]))
-        if self.splits.look(now_ns, poses[self._explorers, :2]):
+        if self.splits.look(now_ns, self._links()):
             row(now_ns, self._kind["partition"], self._entity, self.splits.parts)
             self._happened("partition")
+
+    def _links(self) -> np.ndarray | None:
+        """Between which explorers that are up frames can get now."""
+        up = [host.index for host in self.hosts if host.up and host.name in self.beliefs]
+        # All hosts are attached to all media, and messages take the first.
+        media = self.graph.media[:1]
+        return media[0].linked(np.array(up, np.int64)) if media else None

@@ -7,19 +7,17 @@ import numpy as np
 from desim.units import NS_PER_S
 
 
-def components(positions: np.ndarray, reach_m: float) -> int:
-    """Into how many parts points [n, 2] m fall when those within ``reach_m`` are connected."""
-    steps = positions[:, None, :] - positions[None, :, :]
-    near = (steps ** 2).sum(axis=2) <= reach_m ** 2
-    left = np.ones(len(positions), bool)
+def components(linked: np.ndarray) -> int:
+    """Into how many parts n points fall of which ``linked`` [n, n] bool says who is connected."""
+    left = np.ones(len(linked), bool)
     parts = 0
     while left.any():
-        part = np.zeros(len(positions), bool)
+        part = np.zeros(len(linked), bool)
         front = part.copy()
         front[np.argmax(left)] = True
         while front.any():
             part |= front
-            front = near[front].any(axis=0) & ~part
+            front = linked[front].any(axis=0) & ~part
         left &= ~part
         parts += 1
     return parts
@@ -28,11 +26,11 @@ def components(positions: np.ndarray, reach_m: float) -> int:
 class Splits:
     """Counts episodes during which the fleet is split, as seen at the instants of ``look``.
 
-    ``reach_m`` None: everybody hears everybody, there are no episodes.
+    It is split where no chain of its robots, over links that could carry a frame now, joins some
+    two of them. A robot whose host is down is in no part and in no chain.
     """
 
-    def __init__(self, reach_m: float | None) -> None:
-        self.reach_m = reach_m
+    def __init__(self) -> None:
         self.parts = 1
         self.most_parts = 1
         self.episodes: list[tuple[int, int]] = []
@@ -43,11 +41,10 @@ class Splits:
         """Episodes that have begun."""
         return len(self.episodes) + (self._since_ns is not None)
 
-    def look(self, now_ns: int, positions: np.ndarray) -> bool:
-        """Whether an episode begins now, with the fleet at ``positions`` [n, 2] m."""
-        if self.reach_m is None or len(positions) < 2:
-            return False
-        self.parts = components(positions, self.reach_m)
+    def look(self, now_ns: int, linked: np.ndarray | None) -> bool:
+        """Whether an episode begins now. ``linked`` [n, n] bool: between which of the robots that
+        are up frames get, None: between all."""
+        self.parts = 1 if linked is None or len(linked) < 2 else components(linked)
         self.most_parts = max(self.most_parts, self.parts)
         if self.parts > 1 and self._since_ns is None:
             self._since_ns = now_ns

@@ -6,6 +6,7 @@ It needs a ``Kernel`` and names, not a ``Graph``: a plain SimPy program can send
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import Any, Protocol
@@ -117,6 +118,9 @@ class Medium:
         self._open: dict[tuple[int, int], Claim] = {}  # by frame and receiver
         self._flying = 0
         self._reasons = frozenset(model.reasons)
+        parts = (model, *self.rules)
+        self._reach_m = min(getattr(part, "reach_m", math.inf) for part in parts)
+        self._separators = [part.separates for part in parts if hasattr(part, "separates")]
         for number, rule in enumerate(self.rules):
             with below(f".rules.{number}"):
                 rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
@@ -192,6 +196,20 @@ class Medium:
             return
         self.bytes_on_air += size_bytes
         self._send(frame)
+
+    def linked(self, hosts: np.ndarray) -> np.ndarray | None:
+        """[k, k] bool: between which of ``hosts`` [k] (indices) frames can get now, as far as the
+        model and the rules say (``reach_m`` and ``separates``); None: between all."""
+        links = None
+        if self._reach_m < math.inf:
+            places = self.positions(self._kernel.now_ns)[hosts]
+            apart = places[:, None, :] - places[None, :, :]
+            links = ~((apart ** 2).sum(axis=2) > self._reach_m ** 2)  # True for NaN
+        for separates in self._separators:
+            together = np.array([[not separates(a, b) for b in hosts.tolist()]
+                                 for a in hosts.tolist()], bool)
+            links = together if links is None else links & together
+        return links
 
     def in_flight(self) -> int:
         """Frames, per receiver, that are not settled yet or on their way."""

@@ -80,7 +80,7 @@ def _loaded(document: merge.Document, overrides: Sequence[str], seed: int | None
         place = places.value(path)
         return os.path.dirname(place.source) if place.line else ""
 
-    chosen.place(data, folder)
+    pluginchoices.place(data, folder)
     result = validated(Scenario, data)
     found = pluginchoices.complaints(data)
     wrong: list[Complaint] = result if isinstance(result, list) else []

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Mapping
 
 from desim.errors import InputError
-from desim.scenario import chosen, yaml12
+from desim.scenario import pluginchoices, yaml12
 from desim.scenario.environment import MapFile
 from desim.scenario.schema import Scenario
 
@@ -40,7 +40,7 @@ def _text(scenario: Scenario, written: Callable[[str], str]) -> str:
     if isinstance(scenario.environment.terrain, MapFile):
         terrain = data["environment"]["terrain"]
         terrain["map"] = written(terrain["map"])
-    for _, mapping, key in chosen.named(data):
+    for _, mapping, key in pluginchoices.named(data):
         if os.path.isabs(mapping[key]):
             mapping[key] = written(mapping[key])
     return yaml12.dump(data)

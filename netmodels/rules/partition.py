@@ -36,12 +36,19 @@ class Partition:
         self._group = [_group_of(host, groups) for host in hosts]
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
-        now_ns, until_ns = self._context.now_ns, self._params.until_ns
-        if now_ns < self._params.start_ns or until_ns is not None and now_ns >= until_ns:
+        if not self._holds():
             return None
         own = self._group[frame.source]
         return [ports.PASS if self._group[receiver] == own else ports.Drop("partitioned")
                 for receiver in receivers]
+
+    def separates(self, host: int, other: int) -> bool:
+        """Whether no frame gets between the two now."""
+        return self._holds() and self._group[host] != self._group[other]
+
+    def _holds(self) -> bool:
+        now_ns, until_ns = self._context.now_ns, self._params.until_ns
+        return self._params.start_ns <= now_ns and (until_ns is None or now_ns < until_ns)
 
 
 def _group_of(host: str, groups: list[list[str]]) -> int:
