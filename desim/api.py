@@ -21,6 +21,7 @@ import pyarrow.parquet as pq
 from desim.errors import InputError
 from desim.experiment import maps
 from desim.experiment.results import FAILED, FINISHED, INTERRUPTED, RunFolder, manifest_of
+from desim.scenario import yaml12
 from desim.scenario.load import Loaded, from_mapping, load
 from desim.scenario.schema import Scenario
 from desim.simulation import Simulation
@@ -46,6 +47,12 @@ class Run:
     def manifest(self) -> dict[str, Any]:
         """How it ran: status, digest, versions, times."""
         return manifest_of(self.path)
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """What was run, every value spelled out. It is not checked again: its plug-ins and its map
+        need not be there any more."""
+        return Scenario.model_validate(yaml12.read(str(self._file("scenario.resolved.yaml")))[0])
 
     @cached_property
     def metrics(self) -> dict[str, Any]:

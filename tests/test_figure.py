@@ -38,6 +38,22 @@ def test_many_robots_share_a_colour_bar(run, tmp_path, monkeypatch):
     assert "robot, robot_0 to robot_2" in drawn
 
 
+def test_doors_and_moving_obstacles_are_drawn(repository, tmp_path):
+    drawn = {}
+    for name, environment in (("bare", ()), ("furnished", (
+            "environment.doors=[{from: [4 m, -4 m], to: [4 m, 4 m], open: [[0 s, 1 s]]},"
+            " {from: [-4 m, 4 m], to: [-4 m, 12 m]}]",
+            "environment.moving_obstacles=[{path: [[-10 m, -6 m], [10 m, -6 m]]}]"))):
+        run = desim.run(repository / "scenarios" / "hello.yaml", out=tmp_path / name,
+                        overrides=("stop.elapsed=1 s", *environment))
+        figure.draw(run, tmp_path / f"{name}.svg")
+        drawn[name] = (tmp_path / f"{name}.svg").read_text()
+    for label in ("door, open at the start", "door, closed at the start",
+                  "path of a moving obstacle"):
+        assert label in drawn["furnished"]
+        assert label not in drawn["bare"]
+
+
 def test_a_robot_alone_that_says_nothing(repository, tmp_path):
     run = desim.run(repository / "scenarios" / "hello.yaml", out=tmp_path, overrides=(
         "stop.elapsed=2 s", "deployment=field", "fleet.size=1"))

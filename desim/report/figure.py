@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
+from matplotlib import colormaps, rc_context
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch
 
 from desim.api import Run
 from desim.experiment.maps import OccupancyMap
@@ -18,48 +22,89 @@ from desim.experiment.metrics import EXPLORED
 NAMED = 10  # up to so many robots have a line each in the legend, more share a colour bar
 
 _UNKNOWN, _FREE, _SOLID, _WRONG = "#c9cdd2", "#ffffff", "#2b2f36", "#d62728"
+_DOOR, _MOVER = "#f2b705", "#000000"
 _PREFIX = "bytes_per_s:"
 
 
+@rc_context({"font.size": 9, "axes.titlesize": 11, "legend.fontsize": 8.5})
 def draw(run: Run, path: Path) -> None:
     """Write the picture of ``run`` to ``path``; its ending says the format (png, pdf, svg)."""
-    figure = Figure(figsize=(13, 11), dpi=130, layout="constrained")
+    figure = Figure(figsize=(11, 10), dpi=160, layout="constrained")
     (where, what), (when, said) = figure.subplots(2, 2)
     robots = list(dict.fromkeys(run.robots["robot"].tolist()))
-    palette = colormaps["turbo"](np.linspace(0.05, 0.95, max(len(robots), 2)))
-    colours = dict(zip(robots, palette, strict=False))
-    _trajectories(where, run, colours)
+    palette = _palette(len(robots))
+    colours = dict(zip(robots, palette, strict=True))
+    _terrain(where, run, colours)
     _knowledge(what, run)
     _explored(when, run, colours)
     _traffic(said, run)
     if len(robots) > NAMED:
-        scale = ScalarMappable(Normalize(0, len(robots) - 1),
-                               ListedColormap(palette[:len(robots)]))
+        scale = ScalarMappable(Normalize(0, len(robots) - 1), ListedColormap(palette))
         figure.colorbar(scale, ax=[where], label=f"robot, {robots[0]} to {robots[-1]}",
                         location="left", shrink=0.7)
     metrics, manifest = run.metrics, run.manifest
     figure.suptitle(f"{manifest['name']}, seed {manifest['seed']}: {len(robots)} robots, "
                     f"{metrics['simulated_s']:.1f} s, {metrics['stop_reason']}"
                     f"{'' if manifest['status'] == 'finished' else ', ' + manifest['status']}",
-                    fontsize=14)
+                    fontsize=13)
     figure.savefig(path)
 
 
-def _trajectories(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> None:
+def _palette(robots: int) -> np.ndarray:
+    """[robots, 4] colours that stand out from white."""
+    if robots <= NAMED:
+        return colormaps["tab10"](np.arange(robots))
+    # turbo's yellow and light green would hardly be seen.
+    return colormaps["turbo"](np.linspace(0.0, 1.0, robots)) * (0.82, 0.82, 0.82, 1.0)
+
+
+def _terrain(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> None:
     _raster(axes, run.truth)
-    rows = run.robots
+    keys = [Patch(color=_SOLID, label="wall")]
+    if (run.truth.cells < 0).any():
+        keys.append(Patch(color=_UNKNOWN, label="out of reach"))
+    keys += _doors(axes, run) + _movers(axes, run) + _ways(axes, run, colours)
+    axes.set_title("(a) Terrain and true ways of the robots")
+    _legend_below(axes, handles=keys, ncols=4)
+
+
+def _ways(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> list[Artist]:
+    rows, keys = run.robots, []
+    ends = {"start": ("o", 4.0), "end": ("s", 4.5)}
     for name, colour in colours.items():
         own = rows["robot"] == name
         x_m, y_m = rows["x_m"][own], rows["y_m"][own]
-        axes.plot(x_m, y_m, color=colour, linewidth=1.0, label=name)
-        axes.plot(x_m[:1], y_m[:1], "o", color=colour, markersize=4, markeredgecolor="black",
-                  markeredgewidth=0.4)
-        axes.plot(x_m[-1:], y_m[-1:], "s", color=colour, markersize=5, markeredgecolor="black",
-                  markeredgewidth=0.6)
-    axes.set_title("Terrain and trajectories (circle: start, square: end)")
-    if len(colours) <= NAMED:
-        axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.09), ncols=min(len(colours), 5),
-                    fontsize=8, frameon=False, borderaxespad=0.0)
+        keys += axes.plot(x_m, y_m, color=colour, linewidth=1.0, label=name)
+        for at, (marker, size) in zip((0, -1), ends.values(), strict=True):
+            axes.plot(x_m[at], y_m[at], marker, color=colour, markersize=size,
+                      markeredgecolor="black", markeredgewidth=0.5)
+    return [Line2D([], [], linestyle="none", marker=marker, markersize=size, label=label,
+                   markerfacecolor="white", markeredgecolor="black")
+            for label, (marker, size) in ends.items()] + (keys if len(keys) <= NAMED else [])
+
+
+def _doors(axes: Axes, run: Run) -> list[Artist]:
+    """Doors stand in no map of the truth, which takes them as open."""
+    keys = {}
+    for door in run.scenario.environment.doors:
+        opened = any(start_ns == 0 for start_ns, _ in door.open_ns)
+        label = f"door, {'open' if opened else 'closed'} at the start"
+        ends_m = zip(door.start_m, door.end_m, strict=True)
+        keys[label], = axes.plot(*ends_m, color=_DOOR, linewidth=3.0, solid_capstyle="butt",
+                                 linestyle=(0, (1.0, 1.0)) if opened else "-", label=label)
+    return [keys[label] for label in sorted(keys)]
+
+
+def _movers(axes: Axes, run: Run) -> list[Artist]:
+    """Where they are to drive, there and back; where they were is not among a run's results."""
+    keys: list[Artist] = []
+    for mover in run.scenario.environment.moving_obstacles:
+        path_m = np.array(mover.path_m)
+        line, = axes.plot(*path_m.T, "--", color=_MOVER, linewidth=1.2,
+                          label="path of a moving obstacle")
+        axes.add_patch(Circle(path_m[0], mover.radius_m, color=_MOVER))
+        keys = [line]
+    return keys
 
 
 def _knowledge(axes: Axes, run: Run) -> None:
@@ -70,8 +115,12 @@ def _knowledge(axes: Axes, run: Run) -> None:
     axes.imshow(np.ma.masked_where(~wrong, wrong), cmap=ListedColormap([_WRONG]), vmin=0, vmax=1,
                 origin="lower", extent=run.map.extent_m, interpolation="nearest")
     metrics = run.metrics
-    axes.set_title(f"Map of {metrics['judged_robot']}: {metrics['map_completeness']:.2%} complete, "
-                   f"{metrics['map_error_cells']} wrong cells (red)")
+    axes.set_title(f"(b) Map of {metrics['judged_robot']} at the end, "
+                   f"{metrics['map_completeness']:.2%} complete")
+    _legend_below(axes, ncols=4, handles=[
+        Patch(facecolor=_FREE, edgecolor="grey", label="free"),
+        Patch(color=_SOLID, label="occupied"), Patch(color=_UNKNOWN, label="unknown"),
+        Patch(color=_WRONG, label=f"wrong ({metrics['map_error_cells']} cells)")])
 
 
 def _explored(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> None:
@@ -88,14 +137,13 @@ def _explored(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> None:
     axes.axhline(100.0 * EXPLORED, color="grey", linewidth=0.8)
     reached_s = metrics["exploration_time_s"]
     if reached_s is not None:
-        axes.axvline(reached_s, color="grey", linewidth=0.8)
-        axes.annotate(f"99 % at {reached_s:.1f} s", (reached_s, 5.0), xytext=(-6, 0),
-                      textcoords="offset points", ha="right", fontsize=9)
-    axes.set(title="Explored share (thin: each robot)", xlabel="simulated time [s]",
+        axes.axvline(reached_s, color="grey", linewidth=0.8,
+                     label=f"{EXPLORED:.0%} known to one robot, {reached_s:.1f} s")
+    axes.set(title="(c) Explored share (thin: each robot)", xlabel="simulated time [s]",
              ylabel="share of the reachable area [%]", ylim=(0.0, 103.0),
              xlim=(0.0, max(metrics["simulated_s"], 1e-9)))
     axes.grid(alpha=0.3)
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.1), fontsize=9)
+    _legend_below(axes, ncols=2)
 
 
 def _traffic(axes: Axes, run: Run) -> None:
@@ -106,15 +154,14 @@ def _traffic(axes: Axes, run: Run) -> None:
         # A row has the mean since the row before.
         axes.plot(samples["time_s"], 1e-3 * samples[name], linewidth=1.3, drawstyle="steps-pre",
                   label=name.removeprefix(_PREFIX))
-    axes.set(title="Delivered between hosts, by topic (* is any robot)",
-             xlabel="simulated time [s]", ylabel="kB/s (1000 bytes, without headers)",
+    axes.set(title="(d) Delivered between hosts, by topic (* is any robot)",
+             xlabel="simulated time [s]", ylabel="contents [kB/s], 1 kB = 1000 bytes",
              xlim=(0.0, max(run.metrics["simulated_s"], 1e-9)))
     axes.grid(alpha=0.3)
     if any(samples[name].max() > 0.0 for name in families):
         axes.set_yscale("symlog", linthresh=0.1)
         axes.set_ylim(0.0, 3e-3 * max(samples[name].max() for name in families))
-        axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.1), ncols=3, fontsize=9,
-                    frameon=False, borderaxespad=0.0)
+        _legend_below(axes, ncols=3)
     else:
         axes.text(0.5, 0.5, "no messages between hosts", transform=axes.transAxes, ha="center")
 
@@ -126,3 +173,9 @@ def _raster(axes: Axes, drawn: OccupancyMap) -> None:
                 origin="lower", extent=drawn.extent_m, interpolation="antialiased",
                 interpolation_stage="rgba")
     axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
+
+
+def _legend_below(axes: Axes, **how: Any) -> None:
+    """Where it covers nothing."""
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.13), frameon=False, handlelength=1.6,
+                columnspacing=1.2, borderaxespad=0.0, **how)
