@@ -34,7 +34,7 @@ BUILT_IN_LASERS = {"lms500": Laser()}
 
 
 class Odometry(Params):
-    """Wheel odometry."""
+    """Wheel odometry. Only ``localization: odometry`` reads it."""
 
     rate_hz: Frequency = Field("10 Hz", description="(the paper)")
     model: Literal["independent", "random_walk"] = Field("independent", description=(
