@@ -14,14 +14,15 @@ def maps(reference):
         pytest.skip("the authors' maps are not beside the repository")
 
 
-@pytest.mark.parametrize("terrain", acceptance.TERRAINS)
-def test_a_fleet_explores_it(terrain):
-    simulation = built(MAZE_8, *acceptance.real_map(terrain), "stop.elapsed=40 s",
-                       "stop.explored=100 %")
+# Seed 1 takes 136, 142 and 217 s, and 243 s; zigzag as a whole, 555 s, is tools/acceptance.py's.
+@pytest.mark.parametrize("terrain, share, within_s", [
+    ("loop", 0.99, 200), ("cross", 0.99, 200), ("maze", 0.99, 300), ("zigzag", 0.5, 350)])
+def test_a_fleet_explores_it_in_time_and_keeps_out_of_its_walls(terrain, share, within_s):
+    simulation = built(MAZE_8, *acceptance.real_map(terrain), f"stop.elapsed={within_s} s",
+                       f"stop.explored={share:.0%}")
     ticks = Ticks(simulation)
     finished(simulation)
-    assert simulation.monitor.quantities()["explored"] > 0.08
-    assert simulation.monitor.travelled_m().min() > 1.0
+    assert simulation.monitor.stop_reason == "explored"
     assert max(ticks.deepest()) <= acceptance.ALLOWED_M
 
 
