@@ -115,6 +115,17 @@ def test_another_robots_search_in_between_changes_nothing():
     assert len(one.plan((1.0, 1.0), (1.0, 3.5), 0.0)) == 2
 
 
+def test_a_search_that_ends_where_it_begins_leaves_nothing_behind():
+    corridor = np.zeros((20, 20), np.int16)
+    corridor[10] = FREE
+    wavefront = Wavefront(costmap(Drawn(corridor)))
+    fresh = wavefront.plan((0.3, 2.1), (3.7, 2.1), 0.0)
+    wavefront._room.last = None
+    assert len(wavefront.plan((2.1, 2.1), (2.1, 2.1), 0.0)) == 1
+    wavefront._room.last = None
+    assert np.array_equal(wavefront.plan((0.3, 2.1), (3.7, 2.1), 0.0), fresh)
+
+
 def test_tolls_fit_the_buckets():
     assert _WALKING[_WALKING > 0].min() > 0
     assert _WALKING.max() < kernels.BUCKETS

@@ -144,7 +144,7 @@ def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, dist
     """
     distance[used[0]:used[1]] = FAR
     seen[used[0]:used[1]] = 0
-    used[0], used[1] = start, start
+    used[0], used[1] = start, start + 1
     filled = np.zeros(BUCKETS, np.int64)
     straight, diagonal, least = toll[0], toll[1], toll[0, 0]
     around = np.array([-across, -1, 1, across, -across - 1, 1 - across, across - 1, across + 1])
