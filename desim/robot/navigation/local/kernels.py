@@ -147,17 +147,28 @@ def around(near2, cell_m, safe_m, x, y, dx, dy):
     return best_x, best_y, 1.0 if best == 0.0 else 0.0
 
 
-@njit(_f8(_setup, *[_f8] * 7), cache=True)
-def detour(setup, x, y, yaw, v, w, aim_x, aim_y):
-    """What an arc with speed v and turn rate w costs on open ground: by how far its end after
-    ``rollout_s`` is off the straight line to the aim, and how far a point ahead of its end is from
-    the aim."""
+@njit(types.void(_setup, *[_f8] * 3, _f8x2), cache=True)
+def fan(setup, yaw, low_w, high_w, arcs):
+    """What arcs of the turn rates within reach have in common whatever their speed: arcs [turns +
+    1, 6], out: turn rate | chord over arc length | direction of the chord | direction of its end.
+    The first is straight on, or as straight as can be."""
+    s, turns = setup[0], len(arcs) - 1
+    for j in range(turns + 1):
+        w = low_w + (high_w - low_w) * (j - 1) / (turns - 1) if j else min(max(0.0, low_w), high_w)
+        half = 0.5 * w * s.rollout_s
+        arcs[j, 0], arcs[j, 1] = w, sin(half) / half if abs(half) > 1e-6 else 1.0
+        arcs[j, 2], arcs[j, 3] = cos(yaw + half), sin(yaw + half)
+        arcs[j, 4], arcs[j, 5] = cos(yaw + 2.0 * half), sin(yaw + 2.0 * half)
+
+
+@njit(_f8(_setup, _f8, _f8x1, _f8, _f8), cache=True)
+def detour(setup, v, arc, lx, ly):
+    """What an arc of speed v costs on open ground: by how far its end is off the straight line to
+    the aim, (lx, ly) from here, and how far the point ahead of its end is from the aim."""
     s = setup[0]
-    half = 0.5 * w * s.rollout_s
-    chord_m = v * s.rollout_s * (sin(half) / half if abs(half) > 1e-6 else 1.0)
-    dx, dy = chord_m * cos(yaw + half), chord_m * sin(yaw + half)
-    end_yaw, lx, ly = yaw + 2.0 * half, aim_x - x, aim_y - y
-    fx, fy = dx + _ALIGN_M * cos(end_yaw) - lx, dy + _ALIGN_M * sin(end_yaw) - ly
+    chord_m = v * s.rollout_s * arc[1]
+    dx, dy = chord_m * arc[2], chord_m * arc[3]
+    fx, fy = dx + _ALIGN_M * arc[4] - lx, dy + _ALIGN_M * arc[5] - ly
     off_m = abs(lx * dy - ly * dx) / (math.sqrt(lx * lx + ly * ly) + 1e-9)
     return s.path_weight * off_m + s.goal_weight * math.sqrt(fx * fx + fy * fy)
 
@@ -197,15 +208,13 @@ def window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, aim_x, aim_y, ou
     low_w = max(w - s.turn_step_radps, -s.max_turn_radps)
     high_w = min(w + s.turn_step_radps, s.max_turn_radps)
     first2 = bar2(near2, s.cell_m, s.safe_m, x, y)
-    best = np.inf
+    best, arcs = np.inf, np.empty((turns + 1, 6))
+    fan(setup, yaw, low_w, high_w, arcs)
     out[0], out[1], out[2] = low_v, min(max(0.0, low_w), high_w), 1.0
     for i in range(speeds):
         speed = high_v - (high_v - low_v) * i / max(speeds - 1, 1)
-        for j in range(-1, turns):  # the first is straight on, or as straight as can be
-            turn = low_w + (high_w - low_w) * j / (turns - 1)
-            if j < 0:
-                turn = min(max(0.0, low_w), high_w)
-            cost = detour(setup, x, y, yaw, speed, turn, aim_x, aim_y)
+        for j in range(turns + 1):
+            turn, cost = arcs[j, 0], detour(setup, speed, arcs[j], aim_x - x, aim_y - y)
             if cost >= best:
                 continue  # obstacles cannot make it any better
             cost += danger(near2, setup, x, y, yaw, speed, turn, first2)
