@@ -48,10 +48,7 @@ class Sight:
             self._beams = np.array([(math.cos(a), math.sin(a)) for a in angles])
         self.seen_from[:] = x_m, y_m, yaw_rad
         # float32, as the ranges are: no return must not turn into a hit by rounding.
-        kernels.see(scan.ranges, self._beams, float(np.float32(scan.range_max_m)), self._cell_m,
-                    self._reach_m, self.near2)
-        self._remembered = kernels.remember(
-            scan.ranges, self._beams, self.seen_from, seconds(scan.stamp_ns), self._cell_m,
-            self._reach_m, self._memory, self._remembered, self.near2)
-        self.yield_m = kernels.yield_to(scan.ranges, self._beams, self.seen_from, _YIELD_M,
-                                        self.flat, self.frame)
+        self._remembered, self.yield_m = kernels.look(
+            scan.ranges, self._beams, float(np.float32(scan.range_max_m)), seconds(scan.stamp_ns),
+            self._cell_m, self._reach_m, _YIELD_M, self.seen_from, self.flat, self.frame,
+            self._memory, self._remembered, self.near2)

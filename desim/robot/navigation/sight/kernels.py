@@ -42,6 +42,8 @@ def stamp(x, y, cell_m, reach_m, near2, dx2):
     """A point into the layer; False if it is too far away to matter. dx2 [n]: room to work in."""
     size = near2.shape[0]
     middle = 0.5 * size - 0.5  # in cells, of the centre of cell 0
+    if max(abs(x), abs(y)) > reach_m + (middle + 1.0) * cell_m:
+        return False  # most points are; the divisions below would find it too
     c0 = max(int(np.ceil((x - reach_m) / cell_m + middle)), 0)
     c1 = min(int(np.floor((x + reach_m) / cell_m + middle)) + 1, size)
     r0 = max(int(np.ceil((y - reach_m) / cell_m + middle)), 0)
@@ -126,6 +128,17 @@ def yield_to(ranges, beams, pose, within_m, flat, frame):
         if not known:
             nearest = r
     return nearest
+
+
+@njit(types.Tuple((_i8, _f8))(types.float32[::1], _f8x2, _f8, _f8, _f8, _f8, _f8, _f8x1, _u1x1,
+                              _frame, _f8x2, _i8, _f4x2), cache=True)
+def look(ranges, beams, no_return_m, now_s, cell_m, reach_m, yield_m, pose, flat, frame, memory,
+         count, near2):
+    """All that a scan is looked at for: ``see``, ``remember`` and ``yield_to`` in one call.
+    Returns what the last two do."""
+    see(ranges, beams, no_return_m, cell_m, reach_m, near2)
+    count = remember(ranges, beams, pose, now_s, cell_m, reach_m, memory, count, near2)
+    return count, yield_to(ranges, beams, pose, yield_m, flat, frame)
 
 
 @njit("f8(f4[:,::1], f8, f8, f8)", cache=True)
