@@ -48,6 +48,23 @@ def test_packets_to_one_exit_wait_for_each_other():
     assert times_ns == [2 * one + 2 * CABLE_NS, 3 * one + 2 * CABLE_NS, 4 * one + 2 * CABLE_NS]
 
 
+def test_a_packet_that_comes_in_first_does_not_delay_one_that_was_sent_before():
+    """The price of settling a packet when it is sent: 600 B that set out 7 us after 1518 B are in
+    the switch first, and leave it 5.0 us later; the long packet should wait for the last 4.7 us of
+    that. It does not, unless a train is expected there."""
+    def long_packet(at_ns):
+        bench = bench_of()
+        bench.send(at_ns, "host_1", "host_3", 1518, label="long")
+        bench.send(at_ns + 7000, "host_2", "host_3", 600, label="short")
+        if at_ns:  # a train is expected at the exit: nothing is settled beforehand
+            bench.send(0, "host_4", "host_3", 3000, 2, label="train")
+        return arrivals(bench)["long"] - at_ns
+
+    early_ns = 2 * wire_ns(1518) + 2 * CABLE_NS
+    assert long_packet(0) == early_ns
+    assert 0 < long_packet(1) - early_ns <= 3 * wire_ns(1518)
+
+
 def test_full_duplex_ports_do_not_hinder_each_other():
     bench = bench_of()
     for source, receiver in [("host_1", "host_2"), ("host_2", "host_1"), ("host_3", "host_4")]:
@@ -130,8 +147,9 @@ traffic = st.lists(st.tuples(
 @settings(max_examples=120, deadline=None)
 @given(traffic)
 def test_a_train_is_off_by_less_than_a_packet_of_each_train_that_comes_in(frames):
-    """The bound that the model states: four senders, so no more than four trains come in at once,
-    and one full packet is 12.3 us. The packet-by-packet mode is the measure."""
+    """The bounds that the model states: four senders, so no more than four trains come in at once,
+    and one full packet is 12.3 us; and 0.1 ms from each of three others for packets that are
+    settled when they are sent. The packet-by-packet mode is the measure."""
     logs = []
     for per_segment in (False, True):
         bench = bench_of(places=5, per_segment=per_segment)
@@ -143,7 +161,7 @@ def test_a_train_is_off_by_less_than_a_packet_of_each_train_that_comes_in(frames
     trains, packets = logs
     assert trains.keys() == packets.keys()
     for label, time_ns in trains.items():
-        assert abs(time_ns - packets[label]) <= 4 * wire_ns(1518)
+        assert abs(time_ns - packets[label]) <= 4 * wire_ns(1518) + 3 * 100_000
 
 
 @given(traffic)
