@@ -13,7 +13,6 @@ from collections.abc import Callable, Generator
 from enum import IntEnum
 from fractions import Fraction
 from heapq import heappop, heappush
-from operator import attrgetter
 from typing import Any
 
 import simpy
@@ -121,8 +120,12 @@ class Kernel:
     then run inside a plain SimPy program, driven by its own ``env.run``.
     """
 
+    def __new__(cls, env: simpy.Environment | None = None) -> Kernel:
+        return super().__new__(cls if env is None else _Guest)
+
     def __init__(self, env: simpy.Environment | None = None) -> None:
         self.env = simpy.Environment(initial_time=0) if env is None else env
+        self.now_ns: int = self.env.now  # read twenty times a message: no property
         if type(self.env.now) is not int:
             raise KernelError(f"the SimPy clock must count int nanoseconds, its now is "
                               f"{self.env.now!r}; use simpy.Environment(initial_time=0)")
@@ -131,10 +134,6 @@ class Kernel:
         self._agenda, self._numbers = self.env._queue, self.env._eid
         self._callbacks = (self._fire,)
         self._stopping: Call | None = None
-
-    # SimPy's own ``now`` and ``schedule`` are Python functions around these attributes; asked for
-    # twenty times a message they are worth going around.
-    now_ns = property(attrgetter("env._now"), doc="The time, int nanoseconds.")
 
     def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
               arg: Any = None) -> Call:
@@ -153,14 +152,15 @@ class Kernel:
         call.fn = fn
         call.arg = arg
         call.order = order
-        heappush(self._agenda, (self.env._now + delay_ns, order, next(self._numbers), call))
+        # SimPy's ``schedule`` without its call.
+        heappush(self._agenda, (self.now_ns + delay_ns, order, next(self._numbers), call))
         return call
 
     def at(self, time_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
            arg: Any = None) -> Call:
         """Call ``fn(arg)`` at ``time_ns``, like ``after``. Raises ``KernelError`` for a time that
         is not an int or lies in the past."""
-        now_ns = self.env._now
+        now_ns = self.now_ns
         if type(time_ns) is not int or time_ns < now_ns:
             raise KernelError(f"time_ns must be an int >= now ({now_ns}), got {time_ns!r} "
                               f"for {_name(fn)}")
@@ -211,12 +211,12 @@ class Kernel:
         while queue:
             entry = heappop(queue)
             call = entry[3]
-            if type(call) is not Call:  # an event of a foreign environment
+            env._now = self.now_ns = entry[0]
+            if type(call) is not Call:  # an event of a foreign environment, or the end
                 heappush(queue, entry)
                 env.step()
                 continue
             self._fired = entry
-            env._now = entry[0]
             self.events += 1
             call.fn(call.arg)
 
@@ -240,7 +240,7 @@ class Kernel:
         raise StopSimulation(None)
 
     def _fire(self, call: Call) -> None:
-        self._fired = self.env._now, call.order
+        self._fired = self.now_ns, call.order
         self.events += 1
         call.fn(call.arg)
 
@@ -248,13 +248,25 @@ class Kernel:
         """The round of something booked for now: what is not later than the phase that runs has to
         wait for the next one."""
         fired_ns, order, *_ = self._fired
-        if self.env._now != fired_ns:
+        if self.now_ns != fired_ns:
             return 0
         round_ = (order >> _ROUND_BIT) + (phase <= order & _PHASE_MASK)
         if round_ > MAX_ROUNDS:
             raise KernelError(f"more than {MAX_ROUNDS} rounds at {self.now_ns} ns: the loop goes "
                               f"through {_name(fn)} in phase {Phase(phase).name}")
         return round_
+
+
+class _Guest(Kernel):
+    """A kernel in a foreign environment, whose own events move the clock as well."""
+
+    @property
+    def now_ns(self) -> int:
+        return self.env._now
+
+    @now_ns.setter
+    def now_ns(self, time_ns: int) -> None:
+        """The environment has the time already."""
 
 
 def _run(call: Call) -> None:

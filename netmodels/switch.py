@@ -68,7 +68,7 @@ class Exit:
         """When a packet will have left that is on its way and will be here at ``in_ns``; None if
         that cannot be told yet: a train is expected, or the queue may be full."""
         if self._changes:
-            self._run(now_ns)
+            self._take_in(now_ns)
             if self._expected:
                 return None
         at_ns, wait_ns = self._at_ns, self._work_ns
@@ -98,6 +98,11 @@ class Exit:
         return None if self._full_at_ns >= first_ns else now_ns + self._work_ns
 
     def _run(self, now_ns: int) -> None:
+        self._take_in(now_ns)
+        self._pour(now_ns)
+
+    def _take_in(self, now_ns: int) -> None:
+        """What has come in up to now."""
         changes = self._changes
         while changes and changes[0][0] <= now_ns:
             time_ns, trains, work_ns = heappop(changes)
@@ -106,7 +111,6 @@ class Exit:
             self._work_ns += work_ns
             if trains < 0:
                 self._expected -= 1
-        self._pour(now_ns)
 
     def _pour(self, until_ns: int) -> None:
         work_ns = self._work_ns + (self._trains - 1) * (until_ns - self._at_ns)
@@ -180,7 +184,7 @@ class Switch:
         else:
             exits = self._exits_to[receiver]
         if frame.segments == 1:
-            self._send_packet(frame, port, exits)
+            self._send_packet(frame, port, exits, receiver)
         elif self._params.per_segment:
             self._send_segments(frame, port, exits)
         else:
@@ -196,7 +200,7 @@ class Switch:
                                       ports.Deliver(self._params.local_latency_ns))
         return tuple(groups.items())
 
-    def _send_packet(self, frame: ports.Frame, port: int, exits: Exits) -> None:
+    def _send_packet(self, frame: ports.Frame, port: int, exits: Exits, receiver: int) -> None:
         now_ns = self._context.now_ns
         wire_ns = self._packet_ns(frame.size_bytes)
         begin_ns = self._packets_free_ns[port]
@@ -208,8 +212,7 @@ class Switch:
         end_ns = self._packets_free_ns[port] = begin_ns + wire_ns
         in_ns = end_ns + self._propagation_ns
         if in_ns - now_ns <= _AHEAD_NS and not frame.broadcast:
-            exit_, (receiver,) = exits[0]
-            out_ns = self._exits[exit_].foresee(now_ns, in_ns, wire_ns)
+            out_ns = self._exits[exits[0][0]].foresee(now_ns, in_ns, wire_ns)
             if out_ns is not None:
                 self._context.settle(frame, receiver,
                                      _deliver(out_ns - now_ns + self._propagation_ns))

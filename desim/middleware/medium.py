@@ -183,7 +183,7 @@ class Medium:
         self.intended += len(receivers)
         self.tx_bytes[source] += size_bytes
         frame = _new(Frame, (number, source, receivers, size_bytes, segments, broadcast))
-        delays_ns = self._judge(frame, carrier, token)
+        delays_ns = self._judge(frame, carrier, token) if self._judges else None
         if delays_ns is None:
             for receiver in receivers:
                 self._open[number, receiver] = (carrier, token, receiver, size_bytes, 0)
