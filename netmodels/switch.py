@@ -20,6 +20,7 @@ meanwhile. (In maze_30 not one arrival differs.)
 
 from __future__ import annotations
 
+from collections import deque
 from functools import lru_cache
 from heapq import heappop, heappush
 
@@ -171,6 +172,7 @@ class Switch:
         count = max(self._port, default=0) + 1
         self._trains_free_ns = [0] * count
         self._packets_free_ns = [0] * count
+        self._waiting: list[deque[Crossing]] = [deque() for _ in range(count)]  # packets, far off
         limit_ns = airtime_ns(self._params.queue_bytes, self._rate_bps)
         self._exits = [Exit(limit_ns) for _ in range(count)]
 
@@ -184,7 +186,7 @@ class Switch:
         else:
             exits = self._exits_to[receiver]
         if frame.segments == 1:
-            self._send_packet(frame, port, exits, receiver)
+            self._send_packet(frame, port, exits)
         elif self._params.per_segment:
             self._send_segments(frame, port, exits)
         else:
@@ -200,7 +202,7 @@ class Switch:
                                       ports.Deliver(self._params.local_latency_ns))
         return tuple(groups.items())
 
-    def _send_packet(self, frame: ports.Frame, port: int, exits: Exits, receiver: int) -> None:
+    def _send_packet(self, frame: ports.Frame, port: int, exits: Exits) -> None:
         now_ns = self._context.now_ns
         wire_ns = self._packet_ns(frame.size_bytes)
         begin_ns = self._packets_free_ns[port]
@@ -211,13 +213,34 @@ class Switch:
             self._trains_free_ns[port] += wire_ns
         end_ns = self._packets_free_ns[port] = begin_ns + wire_ns
         in_ns = end_ns + self._propagation_ns
-        if in_ns - now_ns <= _AHEAD_NS and not frame.broadcast:
-            out_ns = self._exits[exits[0][0]].foresee(now_ns, in_ns, wire_ns)
-            if out_ns is not None:
-                self._context.settle(frame, receiver,
-                                     _deliver(out_ns - now_ns + self._propagation_ns))
-                return
-        self._context.at(in_ns, self._cross, (frame, exits, in_ns, wire_ns))
+        if frame.broadcast:
+            self._context.at(in_ns, self._cross, (frame, exits, in_ns, wire_ns))
+        elif in_ns - now_ns <= _AHEAD_NS:
+            self._foresee((frame, exits, in_ns, wire_ns), now_ns)
+        else:
+            waiting = self._waiting[port]
+            waiting.append((frame, exits, in_ns, wire_ns))
+            if len(waiting) == 1:
+                self._context.at(in_ns, self._cross_waiting, waiting)
+
+    def _cross_waiting(self, waiting: deque[Crossing]) -> None:
+        """The first of the packets that wait at a port is in the switch; others will be soon."""
+        now_ns = self._context.now_ns
+        self._cross(waiting.popleft())
+        while waiting and waiting[0][2] - now_ns <= _AHEAD_NS:
+            self._foresee(waiting.popleft(), now_ns)
+        if waiting:
+            self._context.at(waiting[0][2], self._cross_waiting, waiting)
+
+    def _foresee(self, crossing: Crossing, now_ns: int) -> None:
+        """Settle a packet that will soon be in the switch, or wait until it is."""
+        frame, exits, in_ns, wire_ns = crossing
+        out_ns = self._exits[exits[0][0]].foresee(now_ns, in_ns, wire_ns)
+        if out_ns is None:
+            self._context.at(in_ns, self._cross, crossing)
+        else:
+            self._context.settle(frame, frame.receivers[0],
+                                 _deliver(out_ns - now_ns + self._propagation_ns))
 
     def _send_train(self, frame: ports.Frame, port: int, exits: Exits) -> None:
         begin_ns = self._begin_train(port)
