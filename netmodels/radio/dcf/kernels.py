@@ -1,7 +1,7 @@
-"""The 802.11 distributed coordination function as a state machine over arrays.
+"""The 802.11 distributed coordination function as a state machine over arrays of records.
 
-Stations are rows. The whole of it is one ``Dcf``; what changes in it is in ``due``, ``state``,
-``level``, ``counts`` and ``told``, so that the future can be tried out on copies of these.
+The next event of all stations is found in a tree of minima, and what happens changes nobody but
+those who hear it: the work for a frame does not grow with the stations out of reach.
 
 Nothing takes time to propagate: over 50 m it would be 0.17 us, a 50th of a slot.
 """
@@ -11,149 +11,158 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import boolean, float64, int64, njit, types, uint64, void
+from numba import boolean, float64, from_dtype, int64, njit, types, void
 
 from netmodels.kernels import exp, log, uniform
 
 NEVER = np.int64(1) << 62
 
-# What may be due, in the order of what happens first in one instant.
-END, TIMEOUT, REPLY, START, DETECT, KINDS = range(6)
+# What may be due, in the order of what happens first in one instant. A time and what is due then
+# are one number, ``time_ns * KINDS + kind``, so that the smallest comes next.
+END, TIMEOUT, ANSWER, START, DETECT, KINDS = 0, 1, 2, 3, 4, 8
 
-# Fields of a station. Contention:
-(COUNT,  # backoff slots left ...
- SINCE,  # ... when counting begins; before that the medium has to be idle for DIFS or EIFS
- BUSY,  # whether the medium is sensed busy
- NAV,  # until when it is reserved (virtual carrier sense)
- WINDOW,  # contention window
- TRIES,  # transmissions of the present packet that failed
- FAILED,  # failures of the station in a row
- ROLE,  # what it does about the present packet: IDLE, SENDING, AWAITING a reply
- EXPIRED,  # the reply is overdue, but something is being received that may be it
- DRAWS,  # backoffs drawn so far
- # its queue, a ring:
- HEAD, LENGTH,  # position of the first frame, number of frames
- PART,  # packets of the first frame that are done
- READY,  # when the present packet became the next to be sent
- GOT,  # whether its receiver has it already (the acknowledgement was lost)
- # its reception:
- LOCK,  # whose transmission is being received, -1 none
- CHUNK,  # since when the present interference is not accounted for yet
- PEER,  # whom to reply to
- # its transmission:
- ON, TO, KIND,  # whether it is on the air; receiver, -1 all; DATA or ACK
- PAYLOAD, RATE,  # when the payload begins, and at which rate
- RESERVE,  # how long after its end the medium is reserved
- NUMBER,  # transmissions so far
- FIELDS) = range(26)
+IDLE, SENDING, AWAITING = range(3)  # what a station does about its present packet
+RTS, CTS, DATA, ACK = range(4)
+RECEIVED, MISSED, DONE, DROPPED = range(4)  # outcomes
 
-IDLE, SENDING, AWAITING = range(3)
-DATA, ACK = range(2)
+_INTS = "i8"
+_FLOATS = "f8"
 
-# Fields of a frame in a queue: receiver (-1: all), airtime of its packets and of the last one, how
-# many they are, their rate, airtime and rate of the acknowledgement.
-DEST, AIR_NS, LAST_NS, PARTS, DATA_RATE, ACK_NS, ACK_RATE, FRAME_FIELDS = range(8)
+STATION = np.dtype([
+    # What is due next: of its transmission (DETECT, END), its contention (START, TIMEOUT), and the
+    # answer that it owes.
+    ("air", _INTS), ("contention", _INTS), ("answer", _INTS),
+    ("index", _INTS), ("key", "u8"),  # its number; of its random numbers
+    ("first", _INTS), ("last", _INTS),  # links[first:last] are those that hear it
+    # Contention. ``count`` slots are left from ``since`` on; before that the medium has to be idle
+    # for DIFS or EIFS. ``nav``: until when the medium is reserved. ``tries``: failures of the
+    # present packet; ``failed``: of the station in a row. ``expired``: a reply is overdue, but
+    # something is being received that may be it.
+    ("count", _INTS), ("since", _INTS), ("busy", _INTS), ("nav", _INTS), ("window", _INTS),
+    ("tries", _INTS), ("failed", _INTS), ("role", _INTS), ("expired", _INTS), ("draws", _INTS),
+    # Its queue, a ring: the first frame's position, how many there are, how many packets of the
+    # first are done, since when the present packet is ready to go, whether its receiver has it.
+    ("head", _INTS), ("length", _INTS), ("part", _INTS), ("ready", _INTS), ("got", _INTS),
+    # Its reception: what it hears in mW, of how many; whose transmission it receives (-1: none),
+    # at what power, without error with which chance so far (its log), interference accounted for
+    # until when; whom to answer, and with what.
+    ("heard", _FLOATS), ("signals", _INTS), ("lock", _INTS), ("power", _FLOATS),
+    ("chance", _FLOATS), ("until", _INTS), ("peer", _INTS), ("reply", _INTS),
+    # Its transmission: whether it is on the air, since when, to whom (-1: all), with what, at which
+    # rate, for how long after its end the medium is reserved; how many there were.
+    ("on", _INTS), ("begun", _INTS), ("to", _INTS), ("kind", _INTS), ("rate", _INTS),
+    ("reserve", _INTS), ("number", _INTS), ("ends", _INTS),
+    # Counters: transmissions of data, failed ones (no reply), frames given up.
+    ("transmitted", _INTS), ("failures", _INTS), ("dropped", _INTS),
+])
 
-# Times in ns, and numbers.
-(SLOT, SIFS, DIFS, EIFS, ACK_TIMEOUT, PREAMBLE, HEADER, DETECTION, CW_MIN, CW_MAX, TRY_LIMIT,
- RESET_AT, TIMES) = range(13)
+# A frame in a queue: receiver (-1: all), how many packets, airtime of each and of the last one,
+# their rate, airtimes of the control frames and their rates; ``rts_ns`` 0: no RTS.
+FRAME = np.dtype([("dest", _INTS), ("packets", _INTS), ("air_ns", _INTS), ("last_ns", _INTS),
+                  ("rate", _INTS), ("ack_ns", _INTS), ("ack_rate", _INTS), ("rts_ns", _INTS),
+                  ("cts_ns", _INTS), ("rts_rate", _INTS)])
 
-# Powers in mW, and a ratio of powers.
-NOISE, ENERGY, SIGNAL, CAPTURE, POWERS = range(5)
+LINK = np.dtype([("station", _INTS), ("mw", _FLOATS)])  # who hears, and at which power
 
-# What is counted.
-TRANSMITTED, FAILURES, TOLD, COUNTS = range(4)
+# When header and payload begin, counted from the beginning, and the rate of the header.
+RATE = np.dtype([("bps", _FLOATS), ("header_ns", _INTS), ("payload_ns", _INTS),
+                 ("header_rate", _INTS)])
 
-# What is told: when, what, of which station, the position of the frame in its queue, who received.
-WHEN, WHAT, STATION, POSITION, RECEIVER, COLUMNS = range(6)
-RECEIVED, MISSED, DONE, DROPPED = range(4)
+OUTCOME = np.dtype([("time_ns", _INTS), ("what", _INTS), ("station", _INTS), ("position", _INTS),
+                    ("receiver", _INTS)])
+
+# ``energy_mw`` makes the medium busy; a preamble is found above ``signal_mw`` and a ratio of
+# ``capture`` to noise and interference; above the ratio ``clear`` no bit has an error; the table
+# of errors begins at ``table_db``, in steps of ``step_db``. ``outcomes``: how many were noted.
+SETUP = np.dtype([("slot_ns", _INTS), ("sifs_ns", _INTS), ("difs_ns", _INTS), ("eifs_ns", _INTS),
+                  ("detection_ns", _INTS), ("cw_min", _INTS), ("cw_max", _INTS),
+                  ("try_limit", _INTS), ("reset_at", _INTS), ("noise_mw", _FLOATS),
+                  ("energy_mw", _FLOATS), ("signal_mw", _FLOATS), ("capture", _FLOATS),
+                  ("clear", _FLOATS), ("table_db", _FLOATS), ("step_db", _FLOATS),
+                  ("outcomes", _INTS)])
 
 
 class Dcf(NamedTuple):
-    """A network of stations.
+    """stations [2, n]: as they are, and a future that is tried out; which is which changes |
+    soonest [2, 2 m] trees of what is due next, node k above 2 k and 2 k + 1, station i in m + i |
+    frames [n, limit] rings | links | rates | table [rates, k] log(-log(chance that a bit has no
+    error)) | setup [1] | outcomes, room for more than 2 n"""
 
-    due [KINDS, n] ns, when each station's next event of each kind is due | state [FIELDS, n] |
-    level [2, n] the power in mW that a station hears, and the log of the chance that what it
-    receives has no error so far | counts [COUNTS] | told [k, COLUMNS] outcomes, k > n
-
-    Read only: queue [n, limit, FRAME_FIELDS] rings of frames | times [TIMES] | powers [POWERS] |
-    first [n + 1], hearer, mw: station i is heard by hearer[first[i]:first[i + 1]], sorted, with
-    the power mw there | table [rates, m] log(-log(chance that a bit has no error)) at a signal to
-    noise ratio of grid[0] + j grid[1] dB, none from the ratio grid[2] on | bps [rates] | keys [n] of random numbers
-    """
-
-    due: np.ndarray
-    state: np.ndarray
-    level: np.ndarray
-    counts: np.ndarray
-    told: np.ndarray
-    queue: np.ndarray
-    times: np.ndarray
-    powers: np.ndarray
-    first: np.ndarray
-    hearer: np.ndarray
-    mw: np.ndarray
+    stations: np.ndarray
+    soonest: np.ndarray
+    frames: np.ndarray
+    links: np.ndarray
+    rates: np.ndarray
     table: np.ndarray
-    grid: np.ndarray
-    bps: np.ndarray
-    keys: np.ndarray
+    setup: np.ndarray
+    outcomes: np.ndarray
 
 
 _i8, _f8, _b1 = int64, float64, boolean
-_i8x1, _i8x2, _f8x1, _f8x2 = int64[::1], int64[:, ::1], float64[::1], float64[:, ::1]
-_dcf = types.NamedTuple((_i8x2, _i8x2, _f8x2, _i8x1, _i8x2, int64[:, :, ::1], _i8x1, _f8x1, _i8x1,
-                         _i8x1, _f8x1, _f8x2, _f8x1, _f8x1, uint64[::1]), Dcf)
+_station, _setup = from_dtype(STATION), from_dtype(SETUP)
+_frames, _links, _rates = from_dtype(FRAME)[:, ::1], from_dtype(LINK)[::1], from_dtype(RATE)[::1]
+_stations, _tree, _outcomes = _station[::1], _i8[::1], from_dtype(OUTCOME)[::1]
+_table = _f8[:, ::1]
+_dcf = types.NamedTuple((_stations, _tree, _frames, _links, _rates, _table, _setup[::1],
+                         _outcomes), Dcf)
+_both = types.NamedTuple((_station[:, ::1], _i8[:, ::1], _frames, _links, _rates, _table,
+                          _setup[::1], _outcomes), Dcf)
 
 
-@njit(_i8(_dcf, _i8), cache=True)
-def draw(d, i):
+@njit(void(_tree, _station), cache=True, error_model="numpy")
+def schedule(soonest, s):
+    """What is due next at station s has changed."""
+    node = soonest.size // 2 + s.index
+    due = min(s.air, min(s.contention, s.answer))
+    while node > 0 and soonest[node] != due:
+        soonest[node] = due
+        node //= 2
+        due = min(soonest[2 * node], soonest[2 * node + 1])
+
+
+@njit(void(_setup, _station), cache=True, error_model="numpy")
+def draw(setup, s):
     """A new backoff, uniform in 0..window."""
-    counter = np.uint64(d.state[DRAWS, i])
-    d.state[DRAWS, i] += 1
-    return np.int64(uniform(d.keys[i], counter) * (d.state[WINDOW, i] + 1))
+    s.count = np.int64(uniform(s.key, np.uint64(s.draws)) * (s.window + 1))
+    s.draws += 1
 
 
-@njit(void(_i8x2, _i8x2, _i8x1, _i8), cache=True)
-def plan(due, state, times, i):
-    """When station i will transmit if the medium stays idle."""
-    due[START, i] = NEVER
-    if state[LENGTH, i] > 0 and state[ROLE, i] == IDLE and state[BUSY, i] == 0:
-        due[START, i] = max(state[SINCE, i] + state[COUNT, i] * times[SLOT], state[READY, i])
+@njit(void(_setup, _tree, _station), cache=True, error_model="numpy")
+def plan(setup, soonest, s):
+    """When station s will transmit if the medium stays idle."""
+    if s.role != IDLE:
+        return
+    due = NEVER
+    if s.length > 0 and s.busy == 0:
+        due = max(s.since + s.count * setup.slot_ns, s.ready) * KINDS + START
+    if due != s.contention:
+        s.contention = due
+        schedule(soonest, s)
 
 
-@njit(void(_i8x2, _i8x2, _i8x1, _i8, _i8, _i8), cache=True)
-def turn(due, state, times, i, now, ifs):
-    """The medium became busy for station i: its counter stops. Only whole idle slots count, and a
-    station that was to begin at this very instant has not noticed. Or it became idle: counting
-    begins ``ifs`` later."""
-    if state[BUSY, i] == 0:
-        state[BUSY, i] = 1
-        if due[START, i] > now:
-            due[START, i] = NEVER
-            if now > state[SINCE, i]:
-                slots = (now - state[SINCE, i]) // times[SLOT]
-                state[COUNT, i] = max(state[COUNT, i] - slots, 0)
-    else:
-        state[BUSY, i] = 0
-        state[SINCE, i] = max(now, state[NAV, i]) + ifs
-        plan(due, state, times, i)
+@njit(void(_setup, _tree, _station, _i8, _i8), cache=True, error_model="numpy")
+def sense(setup, soonest, s, now, ifs):
+    """Station s looks at the medium. If it has become busy, the counter stops; only whole idle
+    slots count, and a station that was to begin at this very instant has not noticed. If it has
+    become idle, counting begins ``ifs`` later."""
+    busy = s.on == 1 or s.lock >= 0 or s.heard >= setup.energy_mw
+    if busy and s.busy == 0:
+        s.busy = 1
+        if s.contention % KINDS == START and s.contention // KINDS == now and s.role == IDLE:
+            return
+        if now > s.since:
+            s.count = max(s.count - (now - s.since) // setup.slot_ns, 0)
+        plan(setup, soonest, s)
+    elif s.busy == 1 and not busy:
+        s.busy = 0
+        s.since = max(now, s.nav) + ifs
+        plan(setup, soonest, s)
 
 
-@njit(void(_dcf, _i8, _i8), cache=True)
-def sense(d, i, now):
-    """Station i and all that hear it look whether the medium is busy now."""
-    state, level, energy, hearer = d.state, d.level, d.powers[ENERGY], d.hearer
-    for k in range(d.first[i] - 1, d.first[i + 1]):
-        r = hearer[k] if k >= d.first[i] else i
-        busy = state[ON, r] == 1 or state[LOCK, r] >= 0 or level[0, r] >= energy
-        if busy != (state[BUSY, r] == 1):
-            turn(d.due, state, d.times, r, now, d.times[DIFS])
-
-
-@njit(_f8(_f8x2, _f8x1, _i8, _f8), cache=True)
-def log_success(table, grid, rate, ratio):
+@njit(_f8(_setup, _table, _i8, _f8), cache=True, error_model="numpy")
+def log_success(setup, table, rate, ratio):
     """Log of the chance that a bit at ``rate`` has no error, at this signal to noise ratio."""
-    at = (10.0 / 2.302585092994046 * log(ratio) - grid[0]) / grid[1]
+    at = (10.0 / 2.302585092994046 * log(ratio) - setup.table_db) / setup.step_db
     if at >= table.shape[1] - 1:
         return 0.0
     j = np.int64(max(at, 0.0))
@@ -161,280 +170,300 @@ def log_success(table, grid, rate, ratio):
     return -exp(table[rate, j] + part * (table[rate, j + 1] - table[rate, j]))
 
 
-@njit(void(_dcf, _i8, _i8, _f8), cache=True)
-def account(d, r, now, power):
-    """What happened to what station r receives since its interference changed last. The bits of
-    the header go at the lowest rate."""
-    state, source, begin = d.state, d.state[LOCK, r], d.state[CHUNK, r]
-    ratio = power / (d.powers[NOISE] + max(d.level[0, r] - power, 0.0))
-    payload, rate = state[PAYLOAD, source], state[RATE, source]
-    header = payload - d.times[HEADER]
-    if begin < payload and now > header:
-        bits = (min(now, payload) - max(begin, header)) * 1e-9 * d.bps[0]
-        d.level[1, r] += bits * log_success(d.table, d.grid, 0, ratio)
-    if now > payload:
-        bits = (now - max(begin, payload)) * 1e-9 * d.bps[rate]
-        d.level[1, r] += bits * log_success(d.table, d.grid, rate, ratio)
-
-
-@njit(_f8(_i8x1, _i8x1, _f8x1, _i8, _i8), cache=True)
-def power_at(first, hearer, mw, source, i):
-    """What station i hears of ``source`` in mW."""
-    low, high = first[source], first[source + 1]
-    while low < high:
-        middle = (low + high) // 2
-        if hearer[middle] < i:
-            low = middle + 1
-        else:
-            high = middle
-    return mw[low] if low < first[source + 1] and hearer[low] == i else 0.0
-
-
-@njit(void(_dcf, _i8, _i8, _f8), cache=True)
-def radiate(d, i, now, sign):
-    """Station i goes on the air (``sign`` 1) or off it (-1), for everybody who hears it."""
-    state, level, hearer, mw = d.state, d.level, d.hearer, d.mw
-    noise, clear = d.powers[NOISE], d.grid[2]
-    for k in range(d.first[i], d.first[i + 1]):
-        r = hearer[k]
-        source = state[LOCK, r]
-        if source >= 0:
-            power = mw[k] if source == i else power_at(d.first, hearer, mw, source, r)
-            if power < clear * (noise + max(level[0, r] - power, 0.0)):
-                account(d, r, now, power)
-            state[CHUNK, r] = now
-        level[0, r] = max(level[0, r] + sign * mw[k], 0.0)
-
-
-@njit(void(_dcf, _i8, _i8, _i8, _i8, _i8, _i8, _i8), cache=True)
-def transmit(d, i, now, to, kind, airtime, rate, reserve):
-    """Station i begins to transmit. What it was receiving is lost."""
-    state, times = d.state, d.times
-    state[LOCK, i] = -1
-    state[ON, i], state[TO, i], state[KIND, i] = 1, to, kind
-    state[PAYLOAD, i] = now + times[PREAMBLE] + times[HEADER]
-    state[RATE, i], state[RESERVE, i] = rate, reserve
-    state[NUMBER, i] += 1
-    d.due[END, i], d.due[DETECT, i] = now + airtime, now + times[DETECTION]
-    radiate(d, i, now, 1.0)
-    sense(d, i, now)
-
-
-@njit(void(_dcf, _i8, _i8), cache=True)
-def detect(d, i, now):
-    """The beginning of station i's preamble is over: who hears it well enough receives it."""
-    state, level, powers, hearer, mw = d.state, d.level, d.powers, d.hearer, d.mw
-    d.due[DETECT, i] = NEVER
-    for k in range(d.first[i], d.first[i + 1]):
-        r, power = hearer[k], mw[k]
-        if state[ON, r] == 1 or state[LOCK, r] >= 0 or power < powers[SIGNAL]:
-            continue
-        if power >= powers[CAPTURE] * (powers[NOISE] + max(level[0, r] - power, 0.0)):
-            state[LOCK, r], state[CHUNK, r], level[1, r] = i, now, 0.0
-            if state[BUSY, r] == 0:
-                turn(d.due, state, d.times, r, now, d.times[DIFS])
-
-
-@njit(void(_dcf, _i8, _i8, _i8, _i8, _i8), cache=True)
-def tell(d, now, what, i, position, receiver):
-    """Note an outcome."""
-    row = d.told[d.counts[TOLD]]
-    row[WHEN], row[WHAT], row[STATION] = now, what, i
-    row[POSITION], row[RECEIVER] = position, receiver
-    d.counts[TOLD] += 1
-
-
-@njit(void(_dcf, _i8, _i8), cache=True)
-def next_packet(d, i, now):
-    """The present packet of station i is through, one way or the other."""
-    d.state[ROLE, i], d.state[TRIES, i], d.state[GOT, i], d.state[READY, i] = IDLE, 0, 0, now
-    d.state[EXPIRED, i] = 0
-    d.state[COUNT, i] = draw(d, i)
-    plan(d.due, d.state, d.times, i)
-
-
-@njit(void(_dcf, _i8, _i8, _i8), cache=True)
-def leave(d, i, now, what):
-    """The first frame of station i's queue is DONE or DROPPED."""
-    head = d.state[HEAD, i]
-    tell(d, now, what, i, head, d.queue[i, head, DEST])
-    d.state[HEAD, i] = (head + 1) % d.queue.shape[1]
-    d.state[LENGTH, i] -= 1
-    d.state[PART, i] = 0
-
-
-@njit(void(_dcf, _i8, _i8), cache=True)
-def succeed(d, i, now):
-    """The packet of station i was acknowledged, or needs no acknowledgement."""
-    d.due[TIMEOUT, i] = NEVER
-    d.state[WINDOW, i], d.state[FAILED, i] = d.times[CW_MIN], 0
-    d.state[PART, i] += 1
-    if d.state[PART, i] == d.queue[i, d.state[HEAD, i], PARTS]:
-        leave(d, i, now, DONE)
-    next_packet(d, i, now)
-
-
-@njit(void(_dcf, _i8, _i8), cache=True)
-def fail(d, i, now):
-    """No reply came. The window doubles up to its largest; what resets it, besides a success, is
-    the station's ``RESET_AT``-th failure in a row, and not that a packet is given up."""
-    d.counts[FAILURES] += 1
-    d.state[TRIES, i] += 1
-    d.state[FAILED, i] += 1
-    d.state[WINDOW, i] = min(2 * d.state[WINDOW, i] + 1, d.times[CW_MAX])
-    if d.state[FAILED, i] == d.times[RESET_AT]:
-        d.state[FAILED, i], d.state[WINDOW, i] = 0, d.times[CW_MIN]
-    if d.state[BUSY, i] == 0:
-        d.state[SINCE, i] = max(now, d.state[NAV, i]) + d.times[DIFS]
-    if d.state[TRIES, i] == d.times[TRY_LIMIT]:
-        last = d.state[PART, i] == d.queue[i, d.state[HEAD, i], PARTS] - 1
-        # It has arrived all the same if only its acknowledgements were lost.
-        leave(d, i, now, DONE if last and d.state[GOT, i] == 1 else DROPPED)
-        next_packet(d, i, now)
-    else:
-        d.state[ROLE, i], d.state[EXPIRED, i] = IDLE, 0
-        d.state[COUNT, i] = draw(d, i)
-        plan(d.due, d.state, d.times, i)
-
-
-@njit(_b1(_dcf, _i8), cache=True)
-def survives(d, r):
-    """Whether what station r was receiving has no error."""
-    source = d.state[LOCK, r]
-    if d.level[1, r] == 0.0:
-        return True
-    key = d.keys[r] ^ (d.keys[source] << np.uint64(1))
-    return uniform(key, np.uint64(d.state[NUMBER, source])) < exp(d.level[1, r])
-
-
-@njit(void(_dcf, _i8, _i8), cache=True)
-def take(d, r, now):
-    """Station r has received a frame without errors."""
-    i = d.state[LOCK, r]
-    head, to = d.state[HEAD, i], d.state[TO, i]
-    if d.state[KIND, i] == ACK:
-        if to == r and d.state[ROLE, r] == AWAITING:
-            succeed(d, r, now)
-    elif to == -1:
-        tell(d, now, RECEIVED, i, head, r)
-    elif to == r:
-        d.due[REPLY, r], d.state[PEER, r] = now + d.times[SIFS], i
-        if d.state[GOT, i] == 0 and d.state[PART, i] == d.queue[i, head, PARTS] - 1:
-            tell(d, now, RECEIVED, i, head, r)
-        d.state[GOT, i] = 1
-    else:
-        d.state[NAV, r] = max(d.state[NAV, r], now + d.state[RESERVE, i])
-
-
-@njit(_i8(_dcf, _i8, _i8, _i8), cache=True)
-def end_reception(d, r, i, now):
-    """Station i's transmission, which station r was receiving, is over. Returns how long the medium
-    has to be idle before r counts down again: longer after a frame with errors."""
-    ifs = d.times[DIFS]
-    if survives(d, r):
-        take(d, r, now)
-    else:
-        ifs = d.times[EIFS]
-        if d.state[TO, i] == -1:
-            tell(d, now, MISSED, i, d.state[HEAD, i], r)
-    if d.state[EXPIRED, r] == 1:
-        fail(d, r, now)
-    return ifs
-
-
-@njit(void(_dcf, _i8, _i8), cache=True)
-def finish(d, i, now):
-    """Station i's transmission ends."""
-    state, level, hearer = d.state, d.level, d.hearer
-    d.due[END, i] = NEVER
-    radiate(d, i, now, -1.0)
-    state[ON, i] = 0
-    for k in range(d.first[i], d.first[i + 1]):
-        r, ifs = hearer[k], d.times[DIFS]
-        if state[LOCK, r] != i:
-            continue
-        if state[TO, i] in (r, -1) or level[1, r] < 0.0 or state[EXPIRED, r] == 1:
-            ifs = end_reception(d, r, i, now)
-        else:  # overheard: r keeps quiet as long as the frame asks for
-            state[NAV, r] = max(state[NAV, r], now + state[RESERVE, i])
-        state[LOCK, r] = -1
-        if state[ON, r] == 0 and level[0, r] < d.powers[ENERGY]:
-            turn(d.due, state, d.times, r, now, ifs)
-    if state[KIND, i] == DATA:
-        if state[TO, i] == -1:
-            succeed(d, i, now)
-        else:
-            state[ROLE, i], d.due[TIMEOUT, i] = AWAITING, now + d.times[ACK_TIMEOUT]
-    sense(d, i, now)
-
-
-@njit(void(_dcf, _i8, _i8), cache=True)
-def start(d, i, now):
-    """Station i's backoff is over: the next packet goes."""
-    frame = d.queue[i, d.state[HEAD, i]]
-    last = d.state[PART, i] == frame[PARTS] - 1
-    d.due[START, i] = NEVER
-    d.state[ROLE, i] = SENDING
-    d.counts[TRANSMITTED] += 1
-    transmit(d, i, now, frame[DEST], DATA, frame[LAST_NS] if last else frame[AIR_NS],
-             frame[DATA_RATE], d.times[SIFS] + frame[ACK_NS])
-
-
-@njit(void(_dcf, _i8, _i8), cache=True)
-def reply(d, i, now):
-    """Station i acknowledges, whatever it senses."""
-    peer = d.state[PEER, i]
-    frame = d.queue[peer, d.state[HEAD, peer]]
-    d.due[REPLY, i] = NEVER
-    transmit(d, i, now, peer, ACK, frame[ACK_NS], frame[ACK_RATE], 0)
-
-
-@njit(void(_dcf, _i8), cache=True)
-def advance(d, until):
-    """Let happen what is due up to ``until``, or up to the first instant with an outcome."""
-    n = d.due.shape[1]
-    due = d.due.ravel()
-    d.counts[TOLD] = 0
-    while True:
-        at = np.argmin(due)
-        now, what, i = due[at], at // n, at % n
-        if now > until:
-            break
-        if what == END:
-            finish(d, i, now)
-        elif what == TIMEOUT:
-            d.due[TIMEOUT, i] = NEVER
-            if d.state[LOCK, i] >= 0:
-                d.state[EXPIRED, i] = 1
-            else:
-                fail(d, i, now)
-        elif what == REPLY:
-            reply(d, i, now)
-        elif what == START:
-            start(d, i, now)
-        else:
-            detect(d, i, now)
-        if d.counts[TOLD] > 0:
-            until = now
-
-
-@njit(void(_dcf, _i8, _i8), cache=True)
-def enqueue(d, i, now):
-    """A frame was written behind the last one of station i's queue."""
-    d.state[LENGTH, i] += 1
-    if d.state[LENGTH, i] > 1 or d.state[ROLE, i] != IDLE:
+@njit(void(_setup, _rates, _table, _station, _station, _i8), cache=True, error_model="numpy")
+def account(setup, rates, table, r, source, now):
+    """What happened to what station r receives since its interference changed last."""
+    begin, r.until = r.until, now
+    ratio = r.power / (setup.noise_mw + max(r.heard - r.power, 0.0))
+    if ratio >= setup.clear:
         return
-    d.state[READY, i] = now
-    busy = d.state[BUSY, i] == 1 or now < d.state[NAV, i]
-    if busy and d.state[COUNT, i] == 0:
-        d.state[COUNT, i] = draw(d, i)
-    plan(d.due, d.state, d.times, i)
+    rate = rates[source.rate]
+    payload = source.begun + rate.payload_ns
+    header = source.begun + rate.header_ns
+    if begin < payload and now > header:
+        bits = (min(now, payload) - max(begin, header)) * 1e-9 * rates[rate.header_rate].bps
+        r.chance += bits * log_success(setup, table, rate.header_rate, ratio)
+    if now > payload:
+        bits = (now - max(begin, payload)) * 1e-9 * rate.bps
+        r.chance += bits * log_success(setup, table, source.rate, ratio)
 
 
-@njit(_i8(_dcf, _dcf), cache=True)
-def foresee(d, copy):
-    """When the next outcome will be if nobody sends anything more; ``NEVER`` if there is none.
-    ``copy`` has arrays of its own for what changes."""
-    copy.due[:], copy.state[:], copy.level[:], copy.counts[:] = d.due, d.state, d.level, d.counts
-    advance(copy, NEVER - 1)
-    return copy.told[0, WHEN] if copy.counts[TOLD] > 0 else NEVER
+@njit(void(_dcf, _station, _i8), cache=True, error_model="numpy")
+def transmit(d, s, now):
+    """Station s goes on the air. What it was receiving is lost."""
+    setup, stations, soonest, links = d.setup[0], d.stations, d.soonest, d.links
+    s.lock = -1
+    s.on, s.begun = 1, now
+    s.number += 1
+    s.air = (now + setup.detection_ns) * KINDS + DETECT
+    schedule(soonest, s)
+    sense(setup, soonest, s, now, setup.difs_ns)
+    for k in range(s.first, s.last):
+        r = stations[links[k].station]
+        if r.lock >= 0:
+            account(setup, d.rates, d.table, r, stations[r.lock], now)
+        r.heard += links[k].mw
+        r.signals += 1
+        sense(setup, soonest, r, now, setup.difs_ns)
+
+
+@njit(void(_dcf, _station, _i8, _i8), cache=True, error_model="numpy")
+def send(d, s, now, kind):
+    """Station s transmits a frame of the exchange that it or its peer began."""
+    setup = d.setup[0]
+    owner = s if kind == RTS or kind == DATA else d.stations[s.peer]
+    frame = d.frames[owner.index, owner.head]
+    data = frame.last_ns if owner.part == frame.packets - 1 else frame.air_ns
+    s.kind, s.rate, s.reserve = kind, frame.rts_rate, 0
+    s.to = s.peer if kind == CTS or kind == ACK else frame.dest
+    if kind == RTS:
+        airtime, s.reserve = frame.rts_ns, 3 * setup.sifs_ns + frame.cts_ns + data + frame.ack_ns
+    elif kind == CTS:
+        airtime, s.reserve = frame.cts_ns, 2 * setup.sifs_ns + data + frame.ack_ns
+    elif kind == DATA:
+        airtime, s.rate = data, frame.rate
+        s.transmitted += 1
+        if frame.dest >= 0:
+            s.reserve = setup.sifs_ns + frame.ack_ns
+    else:
+        airtime, s.rate = frame.ack_ns, frame.ack_rate
+    s.ends = now + airtime
+    transmit(d, s, now)
+
+
+@njit(void(_dcf, _station, _i8), cache=True, error_model="numpy")
+def detect(d, s, now):
+    """The beginning of station s's preamble is over: who hears it well enough receives it."""
+    setup, stations, soonest, links = d.setup[0], d.stations, d.soonest, d.links
+    s.air = s.ends * KINDS + END
+    schedule(soonest, s)
+    for k in range(s.first, s.last):
+        r, power = stations[links[k].station], links[k].mw
+        if r.on == 1 or r.lock >= 0 or power < setup.signal_mw:
+            continue
+        if power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0)):
+            r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
+            sense(setup, soonest, r, now, setup.difs_ns)
+
+
+@njit(void(_dcf, _i8, _i8, _station, _i8), cache=True, error_model="numpy")
+def tell(d, now, what, s, receiver):
+    """Note an outcome of the first frame of station s's queue."""
+    outcome = d.outcomes[d.setup[0].outcomes]
+    outcome.time_ns, outcome.what, outcome.station = now, what, s.index
+    outcome.position, outcome.receiver = s.head, receiver
+    d.setup[0].outcomes += 1
+
+
+@njit(void(_setup, _tree, _station, _i8), cache=True, error_model="numpy")
+def next_packet(setup, soonest, s, now):
+    """The present packet of station s is through, one way or the other."""
+    s.role, s.tries, s.got, s.expired, s.ready = IDLE, 0, 0, 0, now
+    draw(setup, s)
+    plan(setup, soonest, s)
+
+
+@njit(void(_dcf, _station), cache=True, error_model="numpy")
+def leave(d, s):
+    """The first frame leaves station s's queue."""
+    s.head = (s.head + 1) % d.frames.shape[1]
+    s.length -= 1
+    s.part = 0
+
+
+@njit(void(_dcf, _station, _i8), cache=True, error_model="numpy")
+def succeed(d, s, now):
+    """The packet of station s was acknowledged, or needs no acknowledgement."""
+    frame = d.frames[s.index, s.head]
+    s.window, s.failed = d.setup[0].cw_min, 0
+    s.part += 1
+    if s.part == frame.packets:
+        if frame.dest < 0:
+            tell(d, now, DONE, s, -1)
+        leave(d, s)
+    next_packet(d.setup[0], d.soonest, s, now)
+
+
+@njit(void(_dcf, _station, _i8), cache=True, error_model="numpy")
+def fail(d, s, now):
+    """No reply came. The window doubles up to its largest; what resets it, besides a success, is
+    the station's ``reset_at``-th failure in a row, and not that a packet is given up."""
+    setup = d.setup[0]
+    s.failures += 1
+    s.tries += 1
+    s.failed += 1
+    s.window = min(2 * s.window + 1, setup.cw_max)
+    if s.failed == setup.reset_at:
+        s.failed, s.window = 0, setup.cw_min
+    if s.busy == 0:
+        s.since = max(now, s.nav) + setup.difs_ns
+    if s.tries < setup.try_limit:
+        s.role, s.expired = IDLE, 0
+        draw(setup, s)
+        plan(setup, d.soonest, s)
+        return
+    s.dropped += 1
+    frame = d.frames[s.index, s.head]
+    if s.got == 0 or s.part < frame.packets - 1:  # else only its acknowledgements were lost
+        tell(d, now, DROPPED, s, frame.dest)
+    leave(d, s)
+    next_packet(setup, d.soonest, s, now)
+
+
+@njit(_b1(_station, _station), cache=True, error_model="numpy")
+def survives(r, source):
+    """Whether what station r was receiving has no error."""
+    if r.chance == 0.0:
+        return True
+    key = r.key ^ (source.key << np.uint64(1))
+    return uniform(key, np.uint64(source.number)) < exp(r.chance)
+
+
+@njit(void(_setup, _tree, _station, _station, _i8, _i8), cache=True, error_model="numpy")
+def answer(setup, soonest, r, peer, now, kind):
+    """Station r will send ``kind`` to ``peer`` after a short interframe space."""
+    r.peer, r.reply = peer.index, kind
+    r.answer = (now + setup.sifs_ns) * KINDS + ANSWER
+    schedule(soonest, r)
+
+
+@njit(void(_dcf, _station, _station, _i8), cache=True, error_model="numpy")
+def take(d, r, s, now):
+    """Station r has received station s's frame without errors."""
+    setup, soonest = d.setup[0], d.soonest
+    if s.to == -1:
+        tell(d, now, RECEIVED, s, r.index)
+    elif s.to != r.index:
+        r.nav = max(r.nav, now + s.reserve)
+    elif s.kind == DATA:
+        answer(setup, soonest, r, s, now, ACK)
+        if s.got == 0 and s.part == d.frames[s.index, s.head].packets - 1:
+            tell(d, now, RECEIVED, s, r.index)
+        s.got = 1
+    elif s.kind == RTS:
+        if r.nav <= now:
+            answer(setup, soonest, r, s, now, CTS)
+    elif r.role == AWAITING and s.kind == (ACK if r.kind == DATA else CTS):
+        r.expired, r.contention = 0, NEVER
+        if s.kind == CTS:
+            r.role = SENDING
+            answer(setup, soonest, r, s, now, DATA)
+        else:
+            succeed(d, r, now)
+
+
+@njit(void(_dcf, _station, _i8), cache=True, error_model="numpy")
+def finish(d, s, now):
+    """Station s's transmission ends. Who could not make it out waits longer than the others."""
+    setup, stations, soonest, links = d.setup[0], d.stations, d.soonest, d.links
+    s.on, s.air = 0, NEVER
+    for k in range(s.first, s.last):
+        r, ifs = stations[links[k].station], setup.difs_ns
+        if r.lock >= 0:
+            account(setup, d.rates, d.table, r, stations[r.lock], now)
+        r.signals -= 1
+        r.heard = r.heard - links[k].mw if r.signals > 0 else 0.0
+        if r.lock == s.index:
+            r.lock = -1
+            if survives(r, s):
+                take(d, r, s, now)
+            else:
+                ifs = setup.eifs_ns
+                if s.to == -1:
+                    tell(d, now, MISSED, s, r.index)
+            if r.expired == 1:
+                fail(d, r, now)
+        sense(setup, soonest, r, now, ifs)
+    if s.kind == DATA and s.to == -1:
+        succeed(d, s, now)
+    elif s.kind == DATA or s.kind == RTS:
+        rate = d.frames[s.index, s.head].ack_rate if s.kind == DATA else s.rate
+        wait = setup.sifs_ns + setup.slot_ns + d.rates[rate].payload_ns
+        s.role, s.contention = AWAITING, (now + wait) * KINDS + TIMEOUT
+    schedule(soonest, s)
+    sense(setup, soonest, s, now, setup.difs_ns)
+
+
+@njit(void(_dcf, _station, _i8, _i8), cache=True, error_model="numpy")
+def happen(d, s, now, what):
+    """What is due at station s happens."""
+    if what == END:
+        finish(d, s, now)
+    elif what == DETECT:
+        detect(d, s, now)
+    elif what == ANSWER:
+        s.answer = NEVER
+        schedule(d.soonest, s)
+        send(d, s, now, s.reply)
+    elif what == START:
+        s.role, s.contention = SENDING, NEVER
+        send(d, s, now, RTS if d.frames[s.index, s.head].rts_ns > 0 else DATA)
+    else:
+        s.contention = NEVER
+        schedule(d.soonest, s)
+        if s.lock >= 0:
+            s.expired = 1
+        else:
+            fail(d, s, now)
+
+
+@njit(void(_dcf, _i8), cache=True, error_model="numpy")
+def run(d, until):
+    """Let happen what is due up to ``until``, or up to the first instant with an outcome."""
+    soonest, leaves = d.soonest, d.soonest.size // 2
+    d.setup[0].outcomes = 0
+    while soonest[1] // KINDS <= until:
+        due, node = soonest[1], 1
+        while node < leaves:
+            node *= 2
+            if soonest[node] != due:
+                node += 1
+        happen(d, d.stations[node - leaves], due // KINDS, due % KINDS)
+        if d.setup[0].outcomes > 0:
+            until = due // KINDS
+
+
+@njit(_dcf(_both, _i8), cache=True, error_model="numpy")
+def half(d, k):
+    return Dcf(d.stations[k], d.soonest[k], d.frames, d.links, d.rates, d.table, d.setup,
+               d.outcomes)
+
+
+@njit(_i8(_both, _i8, _i8), cache=True, error_model="numpy")
+def advance(both, present, until):
+    """Let happen what is due up to ``until``, or up to the first instant with an outcome. Returns
+    how many outcomes there are."""
+    run(half(both, present), until)
+    return both.setup[0].outcomes
+
+
+@njit(_i8(_both, _i8), cache=True, error_model="numpy")
+def foresee(both, present):
+    """Try out the future, up to the first outcome if nobody sends anything more. Returns when that
+    is, ``NEVER`` if there is none."""
+    both.stations[1 - present] = both.stations[present]
+    both.soonest[1 - present] = both.soonest[present]
+    run(half(both, 1 - present), NEVER // KINDS - 1)
+    return both.outcomes[0].time_ns if both.setup[0].outcomes > 0 else NEVER
+
+
+@njit(_i8(_both, _i8, _i8, _i8), cache=True, error_model="numpy")
+def place(both, present, now, i):
+    """Let happen what is due up to ``now``. Returns the position of the next frame in station i's
+    queue, -1 if it is full."""
+    d = half(both, present)
+    run(d, now)
+    s, limit = d.stations[i], d.frames.shape[1]
+    return (s.head + s.length) % limit if s.length < limit else -1
+
+
+@njit(void(_both, _i8, _i8, _i8), cache=True, error_model="numpy")
+def enqueue(both, present, now, i):
+    """A frame was written behind the last one of station i's queue."""
+    setup, s = both.setup[0], both.stations[present, i]
+    s.length += 1
+    if s.length == 1 and s.role == IDLE:
+        s.ready = now
+        if (s.busy == 1 or now < s.nav) and s.count == 0:
+            draw(setup, s)
+        plan(setup, both.soonest[present], s)
