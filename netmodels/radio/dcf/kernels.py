@@ -21,6 +21,8 @@ NEVER = np.int64(1) << 62
 # are one number, ``time_ns * KINDS + kind``, so that the smallest comes next.
 END, TIMEOUT, ANSWER, START, DETECT, KINDS = 0, 1, 2, 3, 4, 8
 
+BLOCK = 32  # stations whose next events have a common minimum
+
 IDLE, SENDING, AWAITING = range(3)  # what a station does about its present packet
 RTS, CTS, DATA, ACK = range(4)
 RECEIVED, MISSED, DONE, DROPPED = range(4)  # outcomes
@@ -84,12 +86,13 @@ SETUP = np.dtype([("slot_ns", _INTS), ("sifs_ns", _INTS), ("difs_ns", _INTS), ("
 
 class Dcf(NamedTuple):
     """stations [2, n]: as they are, and a future that is tried out; which is which changes |
-    soonest [2, 2 m] trees of what is due next, node k above 2 k and 2 k + 1, station i in m + i |
+    due [2, 2 m] trees of what is due next, node k above 2 k and 2 k + 1, station i in m + i |
     frames [n, limit] rings | links | rates | table [rates, k] log(-log(chance that a bit has no
     error)) | setup [1] | outcomes, room for more than 2 n"""
 
     stations: np.ndarray
-    soonest: np.ndarray
+    words: np.ndarray
+    due: np.ndarray
     frames: np.ndarray
     links: np.ndarray
     rates: np.ndarray
@@ -101,23 +104,40 @@ class Dcf(NamedTuple):
 _i8, _f8, _b1 = int64, float64, boolean
 _station, _setup = from_dtype(STATION), from_dtype(SETUP)
 _frames, _links, _rates = from_dtype(FRAME)[:, ::1], from_dtype(LINK)[::1], from_dtype(RATE)[::1]
-_stations, _tree, _outcomes = _station[::1], _i8[::1], from_dtype(OUTCOME)[::1]
+_stations, _due, _outcomes = _station[::1], _i8[:, ::1], from_dtype(OUTCOME)[::1]
 _table = _f8[:, ::1]
-_dcf = types.NamedTuple((_stations, _tree, _frames, _links, _rates, _table, _setup[::1],
+_dcf = types.NamedTuple((_stations, _i8[::1], _due, _frames, _links, _rates, _table, _setup[::1],
                          _outcomes), Dcf)
-_both = types.NamedTuple((_station[:, ::1], _i8[:, ::1], _frames, _links, _rates, _table,
+_both = types.NamedTuple((_station[:, ::1], _i8[:, ::1], _i8[:, :, ::1], _frames, _links, _rates, _table,
                           _setup[::1], _outcomes), Dcf)
 
 
-@njit(void(_tree, _station), cache=True, error_model="numpy")
-def schedule(soonest, s):
+@njit(void(_due, _station), cache=True, error_model="numpy")
+def schedule(due, s):
     """What is due next at station s has changed."""
-    node = soonest.size // 2 + s.index
-    due = min(s.air, min(s.contention, s.answer))
-    while node > 0 and soonest[node] != due:
-        soonest[node] = due
-        node //= 2
-        due = min(soonest[2 * node], soonest[2 * node + 1])
+    block, row = due[s.index // BLOCK], 1 + s.index % BLOCK
+    before, after = block[row], min(s.air, min(s.contention, s.answer))
+    block[row] = after
+    if after < block[0]:
+        block[0] = after
+    elif before == block[0]:
+        block[0] = -1
+
+
+@njit(_i8(_due), cache=True, error_model="numpy")
+def soonest(due):
+    """The block with what is due first."""
+    first = 0
+    for b in range(due.shape[0]):
+        block = due[b]
+        if block[0] < 0:
+            least = NEVER
+            for row in range(1, BLOCK + 1):
+                least = min(least, block[row])
+            block[0] = least
+        if block[0] < due[first, 0]:
+            first = b
+    return first
 
 
 @njit(void(_setup, _station), cache=True, error_model="numpy")
@@ -127,21 +147,21 @@ def draw(setup, s):
     s.draws += 1
 
 
-@njit(void(_setup, _tree, _station), cache=True, error_model="numpy")
-def plan(setup, soonest, s):
+@njit(void(_setup, _due, _station), cache=True, error_model="numpy")
+def plan(setup, due, s):
     """When station s will transmit if the medium stays idle."""
     if s.role != IDLE:
         return
-    due = NEVER
+    at = NEVER
     if s.length > 0 and s.busy == 0:
-        due = max(s.since + s.count * setup.slot_ns, s.ready) * KINDS + START
-    if due != s.contention:
-        s.contention = due
-        schedule(soonest, s)
+        at = max(s.since + s.count * setup.slot_ns, s.ready) * KINDS + START
+    if at != s.contention:
+        s.contention = at
+        schedule(due, s)
 
 
-@njit(void(_setup, _tree, _station, _i8, _i8), cache=True, error_model="numpy")
-def sense(setup, soonest, s, now, ifs):
+@njit(void(_setup, _due, _station, _i8, _i8), cache=True, error_model="numpy")
+def sense(setup, due, s, now, ifs):
     """Station s looks at the medium. If it has become busy, the counter stops; only whole idle
     slots count, and a station that was to begin at this very instant has not noticed. If it has
     become idle, counting begins ``ifs`` later."""
@@ -152,11 +172,11 @@ def sense(setup, soonest, s, now, ifs):
             return
         if now > s.since:
             s.count = max(s.count - (now - s.since) // setup.slot_ns, 0)
-        plan(setup, soonest, s)
+        plan(setup, due, s)
     elif s.busy == 1 and not busy:
         s.busy = 0
         s.since = max(now, s.nav) + ifs
-        plan(setup, soonest, s)
+        plan(setup, due, s)
 
 
 @njit(_f8(_setup, _table, _i8, _f8), cache=True, error_model="numpy")
@@ -191,20 +211,20 @@ def account(setup, rates, table, r, source, now):
 @njit(void(_dcf, _station, _i8), cache=True, error_model="numpy")
 def transmit(d, s, now):
     """Station s goes on the air. What it was receiving is lost."""
-    setup, stations, soonest, links = d.setup[0], d.stations, d.soonest, d.links
+    setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
     s.lock = -1
     s.on, s.begun = 1, now
     s.number += 1
     s.air = (now + setup.detection_ns) * KINDS + DETECT
-    schedule(soonest, s)
-    sense(setup, soonest, s, now, setup.difs_ns)
+    schedule(due, s)
+    sense(setup, due, s, now, setup.difs_ns)
     for k in range(s.first, s.last):
         r = stations[links[k].station]
         if r.lock >= 0:
             account(setup, d.rates, d.table, r, stations[r.lock], now)
         r.heard += links[k].mw
         r.signals += 1
-        sense(setup, soonest, r, now, setup.difs_ns)
+        sense(setup, due, r, now, setup.difs_ns)
 
 
 @njit(void(_dcf, _station, _i8, _i8), cache=True, error_model="numpy")
@@ -234,16 +254,16 @@ def send(d, s, now, kind):
 @njit(void(_dcf, _station, _i8), cache=True, error_model="numpy")
 def detect(d, s, now):
     """The beginning of station s's preamble is over: who hears it well enough receives it."""
-    setup, stations, soonest, links = d.setup[0], d.stations, d.soonest, d.links
+    setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
     s.air = s.ends * KINDS + END
-    schedule(soonest, s)
+    schedule(due, s)
     for k in range(s.first, s.last):
         r, power = stations[links[k].station], links[k].mw
         if r.on == 1 or r.lock >= 0 or power < setup.signal_mw:
             continue
         if power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0)):
             r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
-            sense(setup, soonest, r, now, setup.difs_ns)
+            sense(setup, due, r, now, setup.difs_ns)
 
 
 @njit(void(_dcf, _i8, _i8, _station, _i8), cache=True, error_model="numpy")
@@ -255,12 +275,12 @@ def tell(d, now, what, s, receiver):
     d.setup[0].outcomes += 1
 
 
-@njit(void(_setup, _tree, _station, _i8), cache=True, error_model="numpy")
-def next_packet(setup, soonest, s, now):
+@njit(void(_setup, _due, _station, _i8), cache=True, error_model="numpy")
+def next_packet(setup, due, s, now):
     """The present packet of station s is through, one way or the other."""
     s.role, s.tries, s.got, s.expired, s.ready = IDLE, 0, 0, 0, now
     draw(setup, s)
-    plan(setup, soonest, s)
+    plan(setup, due, s)
 
 
 @njit(void(_dcf, _station), cache=True, error_model="numpy")
@@ -281,7 +301,7 @@ def succeed(d, s, now):
         if frame.dest < 0:
             tell(d, now, DONE, s, -1)
         leave(d, s)
-    next_packet(d.setup[0], d.soonest, s, now)
+    next_packet(d.setup[0], d.due, s, now)
 
 
 @njit(void(_dcf, _station, _i8), cache=True, error_model="numpy")
@@ -300,14 +320,14 @@ def fail(d, s, now):
     if s.tries < setup.try_limit:
         s.role, s.expired = IDLE, 0
         draw(setup, s)
-        plan(setup, d.soonest, s)
+        plan(setup, d.due, s)
         return
     s.dropped += 1
     frame = d.frames[s.index, s.head]
     if s.got == 0 or s.part < frame.packets - 1:  # else only its acknowledgements were lost
         tell(d, now, DROPPED, s, frame.dest)
     leave(d, s)
-    next_packet(setup, d.soonest, s, now)
+    next_packet(setup, d.due, s, now)
 
 
 @njit(_b1(_station, _station), cache=True, error_model="numpy")
@@ -319,35 +339,35 @@ def survives(r, source):
     return uniform(key, np.uint64(source.number)) < exp(r.chance)
 
 
-@njit(void(_setup, _tree, _station, _station, _i8, _i8), cache=True, error_model="numpy")
-def answer(setup, soonest, r, peer, now, kind):
+@njit(void(_setup, _due, _station, _station, _i8, _i8), cache=True, error_model="numpy")
+def answer(setup, due, r, peer, now, kind):
     """Station r will send ``kind`` to ``peer`` after a short interframe space."""
     r.peer, r.reply = peer.index, kind
     r.answer = (now + setup.sifs_ns) * KINDS + ANSWER
-    schedule(soonest, r)
+    schedule(due, r)
 
 
 @njit(void(_dcf, _station, _station, _i8), cache=True, error_model="numpy")
 def take(d, r, s, now):
     """Station r has received station s's frame without errors."""
-    setup, soonest = d.setup[0], d.soonest
+    setup, due = d.setup[0], d.due
     if s.to == -1:
         tell(d, now, RECEIVED, s, r.index)
     elif s.to != r.index:
         r.nav = max(r.nav, now + s.reserve)
     elif s.kind == DATA:
-        answer(setup, soonest, r, s, now, ACK)
+        answer(setup, due, r, s, now, ACK)
         if s.got == 0 and s.part == d.frames[s.index, s.head].packets - 1:
             tell(d, now, RECEIVED, s, r.index)
         s.got = 1
     elif s.kind == RTS:
         if r.nav <= now:
-            answer(setup, soonest, r, s, now, CTS)
+            answer(setup, due, r, s, now, CTS)
     elif r.role == AWAITING and s.kind == (ACK if r.kind == DATA else CTS):
         r.expired, r.contention = 0, NEVER
         if s.kind == CTS:
             r.role = SENDING
-            answer(setup, soonest, r, s, now, DATA)
+            answer(setup, due, r, s, now, DATA)
         else:
             succeed(d, r, now)
 
@@ -355,7 +375,7 @@ def take(d, r, s, now):
 @njit(void(_dcf, _station, _i8), cache=True, error_model="numpy")
 def finish(d, s, now):
     """Station s's transmission ends. Who could not make it out waits longer than the others."""
-    setup, stations, soonest, links = d.setup[0], d.stations, d.soonest, d.links
+    setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
     s.on, s.air = 0, NEVER
     for k in range(s.first, s.last):
         r, ifs = stations[links[k].station], setup.difs_ns
@@ -373,15 +393,15 @@ def finish(d, s, now):
                     tell(d, now, MISSED, s, r.index)
             if r.expired == 1:
                 fail(d, r, now)
-        sense(setup, soonest, r, now, ifs)
+        sense(setup, due, r, now, ifs)
     if s.kind == DATA and s.to == -1:
         succeed(d, s, now)
     elif s.kind == DATA or s.kind == RTS:
         rate = d.frames[s.index, s.head].ack_rate if s.kind == DATA else s.rate
         wait = setup.sifs_ns + setup.slot_ns + d.rates[rate].payload_ns
         s.role, s.contention = AWAITING, (now + wait) * KINDS + TIMEOUT
-    schedule(soonest, s)
-    sense(setup, soonest, s, now, setup.difs_ns)
+    schedule(due, s)
+    sense(setup, due, s, now, setup.difs_ns)
 
 
 @njit(void(_dcf, _station, _i8, _i8), cache=True, error_model="numpy")
@@ -393,14 +413,14 @@ def happen(d, s, now, what):
         detect(d, s, now)
     elif what == ANSWER:
         s.answer = NEVER
-        schedule(d.soonest, s)
+        schedule(d.due, s)
         send(d, s, now, s.reply)
     elif what == START:
         s.role, s.contention = SENDING, NEVER
         send(d, s, now, RTS if d.frames[s.index, s.head].rts_ns > 0 else DATA)
     else:
         s.contention = NEVER
-        schedule(d.soonest, s)
+        schedule(d.due, s)
         if s.lock >= 0:
             s.expired = 1
         else:
@@ -410,22 +430,23 @@ def happen(d, s, now, what):
 @njit(void(_dcf, _i8), cache=True, error_model="numpy")
 def run(d, until):
     """Let happen what is due up to ``until``, or up to the first instant with an outcome."""
-    soonest, leaves = d.soonest, d.soonest.size // 2
     d.setup[0].outcomes = 0
-    while soonest[1] // KINDS <= until:
-        due, node = soonest[1], 1
-        while node < leaves:
-            node *= 2
-            if soonest[node] != due:
-                node += 1
-        happen(d, d.stations[node - leaves], due // KINDS, due % KINDS)
+    while True:
+        b = soonest(d.due)
+        what = d.due[b, 0]
+        if what // KINDS > until:
+            break
+        row = 1
+        while d.due[b, row] != what:
+            row += 1
+        happen(d, d.stations[b * BLOCK + row - 1], what // KINDS, what % KINDS)
         if d.setup[0].outcomes > 0:
-            until = due // KINDS
+            until = what // KINDS
 
 
 @njit(_dcf(_both, _i8), cache=True, error_model="numpy")
 def half(d, k):
-    return Dcf(d.stations[k], d.soonest[k], d.frames, d.links, d.rates, d.table, d.setup,
+    return Dcf(d.stations[k], d.words[k], d.due[k], d.frames, d.links, d.rates, d.table, d.setup,
                d.outcomes)
 
 
@@ -441,8 +462,8 @@ def advance(both, present, until):
 def foresee(both, present):
     """Try out the future, up to the first outcome if nobody sends anything more. Returns when that
     is, ``NEVER`` if there is none."""
-    both.stations[1 - present] = both.stations[present]
-    both.soonest[1 - present] = both.soonest[present]
+    both.words[1 - present] = both.words[present]
+    both.due[1 - present] = both.due[present]
     run(half(both, 1 - present), NEVER // KINDS - 1)
     return both.outcomes[0].time_ns if both.setup[0].outcomes > 0 else NEVER
 
@@ -466,4 +487,4 @@ def enqueue(both, present, now, i):
         s.ready = now
         if (s.busy == 1 or now < s.nav) and s.count == 0:
             draw(setup, s)
-        plan(setup, both.soonest[present], s)
+        plan(setup, both.due[present], s)
