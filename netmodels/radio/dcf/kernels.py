@@ -11,7 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import boolean, float64, from_dtype, int64, njit, types, void
+from numba import boolean, carray, float64, from_dtype, int64, njit, types, void
+from numba.extending import intrinsic
 
 from netmodels.kernels import exp, log, uniform
 
@@ -85,10 +86,13 @@ SETUP = np.dtype([("slot_ns", _INTS), ("sifs_ns", _INTS), ("difs_ns", _INTS), ("
 
 
 class Dcf(NamedTuple):
-    """stations [2, n]: as they are, and a future that is tried out; which is which changes |
-    due [2, 2 m] trees of what is due next, node k above 2 k and 2 k + 1, station i in m + i |
-    frames [n, limit] rings | links | rates | table [rates, k] log(-log(chance that a bit has no
-    error)) | setup [1] | outcomes, room for more than 2 n"""
+    """What the functions below work on.
+
+    stations [n] | words, the same as numbers | due [blocks, 1 + BLOCK] what is due next at each
+    station of a block, behind the least of them, -1 if that is not known | frames [n, limit] rings
+    | links | rates | table [rates, k] log(-log(chance that a bit has no error)) | setup [1] |
+    outcomes, room for more than 2 n
+    """
 
     stations: np.ndarray
     words: np.ndarray
@@ -103,13 +107,34 @@ class Dcf(NamedTuple):
 
 _i8, _f8, _b1 = int64, float64, boolean
 _station, _setup = from_dtype(STATION), from_dtype(SETUP)
-_frames, _links, _rates = from_dtype(FRAME)[:, ::1], from_dtype(LINK)[::1], from_dtype(RATE)[::1]
-_stations, _due, _outcomes = _station[::1], _i8[:, ::1], from_dtype(OUTCOME)[::1]
-_table = _f8[:, ::1]
-_dcf = types.NamedTuple((_stations, _i8[::1], _due, _frames, _links, _rates, _table, _setup[::1],
-                         _outcomes), Dcf)
-_both = types.NamedTuple((_station[:, ::1], _i8[:, ::1], _i8[:, :, ::1], _frames, _links, _rates, _table,
-                          _setup[::1], _outcomes), Dcf)
+_due, _rates, _table = _i8[:, ::1], from_dtype(RATE)[::1], _f8[:, ::1]
+_dcf = types.NamedTuple((_station[::1], _i8[::1], _due, from_dtype(FRAME)[:, ::1],
+                         from_dtype(LINK)[::1], _rates, _table, _setup[::1],
+                         from_dtype(OUTCOME)[::1]), Dcf)
+
+
+@intrinsic
+def _pointer(typing_context, address):
+    """The memory at an address."""
+    def code(context, builder, signature, arguments):
+        return builder.inttoptr(arguments[0], context.get_value_type(types.voidptr))
+    return types.voidptr(int64), code
+
+
+@njit(_dcf(_i8[:, ::1]), cache=True)
+def view(at):
+    """The arrays at addresses: ``at`` has a row for each field of ``Dcf``, address and shape.
+    Python's arrays would do as well, but they would be unpacked at each call and their references
+    counted at each use, which takes longer than all the rest."""
+    return Dcf(carray(_pointer(at[0, 0]), (at[0, 1],), STATION),
+               carray(_pointer(at[1, 0]), (at[1, 1],), np.int64),
+               carray(_pointer(at[2, 0]), (at[2, 1], at[2, 2]), np.int64),
+               carray(_pointer(at[3, 0]), (at[3, 1], at[3, 2]), FRAME),
+               carray(_pointer(at[4, 0]), (at[4, 1],), LINK),
+               carray(_pointer(at[5, 0]), (at[5, 1],), RATE),
+               carray(_pointer(at[6, 0]), (at[6, 1], at[6, 2]), np.float64),
+               carray(_pointer(at[7, 0]), (at[7, 1],), SETUP),
+               carray(_pointer(at[8, 0]), (at[8, 1],), OUTCOME))
 
 
 @njit(void(_due, _station), cache=True, error_model="numpy")
@@ -444,47 +469,46 @@ def run(d, until):
             until = what // KINDS
 
 
-@njit(_dcf(_both, _i8), cache=True, error_model="numpy")
-def half(d, k):
-    return Dcf(d.stations[k], d.words[k], d.due[k], d.frames, d.links, d.rates, d.table, d.setup,
-               d.outcomes)
-
-
-@njit(_i8(_both, _i8, _i8), cache=True, error_model="numpy")
-def advance(both, present, until):
+@njit(_i8(_i8[:, :, ::1], _i8, _i8), cache=True, error_model="numpy")
+def advance(where, present, until):
     """Let happen what is due up to ``until``, or up to the first instant with an outcome. Returns
     how many outcomes there are."""
-    run(half(both, present), until)
-    return both.setup[0].outcomes
+    d = view(where[present])
+    run(d, until)
+    return d.setup[0].outcomes
 
 
-@njit(_i8(_both, _i8), cache=True, error_model="numpy")
-def foresee(both, present):
+@njit(_i8(_i8[:, :, ::1], _i8), cache=True, error_model="numpy")
+def foresee(where, present):
     """Try out the future, up to the first outcome if nobody sends anything more. Returns when that
     is, ``NEVER`` if there is none."""
-    both.words[1 - present] = both.words[present]
-    both.due[1 - present] = both.due[present]
-    run(half(both, 1 - present), NEVER // KINDS - 1)
-    return both.outcomes[0].time_ns if both.setup[0].outcomes > 0 else NEVER
+    d, future = view(where[present]), view(where[1 - present])
+    future.words[:] = d.words
+    future.due[:] = d.due
+    run(future, NEVER // KINDS - 1)
+    return future.outcomes[0].time_ns if future.setup[0].outcomes > 0 else NEVER
 
 
-@njit(_i8(_both, _i8, _i8, _i8), cache=True, error_model="numpy")
-def place(both, present, now, i):
-    """Let happen what is due up to ``now``. Returns the position of the next frame in station i's
-    queue, -1 if it is full."""
-    d = half(both, present)
+@njit(_i8(_i8[:, :, ::1], _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8),
+      cache=True, error_model="numpy")
+def enqueue(where, present, now, i, dest, packets, air_ns, last_ns, rate, ack_ns, ack_rate, rts_ns,
+            cts_ns, rts_rate):
+    """Station i gets a frame to send, after what is due up to now. Returns its position in the
+    queue, -1 if that is full."""
+    d = view(where[present])
     run(d, now)
-    s, limit = d.stations[i], d.frames.shape[1]
-    return (s.head + s.length) % limit if s.length < limit else -1
-
-
-@njit(void(_both, _i8, _i8, _i8), cache=True, error_model="numpy")
-def enqueue(both, present, now, i):
-    """A frame was written behind the last one of station i's queue."""
-    setup, s = both.setup[0], both.stations[present, i]
+    s, limit, setup = d.stations[i], d.frames.shape[1], d.setup[0]
+    if s.length == limit:
+        return -1
+    position = (s.head + s.length) % limit
+    frame = d.frames[i, position]
+    frame.dest, frame.packets, frame.air_ns, frame.last_ns = dest, packets, air_ns, last_ns
+    frame.rate, frame.ack_ns, frame.ack_rate = rate, ack_ns, ack_rate
+    frame.rts_ns, frame.cts_ns, frame.rts_rate = rts_ns, cts_ns, rts_rate
     s.length += 1
     if s.length == 1 and s.role == IDLE:
         s.ready = now
         if (s.busy == 1 or now < s.nav) and s.count == 0:
             draw(setup, s)
-        plan(setup, both.due[present], s)
+        plan(setup, d.due, s)
+    return position
