@@ -1,0 +1,160 @@
+"""Stations that share the air by the 802.11 distributed coordination function."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from netmodels.radio.dcf import kernels
+from netmodels.radio.dcf.kernels import DONE, DROPPED, MISSED, NEVER, RECEIVED
+from netmodels.radio.errors import ErrorTable
+from netmodels.radio.standards import ACK_BYTES, CTS_BYTES, RTS_BYTES, Standard
+
+__all__ = ["DONE", "DROPPED", "MISSED", "NEVER", "RECEIVED", "Counts", "Outcome", "Reception",
+           "Stations"]
+
+
+@dataclass(frozen=True)
+class Reception:
+    """What a receiver makes of what it hears; the defaults are those of ns-3.44."""
+
+    noise_dbm: float = -93.965  # thermal noise of 20 MHz at 290 K, and 7 dB of the receiver
+    energy_dbm: float = -62.0  # whatever it is, it makes the medium busy
+    preamble_dbm: float = -82.0  # the least that a preamble is found at,
+    preamble_db: float = 4.0  # and how much it must exceed noise and interference
+    detection_ns: int = 4_000  # for how long it is looked for
+
+
+class Outcome(NamedTuple):
+    """What became of the frame at ``position`` in the queue of ``station``: ``RECEIVED`` by
+    ``receiver`` (a unicast frame when all its packets have arrived; of a broadcast one row a
+    packet), ``MISSED`` (a packet of a broadcast had errors), ``DONE`` (the end of a broadcast),
+    ``DROPPED`` (a unicast frame, given up)."""
+
+    time_ns: int
+    what: int
+    station: int
+    position: int
+    receiver: int
+
+
+class Counts(NamedTuple):
+    """[stations] each: transmissions of data, those without a reply (of RTS too), frames given up.
+    """
+
+    transmitted: np.ndarray
+    failures: np.ndarray
+    dropped: np.ndarray
+
+
+def _milliwatts(dbm: float) -> float:
+    return 10 ** (dbm / 10)
+
+
+class Stations:
+    """One channel and those who use it.
+
+    The next outcome is foreseen by running the state machine ahead on a copy of the stations; if
+    nobody interferes until then, the copy is what has become of them. Whoever sends or moves at
+    ``now_ns`` must have taken all outcomes up to ``now_ns``.
+
+    ``keys`` [stations] uint64, of their random numbers. ``limit`` frames fit into each queue.
+    """
+
+    def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,
+                 reception: Reception = Reception(), limit: int = 500, tries: int = 7) -> None:
+        n = len(keys)
+        self._standard, self._present, self._next_ns = standard, 0, NEVER
+        self._stations = np.zeros((2, n), kernels.STATION)
+        first = self._stations[0]
+        for field in "air", "contention", "answer":
+            first[field] = NEVER
+        first["index"], first["key"], first["lock"] = np.arange(n), keys, -1
+        first["window"] = standard.cw_min
+        self._due = np.full((2, -(-n // kernels.BLOCK), 1 + kernels.BLOCK), NEVER)
+        self._frames = np.zeros((n, limit), kernels.FRAME)
+        self._links = np.zeros(0, kernels.LINK)
+        self._rates = np.array([
+            (rate.mbps * 1e6, rate.header_ns, rate.payload_ns,
+             min(k for k, other in enumerate(standard.rates) if other.ofdm == rate.ofdm))
+            for k, rate in enumerate(standard.rates)], kernels.RATE)
+        self._table = np.ascontiguousarray(errors.log_log)
+        self._setup = np.array([(
+            standard.slot_ns, standard.sifs_ns, standard.difs_ns, standard.eifs_ns,
+            reception.detection_ns, standard.cw_min, standard.cw_max, tries, 8,
+            _milliwatts(reception.noise_dbm), _milliwatts(reception.energy_dbm),
+            _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
+            errors.clear, errors.first_db, errors.step_db, 0)], kernels.SETUP)
+        self._outcomes = np.zeros(4 * n + 8, kernels.OUTCOME)
+        self._times = lru_cache(1 << 12)(self._times_of)
+        self._locate()
+
+    def _locate(self) -> None:
+        """Where the kernels find the arrays."""
+        both = [kernels.Dcf(stations, stations.view(np.int64), due, self._frames, self._links,
+                            self._rates, self._table, self._setup, self._outcomes)
+                for stations, due in zip(self._stations, self._due, strict=True)]
+        self._where = np.array([[(array.ctypes.data, *array.shape, 0)[:3] for array in arrays]
+                                for arrays in both], dtype=np.int64)
+
+    def link(self, now_ns: int, first: np.ndarray, hearer: np.ndarray, mw: np.ndarray) -> None:
+        """From now on station i is heard by ``hearer[first[i]:first[i + 1]]`` with ``mw``."""
+        kernels.settle(self._where, self._present, now_ns)
+        self._links = np.empty(len(hearer), kernels.LINK)
+        self._links["station"], self._links["mw"] = hearer, mw
+        stations = self._stations[self._present]
+        stations["first"], stations["last"] = first[:-1], first[1:]
+        self._locate()
+        kernels.relink(self._where, self._present, now_ns)
+        self._next_ns = None
+
+    def enqueue(self, now_ns: int, station: int, dest: int, psdu_bytes: int, rate: int,
+                packets: int = 1, last_bytes: int | None = None, rts: bool = False) -> int | None:
+        """``station`` gets a frame for ``dest`` (-1: everybody) to send, of so many packets (the
+        last one may be shorter). Returns its position in the queue, None if that is full."""
+        position = kernels.enqueue(
+            self._where, self._present, now_ns, station, dest, packets,
+            *self._times(psdu_bytes, last_bytes or psdu_bytes, rate, dest < 0, rts))
+        self._next_ns = None
+        return None if position < 0 else position
+
+    def _times_of(self, psdu_bytes: int, last_bytes: int, rate: int, broadcast: bool,
+                  rts: bool) -> tuple[int, ...]:
+        """Airtimes and rates in the order of the kernel's parameters. Control frames that begin an
+        exchange go at the lowest rate of the modulation."""
+        airtime_ns, reply = self._standard.airtime_ns, self._standard.reply_rate(rate)
+        control = int(self._rates[rate]["header_rate"])
+        replies = (0, 0) if broadcast else (airtime_ns(ACK_BYTES, reply), reply)
+        if broadcast or not rts:
+            control_frames = 0, 0, control
+        else:
+            control_frames = (airtime_ns(RTS_BYTES, control), airtime_ns(CTS_BYTES, control),
+                              control)
+        return (airtime_ns(psdu_bytes, rate), airtime_ns(last_bytes, rate), rate, *replies,
+                *control_frames)
+
+    @property
+    def next_ns(self) -> int:
+        """When the next outcome will be if nobody sends anything more; ``NEVER``: none will be."""
+        if self._next_ns is None:
+            self._next_ns = kernels.foresee(self._where, self._present)
+        return self._next_ns
+
+    def advance(self, until_ns: int) -> list[Outcome]:
+        """The outcomes of the next instant with any, none if that is after ``until_ns``."""
+        if self.next_ns > until_ns:
+            return []
+        self._present = 1 - self._present
+        self._next_ns = None
+        told = self._outcomes[:self._setup[0]["outcomes"]].tolist()
+        return [Outcome._make(row) for row in told]
+
+    def counts(self, now_ns: int) -> Counts:
+        """Up to now."""
+        kernels.advance(self._where, self._present, now_ns)
+        self._next_ns = None
+        stations = self._stations[self._present]
+        return Counts(*(stations[name].copy() for name in Counts._fields))

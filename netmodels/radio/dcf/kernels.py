@@ -469,13 +469,46 @@ def run(d, until):
             until = what // KINDS
 
 
-@njit(_i8(_i8[:, :, ::1], _i8, _i8), cache=True, error_model="numpy")
+@njit(void(_i8[:, :, ::1], _i8, _i8), cache=True, error_model="numpy")
 def advance(where, present, until):
-    """Let happen what is due up to ``until``, or up to the first instant with an outcome. Returns
-    how many outcomes there are."""
+    """Let happen what is due up to ``until``, or up to the first instant with an outcome."""
+    run(view(where[present]), until)
+
+
+@njit(void(_i8[:, :, ::1], _i8, _i8), cache=True, error_model="numpy")
+def settle(where, present, now):
+    """Before the links change: let happen what is due up to now, and account for all receptions."""
     d = view(where[present])
-    run(d, until)
-    return d.setup[0].outcomes
+    run(d, now)
+    for i in range(d.stations.size):
+        r = d.stations[i]
+        if r.lock >= 0:
+            account(d.setup[0], d.rates, d.table, r, d.stations[r.lock], now)
+
+
+@njit(void(_i8[:, :, ::1], _i8, _i8), cache=True, error_model="numpy")
+def relink(where, present, now):
+    """The links have changed: what everybody hears, from who is on the air. Whoever can no longer
+    hear what it was receiving has lost it."""
+    d = view(where[present])
+    stations, setup = d.stations, d.setup[0]
+    for i in range(stations.size):
+        stations[i].heard, stations[i].signals, stations[i].power = 0.0, 0, 0.0
+    for i in range(stations.size):
+        if stations[i].on == 1:
+            for k in range(stations[i].first, stations[i].last):
+                r = stations[d.links[k].station]
+                r.heard += d.links[k].mw
+                r.signals += 1
+                if r.lock == i:
+                    r.power = d.links[k].mw
+    for i in range(stations.size):
+        r = stations[i]
+        if r.lock >= 0 and r.power == 0.0:
+            r.lock = -1
+            if r.expired == 1:
+                fail(d, r, now)
+        sense(setup, d.due, r, now, setup.eifs_ns)
 
 
 @njit(_i8(_i8[:, :, ::1], _i8), cache=True, error_model="numpy")

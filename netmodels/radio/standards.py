@@ -1,0 +1,96 @@
+"""Timing, rates and frame formats of 802.11a, b and g.
+
+Numbers of IEEE 802.11-2016: clause 17 (OFDM, 5 GHz), 16 (DSSS and CCK, long preamble), 18 (ERP), and
+10.3 for the interframe spaces. Nothing is aggregated and no station has QoS.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+ETHERNET_BYTES = 14 + 4  # header and check sequence of what the host sends
+LLC_BYTES = 8  # logical link control and SNAP, in their place
+MAC_BYTES = 24 + 4  # header and check sequence of 802.11
+ACK_BYTES = CTS_BYTES = 14
+RTS_BYTES = 20
+
+
+class Rate(NamedTuple):
+    """``bits`` a symbol of ``symbol_ns`` (DSSS: 8 bits, whose time is rounded up to whole us at
+    the end). Header and payload begin so long after the beginning of the frame."""
+
+    mbps: float
+    bits: int
+    symbol_ns: int
+    header_ns: int
+    payload_ns: int
+
+    @property
+    def ofdm(self) -> bool:
+        return self.symbol_ns > 0
+
+
+def _ofdm(*rates: int) -> tuple[Rate, ...]:
+    return tuple(Rate(mbps, 4 * mbps, 4000, 16_000, 20_000) for mbps in rates)
+
+
+_DSSS = tuple(Rate(mbps, 0, 0, 144_000, 192_000) for mbps in (1, 2, 5.5, 11))
+_OFDM = _ofdm(6, 9, 12, 18, 24, 36, 48, 54)
+
+
+@dataclass(frozen=True)
+class Standard:
+    """Interframe spaces and contention windows (in slots), rates (the slowest first), and those of
+    them in Mb/s that everybody understands."""
+
+    slot_ns: int
+    sifs_ns: int
+    cw_min: int
+    rates: tuple[Rate, ...]
+    basic_mbps: tuple[float, ...]
+    extension_ns: int = 0  # silence behind OFDM frames (ERP: for the decoder)
+    cw_max: int = 1023
+
+    @property
+    def difs_ns(self) -> int:
+        return self.sifs_ns + 2 * self.slot_ns
+
+    @property
+    def eifs_ns(self) -> int:
+        """After a frame with errors: long enough for an acknowledgement at the lowest rate."""
+        return self.sifs_ns + self.airtime_ns(ACK_BYTES, 0) + self.difs_ns
+
+    def rate(self, mbps: float) -> int:
+        """The index of a rate. Raises ValueError if there is none of that many Mb/s."""
+        return [rate.mbps for rate in self.rates].index(mbps)
+
+    def airtime_ns(self, psdu_bytes: int, rate: int) -> int:
+        """Of a frame of ``psdu_bytes`` at ``rates[rate]``; OFDM adds 16 service and 6 tail bits."""
+        how = self.rates[rate]
+        if how.ofdm:
+            symbols = -(-(16 + 8 * psdu_bytes + 6) // how.bits)
+            return how.payload_ns + symbols * how.symbol_ns + self.extension_ns
+        return how.payload_ns + 1000 * -(-80 * psdu_bytes // round(10 * how.mbps))
+
+    def reply_rate(self, rate: int) -> int:
+        """The rate of acknowledgements and CTS: the highest basic rate of the same modulation that
+        is not above the frame's."""
+        how = self.rates[rate]
+        return max(k for k in range(rate + 1)
+                   if self.rates[k].ofdm == how.ofdm and self.rates[k].mbps in self.basic_mbps)
+
+
+def psdu_bytes(size_bytes: int, segments: int) -> int:
+    """A packet on the air, from a frame of ``segments`` packets with Ethernet's headers: 1000 B of
+    UDP are 1064 B."""
+    return -(-size_bytes // segments) - ETHERNET_BYTES + LLC_BYTES + MAC_BYTES
+
+
+A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24))
+B = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=31, rates=_DSSS, basic_mbps=(1, 2))
+# Without an access point, and where stations of 802.11b may be: their slots.
+G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
+             basic_mbps=(1, 2, 6, 12, 24), extension_ns=6_000)
+
+STANDARDS = {"11a": A, "11b": B, "11g": G}
