@@ -26,6 +26,7 @@ class Reception:
     preamble_dbm: float = -82.0  # the least that a preamble is found at,
     preamble_db: float = 4.0  # and how much it must exceed noise and interference
     detection_ns: int = 4_000  # for how long it is looked for
+    unaware: bool = True  # that it misses interference which began with the frame (``arrive``)
 
 
 class Outcome(NamedTuple):
@@ -87,7 +88,8 @@ class Stations:
             reception.detection_ns, standard.cw_min, standard.cw_max, tries, 8,
             _milliwatts(reception.noise_dbm), _milliwatts(reception.energy_dbm),
             _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
-            errors.clear, errors.first_db, errors.step_db, 0)], kernels.SETUP)
+            errors.clear, errors.first_db, errors.step_db,
+            reception.unaware, 0)], kernels.SETUP)
         self._outcomes = np.zeros(4 * n + 8, kernels.OUTCOME)
         self._times = lru_cache(1 << 12)(self._times_of)
         self._locate()

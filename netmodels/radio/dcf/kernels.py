@@ -51,6 +51,9 @@ STATION = np.dtype([
     # until when; whom to answer, and with what.
     ("heard", _FLOATS), ("signals", _INTS), ("lock", _INTS), ("power", _FLOATS),
     ("chance", _FLOATS), ("until", _INTS), ("peer", _INTS), ("reply", _INTS),
+    # Until when it looks for preambles, what it heard before that, whose signal is the strongest
+    # that came since, and which part of the interference it is not aware of.
+    ("search", _INTS), ("before", _FLOATS), ("strongest", _INTS), ("unaware", _FLOATS),
     # Its transmission: whether it is on the air, since when, to whom (-1: all), with what, at which
     # rate, for how long after its end the medium is reserved; how many there were.
     ("on", _INTS), ("begun", _INTS), ("to", _INTS), ("kind", _INTS), ("rate", _INTS),
@@ -76,13 +79,13 @@ OUTCOME = np.dtype([("time_ns", _INTS), ("what", _INTS), ("station", _INTS), ("p
 
 # ``energy_mw`` makes the medium busy; a preamble is found above ``signal_mw`` and a ratio of
 # ``capture`` to noise and interference; above the ratio ``clear`` no bit has an error; the table
-# of errors begins at ``table_db``, in steps of ``step_db``. ``outcomes``: how many were noted.
+# of errors begins at ``table_db``, in steps of ``step_db``. ``unaware``: see ``arrive``. ``outcomes``: how many were noted.
 SETUP = np.dtype([("slot_ns", _INTS), ("sifs_ns", _INTS), ("difs_ns", _INTS), ("eifs_ns", _INTS),
                   ("detection_ns", _INTS), ("cw_min", _INTS), ("cw_max", _INTS),
                   ("try_limit", _INTS), ("reset_at", _INTS), ("noise_mw", _FLOATS),
                   ("energy_mw", _FLOATS), ("signal_mw", _FLOATS), ("capture", _FLOATS),
                   ("clear", _FLOATS), ("table_db", _FLOATS), ("step_db", _FLOATS),
-                  ("outcomes", _INTS)])
+                  ("unaware", _INTS), ("outcomes", _INTS)])
 
 
 class Dcf(NamedTuple):
@@ -219,7 +222,8 @@ def log_success(setup, table, rate, ratio):
 def account(setup, rates, table, r, source, now):
     """What happened to what station r receives since its interference changed last."""
     begin, r.until = r.until, now
-    ratio = r.power / (setup.noise_mw + max(r.heard - r.power, 0.0))
+    ratio = r.power / (setup.noise_mw + max(r.heard - r.power - r.unaware, 0.0))
+    r.unaware = 0.0
     if ratio >= setup.clear:
         return
     rate = rates[source.rate]
@@ -231,6 +235,21 @@ def account(setup, rates, table, r, source, now):
     if now > payload:
         bits = (now - max(begin, payload)) * 1e-9 * rate.bps
         r.chance += bits * log_success(setup, table, source.rate, ratio)
+
+
+@njit(void(_setup, _station, _i8, _i8, _f8), cache=True, error_model="numpy")
+def arrive(setup, r, i, now, mw):
+    """Station i's signal comes to station r, which receives nothing yet. In ns-3, whose interference
+    is what it was when the search for preambles began, and then what every later change makes it,
+    r will not be aware of what came during the search before the frame that it receives; so of two
+    frames sent at the same instant one may be read in spite of the other."""
+    if now >= r.search:
+        r.search, r.before, r.strongest, r.power = now + setup.detection_ns, r.heard, -1, 0.0
+    r.unaware = 0.0
+    if mw > r.power:
+        r.strongest, r.power = i, mw
+        if setup.unaware == 1:
+            r.unaware = r.heard - r.before
 
 
 @njit(void(_dcf, _station, _i8), cache=True, error_model="numpy")
@@ -247,6 +266,8 @@ def transmit(d, s, now):
         r = stations[links[k].station]
         if r.lock >= 0:
             account(setup, d.rates, d.table, r, stations[r.lock], now)
+        else:
+            arrive(setup, r, s.index, now, links[k].mw)
         r.heard += links[k].mw
         r.signals += 1
         sense(setup, due, r, now, setup.difs_ns)
@@ -288,6 +309,8 @@ def detect(d, s, now):
             continue
         if power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0)):
             r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
+            if r.strongest != s.index:
+                r.unaware = 0.0
             sense(setup, due, r, now, setup.difs_ns)
 
 
@@ -406,6 +429,8 @@ def finish(d, s, now):
         r, ifs = stations[links[k].station], setup.difs_ns
         if r.lock >= 0:
             account(setup, d.rates, d.table, r, stations[r.lock], now)
+        else:
+            r.unaware = 0.0
         r.signals -= 1
         r.heard = r.heard - links[k].mw if r.signals > 0 else 0.0
         if r.lock == s.index:
@@ -452,6 +477,18 @@ def happen(d, s, now, what):
             fail(d, s, now)
 
 
+@njit(_i8(_i8[::1], _i8), cache=True, error_model="numpy")
+def pick(block, what):
+    """The row of a block where ``what`` is due; if there are several, from either end, so that
+    nobody is always the first in an instant."""
+    row, step = 1, 1
+    if uniform(np.uint64(0), np.uint64(what)) < 0.5:
+        row, step = BLOCK, -1
+    while block[row] != what:
+        row += step
+    return row
+
+
 @njit(void(_dcf, _i8), cache=True, error_model="numpy")
 def run(d, until):
     """Let happen what is due up to ``until``, or up to the first instant with an outcome."""
@@ -461,9 +498,7 @@ def run(d, until):
         what = d.due[b, 0]
         if what // KINDS > until:
             break
-        row = 1
-        while d.due[b, row] != what:
-            row += 1
+        row = pick(d.due[b], what)
         happen(d, d.stations[b * BLOCK + row - 1], what // KINDS, what % KINDS)
         if d.setup[0].outcomes > 0:
             until = what // KINDS
@@ -494,6 +529,7 @@ def relink(where, present, now):
     stations, setup = d.stations, d.setup[0]
     for i in range(stations.size):
         stations[i].heard, stations[i].signals, stations[i].power = 0.0, 0, 0.0
+        stations[i].unaware = 0.0
     for i in range(stations.size):
         if stations[i].on == 1:
             for k in range(stations[i].first, stations[i].last):
