@@ -270,7 +270,6 @@ def transmit(d, s, now):
             arrive(setup, r, s.index, now, links[k].mw)
         r.heard += links[k].mw
         r.signals += 1
-        sense(setup, due, r, now, setup.difs_ns)
 
 
 @njit(void(_dcf, _station, _i8, _i8), cache=True, error_model="numpy")
@@ -299,19 +298,19 @@ def send(d, s, now, kind):
 
 @njit(void(_dcf, _station, _i8), cache=True, error_model="numpy")
 def detect(d, s, now):
-    """The beginning of station s's preamble is over: who hears it well enough receives it."""
+    """The beginning of station s's preamble is over: who hears it well enough receives it. Not
+    before now does anybody know that the medium is busy."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
     s.air = s.ends * KINDS + END
     schedule(due, s)
     for k in range(s.first, s.last):
         r, power = stations[links[k].station], links[k].mw
-        if r.on == 1 or r.lock >= 0 or power < setup.signal_mw:
-            continue
-        if power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0)):
+        found = power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0))
+        if found and power >= setup.signal_mw and r.on == 0 and r.lock < 0:
             r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
             if r.strongest != s.index:
                 r.unaware = 0.0
-            sense(setup, due, r, now, setup.difs_ns)
+        sense(setup, due, r, now, setup.difs_ns)
 
 
 @njit(void(_dcf, _i8, _i8, _station, _i8), cache=True, error_model="numpy")
@@ -562,10 +561,10 @@ def foresee(where, present):
       cache=True, error_model="numpy")
 def enqueue(where, present, now, i, dest, packets, air_ns, last_ns, rate, ack_ns, ack_rate, rts_ns,
             cts_ns, rts_rate):
-    """Station i gets a frame to send, after what is due up to now. Returns its position in the
+    """Station i gets a frame to send, after what is due before now. Returns its position in the
     queue, -1 if that is full."""
     d = view(where[present])
-    run(d, now)
+    run(d, now - 1)
     s, limit, setup = d.stations[i], d.frames.shape[1], d.setup[0]
     if s.length == limit:
         return -1
