@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from netmodels.radio.dcf import DONE, DROPPED, RECEIVED, Reception, Stations
+from netmodels.radio.dcf import DROPPED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.standards import Standard
 
@@ -35,11 +35,11 @@ def by_distance(*places: tuple[float, float]) -> np.ndarray:
 
 
 def air(standard: Standard, power_mw: np.ndarray, seed: int = 1, *,
-        reception: Reception = Reception(), **options) -> Stations:
+        reception: Reception | None = None, **options) -> Stations:
     n = len(power_mw)
     keys = np.random.default_rng(seed).integers(2 ** 63, size=n).astype(np.uint64)
     errors = error_table(tuple(rate.mbps for rate in standard.rates))
-    stations = Stations(standard, keys, errors, reception, **options)
+    stations = Stations(standard, keys, errors, reception or Reception(), **options)
     near = ~np.eye(n, dtype=bool) & (power_mw > 1e-13)
     source, hearer = np.nonzero(near)
     first = np.concatenate([[0], np.cumsum(near.sum(axis=1))])
@@ -79,14 +79,14 @@ def saturate(stations: Stations, flows: list[tuple[int, int]], psdu_bytes: int, 
 
 def heartbeats(stations: Stations, times_ns: list[tuple[int, int]], psdu_bytes: int, rate: int,
                n: int) -> float:
-    """The share of copies received when (time, station) sends to everybody."""
+    """The share of copies received when each (time, station) sends to the n - 1 others."""
     received = 0
     for time_ns, source in sorted(times_ns):
         while stations.next_ns <= time_ns:
             received += sum(outcome.what == RECEIVED
                             for outcome in stations.advance(stations.next_ns))
         stations.enqueue(time_ns, source, -1, psdu_bytes, rate)
-    last = times_ns and max(times_ns)[0] + 10 ** 10
-    while stations.next_ns <= last:
-        received += sum(o.what == RECEIVED for o in stations.advance(stations.next_ns))
+    while stations.next_ns < NEVER:
+        received += sum(outcome.what == RECEIVED
+                        for outcome in stations.advance(stations.next_ns))
     return received / (len(times_ns) * (n - 1))

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from radio import air, by_distance, heartbeats, rows, same_power, saturate
 
 from netmodels.radio.dcf import DONE, DROPPED, MISSED, NEVER, RECEIVED, Reception
 from netmodels.radio.standards import A, B, G
-from radio import air, by_distance, heartbeats, rows, same_power, saturate
 
+NS3 = Reception()
 UDP = 1064  # B on the air of 1000 B
 SATURATED = {  # as the tables name mode and topology: standard, Mb/s
     ("OfdmRate6Mbps", "sink-fixed"): (A, 6), ("OfdmRate24Mbps", "sink-fixed"): (A, 24),
@@ -105,7 +106,7 @@ def means(path, *key, value="agg_goodput_mbps"):
     return {where: np.mean(values) for where, values in table.items()}
 
 
-def two_pairs(apart_m, mbps, reception=Reception()):
+def two_pairs(apart_m, mbps, reception=NS3):
     stations = air(A, by_distance((0, 0), (10, 0), (0, apart_m), (10, apart_m)),
                    reception=reception)
     return saturate(stations, [(0, 1), (2, 3)], UDP, A.rate(mbps), 6).packets_per_s * 8e-3
@@ -133,7 +134,7 @@ def test_two_pairs_with_a_receiver_aware_of_all_interference():
     assert two_pairs(20, 54, Reception(unaware=False)) == pytest.approx(25.3, rel=0.02)
 
 
-def single_pair(distance_m, mbps, noise_dbm=Reception().noise_dbm):
+def single_pair(distance_m, mbps, noise_dbm=NS3.noise_dbm):
     stations = air(A, by_distance((0, 0), (distance_m, 0)),
                    reception=Reception(noise_dbm=noise_dbm))
     return saturate(stations, [(0, 1)], UDP, A.rate(mbps), 5).packets_per_s * 8e-3
@@ -148,7 +149,7 @@ def test_one_pair_where_noise_begins_to_matter(reference, mbps, distance_m):
     tolerance = 0.06 if (mbps, distance_m) in ((24, 48), (54, 24)) else 0.015
     assert single_pair(distance_m, mbps) == pytest.approx(expected, rel=tolerance)
     if tolerance == 0.06:
-        noisier = single_pair(distance_m, mbps, Reception().noise_dbm + 0.41)
+        noisier = single_pair(distance_m, mbps, NS3.noise_dbm + 0.41)
         assert noisier != pytest.approx(expected, rel=tolerance)
 
 
@@ -188,7 +189,7 @@ def poisson(n, hz, seconds, seed):
             for time_s in draw.uniform(0, seconds, draw.poisson(hz * seconds))]
 
 
-def heard(n, hz, mbps=6, standard=A, reception=Reception(), seconds=40):
+def heard(n, hz, mbps=6, standard=A, reception=NS3, seconds=40):
     stations = air(standard, same_power(n), reception=reception)
     return heartbeats(stations, poisson(n, hz, seconds, 1), 264, standard.rate(mbps), n)
 

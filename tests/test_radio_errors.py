@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from radio import rows
 
 from netmodels.radio.errors import bit_error, error_table, packet_error
-from radio import rows
 
 OFDM = (6, 9, 12, 18, 24, 36, 48, 54)
 DSSS = (1, 2, 5.5, 11)

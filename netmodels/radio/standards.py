@@ -1,7 +1,7 @@
 """Timing, rates and frame formats of 802.11a, b and g.
 
-Numbers of IEEE 802.11-2016: clause 17 (OFDM, 5 GHz), 16 (DSSS and CCK, long preamble), 18 (ERP), and
-10.3 for the interframe spaces. Nothing is aggregated and no station has QoS.
+Numbers of IEEE 802.11-2016: clause 17 (OFDM, 5 GHz), 16 (DSSS and CCK, long preamble), 18 (ERP),
+and 10.3 for the interframe spaces. Nothing is aggregated and no station has QoS.
 """
 
 from __future__ import annotations

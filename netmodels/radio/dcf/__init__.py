@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from netmodels.radio.dcf import kernels
-from netmodels.radio.dcf.kernels import DONE, DROPPED, MISSED, NEVER, RECEIVED
+from netmodels.radio.dcf.records import kernels as records
+from netmodels.radio.dcf.records.kernels import DONE, DROPPED, MISSED, NEVER, RECEIVED
 from netmodels.radio.errors import ErrorTable
 from netmodels.radio.standards import ACK_BYTES, CTS_BYTES, RTS_BYTES, Standard
 
@@ -69,19 +70,19 @@ class Stations:
                  reception: Reception = Reception(), limit: int = 500, tries: int = 7) -> None:
         n = len(keys)
         self._standard, self._present, self._next_ns = standard, 0, NEVER
-        self._stations = np.zeros((2, n), kernels.STATION)
+        self._stations = np.zeros((2, n), records.STATION)
         first = self._stations[0]
         for field in "air", "contention", "answer":
             first[field] = NEVER
         first["index"], first["key"], first["lock"] = np.arange(n), keys, -1
         first["window"] = standard.cw_min
-        self._due = np.full((2, -(-n // kernels.BLOCK), 1 + kernels.BLOCK), NEVER)
-        self._frames = np.zeros((n, limit), kernels.FRAME)
-        self._links = np.zeros(0, kernels.LINK)
+        self._due = np.full((2, -(-n // records.BLOCK), 1 + records.BLOCK), NEVER)
+        self._frames = np.zeros((n, limit), records.FRAME)
+        self._links = np.zeros(0, records.LINK)
         self._rates = np.array([
             (rate.mbps * 1e6, rate.header_ns, rate.payload_ns,
              min(k for k, other in enumerate(standard.rates) if other.ofdm == rate.ofdm))
-            for k, rate in enumerate(standard.rates)], kernels.RATE)
+            for k, rate in enumerate(standard.rates)], records.RATE)
         self._table = np.ascontiguousarray(errors.log_log)
         self._setup = np.array([(
             standard.slot_ns, standard.sifs_ns, standard.difs_ns, standard.eifs_ns,
@@ -89,14 +90,14 @@ class Stations:
             _milliwatts(reception.noise_dbm), _milliwatts(reception.energy_dbm),
             _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
             errors.clear, errors.first_db, errors.step_db,
-            reception.unaware, 0)], kernels.SETUP)
-        self._outcomes = np.zeros(4 * n + 8, kernels.OUTCOME)
+            reception.unaware, 0)], records.SETUP)
+        self._outcomes = np.zeros(4 * n + 8, records.OUTCOME)
         self._times = lru_cache(1 << 12)(self._times_of)
         self._locate()
 
     def _locate(self) -> None:
         """Where the kernels find the arrays."""
-        both = [kernels.Dcf(stations, stations.view(np.int64), due, self._frames, self._links,
+        both = [records.Dcf(stations, stations.view(np.int64), due, self._frames, self._links,
                             self._rates, self._table, self._setup, self._outcomes)
                 for stations, due in zip(self._stations, self._due, strict=True)]
         self._where = np.array([[(array.ctypes.data, *array.shape, 0)[:3] for array in arrays]
@@ -105,7 +106,7 @@ class Stations:
     def link(self, now_ns: int, first: np.ndarray, hearer: np.ndarray, mw: np.ndarray) -> None:
         """From now on station i is heard by ``hearer[first[i]:first[i + 1]]`` with ``mw``."""
         kernels.settle(self._where, self._present, now_ns)
-        self._links = np.empty(len(hearer), kernels.LINK)
+        self._links = np.empty(len(hearer), records.LINK)
         self._links["station"], self._links["mw"] = hearer, mw
         stations = self._stations[self._present]
         stations["first"], stations["last"] = first[:-1], first[1:]

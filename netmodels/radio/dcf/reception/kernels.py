@@ -1,0 +1,68 @@
+"""What a station makes of the signals that come to it: noise, interference, errors."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import boolean, float64, int64, njit, void
+
+from netmodels.kernels import exp, log, uniform
+from netmodels.radio.dcf.records.kernels import a_setup, a_station, a_table, all_rates
+
+_i8, _f8, _b1 = int64, float64, boolean
+
+
+@njit(_f8(a_setup, a_table, _i8, _f8), cache=True, error_model="numpy")
+def log_success(setup, table, rate, ratio):
+    """Log of the chance that a bit at ``rate`` has no error, at this signal to noise ratio."""
+    at = (10.0 / 2.302585092994046 * log(ratio) - setup.table_db) / setup.step_db
+    if at >= table.shape[1] - 1:
+        return 0.0
+    j = np.int64(max(at, 0.0))
+    part = max(at, 0.0) - j
+    return -exp(table[rate, j] + part * (table[rate, j + 1] - table[rate, j]))
+
+
+@njit(void(a_setup, all_rates, a_table, a_station, a_station, _i8), cache=True, error_model="numpy")
+def account(setup, rates, table, r, source, now):
+    """What happened to what station r receives since its interference changed last."""
+    begin, r.until = r.until, now
+    ratio = r.power / (setup.noise_mw + max(r.heard - r.power - r.unaware, 0.0))
+    r.unaware = 0.0
+    if ratio >= setup.clear:
+        return
+    rate = rates[source.rate]
+    payload = source.begun + rate.payload_ns
+    header = source.begun + rate.header_ns
+    if begin < payload and now > header:
+        bits = (min(now, payload) - max(begin, header)) * 1e-9 * rates[rate.header_rate].bps
+        r.chance += bits * log_success(setup, table, rate.header_rate, ratio)
+    if now > payload:
+        bits = (now - max(begin, payload)) * 1e-9 * rate.bps
+        r.chance += bits * log_success(setup, table, source.rate, ratio)
+
+
+@njit(void(a_setup, a_station, _i8, _i8, _f8), cache=True, error_model="numpy")
+def arrive(setup, r, i, now, mw):
+    """Station i's signal comes to station r, which receives nothing yet.
+
+    ns-3 takes for the interference at a frame's beginning what was heard when the search for
+    preambles began, and is right again from the next change on. Hence r is not aware of what came
+    during the search before its frame: of two frames sent at the same instant one may be read in
+    spite of the other.
+    """
+    if now >= r.search:
+        r.search, r.before, r.strongest, r.power = now + setup.detection_ns, r.heard, -1, 0.0
+    r.unaware = 0.0
+    if mw > r.power:
+        r.strongest, r.power = i, mw
+        if setup.unaware == 1:
+            r.unaware = r.heard - r.before
+
+
+@njit(_b1(a_station, a_station), cache=True, error_model="numpy")
+def survives(r, source):
+    """Whether what station r was receiving has no error."""
+    if r.chance == 0.0:
+        return True
+    key = r.key ^ (source.key << np.uint64(1))
+    return uniform(key, np.uint64(source.number)) < exp(r.chance)
