@@ -66,9 +66,8 @@ def saturate(stations: Stations, flows: list[tuple[int, int]], psdu_bytes: int, 
         if before is None and now_ns > warm_ns:
             before = stations.counts(warm_ns)
             settled = dict.fromkeys(settled, 0)
-        for outcome in stations.advance(now_ns):
-            settled[outcome.what] += 1
-            source = outcome.station
+        for _, what, source, _, _ in stations.advance(now_ns):
+            settled[what] += 1
             stations.enqueue(now_ns, source, dest[source], psdu_bytes, rate, rts=rts)
     after = stations.counts(end_ns)
     transmitted = int((after.transmitted - before.transmitted).sum())
@@ -80,13 +79,14 @@ def saturate(stations: Stations, flows: list[tuple[int, int]], psdu_bytes: int, 
 def heartbeats(stations: Stations, times_ns: list[tuple[int, int]], psdu_bytes: int, rate: int,
                n: int) -> float:
     """The share of copies received when each (time, station) sends to the n - 1 others."""
+    def received_next() -> int:
+        return sum(what == RECEIVED for _, what, *_ in stations.advance(stations.next_ns))
+
     received = 0
     for time_ns, source in sorted(times_ns):
         while stations.next_ns <= time_ns:
-            received += sum(outcome.what == RECEIVED
-                            for outcome in stations.advance(stations.next_ns))
+            received += received_next()
         stations.enqueue(time_ns, source, -1, psdu_bytes, rate)
     while stations.next_ns < NEVER:
-        received += sum(outcome.what == RECEIVED
-                        for outcome in stations.advance(stations.next_ns))
+        received += received_next()
     return received / (len(times_ns) * (n - 1))

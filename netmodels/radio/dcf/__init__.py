@@ -30,17 +30,11 @@ class Reception:
     unaware: bool = True  # that it misses interference which began with the frame (``arrive``)
 
 
-class Outcome(NamedTuple):
-    """What became of the frame at ``position`` in the queue of ``station``: ``RECEIVED`` by
-    ``receiver`` (a unicast frame when all its packets have arrived; of a broadcast one row a
-    packet), ``MISSED`` (a packet of a broadcast had errors), ``DONE`` (the end of a broadcast),
-    ``DROPPED`` (a unicast frame, given up)."""
-
-    time_ns: int
-    what: int
-    station: int
-    position: int
-    receiver: int
+# What became of the frame at ``position`` in the queue of ``station``: time in ns, what, station,
+# position, receiver. RECEIVED: a unicast frame when all its packets have arrived; of a broadcast
+# one row a packet. MISSED: a packet of a broadcast had errors. DONE: the end of a broadcast.
+# DROPPED: a unicast frame, given up.
+Outcome = tuple[int, int, int, int, int]
 
 
 class Counts(NamedTuple):
@@ -77,6 +71,7 @@ class Stations:
         first["index"], first["key"], first["lock"] = np.arange(n), keys, -1
         first["window"] = standard.cw_min
         self._due = np.full((2, -(-n // records.BLOCK), 1 + records.BLOCK), NEVER)
+        self._touched = np.ones(n, np.int64)
         self._frames = np.zeros((n, limit), records.FRAME)
         self._links = np.zeros(0, records.LINK)
         self._rates = np.array([
@@ -97,7 +92,7 @@ class Stations:
 
     def _locate(self) -> None:
         """Where the kernels find the arrays."""
-        both = [records.Dcf(stations, stations.view(np.int64), due, self._frames, self._links,
+        both = [records.Dcf(stations, due, self._touched, self._frames, self._links,
                             self._rates, self._table, self._setup, self._outcomes)
                 for stations, due in zip(self._stations, self._due, strict=True)]
         self._where = np.array([[(array.ctypes.data, *array.shape, 0)[:3] for array in arrays]
@@ -152,8 +147,7 @@ class Stations:
             return []
         self._present = 1 - self._present
         self._next_ns = None
-        told = self._outcomes[:self._setup[0]["outcomes"]].tolist()
-        return [Outcome._make(row) for row in told]
+        return self._outcomes[:self._setup["outcomes"][0]].tolist()
 
     def counts(self, now_ns: int) -> Counts:
         """Up to now."""

@@ -98,6 +98,7 @@ def transmit(d, s, now):
     sense(setup, due, s, now, setup.difs_ns)
     for k in range(s.first, s.last):
         r = stations[links[k].station]
+        d.touched[r.index] = 1
         if r.lock >= 0:
             account(setup, d.rates, d.table, r, stations[r.lock], now)
         else:
@@ -139,6 +140,7 @@ def detect(d, s, now):
     schedule(due, s)
     for k in range(s.first, s.last):
         r, power = stations[links[k].station], links[k].mw
+        d.touched[r.index] = 1
         found = power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0))
         if found and power >= setup.signal_mw and r.on == 0 and r.lock < 0:
             r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
@@ -251,6 +253,7 @@ def finish(d, s, now):
     s.on, s.air = 0, NEVER
     for k in range(s.first, s.last):
         r, ifs = stations[links[k].station], setup.difs_ns
+        d.touched[r.index] = 1
         if r.lock >= 0:
             account(setup, d.rates, d.table, r, stations[r.lock], now)
         else:
@@ -280,7 +283,8 @@ def finish(d, s, now):
 
 @njit(void(a_dcf, a_station, _i8, _i8), cache=True, error_model="numpy")
 def happen(d, s, now, what):
-    """What is due at station s happens."""
+    """What is due at station s happens: to it, and to those who hear it."""
+    d.touched[s.index] = 1
     if what == END:
         finish(d, s, now)
     elif what == DETECT:
@@ -339,6 +343,7 @@ def relink(where, present, now):
     hear what it was receiving has lost it."""
     d = view(where[present])
     stations, setup = d.stations, d.setup[0]
+    d.touched[:] = 1
     for i in range(stations.size):
         stations[i].heard, stations[i].signals, stations[i].power = 0.0, 0, 0.0
         stations[i].unaware = 0.0
@@ -364,7 +369,10 @@ def foresee(where, present):
     """Try out the future, up to the first outcome if nobody sends anything more. Returns when that
     is, ``NEVER`` if there is none."""
     d, future = view(where[present]), view(where[1 - present])
-    future.words[:] = d.words
+    for i in range(d.touched.size):
+        if d.touched[i] == 1:
+            future.stations[i] = d.stations[i]
+            d.touched[i] = 0
     future.due[:] = d.due
     run(future, NEVER // KINDS - 1)
     return future.outcomes[0].time_ns if future.setup[0].outcomes > 0 else NEVER
@@ -379,6 +387,7 @@ def enqueue(where, present, now, i, dest, packets, air_ns, last_ns, rate, ack_ns
     d = view(where[present])
     run(d, now - 1)
     s, limit, setup = d.stations[i], d.frames.shape[1], d.setup[0]
+    d.touched[i] = 1
     if s.length == limit:
         return -1
     position = (s.head + s.length) % limit

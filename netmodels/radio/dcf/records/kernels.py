@@ -84,15 +84,15 @@ SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("difs_ns", "i8"), ("eif
 class Dcf(NamedTuple):
     """What the functions below work on.
 
-    stations [n] | words, the same as numbers | due [blocks, 1 + BLOCK] what is due next at each
-    station of a block, behind the least of them, -1 if that is not known | frames [n, limit] rings
-    | links | rates | table [rates, k] log(-log(chance that a bit has no error)) | setup [1] |
-    outcomes, room for more than 2 n
+    stations [n] | due [blocks, 1 + BLOCK] what is due next at each station of a block, behind the
+    least of them, -1 if that is not known | touched [n] whether a station may have changed since
+    its future was the same | frames [n, limit] rings | links | rates | table [rates, k]
+    log(-log(chance that a bit has no error)) | setup [1] | outcomes, room for more than 2 n
     """
 
     stations: np.ndarray
-    words: np.ndarray
     due: np.ndarray
+    touched: np.ndarray
     frames: np.ndarray
     links: np.ndarray
     rates: np.ndarray
@@ -104,7 +104,7 @@ class Dcf(NamedTuple):
 _i8, _f8 = int64, float64
 a_station, a_setup = from_dtype(STATION), from_dtype(SETUP)
 all_due, all_rates, a_table = _i8[:, ::1], from_dtype(RATE)[::1], _f8[:, ::1]
-a_dcf = types.NamedTuple((a_station[::1], _i8[::1], all_due, from_dtype(FRAME)[:, ::1],
+a_dcf = types.NamedTuple((a_station[::1], all_due, _i8[::1], from_dtype(FRAME)[:, ::1],
                          from_dtype(LINK)[::1], all_rates, a_table, a_setup[::1],
                          from_dtype(OUTCOME)[::1]), Dcf)
 
@@ -123,8 +123,8 @@ def view(at):
     Python's arrays would do as well, but they would be unpacked at each call and their references
     counted at each use, which takes longer than all the rest."""
     return Dcf(carray(_pointer(at[0, 0]), (at[0, 1],), STATION),
-               carray(_pointer(at[1, 0]), (at[1, 1],), np.int64),
-               carray(_pointer(at[2, 0]), (at[2, 1], at[2, 2]), np.int64),
+               carray(_pointer(at[1, 0]), (at[1, 1], at[1, 2]), np.int64),
+               carray(_pointer(at[2, 0]), (at[2, 1],), np.int64),
                carray(_pointer(at[3, 0]), (at[3, 1], at[3, 2]), FRAME),
                carray(_pointer(at[4, 0]), (at[4, 1],), LINK),
                carray(_pointer(at[5, 0]), (at[5, 1],), RATE),
