@@ -173,6 +173,21 @@ def test_hidden_terminals(reference, mbps, spacing_m, rts):
         assert measured.failure_rate == pytest.approx(failures, abs=0.015)
 
 
+@pytest.mark.parametrize("spacing_m", [20, 40])
+@pytest.mark.parametrize("offered_mbps", [0.25, 0.5, 1, 2, 3])
+def test_hidden_terminals_by_load(reference, spacing_m, offered_mbps):
+    """Poisson arrivals at two senders, 6 Mb/s; the table's own arrivals vary by 2 %."""
+    seconds, table = 20, reference / "ns3" / "s5_hidden_terminal_vs_load.csv"
+    expected = means(table, "x_m", "offered_per_sender_mbps")[str(spacing_m), str(offered_mbps)]
+    stations = air(A, by_distance((0, 0), (spacing_m, 0), (2 * spacing_m, 0)))
+    received = 0
+    for time_ns, sender in sorted(poisson(2, offered_mbps * 1e6 / 8000, seconds, 1)):
+        while stations.next_ns <= time_ns:
+            received += sum(what == RECEIVED for _, what, *_ in stations.advance(time_ns))
+        stations.enqueue(time_ns, 2 * sender, 1, UDP, A.rate(6))
+    assert received * 8e-3 / seconds == pytest.approx(expected, rel=0.06)
+
+
 def test_hidden_terminals_with_wrong_windows():
     """What hidden stations achieve hangs on how far their windows open."""
     right, wrong = hidden(30, 6, False), hidden(30, 6, False, replace(A, cw_max=943))

@@ -47,8 +47,8 @@ _i8 = int64
 _places = int64[:, :, ::1]  # of the arrays: ``view`` of the present, ``view`` of the future
 
 
-@njit(void(a_setup, a_station), cache=True, error_model="numpy")
-def draw(setup, s):
+@njit(void(a_station), cache=True, error_model="numpy")
+def draw(s):
     """A new backoff, uniform in 0..window."""
     s.count = np.int64(uniform(s.key, np.uint64(s.draws)) * (s.window + 1))
     s.draws += 1
@@ -133,8 +133,8 @@ def send(d, s, now, kind):
 
 @njit(void(a_dcf, a_station, _i8), cache=True, error_model="numpy")
 def detect(d, s, now):
-    """The beginning of station s's preamble is over: who hears it well enough receives it. Not
-    before now does anybody know that the medium is busy."""
+    """The beginning of station s's preamble is over: who hears it well enough, and was not sending
+    when it came, receives it. Not before now does anybody know that the medium is busy."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
     s.air = s.ends * KINDS + END
     schedule(due, s)
@@ -142,7 +142,7 @@ def detect(d, s, now):
         r, power = stations[links[k].station], links[k].mw
         d.touched[r.index] = 1
         found = power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0))
-        if found and power >= setup.signal_mw and r.on == 0 and r.lock < 0:
+        if found and power >= setup.signal_mw and r.lock < 0 and r.ends <= s.begun:
             r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
             if r.strongest != s.index:
                 r.unaware = 0.0
@@ -162,7 +162,7 @@ def tell(d, now, what, s, receiver):
 def next_packet(setup, due, s, now):
     """The present packet of station s is through, one way or the other."""
     s.role, s.tries, s.got, s.expired, s.ready = IDLE, 0, 0, 0, now
-    draw(setup, s)
+    draw(s)
     plan(setup, due, s)
 
 
@@ -202,7 +202,7 @@ def fail(d, s, now):
         s.since = max(now, s.nav) + setup.difs_ns
     if s.tries < setup.try_limit:
         s.role, s.expired = IDLE, 0
-        draw(setup, s)
+        draw(s)
         plan(setup, d.due, s)
         return
     s.dropped += 1
@@ -399,6 +399,6 @@ def enqueue(where, present, now, i, dest, packets, air_ns, last_ns, rate, ack_ns
     if s.length == 1 and s.role == IDLE:
         s.ready = now
         if (s.busy == 1 or now < s.nav) and s.count == 0:
-            draw(setup, s)
+            draw(s)
         plan(setup, d.due, s)
     return position
