@@ -269,6 +269,14 @@ def test_a_train_has_arrived_when_its_last_packet_has():
     assert stations.counts(10 ** 9).transmitted.tolist() == [3, 0]
 
 
+def test_a_train_goes_on_when_only_acknowledgements_are_lost():
+    """Station 1 hears station 0, which does not hear it."""
+    stations = air(A, np.array([[0, 1e-5], [0, 0]]))
+    stations.enqueue(0, 0, 1, 1536, A.rate(24), packets=2)
+    assert [what for _, what, *_ in everything(stations)] == [RECEIVED]
+    assert stations.counts(10 ** 10).transmitted.tolist() == [14, 0]
+
+
 def test_a_full_queue_takes_no_more():
     stations = air(A, same_power(2), limit=3)
     assert [stations.enqueue(0, 0, 1, 264, A.rate(6)) for _ in range(4)] == [0, 1, 2, None]

@@ -8,10 +8,9 @@ Nothing takes time to propagate: over 50 m it would be 0.17 us, a 50th of a slot
 
 from __future__ import annotations
 
-import numpy as np
 from numba import int64, njit, void
 
-from netmodels.kernels import uniform
+from netmodels.radio.dcf.contention.kernels import draw, plan, sense
 from netmodels.radio.dcf.reception.kernels import account, arrive, survives
 from netmodels.radio.dcf.records.kernels import (
     ACK,
@@ -45,45 +44,6 @@ from netmodels.radio.dcf.records.kernels import (
 
 _i8 = int64
 _places = int64[:, :, ::1]  # of the arrays: ``view`` of the present, ``view`` of the future
-
-
-@njit(void(a_station), cache=True, error_model="numpy")
-def draw(s):
-    """A new backoff, uniform in 0..window."""
-    s.count = np.int64(uniform(s.key, np.uint64(s.draws)) * (s.window + 1))
-    s.draws += 1
-
-
-@njit(void(a_setup, all_due, a_station), cache=True, error_model="numpy")
-def plan(setup, due, s):
-    """When station s will transmit if the medium stays idle."""
-    if s.role != IDLE:
-        return
-    at = NEVER
-    if s.length > 0 and s.busy == 0:
-        at = max(s.since + s.count * setup.slot_ns, s.ready) * KINDS + START
-    if at != s.contention:
-        s.contention = at
-        schedule(due, s)
-
-
-@njit(void(a_setup, all_due, a_station, _i8, _i8), cache=True, error_model="numpy")
-def sense(setup, due, s, now, ifs):
-    """Station s looks at the medium. If it has become busy, the counter stops; only whole idle
-    slots count, and a station that was to begin at this very instant has not noticed. If it has
-    become idle, counting begins ``ifs`` later."""
-    busy = s.on == 1 or s.lock >= 0 or s.heard >= setup.energy_mw
-    if busy and s.busy == 0:
-        s.busy = 1
-        if s.contention % KINDS == START and s.contention // KINDS == now and s.role == IDLE:
-            return
-        if now > s.since:
-            s.count = max(s.count - (now - s.since) // setup.slot_ns, 0)
-        plan(setup, due, s)
-    elif s.busy == 1 and not busy:
-        s.busy = 0
-        s.since = max(now, s.nav) + ifs
-        plan(setup, due, s)
 
 
 @njit(void(a_dcf, a_station, _i8), cache=True, error_model="numpy")
@@ -174,16 +134,22 @@ def leave(d, s):
     s.part = 0
 
 
+@njit(void(a_dcf, a_station), cache=True, error_model="numpy")
+def packet_done(d, s):
+    """The present packet of station s has arrived."""
+    s.part += 1
+    if s.part == d.frames[s.index, s.head].packets:
+        leave(d, s)
+
+
 @njit(void(a_dcf, a_station, _i8), cache=True, error_model="numpy")
 def succeed(d, s, now):
     """The packet of station s was acknowledged, or needs no acknowledgement."""
     frame = d.frames[s.index, s.head]
     s.window, s.failed = d.setup[0].cw_min, 0
-    s.part += 1
-    if s.part == frame.packets:
-        if frame.dest < 0:
-            tell(d, now, DONE, s, -1)
-        leave(d, s)
+    if frame.dest < 0 and s.part == frame.packets - 1:
+        tell(d, now, DONE, s, -1)
+    packet_done(d, s)
     next_packet(d.setup[0], d.due, s, now)
 
 
@@ -206,10 +172,11 @@ def fail(d, s, now):
         plan(setup, d.due, s)
         return
     s.dropped += 1
-    frame = d.frames[s.index, s.head]
-    if s.got == 0 or s.part < frame.packets - 1:  # else only its acknowledgements were lost
-        tell(d, now, DROPPED, s, frame.dest)
-    leave(d, s)
+    if s.got == 1:  # only the acknowledgements were lost
+        packet_done(d, s)
+    else:
+        tell(d, now, DROPPED, s, d.frames[s.index, s.head].dest)
+        leave(d, s)
     next_packet(setup, d.due, s, now)
 
 

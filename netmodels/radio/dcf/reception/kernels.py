@@ -26,10 +26,11 @@ def log_success(setup, table, rate, ratio):
 def account(setup, rates, table, r, source, now):
     """What happened to what station r receives since its interference changed last."""
     begin, r.until = r.until, now
-    ratio = r.power / (setup.noise_mw + max(r.heard - r.power - r.unaware, 0.0))
+    noise = setup.noise_mw + max(r.heard - r.power - r.unaware, 0.0)
     r.unaware = 0.0
-    if ratio >= setup.clear:
+    if r.power >= setup.clear * noise:
         return
+    ratio = r.power / noise
     rate = rates[source.rate]
     payload = source.begun + rate.payload_ns
     header = source.begun + rate.header_ns

@@ -1,0 +1,59 @@
+"""How a station waits for the medium: backoff and carrier sense."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import int64, njit, void
+
+from netmodels.kernels import uniform
+from netmodels.radio.dcf.records.kernels import (
+    IDLE,
+    KINDS,
+    NEVER,
+    START,
+    a_setup,
+    a_station,
+    all_due,
+    schedule,
+)
+
+_i8 = int64
+
+
+@njit(void(a_station), cache=True, error_model="numpy")
+def draw(s):
+    """A new backoff, uniform in 0..window."""
+    s.count = np.int64(uniform(s.key, np.uint64(s.draws)) * (s.window + 1))
+    s.draws += 1
+
+
+@njit(void(a_setup, all_due, a_station), cache=True, error_model="numpy")
+def plan(setup, due, s):
+    """When station s will transmit if the medium stays idle."""
+    if s.role != IDLE:
+        return
+    at = NEVER
+    if s.length > 0 and s.busy == 0:
+        at = max(s.since + s.count * setup.slot_ns, s.ready) * KINDS + START
+    if at != s.contention:
+        s.contention = at
+        schedule(due, s)
+
+
+@njit(void(a_setup, all_due, a_station, _i8, _i8), cache=True, error_model="numpy")
+def sense(setup, due, s, now, ifs):
+    """Station s looks at the medium. If it has become busy, the counter stops; only whole idle
+    slots count, and a station that was to begin at this very instant has not noticed. If it has
+    become idle, counting begins ``ifs`` later."""
+    busy = s.on == 1 or s.lock >= 0 or s.heard >= setup.energy_mw
+    if busy and s.busy == 0:
+        s.busy = 1
+        if s.contention % KINDS == START and s.contention // KINDS == now and s.role == IDLE:
+            return
+        if now > s.since:
+            s.count = max(s.count - (now - s.since) // setup.slot_ns, 0)
+        plan(setup, due, s)
+    elif s.busy == 1 and not busy:
+        s.busy = 0
+        s.since = max(now, s.nav) + ifs
+        plan(setup, due, s)
