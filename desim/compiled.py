@@ -12,6 +12,7 @@ import hashlib
 import os
 import sys
 import tempfile
+from importlib.util import find_spec
 from pathlib import Path
 
 
@@ -27,8 +28,9 @@ def choose_folder() -> None:
 
 def _fingerprint() -> str:
     digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.rglob("kernels.py")):
-        digest.update(source.read_bytes())
+    for package in "desim", "netmodels":  # the latter is looked for, not imported
+        for source in sorted(Path(find_spec(package).origin).parent.rglob("kernels.py")):
+            digest.update(source.read_bytes())
     return digest.hexdigest()[:12]
 
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from types import SimpleNamespace
 
 LOOK = "import os, desim; print(os.environ['NUMBA_CACHE_DIR'])"
 
@@ -33,7 +34,8 @@ def test_the_name_changes_with_any_kernel_file(tmp_path, monkeypatch):
 
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "kernels.py").write_text("x = 1")
-    monkeypatch.setattr(compiled, "__file__", str(tmp_path / "compiled.py"))
+    monkeypatch.setattr(compiled, "find_spec",
+                        lambda package: SimpleNamespace(origin=str(tmp_path / "__init__.py")))
     before = compiled._fingerprint()
     (tmp_path / "a" / "kernels.py").write_text("x = 2")
     assert compiled._fingerprint() != before
