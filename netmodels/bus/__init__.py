@@ -1,0 +1,64 @@
+"""A shared bus: all hosts on one cable, one packet at a time; whoever is meant hears it at once."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from desim import ports
+from desim.errors import InputError
+from desim.units import BitRate, ByteSize, Duration, airtime_ns
+from netmodels.bus.collisions import JAM_BITS, SLOT_BITS, CollisionDetection
+from netmodels.bus.fifo import Fifo
+from netmodels.bus.sense import CarrierSense
+from netmodels.bus.stations import Cable
+
+_ARBITRATION = {"csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fifo}
+
+
+class Bus:
+    """A broadcast is one transmission. With ``csma`` and ``csma_cd`` a train competes for the bus
+    packet by packet, and is lost with any of its packets; with ``fifo`` it goes in one go.
+
+    A frame that finds ``queue_packets`` waiting is dropped. A train that finds fewer is let in
+    whole, since its sender's socket would hold the rest back.
+    """
+
+    class Params(ports.Params):
+        arbitration: Literal["csma", "csma_cd", "fifo"] = Field(
+            "csma_cd", description="who sends next: without collisions as in ns-3, as in IEEE "
+                                   "802.3, or in order of sending (IEEE 802.3)")
+        rate_bps: BitRate = Field("10 Mb/s", description="of the bus (10BASE5)")
+        propagation_ns: Duration = Field("1 us", description="between any two hosts (200 m at "
+                                                             "2e8 m/s)")
+        queue_packets: int = Field(100, ge=1, description="that wait at a sender, or with fifo in "
+                                                          "all, beside the one that is being sent "
+                                                          "(ns-3 DropTailQueue)")
+        preamble_bytes: ByteSize = Field("8 B", description="before each packet (IEEE 802.3; 0 B "
+                                                            "in ns-3)")
+        gap_bytes: ByteSize = Field("12 B", description="of silence after each packet: 9.6 us at "
+                                                        "10 Mb/s (IEEE 802.3)")
+
+    reasons = ("queue_full", "excessive_backoff", "excessive_collisions")
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        """Raises ``InputError`` if collisions could go unheard."""
+        params = self._params
+        slot_ns, jam_ns, gap_ns = (-(-bits * 10**9 // params.rate_bps) for bits in (
+            SLOT_BITS, JAM_BITS, 8 * params.gap_bytes))
+        if params.arbitration == "csma_cd" and 2 * params.propagation_ns + jam_ns > slot_ns:
+            raise InputError(f".propagation: there and back, and the jam of {jam_ns} ns, it must "
+                             f"fit into a slot of 512 bits, {slot_ns} ns at this rate")
+        cable = Cable(params.propagation_ns, gap_ns, slot_ns, jam_ns, params.queue_packets,
+                      lambda size_bytes, segments: airtime_ns(
+                          size_bytes + segments * params.preamble_bytes, params.rate_bps))
+        self._context = context
+        self._arbitration = _ARBITRATION[params.arbitration](cable, context, hosts)
+
+    def send(self, frame: ports.Frame) -> None:
+        if not self._arbitration.take(frame):
+            self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))

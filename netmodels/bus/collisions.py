@@ -1,0 +1,61 @@
+"""CSMA/CD of IEEE 802.3, clause 4: carrier sense, collision detection, binary exponential backoff.
+
+All hosts are equally far from each other. Who begins before the first sender's signal has arrived
+collides with it; each hears the other one after the propagation time, jams and stops. All see the
+bus idle when the last signal has passed everybody, and who waits begins a gap later.
+"""
+
+from __future__ import annotations
+
+from netmodels.bus.stations import Station, Stations
+
+SLOT_BITS = 512  # IEEE 802.3, table 4-2: slotTime, jamSize, attemptLimit, backoffLimit
+JAM_BITS = 32
+_ATTEMPTS = 16
+_CEILING = 10
+
+
+class CollisionDetection(Stations):
+
+
+    def __init__(self, *args) -> None:
+        super().__init__(*args)
+        self._idle_ns = -self._cable.gap_ns  # since or from when on all see the bus idle
+        self._senders: list[tuple[Station, int]] = []  # that have begun, unheard so far, and when
+
+    def _try(self, station: Station) -> None:
+        now_ns, ready_ns = self._context.now_ns, self._idle_ns + self._cable.gap_ns
+        if now_ns < ready_ns:
+            self._context.at(ready_ns, self._try, station)
+            return
+        if not self._senders:
+            self._context.at(now_ns + self._cable.propagation_ns, self._heard)
+        self._senders.append((station, now_ns))
+
+    def _heard(self, _: None) -> None:
+        """The first sender's signal is everywhere: nobody else will begin."""
+        senders, self._senders = self._senders, []
+        station, first_ns = senders[0]
+        if len(senders) == 1:
+            # A shorter packet is padded to a slot, or its sender would not hear a collision.
+            end_ns = first_ns + max(station.packet.wire_ns, self._cable.slot_ns)
+            self._idle_ns = end_ns + self._cable.propagation_ns
+            self._context.at(end_ns, self._sent, station)
+            return
+        heard_ns = self._cable.propagation_ns + self._cable.jam_ns
+        stop_ns = senders[1][1] + heard_ns
+        self._idle_ns = stop_ns + self._cable.propagation_ns
+        self._collided(station, stop_ns)
+        for other, _ in senders[1:]:
+            self._collided(other, first_ns + heard_ns)
+
+    def _collided(self, station: Station, stop_ns: int) -> None:
+        station.attempts += 1
+        if station.attempts == _ATTEMPTS:
+            self._context.at(stop_ns, self._abort, station)
+            return
+        slots = int(station.random() * (1 << min(station.attempts, _CEILING)))
+        self._context.at(stop_ns + slots * self._cable.slot_ns, self._try, station)
+
+    def _abort(self, station: Station) -> None:
+        self._give_up(station, "excessive_collisions")

@@ -1,0 +1,89 @@
+"""Stations that compete for a bus: each has a queue and sends its packets one by one."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+from desim import ports
+
+
+class Cable(NamedTuple):
+    """What all arbitrations know of the bus; ``wire_ns(size_bytes, segments)`` is the time that
+    packets take without their gaps."""
+
+    propagation_ns: int
+    gap_ns: int
+    slot_ns: int
+    jam_ns: int
+    queue_packets: int
+    wire_ns: Callable[[int, int], int]
+
+
+class Packet(NamedTuple):
+    frame: ports.Frame
+    wire_ns: int
+    last: bool  # of its frame
+
+
+class Station:
+    """A sender: the packets that wait, and the one that it is sending or wants to send."""
+
+    __slots__ = ("attempts", "idle", "packet", "queue", "random")
+
+    def __init__(self, random: Callable[[], float]) -> None:
+        self.random = random  # uniform in [0, 1)
+        self.queue: deque[Packet] = deque()
+        self.packet: Packet | None = None
+        self.attempts = 0  # to send this packet, so far
+        self.idle = True
+
+
+class Stations:
+    """What carrier sense with and without collisions have in common. ``_try`` is theirs: to send
+    a station's packet now, or to see to it that it is tried again."""
+
+    def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._cable = cable
+        self._context = context
+        self._stations = [Station(context.stream("backoff", host).random) for host in hosts]
+
+    def take(self, frame: ports.Frame) -> bool:
+        """False if the sender's queue is full."""
+        station, cable = self._stations[frame.source], self._cable
+        if len(station.queue) >= cable.queue_packets:
+            return False
+        each, longer = divmod(frame.size_bytes, frame.segments)
+        station.queue.extend(Packet(frame, cable.wire_ns(each + (number <= longer), 1),
+                                    number == frame.segments)
+                             for number in range(1, frame.segments + 1))
+        if station.idle:
+            self._next(station)
+        return True
+
+    def _next(self, station: Station) -> None:
+        station.idle = not station.queue
+        if station.queue:
+            station.packet = station.queue.popleft()
+            station.attempts = 0
+            self._try(station)
+
+    def _try(self, station: Station) -> None:
+        raise NotImplementedError
+
+    def _sent(self, station: Station) -> None:
+        """The last bit has left the station."""
+        frame, _, last = station.packet
+        if last:
+            self._context.settle_many(frame, frame.receivers,
+                                      ports.Deliver(self._cable.propagation_ns))
+        self._context.at(self._context.now_ns + self._cable.gap_ns, self._next, station)
+
+    def _give_up(self, station: Station, reason: str) -> None:
+        """Without this packet nobody wants the rest of its frame."""
+        frame = station.packet.frame
+        while station.queue and station.queue[0].frame is frame:
+            station.queue.popleft()
+        self._context.settle_many(frame, frame.receivers, ports.Drop(reason))
+        self._next(station)
