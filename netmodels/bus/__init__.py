@@ -14,7 +14,7 @@ from netmodels.bus.fifo import Fifo
 from netmodels.bus.sense import CarrierSense
 from netmodels.bus.stations import Cable
 
-_ARBITRATION = {"csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fifo}
+ARBITRATIONS = {"csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fifo}
 
 
 class Bus:
@@ -57,7 +57,7 @@ class Bus:
                       lambda size_bytes, segments: airtime_ns(
                           size_bytes + segments * params.preamble_bytes, params.rate_bps))
         self._context = context
-        self._arbitration = _ARBITRATION[params.arbitration](cable, context, hosts)
+        self._arbitration = ARBITRATIONS[params.arbitration](cable, context, hosts)
 
     def send(self, frame: ports.Frame) -> None:
         if not self._arbitration.take(frame):

@@ -1,0 +1,214 @@
+"""The shared bus: whole small logs, nothing lost on the way, and ns-3's CSMA."""
+
+import csv
+import random
+from statistics import mean
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from desim.errors import InputError
+from desim.testing import Bench, check_network
+from netmodels.bus import ARBITRATIONS, Bus
+from netmodels.bus.collisions import CollisionDetection
+
+MODES = ["csma", "csma_cd", "fifo"]
+MB = 10**6
+PACKET_NS = 1_214_400  # 1518 B at 10 Mb/s
+GAP_NS = 9600
+CABLE_NS = 1000
+NS3 = {"arbitration": "csma", "preamble": "0 B"}
+
+
+def bench_of(places=4, **params):
+    return Bench(Bus(Bus.Params(**({"preamble": "0 B"} | params))), places)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("params", [{}, {"rate": "1 Mb/s", "queue_packets": 3}])
+def test_the_bus_keeps_the_contract(mode, params):
+    check_network(Bus, arbitration=mode, **params)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_lone_broadcast_is_one_transmission_heard_by_all_at_once(mode):
+    bench = bench_of(arbitration=mode)
+    bench.send(0, "host_1", ["host_2", "host_3", "host_4"], 1518, label="a", broadcast=True)
+    bench.send(0, "host_1", "host_4", 1518, label="b")
+    first_ns = PACKET_NS + CABLE_NS
+    # With CSMA/CD the gap begins when the signal has passed everybody.
+    second_ns = first_ns + GAP_NS + PACKET_NS + CABLE_NS * (mode == "csma_cd")
+    assert bench.run() == [(first_ns, "a", "host_1", "host_2", "arrived"),
+                           (first_ns, "a", "host_1", "host_3", "arrived"),
+                           (first_ns, "a", "host_1", "host_4", "arrived"),
+                           (second_ns, "b", "host_1", "host_4", "arrived")]
+
+
+def test_the_preamble_takes_time():
+    bench = bench_of(arbitration="csma", preamble="8 B")
+    bench.send(0, "host_1", "host_2", 1518)
+    assert bench.run()[0][0] == PACKET_NS + 6400 + CABLE_NS
+
+
+def test_fifo_serves_in_order_and_a_train_in_one_go():
+    bench = bench_of(arbitration="fifo")
+    bench.send(0, "host_1", "host_4", 3 * 1518, 3, label="train")
+    bench.send(1, "host_2", "host_4", 1518, label="packet")
+    train_ns = 3 * PACKET_NS + 2 * GAP_NS + CABLE_NS
+    assert bench.run() == [(train_ns, "train", "host_1", "host_4", "arrived"),
+                           (train_ns + GAP_NS + PACKET_NS, "packet", "host_2", "host_4", "arrived")]
+
+
+def test_a_packet_comes_between_those_of_a_train():
+    bench = bench_of(arbitration="csma")
+    bench.send(0, "host_1", "host_4", 100 * 1518, 100, label="train")
+    bench.send(500, "host_2", "host_4", 1518, label="packet")
+    assert [label for _, label, *_ in bench.run()] == ["packet", "train"]
+
+
+def test_collisions_cost_a_jam_and_a_random_number_of_slots():
+    """Both begin at 0, hear each other at 1 us, and jam until 4.2 us. Both draw no slot, collide
+    again at 5.2 us, when the bus is idle, and stop at 9.4 us. One draws one slot, 51.2 us, and
+    the other one more, so that it waits until the first one is through."""
+    bench = bench_of(arbitration="csma_cd", gap="0 B")
+    bench.send(0, "host_1", "host_3", 1518, label="a")
+    bench.send(0, "host_2", "host_3", 1518, label="b")
+    one_ns = PACKET_NS + CABLE_NS
+    assert [(time_ns, fate) for time_ns, *_, fate in bench.run()] == [
+        (9400 + 51_200 + one_ns, "arrived"), (9400 + 51_200 + 2 * one_ns, "arrived")]
+
+
+def test_hosts_that_hear_each_other_do_not_collide():
+    """The second one begins after the first one's signal is there: it waits for the gap."""
+    bench = bench_of(arbitration="csma_cd")
+    bench.send(0, "host_1", "host_3", 1518, label="a")
+    bench.send(CABLE_NS + 1, "host_2", "host_3", 1518, label="b")
+    one_ns = PACKET_NS + CABLE_NS
+    assert bench.run() == [(one_ns, "a", "host_1", "host_3", "arrived"),
+                           (2 * one_ns + GAP_NS, "b", "host_2", "host_3", "arrived")]
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_full_queue_drops(mode):
+    """One is being sent, three wait, two are too many."""
+    bench = bench_of(arbitration=mode, queue_packets=3)
+    for label in range(6):
+        bench.send(0, "host_1", "host_2", 1518, label=label)
+    fates = {label: fate for _, label, _, _, fate in bench.run()}
+    assert fates == dict.fromkeys(range(4), "arrived") | dict.fromkeys((4, 5), "queue_full")
+
+
+def test_collisions_that_could_go_unheard_are_refused():
+    with pytest.raises(InputError, match=r"\.propagation"):
+        bench_of(arbitration="csma_cd", propagation="30 us")
+    bench_of(arbitration="csma", propagation="30 us")
+
+
+@settings(max_examples=30)
+@given(st.sampled_from(MODES), st.lists(st.tuples(
+    st.integers(0, 5_000_000), st.integers(1, 4), st.integers(1, 5)), max_size=40))
+def test_the_bus_carries_one_bit_at_a_time(mode, sent):
+    """Every frame has one fate, and what arrived never took less time than its bits and gaps."""
+    bench = bench_of(5, arbitration=mode, queue_packets=5)
+    for label, (time_ns, host, segments) in enumerate(sent):
+        bench.send(time_ns, f"host_{host}", "host_5", 1518 * segments, segments, label)
+    log = bench.run()
+    assert sorted(label for _, label, *_ in log) == list(range(len(sent)))
+    arrived = [entry for entry in log if entry[4] == "arrived"]
+    if arrived:
+        carried = sum(sent[label][2] for _, label, *_ in arrived)
+        begin_ns = min(time_ns for time_ns, *_ in sent)
+        assert arrived[-1][0] - begin_ns >= carried * PACKET_NS + CABLE_NS
+
+
+def loaded(senders, load, frames, **params):
+    """Delivered Mb/s, share lost, mean delay in ms of periodic senders of 1518 B with random
+    phases. Overloaded senders begin with full queues, so that the state is steady at once."""
+    bench, draw = bench_of(senders + 1, **params), random.Random(3)
+    period_ns = round(senders * PACKET_NS / load)
+    for number in range(1, senders + 1):
+        host, phase_ns = f"host_{number}", draw.randrange(period_ns)
+        for _ in range(100 if load > 1 else 0):
+            bench.send(0, host, f"host_{senders + 1}", 1518, label=-1)
+        for count in range(frames // senders):
+            time_ns = phase_ns + count * period_ns
+            bench.send(time_ns, host, f"host_{senders + 1}", 1518, label=time_ns)
+    until_ns = frames // senders * period_ns
+    fates = [entry for entry in bench.run() if until_ns // 5 <= entry[0] < until_ns]
+    delays_ns = [time_ns - label for time_ns, label, *_, fate in fates if fate == "arrived"]
+    return (len(delays_ns) * 1518 * 8 / (until_ns * 0.8e-9) / MB,
+            1 - len(delays_ns) / len(fates), mean(delays_ns) / MB)
+
+
+def ns3(reference, senders, load):
+    """The same of ns-3: the mean of its runs."""
+    with open(reference / "ns3" / "s1_shared_bus_csma.csv", newline="") as file:
+        rows = [row for row in csv.DictReader(file)
+                if row["arrivals"] == "periodic" and int(row["n_senders"]) == senders
+                and float(row["offered_load"]) == load]
+    return [mean(float(row[name]) for row in rows)
+            for name in ("delivered_mbps_wire", "loss_ratio", "mean_owd_ms")]
+
+
+@pytest.mark.parametrize("senders", [1, 5, 30])
+@pytest.mark.parametrize("load", [0.5, 0.9, 1.5])
+def test_csma_carries_what_ns3_does(reference, senders, load):
+    """Throughput within 1 %, loss within 0.01."""
+    mbps, lost, _ = loaded(senders, load, 9000, **NS3)
+    expected_mbps, expected_lost, _ = ns3(reference, senders, load)
+    assert mbps == pytest.approx(expected_mbps, rel=0.01)
+    assert lost == pytest.approx(expected_lost, abs=0.01)
+
+
+@pytest.mark.parametrize("senders", [1, 5, 30])
+def test_the_twin_with_a_tenth_less_rate_does_not(reference, senders):
+    mbps, lost, _ = loaded(senders, 1.5, 9000, rate="9 Mb/s", **NS3)
+    expected_mbps, expected_lost, _ = ns3(reference, senders, 1.5)
+    assert abs(mbps / expected_mbps - 1) > 0.05
+    assert abs(lost - expected_lost) > 0.03
+
+
+def test_the_gap_shows_in_the_delay_of_one_overloaded_sender(reference):
+    """101 packets and gaps: within 0.03 %, where a gap longer by a tenth makes 0.08 %."""
+    expected_ms = ns3(reference, 1, 1.5)[2]
+
+    def off(gap):
+        return abs(loaded(1, 1.5, 4000, gap=gap, **NS3)[2] / expected_ms - 1)
+
+    assert off("12 B") < 0.0003 < 0.0005 < off("13 B")
+
+
+class Slotted(CollisionDetection):
+    """The bus of Metcalfe and Boggs (1976): each of Q hosts begins in a slot with probability
+    1/Q, instead of exponential backoff."""
+
+    def _try(self, station):
+        if self._context.now_ns < self._idle_ns or station.random() < 1 / (len(self._stations) - 1):
+            super()._try(station)
+        else:
+            self._context.at(self._context.now_ns + self._cable.slot_ns, self._try, station)
+
+    def _collided(self, station, stop_ns):
+        self._context.at(stop_ns, self._try, station)
+
+
+@pytest.mark.parametrize("size_bytes", [64, 128, 512])
+@pytest.mark.parametrize("senders", [2, 5, 10])
+def test_collisions_cost_what_metcalfe_and_boggs_say(monkeypatch, senders, size_bytes):
+    """E = P / (P + W T), W = (1 - A) / A, A = (1 - 1/Q)^(Q - 1), where P also has the time in which
+    the last bit passes, 24 us. With it, twice, and the jam of 3.2 us a collision takes a slot. The
+    number of slots W is geometric: of 3000 packets its mean is known within 1 / sqrt(3000 (1 - A)),
+    and the tolerance is 4 of that; slots longer by a tenth and a half would be outside."""
+    monkeypatch.setitem(ARBITRATIONS, "csma_cd", Slotted)
+    bench = bench_of(senders + 1, arbitration="csma_cd", propagation="24 us", gap="0 B",
+                     queue_packets=4000)
+    for number in range(1, senders + 1):
+        for _ in range(3600 // senders + 100):
+            bench.send(0, f"host_{number}", f"host_{senders + 1}", size_bytes)
+    end_ns = bench.run()[2999][0]
+    acquired = (1 - 1 / senders) ** (senders - 1)
+    slots = (end_ns - 3000 * (size_bytes * 800 + 24_000)) / 3000 / 51_200
+    expected = (1 - acquired) / acquired
+    tolerance = 4 / (3000 * (1 - acquired)) ** 0.5
+    assert abs(slots / expected - 1) < tolerance < 0.15
