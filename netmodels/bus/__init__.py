@@ -8,11 +8,13 @@ from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError
-from desim.units import BitRate, ByteSize, Duration, airtime_ns
+from desim.units import NS_PER_S, BitRate, ByteSize, Duration, airtime_ns
 from netmodels.bus.collisions import JAM_BITS, SLOT_BITS, CollisionDetection
 from netmodels.bus.fifo import Fifo
 from netmodels.bus.sense import CarrierSense
 from netmodels.bus.stations import Cable
+
+LEAST_BYTES = 64  # IEEE 802.3, minFrameSize: shorter packets are padded
 
 ARBITRATIONS = {"csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fifo}
 
@@ -48,17 +50,21 @@ class Bus:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         """Raises ``InputError`` if collisions could go unheard."""
         params = self._params
-        slot_ns, jam_ns, gap_ns = (-(-bits * 10**9 // params.rate_bps) for bits in (
+        slot_ns, jam_ns, gap_ns = (-(-bits * NS_PER_S // params.rate_bps) for bits in (
             SLOT_BITS, JAM_BITS, 8 * params.gap_bytes))
         if params.arbitration == "csma_cd" and 2 * params.propagation_ns + jam_ns > slot_ns:
             raise InputError(f".propagation: there and back, and the jam of {jam_ns} ns, it must "
                              f"fit into a slot of 512 bits, {slot_ns} ns at this rate")
         cable = Cable(params.propagation_ns, gap_ns, slot_ns, jam_ns, params.queue_packets,
-                      lambda size_bytes, segments: airtime_ns(
-                          size_bytes + segments * params.preamble_bytes, params.rate_bps))
+                      self._wire_ns)
         self._context = context
         self._arbitration = ARBITRATIONS[params.arbitration](cable, context, hosts)
 
     def send(self, frame: ports.Frame) -> None:
         if not self._arbitration.take(frame):
             self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
+
+    def _wire_ns(self, size_bytes: int, segments: int) -> int:
+        params = self._params
+        return airtime_ns(max(size_bytes, segments * LEAST_BYTES)
+                          + segments * params.preamble_bytes, params.rate_bps)

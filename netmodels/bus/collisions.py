@@ -2,12 +2,16 @@
 
 All hosts are equally far from each other. Who begins before the first sender's signal has arrived
 collides with it; each hears the other one after the propagation time, jams and stops. All see the
-bus idle when the last signal has passed everybody, and who waits begins a gap later.
+bus idle when the last signal has passed everybody, and who waits begins a gap later. No packet is
+shorter than a slot, and a slot is longer than there and back, so that no collision goes unheard.
+
+Simpler than the standard: who hears a collision during its preamble does not finish that first.
 """
 
 from __future__ import annotations
 
-from netmodels.bus.stations import Station, Stations
+from desim import ports
+from netmodels.bus.stations import Cable, Station, Stations
 
 SLOT_BITS = 512  # IEEE 802.3, table 4-2: slotTime, jamSize, attemptLimit, backoffLimit
 JAM_BITS = 32
@@ -16,11 +20,9 @@ _CEILING = 10
 
 
 class CollisionDetection(Stations):
-
-
-    def __init__(self, *args) -> None:
-        super().__init__(*args)
-        self._idle_ns = -self._cable.gap_ns  # since or from when on all see the bus idle
+    def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        super().__init__(cable, context, hosts)
+        self._idle_ns = -cable.gap_ns  # since when, or from when on, all see the bus idle
         self._senders: list[tuple[Station, int]] = []  # that have begun, unheard so far, and when
 
     def _try(self, station: Station) -> None:
@@ -37,8 +39,7 @@ class CollisionDetection(Stations):
         senders, self._senders = self._senders, []
         station, first_ns = senders[0]
         if len(senders) == 1:
-            # A shorter packet is padded to a slot, or its sender would not hear a collision.
-            end_ns = first_ns + max(station.packet.wire_ns, self._cable.slot_ns)
+            end_ns = first_ns + station.packet.wire_ns
             self._idle_ns = end_ns + self._cable.propagation_ns
             self._context.at(end_ns, self._sent, station)
             return

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from desim import ports
+from netmodels.switch import segment_sizes
 
 
 class Cable(NamedTuple):
@@ -47,6 +48,7 @@ class Stations:
     def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._cable = cable
         self._context = context
+        self._arrive = ports.Deliver(cable.propagation_ns)
         self._stations = [Station(context.stream("backoff", host).random) for host in hosts]
 
     def take(self, frame: ports.Frame) -> bool:
@@ -54,10 +56,9 @@ class Stations:
         station, cable = self._stations[frame.source], self._cable
         if len(station.queue) >= cable.queue_packets:
             return False
-        each, longer = divmod(frame.size_bytes, frame.segments)
-        station.queue.extend(Packet(frame, cable.wire_ns(each + (number <= longer), 1),
-                                    number == frame.segments)
-                             for number in range(1, frame.segments + 1))
+        sizes = segment_sizes(frame.size_bytes, frame.segments)
+        station.queue.extend(Packet(frame, cable.wire_ns(size_bytes, 1), number == len(sizes))
+                             for number, size_bytes in enumerate(sizes, 1))
         if station.idle:
             self._next(station)
         return True
@@ -76,8 +77,7 @@ class Stations:
         """The last bit has left the station."""
         frame, _, last = station.packet
         if last:
-            self._context.settle_many(frame, frame.receivers,
-                                      ports.Deliver(self._cable.propagation_ns))
+            self._context.settle_many(frame, frame.receivers, self._arrive)
         self._context.at(self._context.now_ns + self._cable.gap_ns, self._next, station)
 
     def _give_up(self, station: Station, reason: str) -> None:
