@@ -53,8 +53,9 @@ class Bus:
         slot_ns, jam_ns, gap_ns = (-(-bits * NS_PER_S // params.rate_bps) for bits in (
             SLOT_BITS, JAM_BITS, 8 * params.gap_bytes))
         if params.arbitration == "csma_cd" and 2 * params.propagation_ns + jam_ns > slot_ns:
-            raise InputError(f".propagation: there and back, and the jam of {jam_ns} ns, it must "
-                             f"fit into a slot of 512 bits, {slot_ns} ns at this rate")
+            raise InputError(f".propagation: twice {params.propagation_ns} ns and the jam of "
+                             f"{jam_ns} ns must fit into a slot of 512 bits, {slot_ns} ns at this "
+                             "rate")
         cable = Cable(params.propagation_ns, gap_ns, slot_ns, jam_ns, params.queue_packets,
                       self._wire_ns)
         self._context = context
