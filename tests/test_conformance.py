@@ -25,7 +25,8 @@ from desim.units import BitRate, airtime_ns
 NETWORKS = [("ideal", {}), ("ideal", {"delay": "3 ms"}), ("disk", {}), ("disk", {"range": "50 m"}),
             ("link", {}), ("link", {"rate": "1 Mb/s", "latency": "20 ms", "queue": "10 kB"}),
             ("switch", {}), ("switch", {"rate": "10 Mb/s", "queue": "20 kB"}),
-            ("switch", {"per_segment": True, "ports": {"node": ["host_1", "host_10"]}})]
+            ("switch", {"per_segment": True, "ports": {"node": ["host_1", "host_10"]}}),
+            ("bus", {}), ("bus", {"arbitration": "csma"}), ("bus", {"arbitration": "fifo"})]
 RULES = [("range", {"distance": "50 m"}), ("latency", {"delay": "5 ms", "jitter": "2 ms"}),
          ("loss", {"probability": "10 %"}), ("bandwidth", {"rate": "1 Mb/s", "backlog": "50 kB"}),
          ("partition", {"groups": [["host_1*"], ["nowhere"]], "from": "1 s", "until": "1.5 s"})]
