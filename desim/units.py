@@ -165,6 +165,13 @@ ANGULAR_ACCELERATION = Dimension("angular acceleration", "rad/s^2", float,
 FREQUENCY = Dimension("frequency", "Hz", Fraction, {
     "Hz": Fraction(1), "kHz": Fraction(1000), "mHz": Fraction(1, 1000),
 }, "25 Hz", positive=True, maximum=10_000, least=Fraction(1, NS_PER_S))
+# Of carriers; ``FREQUENCY`` is of what happens again and again.
+CARRIER = Dimension("carrier frequency", "Hz", float, {
+    "Hz": Fraction(1), "kHz": Fraction(10**3), "MHz": Fraction(10**6), "GHz": Fraction(10**9),
+}, "2412 MHz", positive=True, maximum=10**12)
+LEVEL = Dimension("power level", "dBm", float, {"dBm": Fraction(1)}, "16 dBm", signed=True,
+                  maximum=1000)
+DECIBELS = Dimension("ratio of powers", "dB", float, {"dB": Fraction(1)}, "7 dB", maximum=1000)
 RATIO = Dimension("ratio", "%", float, {"%": Fraction(1, 100)}, "99 %", maximum=1)
 
 
@@ -210,6 +217,9 @@ AngularSpeed = _field(ANGULAR_SPEED)  # float rad/s
 Acceleration = _field(ACCELERATION)  # float m/s^2
 AngularAcceleration = _field(ANGULAR_ACCELERATION)  # float rad/s^2
 Frequency = _field(FREQUENCY)  # Fraction Hz
+Carrier = _field(CARRIER)  # float Hz
+Level = _field(LEVEL)  # float dBm, any sign
+Decibels = _field(DECIBELS)  # float dB, not negative
 
 
 def _ratio(value: Any) -> float:

@@ -1,0 +1,213 @@
+"""Radios of IEEE 802.11a, b or g on one channel, without an access point."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from desim import ports
+from desim.errors import InputError
+from desim.units import BitRate, ByteSize, Decibels, Level, Period
+from netmodels.radio.budget import Budget
+from netmodels.radio.dcf import DONE, DROPPED, NEVER, RECEIVED, Reception, Stations
+from netmodels.radio.errors import error_table
+from netmodels.radio.pathloss import LogDistance, PathLoss, reach_m
+from netmodels.radio.standards import STANDARDS, psdu_bytes
+from netmodels.radio.walls import Walls
+
+_THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
+
+_ARRIVED = ports.Deliver(0)
+
+
+class Thresholds(ports.Params):
+    """What a receiver makes of what it hears; the defaults are those of ns-3.44."""
+
+    noise_figure_db: Decibels = Field("7 dB", description="noise of the receiver itself (ns-3)")
+    heard_dbm: Level = Field("-101 dBm", description="what is weaker is not even interference "
+                                                     "(ns-3: RxSensitivity)")
+    energy_dbm: Level = Field("-62 dBm", description="whatever it is, it makes the medium busy "
+                                                     "(ns-3: CcaEdThreshold)")
+    preamble_dbm: Level = Field("-82 dBm", description="the least that a frame is found at (ns-3)")
+    preamble_above_db: Decibels = Field("4 dB", description="and how far it must be above noise "
+                                                            "and interference (ns-3)")
+
+
+class Waiting:
+    """A frame in a sender's queue. ``got``: a broadcast's packets by receiver; ``broken``: the
+    receivers at which one had errors."""
+
+    __slots__ = ("frame", "got", "broken")
+
+    def __init__(self, frame: ports.Frame) -> None:
+        self.frame = frame
+        self.got: dict[int, int] = {}
+        self.broken: set[int] = set()
+
+
+class Radio:
+    """The distributed coordination function: carrier sense, backoff, acknowledgements and retries
+    of unicast frames, none of broadcast ones; hidden terminals, and capture of the stronger frame.
+
+    A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
+    or listening to somebody else or found it under others (``collision``), or that made out its
+    beginning but not all of it (``channel_error``). Propagation (0.7 us over 200 m) is left out.
+
+    Received powers are those of the places, walls and doors at a moment at most ``update`` ago.
+    """
+
+    class Params(ports.Params):
+        standard: Literal["11a", "11b", "11g"] = Field("11g", description="timing and rates (2.4 "
+                                                                          "GHz as most robots)")
+        rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
+        broadcast_rate_bps: BitRate | None = Field(None, description=(
+            "of broadcast frames (the lowest of the same modulation, as ns-3)"))
+        power_dbm: Level = Field("16.0206 dBm", description="sent, antennas included (ns-3: 40 mW)")
+        path_loss: PathLoss = Field(LogDistance(), description=(
+            "log_distance, free_space, two_ray or fixed, with its parameters (ns-3's)"))
+        walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
+        reception: Thresholds = Field(Thresholds(), description="of receivers (ns-3)")
+        queue: int = Field(500, ge=1, le=100_000, description="frames that wait at a sender, "
+                                                              "a train being one (ns-3: packets)")
+        retries: int = Field(7, ge=1, le=255, description="transmissions before a frame is given "
+                                                          "up (802.11: dot11ShortRetryLimit)")
+        rts_bytes: ByteSize | None = Field(None, description=(
+            "packets on the air above this size ask first (null: none)"))
+        update_ns: Period = Field("100 ms", description="between looks at where everybody is "
+                                                        "(0.12 m at 1.2 m/s)")
+
+    reasons = ("channel_error", "collision", "out_of_reach", "queue_full", "retry_limit")
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+        self._standard = STANDARDS[params.standard]
+        self._budget = Budget(params.power_dbm, params.path_loss, params.walls,
+                              params.reception.heard_dbm, params.reception.preamble_dbm)
+        self.reach_m = reach_m(params.path_loss, params.power_dbm - params.reception.preamble_dbm)
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        params, standard = self._params, self._standard
+        self._context = context
+        self._rate = self._index("rate", params.rate_bps)
+        self._broadcast_rate = (
+            self._index("broadcast_rate", params.broadcast_rate_bps) if params.broadcast_rate_bps
+            else min(k for k, rate in enumerate(standard.rates)
+                     if rate.ofdm == standard.rates[self._rate].ofdm))
+        if params.walls is not None:
+            params.walls.check(context.obstacles.materials)
+        keys = np.array([context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
+                         for host in hosts], np.uint64)
+        thresholds = params.reception
+        reception = Reception(_THERMAL_DBM + thresholds.noise_figure_db, thresholds.energy_dbm,
+                              thresholds.preamble_dbm, thresholds.preamble_above_db)
+        errors = error_table(tuple(rate.mbps for rate in standard.rates))
+        self._stations = Stations(standard, keys, errors, reception, params.queue, params.retries)
+        self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
+        self._looked_ns, self._places, self._epoch = 0, None, None
+        self._settled_ns = -1
+        self._look_booked = False
+        self._wake: Any = None
+        self._wake_ns = NEVER
+
+    def _index(self, key: str, rate_bps: int) -> int:
+        rates = self._standard.rates
+        for index, rate in enumerate(rates):
+            if round(rate.mbps * 1e6) == rate_bps:
+                return index
+        raise InputError(f".{key}: {rate_bps / 1e6:g} Mb/s is no rate of {self._params.standard}; "
+                         f"allowed: {', '.join(f'{rate.mbps:g} Mb/s' for rate in rates)}")
+
+    def send(self, frame: ports.Frame) -> None:
+        context = self._context
+        now_ns = context.now_ns
+        if self._settled_ns != now_ns:
+            self._settle(now_ns)
+        size_bytes = psdu_bytes(frame.size_bytes, frame.segments)
+        if frame.broadcast:
+            dest, rate, rts = -1, self._broadcast_rate, False
+        else:
+            limit = self._params.rts_bytes
+            dest, rate = frame.receivers[0], self._rate
+            rts = limit is not None and size_bytes > limit
+        position = self._stations.enqueue(now_ns, frame.source, dest, size_bytes, rate,
+                                          frame.segments, rts=rts)
+        if position is None:
+            context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
+            return
+        self._waiting[frame.source, position] = Waiting(frame)
+        if not self._look_booked:  # once for all that is sent in this instant
+            self._look_booked = True
+            context.at(now_ns, self._look_ahead)
+
+    def _look_ahead(self, _: Any) -> None:
+        """Be there when the next frame's fate is decided."""
+        self._look_booked = False
+        next_ns = int(self._stations.next_ns)
+        if next_ns == self._wake_ns:
+            return
+        if self._wake is not None:
+            self._wake.cancel()
+        self._wake_ns = next_ns
+        self._wake = None if next_ns >= NEVER else self._context.at(next_ns, self._wake_up)
+
+    def _wake_up(self, _: Any) -> None:
+        self._wake, self._wake_ns = None, NEVER
+        self._settle(self._context.now_ns)
+        if not self._look_booked:
+            self._look_ahead(None)
+
+    def _settle(self, now_ns: int) -> None:
+        """Take what has been decided by now, see who is where, then tell. (Whoever is told may send
+        again at once, and a new frame may have the place of one in question.)"""
+        self._settled_ns = now_ns
+        decided = []
+        while outcomes := self._stations.advance(now_ns):
+            for _, what, station, position, receiver in outcomes:
+                self._note(what, (station, position), receiver, decided)
+        self._look_around(now_ns)
+        for what, waiting in decided:
+            self._tell(what, waiting)
+
+    def _note(self, what: int, where: tuple[int, int], receiver: int,
+              decided: list[tuple[int, Waiting]]) -> None:
+        waiting = self._waiting[where]
+        if what in (DONE, DROPPED) or not waiting.frame.broadcast:
+            decided.append((what, self._waiting.pop(where)))
+        elif what == RECEIVED:
+            waiting.got[receiver] = waiting.got.get(receiver, 0) + 1
+        else:
+            waiting.broken.add(receiver)
+
+    def _look_around(self, now_ns: int) -> None:
+        """Links from where the hosts are, if that may have changed and it is time."""
+        places, obstacles = self._context.positions(now_ns), self._context.obstacles
+        if obstacles.epoch == self._epoch and (
+                places is self._places or now_ns < self._looked_ns + self._params.update_ns):
+            return
+        self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
+        links = self._budget.links(places, obstacles)
+        self._audible = links.audible
+        self._stations.link(now_ns, links.first, links.hearer, links.mw)
+
+    def _tell(self, what: int, waiting: Waiting) -> None:
+        frame, settle = waiting.frame, self._context.settle_many
+        if not frame.broadcast:
+            settle(frame, frame.receivers,
+                   _ARRIVED if what == RECEIVED else ports.Drop("retry_limit"))
+            return
+        fates: dict[str | None, list[int]] = {}
+        for receiver in frame.receivers:
+            fates.setdefault(self._fate(waiting, receiver), []).append(receiver)
+        for reason, receivers in fates.items():
+            settle(frame, receivers, ports.Drop(reason) if reason else _ARRIVED)
+
+    def _fate(self, waiting: Waiting, receiver: int) -> str | None:
+        """Why this receiver of a broadcast has not got it; None: it has."""
+        frame = waiting.frame
+        if waiting.got.get(receiver, 0) == frame.segments:
+            return None
+        if receiver in waiting.broken:
+            return "channel_error"
+        return "collision" if self._audible[frame.source][receiver] else "out_of_reach"
