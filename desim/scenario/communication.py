@@ -32,7 +32,7 @@ class RuleChoice(PluginChoice):
 class Medium(PluginChoice):
     """One medium: a network model with its parameters, and the rules in front of it."""
 
-    model: str = Field(description="a network plug-in: ideal, disk, link, switch, ...")
+    model: str = Field(description="a network plug-in: ideal, disk, link, switch, radio, ...")
     rules: tuple[RuleChoice, ...] = Field((), description="asked in this order")
 
 

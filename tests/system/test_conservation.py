@@ -34,6 +34,12 @@ CASES = {
     "broadcast over a switch": (
         HELLO, "coordination.exchange={via: broadcast, period: 300 ms}",
         f"{LAN}={{model: switch, rate: 50 Mb/s}}", "testbed.robots_per_node=2"),
+    "radio": (
+        HELLO, "deployment=field",
+        "network.media={lan: null, air: {model: netmodels.radio:Radio, queue: 20}}"),
+    "broadcast over radio": (
+        HELLO, "deployment=field", "coordination.exchange={via: broadcast, period: 300 ms}",
+        "network.media={lan: null, air: {model: netmodels.radio:Radio, power: 10 dBm}}"),
     "rules": (
         HELLO, f"{LAN}={{model: link, rules: [{{rule: bandwidth, rate: 2 Mb/s, backlog: 16 kB}}, "
         "{rule: partition, groups: [[robot_0]], from: 5 s, until: 12 s}, "
@@ -95,7 +101,7 @@ def fastest_ns(simulation, message, receiver):
     if any(names <= set(members) for members in getattr(params, "ports", {}).values()):
         return 0  # it stays inside its cluster node
     cables = {"switch": 2 * getattr(params, "propagation_ns", 0),
-              "link": getattr(params, "latency_ns", 0), "disk": 0}[choice.model]
+              "link": getattr(params, "latency_ns", 0)}.get(choice.model, 0)
     rules = sum(2_000_000 if rule.parameters()["delay"] == "2 ms" else 1_000_000
                 for rule in choice.rules if rule.rule == "latency")
     return message.size_bytes * 8 * NS_PER_S // params.rate_bps + cables + rules
@@ -116,7 +122,8 @@ def test_the_cases_know_every_reason():
         for topic in simulation.graph.topics.values():
             reasons.update(topic.counts.dropped)
     assert reasons == {"host_down", "link_closed", "out_of_range", "out_of_reach", "outbox_full",
-                       "partitioned", "queue_full", "random_loss", "rate_limited", "sender_down"}
+                       "partitioned", "queue_full", "random_loss", "rate_limited", "retry_limit",
+                       "sender_down"}
 
 
 def test_a_wrong_account_is_seen():

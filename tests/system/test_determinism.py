@@ -21,6 +21,9 @@ CASES = {
     "testbed under load": (
         HELLO, "network.media.lan={model: switch, rate: 5 Mb/s, queue: 20 kB}",
         "robot.laser.noise=2 cm", "robot.odometry.model=random_walk"),
+    "radio": (
+        HELLO, "deployment=field",
+        "network.media={lan: null, air: {model: netmodels.radio:Radio}}"),
 }
 
 

@@ -1,0 +1,136 @@
+"""``radio`` as a network model: whole logs on the bench, and what it makes of the stations."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_radio_pathloss import room
+
+from desim.errors import InputError
+from desim.testing import Bench, check_network
+from netmodels.radio import Radio
+from netmodels.radio.dcf import Stations
+from netmodels.radio.standards import A, G
+
+MS = 10**6
+UDP = 1046  # B with Ethernet's headers: 1064 B on the air
+
+
+def radio(**params):
+    return Radio(Radio.Params(**params))
+
+
+def fates(log):
+    return [(receiver, fate) for _, _, _, receiver, fate in log]
+
+
+@pytest.mark.parametrize("params", [
+    {}, {"standard": "11b", "rate": "11 Mb/s", "queue": 3, "update": "10 ms"},
+    {"standard": "11a", "rate": "6 Mb/s", "rts": "500 B", "walls": None,
+     "path_loss": {"model": "free_space", "frequency": "5180 MHz"}},
+    {"path_loss": {"model": "fixed", "loss": "60 dB"}, "reception": {"noise_figure": "3 dB"}},
+], ids=["default", "11b", "11a", "fixed"])
+def test_it_keeps_the_contract(params):
+    check_network(Radio, **params)
+
+
+def test_one_packet_in_an_idle_medium_takes_its_airtime():
+    bench = Bench(radio(standard="11a", rate="24 Mb/s"), {"a": (0, 0), "b": (9, 0)})
+    bench.send(MS, "a", "b", UDP)
+    assert bench.run() == [(MS + A.airtime_ns(1064, A.rate(24)), None, "a", "b", "arrived")]
+
+
+def test_the_next_packet_waits_for_acknowledgement_difs_and_backoff():
+    bench = Bench(radio(), {"a": (0, 0), "b": (5, 0)})
+    for label in range(2):
+        bench.send(MS, "a", "b", UDP, label=label)
+    (first_ns, *_), (second_ns, *_) = bench.run()
+    air_ns = G.airtime_ns(1064, G.rate(54))
+    slots, rest = divmod(second_ns - first_ns - air_ns - G.sifs_ns - G.difs_ns
+                         - G.airtime_ns(14, G.rate(24)), G.slot_ns)
+    assert first_ns == MS + air_ns and rest == 0 and 0 <= slots <= G.cw_min
+
+
+def test_a_broadcast_reaches_those_who_can_find_it():
+    """51.4 m is within reach, 52 m is not; 6 Mb/s, the lowest rate of OFDM."""
+    bench = Bench(radio(), {"a": (0, 0), "b": (9, 0), "c": (0, 51.4), "d": (-52, 0),
+                            "e": (np.nan, np.nan)})
+    bench.send(0, "a", list("bcde"), UDP, broadcast=True)
+    log = bench.run()
+    assert {time_ns for time_ns, *_ in log} == {G.airtime_ns(1064, G.rate(6))}
+    assert sorted(fates(log)) == [("b", "arrived"), ("c", "arrived"), ("d", "out_of_reach"),
+                                  ("e", "out_of_reach")]
+    assert 51.4 < bench.medium.model.reach_m < 52
+
+
+def test_whoever_is_far_away_gets_seven_tries():
+    bench = Bench(radio(), {"a": (0, 0), "b": (200, 0)})
+    bench.send(0, "a", "b", UDP)
+    assert fates(bench.run()) == [("b", "retry_limit")]
+    counts = bench.medium.model._stations.counts(bench.kernel.now_ns)
+    assert (counts.transmitted.tolist(), counts.dropped.tolist()) == ([7, 0], [1, 0])
+
+
+def test_a_full_queue_refuses_and_has_room_again():
+    bench = Bench(radio(queue=2), {"a": (0, 0), "b": (5, 0)})
+    for label in range(4):
+        bench.send(0, "a", "b", UDP, label=label)
+    bench.send(100 * MS, "a", "b", UDP, label="later")
+    assert [(label, fate) for _, label, _, _, fate in bench.run()] == [
+        (2, "queue_full"), (3, "queue_full"), (0, "arrived"), (1, "arrived"), ("later", "arrived")]
+
+
+def test_two_who_begin_together_collide_and_a_third_hears_neither():
+    bench = Bench(radio(path_loss={"model": "fixed", "loss": "60 dB"}), 3)
+    bench.send(0, "host_1", ["host_2", "host_3"], UDP, broadcast=True)
+    bench.send(0, "host_2", ["host_1", "host_3"], UDP, broadcast=True)
+    assert Counter(fates(bench.run())) == {("host_1", "collision"): 1, ("host_2", "collision"): 1,
+                                           ("host_3", "collision"): 2}
+
+
+def test_a_broadcast_train_arrives_whole_or_not_at_all():
+    bench = Bench(radio(), {"a": (0, 0), "b": (9, 0)})
+    bench.send(0, "a", ["b"], 10 * UDP, 10, broadcast=True)
+    (time_ns, *_, fate), = bench.run()
+    assert fate == "arrived" and time_ns > 10 * G.airtime_ns(1064, G.rate(6))
+
+
+def test_walls_are_in_the_way_and_doors_open():
+    """30 m: -75 dBm, that is 7 dB above where a frame is found."""
+    bench = Bench(radio(), {"a": (0, 0), "b": (30, 0)})
+    walls = room("brick")
+    bench.send(0, "a", ["b"], 100, label="through the wall", broadcast=True)
+    bench.send(10 * MS, "a", ["b"], 100, label="door open", broadcast=True)
+    bench.medium._place.obstacles = walls
+    bench.run(5 * MS)
+    bench.medium._place.obstacles = replace(room(), epoch=1)
+    assert [fate for *_, fate in bench.run()] == ["out_of_reach", "arrived"]
+
+
+def test_walls_can_be_left_out():
+    bench = Bench(radio(walls=None), {"a": (0, 0), "b": (30, 0)})
+    bench.medium._place.obstacles = room("brick")
+    bench.send(0, "a", ["b"], 100, broadcast=True)
+    assert fates(bench.run()) == [("b", "arrived")]
+
+
+def test_what_is_sent_in_one_instant_is_foreseen_once(monkeypatch):
+    looks = []
+    foresee = Stations.next_ns.fget
+    monkeypatch.setattr(Stations, "next_ns", property(
+        lambda self: looks.append(self._next_ns is None) or foresee(self)))
+    bench = Bench(radio(path_loss={"model": "fixed", "loss": "60 dB"}), 30)
+    for number in range(2, 31):
+        bench.send(MS, f"host_{number}", "host_1", UDP)
+    bench.run(MS)
+    assert sum(looks) <= 2
+
+
+@pytest.mark.parametrize(("params", "says"), [
+    ({"rate": "10 Mb/s"}, r"\.rate: 10 Mb/s is no rate of 11g; allowed: 1 Mb/s, 2 Mb/s"),
+    ({"standard": "11b", "rate": "11 Mb/s", "broadcast_rate": "6 Mb/s"}, r"\.broadcast_rate: 6 Mb"),
+])
+def test_rates_that_there_are_not(params, says):
+    with pytest.raises(InputError, match=says):
+        Bench(radio(**params))
