@@ -38,8 +38,10 @@ CASES = {
         HELLO, "deployment=field",
         "network.media={lan: null, air: {model: netmodels.radio:Radio, queue: 20}}"),
     "broadcast over radio": (
-        HELLO, "deployment=field", "coordination.exchange={via: broadcast, period: 300 ms}",
-        "network.media={lan: null, air: {model: netmodels.radio:Radio, power: 10 dBm}}"),
+        HELLO, "deployment=field",
+        "coordination.exchange={via: broadcast, period: 100 ms, encoding: raw, content: full}",
+        "network.media={lan: null, air: {model: netmodels.radio:Radio, power: 6 dBm, "
+        "broadcast_rate: 1 Mb/s}}"),
     "rules": (
         HELLO, f"{LAN}={{model: link, rules: [{{rule: bandwidth, rate: 2 Mb/s, backlog: 16 kB}}, "
         "{rule: partition, groups: [[robot_0]], from: 5 s, until: 12 s}, "
@@ -85,7 +87,7 @@ def test_the_trace_says_what_the_counters_say(case):
     assert rows["frame"] == sum(medium.frames for medium in media)
     assert ledger.frame_bytes == sum(sum(medium.tx_bytes) for medium in media)
     assert all(medium.bytes_on_air <= sum(medium.tx_bytes) for medium in media)
-    in_bulk = ("out_of_reach",)  # one row for all whom a broadcast misses
+    in_bulk = ("out_of_reach", "collision", "channel_error")  # one row for all whom a broadcast misses
     assert rows["dropped"] == sum(count for topic in topics
                                   for reason, count in topic.counts.dropped.items()
                                   if reason not in in_bulk)
@@ -121,9 +123,9 @@ def test_the_cases_know_every_reason():
             reasons.update(medium.dropped)
         for topic in simulation.graph.topics.values():
             reasons.update(topic.counts.dropped)
-    assert reasons == {"host_down", "link_closed", "out_of_range", "out_of_reach", "outbox_full",
-                       "partitioned", "queue_full", "random_loss", "rate_limited", "retry_limit",
-                       "sender_down"}
+    assert reasons == {"channel_error", "collision", "host_down", "link_closed", "out_of_range",
+                       "out_of_reach", "outbox_full", "partitioned", "queue_full", "random_loss",
+                       "rate_limited", "retry_limit", "sender_down"}
 
 
 def test_a_wrong_account_is_seen():
