@@ -29,7 +29,7 @@ def fates(log):
     {}, {"standard": "11b", "rate": "11 Mb/s", "queue": 3, "update": "10 ms"},
     {"standard": "11a", "rate": "6 Mb/s", "rts": "500 B", "walls": None,
      "path_loss": {"model": "free_space", "frequency": "5180 MHz"}},
-    {"path_loss": {"model": "fixed", "loss": "60 dB"}, "reception": {"noise_figure": "3 dB"}},
+    {"path_loss": {"model": "fixed", "total": "60 dB"}, "reception": {"noise_figure": "3 dB"}},
 ], ids=["default", "11b", "11a", "fixed"])
 def test_it_keeps_the_contract(params):
     check_network(Radio, **params)
@@ -82,7 +82,7 @@ def test_a_full_queue_refuses_and_has_room_again():
 
 
 def test_two_who_begin_together_collide_and_a_third_hears_neither():
-    bench = Bench(radio(path_loss={"model": "fixed", "loss": "60 dB"}), 3)
+    bench = Bench(radio(path_loss={"model": "fixed", "total": "60 dB"}), 3)
     bench.send(0, "host_1", ["host_2", "host_3"], UDP, broadcast=True)
     bench.send(0, "host_2", ["host_1", "host_3"], UDP, broadcast=True)
     assert Counter(fates(bench.run())) == {("host_1", "collision"): 1, ("host_2", "collision"): 1,
@@ -120,7 +120,7 @@ def test_what_is_sent_in_one_instant_is_foreseen_once(monkeypatch):
     foresee = Stations.next_ns.fget
     monkeypatch.setattr(Stations, "next_ns", property(
         lambda self: looks.append(self._next_ns is None) or foresee(self)))
-    bench = Bench(radio(path_loss={"model": "fixed", "loss": "60 dB"}), 30)
+    bench = Bench(radio(path_loss={"model": "fixed", "total": "60 dB"}), 30)
     for number in range(2, 31):
         bench.send(MS, f"host_{number}", "host_1", UDP)
     bench.run(MS)

@@ -6,19 +6,25 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import TypeAdapter
 from radio import rows
 
 from desim.errors import InputError
 from desim.ports import Obstacles
-from netmodels.radio.pathloss import Fixed, FreeSpace, LogDistance, PathLoss, TwoRay, reach_m
+from netmodels.radio.pathloss import (
+    Fixed,
+    FreeSpace,
+    LogDistance,
+    PathLossParams,
+    TwoRay,
+    reach_m,
+)
 from netmodels.radio.walls import CROSSING_DB, Walls
 
 POWER_DBM = 16.0206
 
 
 def free_space(mhz):
-    return FreeSpace(model="free_space", frequency=f"{mhz} MHz")
+    return FreeSpace(mhz * 1e6)
 
 
 MODELS = {"rx_dbm_logdist": LogDistance(), "rx_dbm_friis_5180MHz": free_space(5180),
@@ -38,7 +44,7 @@ def test_received_power(reference, column):
 
 @pytest.mark.parametrize(("column", "wrong"), [
     ("rx_dbm_logdist", LogDistance(exponent=3.15)),
-    ("rx_dbm_logdist", LogDistance(reference="44 dB")),
+    ("rx_dbm_logdist", LogDistance(reference_db=44.0)),
     ("rx_dbm_friis_5180MHz", free_space(5439)), ("rx_dbm_friis_2412MHz", free_space(2533)),
 ], ids=["exponent", "reference", "5 GHz", "2.4 GHz"])
 def test_received_power_with_a_wrong_constant(reference, column, wrong):
@@ -46,7 +52,7 @@ def test_received_power_with_a_wrong_constant(reference, column, wrong):
 
 
 def test_two_rays_are_free_space_up_to_where_both_agree_and_40_db_a_decade_beyond():
-    two, free = TwoRay(model="two_ray", frequency="2412 MHz", height="1.5 m"), free_space(2412)
+    two, free = TwoRay(2412e6, 1.5), free_space(2412)
     meet_m = 4 * math.pi * 1.5 ** 2 * 2412e6 / 299_792_458
     near_m = np.array([1.0, 10.0, meet_m * (1 - 1e-9)])
     assert two.loss_db(near_m).tolist() == free.loss_db(near_m).tolist()
@@ -56,10 +62,10 @@ def test_two_rays_are_free_space_up_to_where_both_agree_and_40_db_a_decade_beyon
 
 def test_nobody_gains_and_the_unknown_stays_unknown():
     distances_m = np.array([0.0, 1e-3, np.nan])
-    for model in (*MODELS.values(), TwoRay(model="two_ray", frequency="5180 MHz")):
+    for model in (*MODELS.values(), TwoRay(5180e6)):
         loss_db = model.loss_db(distances_m)
         assert (loss_db[:2] >= 0).all() and np.isnan(loss_db[2])
-    assert Fixed(model="fixed", loss="70 dB").loss_db(distances_m).tolist() == [70.0] * 3
+    assert Fixed(70.0).loss_db(distances_m).tolist() == [70.0] * 3
 
 
 @given(st.floats(40, 150))
@@ -68,13 +74,25 @@ def test_reach_is_where_the_budget_ends(budget_db):
         far_m = reach_m(model, budget_db)
         if budget_db > float(model.loss_db(1.0)):
             assert float(model.loss_db(far_m)) == pytest.approx(budget_db, abs=1e-6)
-    assert reach_m(Fixed(model="fixed", loss="90 dB"), budget_db) == (
+    assert reach_m(Fixed(90.0), budget_db) == (
         math.inf if budget_db >= 90 else pytest.approx(1e-3))
 
 
 def test_a_block_names_its_model():
-    block = TypeAdapter(PathLoss).validate_python({"model": "two_ray", "frequency": "2.4 GHz"})
-    assert block == TwoRay(model="two_ray", frequency="2400 MHz")
+    block = PathLossParams(model="two_ray", frequency="2.4 GHz")
+    assert block.chosen() == TwoRay(2.4e9)
+    assert PathLossParams(**block.model_dump(by_alias=True)).chosen() == TwoRay(2.4e9)
+    assert PathLossParams().chosen() == LogDistance()
+
+
+@pytest.mark.parametrize(("block", "says"), [
+    ({"model": "free_space"}, "free_space needs frequency"),
+    ({"model": "fixed", "exponent": 2}, "fixed has no exponent; it has total"),
+    ({"height": "1 m"}, "log_distance has no height; it has exponent, reference"),
+])
+def test_parameters_of_another_model_are_refused(block, says):
+    with pytest.raises(ValueError, match=says):
+        PathLossParams(**block)
 
 
 def room(*materials):

@@ -13,7 +13,7 @@ from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.dcf import DONE, DROPPED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
-from netmodels.radio.pathloss import LogDistance, PathLoss, reach_m
+from netmodels.radio.pathloss import PathLossParams, reach_m
 from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.radio.walls import Walls
 
@@ -65,8 +65,8 @@ class Radio:
         broadcast_rate_bps: BitRate | None = Field(None, description=(
             "of broadcast frames (the lowest of the same modulation, as ns-3)"))
         power_dbm: Level = Field("16.0206 dBm", description="sent, antennas included (ns-3: 40 mW)")
-        path_loss: PathLoss = Field(LogDistance(), description=(
-            "log_distance, free_space, two_ray or fixed, with its parameters (ns-3's)"))
+        path_loss: PathLossParams = Field(PathLossParams(), description=(
+            "model: log_distance, free_space, two_ray or fixed, with its parameters (ns-3's)"))
         walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
         reception: Thresholds = Field(Thresholds(), description="of receivers (ns-3)")
         queue: int = Field(500, ge=1, le=100_000, description="frames that wait at a sender, "
@@ -83,9 +83,10 @@ class Radio:
     def __init__(self, params: Params) -> None:
         self._params = params
         self._standard = STANDARDS[params.standard]
-        self._budget = Budget(params.power_dbm, params.path_loss, params.walls,
+        path_loss = params.path_loss.chosen()
+        self._budget = Budget(params.power_dbm, path_loss, params.walls,
                               params.reception.heard_dbm, params.reception.preamble_dbm)
-        self.reach_m = reach_m(params.path_loss, params.power_dbm - params.reception.preamble_dbm)
+        self.reach_m = reach_m(path_loss, params.power_dbm - params.reception.preamble_dbm)
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params, standard = self._params, self._standard

@@ -7,10 +7,12 @@ unknown (NaN) so is the loss.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from dataclasses import MISSING, dataclass, fields
+from typing import Literal, Protocol
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from desim import ports
 from desim.units import Carrier, Decibels, Length
@@ -20,12 +22,15 @@ _NEAREST_M = 1e-3
 _FARTHEST_M = 1e9
 
 
-class FreeSpace(ports.Params):
+class PathLoss(Protocol):
+    def loss_db(self, distance_m: np.ndarray) -> np.ndarray: ...
+
+
+@dataclass(frozen=True)
+class FreeSpace:
     """(4 pi d / lambda)^2 (Friis 1946), isotropic antennas."""
 
-    model: Literal["free_space"] = Field(description="by this name")
-    frequency_hz: Carrier = Field(description="of the carrier: 2412 MHz is channel 1 of 11b and "
-                                              "11g, 5180 MHz channel 36 of 11a")
+    frequency_hz: float
 
     def loss_db(self, distance_m: np.ndarray) -> np.ndarray:
         wave_m = LIGHT_MPS / self.frequency_hz
@@ -33,53 +38,90 @@ class FreeSpace(ports.Params):
         return np.maximum(20 * np.log10(4 * np.pi * distance_m / wave_m), 0.0)
 
 
-class LogDistance(ports.Params):
-    """reference + 10 exponent log10(d / 1 m) (Rappaport 2002, 4.9.1); within 1 m, that of 1 m."""
+@dataclass(frozen=True)
+class LogDistance:
+    """reference + 10 exponent log10(d / 1 m) (Rappaport 2002, 4.9.1); within 1 m, that of 1 m. The
+    defaults are ns-3's, whose reference is free space at 5.15 GHz."""
 
-    model: Literal["log_distance"] = Field("log_distance", description="by this name")
-    exponent: float = Field(3.0, gt=0, le=20, description="2 in the open, more among things (ns-3)")
-    reference_db: Decibels = Field("46.6777 dB", description="loss of the first metre (ns-3: free "
-                                                             "space at 5.15 GHz)")
+    exponent: float = 3.0
+    reference_db: float = 46.6777
 
     def loss_db(self, distance_m: np.ndarray) -> np.ndarray:
         return self.reference_db + 10 * self.exponent * np.log10(np.maximum(distance_m, 1.0))
 
 
-class TwoRay(ports.Params):
+@dataclass(frozen=True)
+class TwoRay:
     """d^4 / height^4 (Rappaport 2002, 4.6) where the ray that the ground reflects is as good as
     opposite to the direct one: beyond 4 pi height^2 / lambda, where free space loses as much."""
 
-    model: Literal["two_ray"] = Field(description="by this name")
-    frequency_hz: Carrier = Field(description="of the carrier, e.g. 2412 MHz")
-    height_m: Length = Field("1 m", gt=0, description="of all antennas (on top of a robot)")
+    frequency_hz: float
+    height_m: float = 1.0
 
     def loss_db(self, distance_m: np.ndarray) -> np.ndarray:
-        near = FreeSpace(model="free_space", frequency=f"{self.frequency_hz!r} Hz")
         far_m = 4 * np.pi * self.height_m ** 2 * self.frequency_hz / LIGHT_MPS
+        free_db = FreeSpace(self.frequency_hz).loss_db(distance_m)
         ground_db = 40 * np.log10(np.maximum(distance_m, _NEAREST_M) / self.height_m)
-        return np.where(np.asarray(distance_m) > far_m, ground_db, near.loss_db(distance_m))
+        return np.where(np.asarray(distance_m) > far_m, ground_db, free_db)
 
 
-class Fixed(ports.Params):
+@dataclass(frozen=True)
+class Fixed:
     """The same at any distance, and between hosts that have no place."""
 
-    model: Literal["fixed"] = Field(description="by this name")
-    loss: Decibels = Field(description="between any two hosts")
+    total_db: float
 
     def loss_db(self, distance_m: np.ndarray) -> np.ndarray:
-        return np.full(np.shape(distance_m), self.loss)
+        return np.full(np.shape(distance_m), self.total_db)
 
 
-PathLoss = Annotated[FreeSpace | LogDistance | TwoRay | Fixed, Field(discriminator="model")]
+_MODELS = {"free_space": FreeSpace, "log_distance": LogDistance, "two_ray": TwoRay, "fixed": Fixed}
+
+
+class PathLossParams(ports.Params):
+    """A model by its name, and its parameters."""
+
+    model: Literal["free_space", "log_distance", "two_ray", "fixed"] = Field(
+        "log_distance", description="(ns-3)")
+    exponent: float | None = Field(None, gt=0, le=20, description=(
+        "of log_distance (3, ns-3; 2 in the open, more among things)"))
+    reference_db: Decibels | None = Field(None, description=(
+        "of log_distance, loss of the first metre (46.6777 dB, ns-3: free space at 5.15 GHz)"))
+    frequency_hz: Carrier | None = Field(None, description=(
+        "of free_space and two_ray: 2412 MHz is channel 1 of 11b and 11g, 5180 MHz channel 36 of "
+        "11a (none, it has to be given)"))
+    height_m: Length | None = Field(None, gt=0, description=(
+        "of two_ray, of all antennas (1 m: on top of a robot)"))
+    total_db: Decibels | None = Field(None, description=(
+        "of fixed, between any two hosts (none, it has to be given)"))
+
+    def _given(self) -> dict[str, float]:
+        return {name: value for name, value in self if value is not None and name != "model"}
+
+    @model_validator(mode="after")
+    def _fits(self) -> PathLossParams:
+        own = fields(_MODELS[self.model])
+        given, known = self._given(), [ports.yaml_key(field.name) for field in own]
+        for name in given:
+            if ports.yaml_key(name) not in known:
+                raise ValueError(f"{self.model} has no {ports.yaml_key(name)}; it has "
+                                 f"{', '.join(known)}")
+        for field in own:
+            if field.default is MISSING and field.name not in given:
+                raise ValueError(f"{self.model} needs {ports.yaml_key(field.name)}")
+        return self
+
+    def chosen(self) -> PathLoss:
+        return _MODELS[self.model](**self._given())
 
 
 def reach_m(path_loss: PathLoss, budget_db: float) -> float:
     """The distance at which the loss exceeds ``budget_db``; inf if none is far enough."""
     near_m, far_m = _NEAREST_M, _FARTHEST_M
     if path_loss.loss_db(np.array(far_m)) <= budget_db:
-        return float("inf")
+        return math.inf
     while far_m / near_m > 1 + 1e-9:
-        middle_m = (near_m * far_m) ** 0.5
+        middle_m = math.sqrt(near_m * far_m)
         if path_loss.loss_db(np.array(middle_m)) <= budget_db:
             near_m = middle_m
         else:

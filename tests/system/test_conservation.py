@@ -87,7 +87,8 @@ def test_the_trace_says_what_the_counters_say(case):
     assert rows["frame"] == sum(medium.frames for medium in media)
     assert ledger.frame_bytes == sum(sum(medium.tx_bytes) for medium in media)
     assert all(medium.bytes_on_air <= sum(medium.tx_bytes) for medium in media)
-    in_bulk = ("out_of_reach", "collision", "channel_error")  # one row for all whom a broadcast misses
+    # One row for all whom a broadcast misses.
+    in_bulk = ("out_of_reach", "collision", "channel_error")
     assert rows["dropped"] == sum(count for topic in topics
                                   for reason, count in topic.counts.dropped.items()
                                   if reason not in in_bulk)
