@@ -69,7 +69,7 @@ class Radio:
             "model: log_distance, free_space, two_ray or fixed, with its parameters (ns-3's)"))
         walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
         reception: Thresholds = Field(Thresholds(), description="of receivers (ns-3)")
-        queue: int = Field(500, ge=1, le=100_000, description="frames that wait at a sender, "
+        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender, "
                                                               "a train being one (ns-3: packets)")
         retries: int = Field(7, ge=1, le=255, description="transmissions before a frame is given "
                                                           "up (802.11: dot11ShortRetryLimit)")
@@ -134,13 +134,13 @@ class Radio:
             rts = limit is not None and size_bytes > limit
         position = self._stations.enqueue(now_ns, frame.source, dest, size_bytes, rate,
                                           frame.segments, rts=rts)
-        if position is None:
-            context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
-            return
-        self._waiting[frame.source, position] = Waiting(frame)
         if not self._look_booked:  # once for all that is sent in this instant
             self._look_booked = True
             context.at(now_ns, self._look_ahead)
+        if position is None:
+            context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
+        else:
+            self._waiting[frame.source, position] = Waiting(frame)
 
     def _look_ahead(self, _: Any) -> None:
         """Be there when the next frame's fate is decided."""
