@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from radio import rows
 from test_radio_pathloss import room
 
 from desim.errors import InputError
@@ -125,6 +126,31 @@ def test_what_is_sent_in_one_instant_is_foreseen_once(monkeypatch):
         bench.send(MS, f"host_{number}", "host_1", UDP)
     bench.run(MS)
     assert sum(looks) <= 2
+
+
+class Saturated(Bench):
+    """``host_1`` is sent to by all others, who have two packets in their queues always."""
+
+    def offer(self, source):
+        self.medium.transmit(source, (0,), UDP, 1, False, self, (None, source))
+
+    def arrived(self, token, receiver):
+        self.offer(token[1])
+
+    def lost(self, token, receiver, reason):
+        self.offer(token[1])
+
+
+def test_thirty_saturated_stations_as_in_ns3(reference):
+    seconds = 5
+    bench = Saturated(radio(path_loss={"model": "fixed", "total": "60 dB"}), 31)
+    for source in list(range(1, 31)) * 2:
+        bench.offer(source)
+    bench.run(seconds * 10**9)
+    table = rows(reference / "ns3" / "s3_saturation_raw_runs.csv", mode="ErpOfdmRate54Mbps",
+                 topo="sink-fixed", n="30")
+    expected_mbps = np.mean([float(row["agg_goodput_mbps"]) for row in table])
+    assert bench.medium.delivered * 8e-3 / seconds == pytest.approx(expected_mbps, rel=0.015)
 
 
 @pytest.mark.parametrize(("params", "says"), [
