@@ -262,6 +262,8 @@ def test_describe_says_what_a_plugin_does_and_takes():
     assert "drops for: queue_full" in said
     assert desim_("describe", "netmodels.switch:Switch").split("\n\n")[1:] \
         == said.split("\n\n")[1:]
+    radio = desim_("describe", "netmodels.radio:Radio")
+    assert "  reception: of receivers (ns-3)\n    noise_figure: default '7 dB'.  noise" in radio
     assert "did you mean 'switch'?" in desim_("describe", "swich", code=2)
 
 

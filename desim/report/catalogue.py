@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Iterator
 from typing import Any
 
 from pydantic.fields import FieldInfo
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
+from desim.ports import Params
 
 
 def listing() -> str:
@@ -56,10 +58,18 @@ def _about(name: str, kind: str, cls: Any) -> str:
     params = getattr(cls, "Params", None)
     fields = params.model_fields if params is not None else {}
     lines += ["", "parameters:" if fields else "no parameters"]
-    for field, info in fields.items():
-        lines.append(f"  {info.alias or field}: {_default(info)}"
-                     f"{'  ' + info.description if info.description else ''}")
-    return "\n".join(lines)
+    return "\n".join([*lines, *_parameters(fields, "  ")])
+
+
+def _parameters(fields: dict[str, FieldInfo], indent: str) -> Iterator[str]:
+    """A line each; a block's own ones stand below it."""
+    for name, info in fields.items():
+        default = None if info.is_required() else info.get_default(call_default_factory=True)
+        block = type(default).model_fields if isinstance(default, Params) else {}
+        says = "" if block else f" {_default(info)} "
+        yield (f"{indent}{info.alias or name}:{says}"
+               f"{' ' + info.description if info.description else ''}").rstrip()
+        yield from _parameters(block, indent + "  ")
 
 
 def _default(info: FieldInfo) -> str:

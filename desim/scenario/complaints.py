@@ -60,7 +60,7 @@ def _complaint(block: type[Params], data: Any, base: Path, more: tuple[str, ...]
     path = (*base, *own)
     kind, context = error["type"], error.get("ctx", {})
     if kind == "extra_forbidden":
-        known = [*more, *keys(_annotation(block, location[:-1]))]
+        known = [*(more if len(own) == 1 else ()), *keys(_annotation(block, location[:-1]))]
         return Complaint(path, f"unknown key{did_you_mean(str(own[-1]), known)}; allowed: "
                                f"{', '.join(known)}", at_key=True)
     if kind == "missing":

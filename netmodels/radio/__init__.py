@@ -48,14 +48,17 @@ class Waiting:
 
 
 class Radio:
-    """The distributed coordination function: carrier sense, backoff, acknowledgements and retries
-    of unicast frames, none of broadcast ones; hidden terminals, and capture of the stronger frame.
+    """Wi-Fi without an access point (802.11a, b or g), all on one channel: carrier sense, backoff,
+    acknowledgements and retries of unicast frames, none of broadcast ones; hidden terminals, and
+    capture of the stronger frame.
 
     A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
     or listening to somebody else or found it under others (``collision``), or that made out its
     beginning but not all of it (``channel_error``). Propagation (0.7 us over 200 m) is left out.
 
-    Received powers are those of the places, walls and doors at a moment at most ``update`` ago.
+    Received powers are those of the places at a moment at most ``update`` ago, and of the present
+    walls and doors; they are looked at when something is sent or decided. A host without a place
+    hears nobody, and nobody hears it, unless the path loss is ``fixed``.
     """
 
     class Params(ports.Params):
