@@ -18,6 +18,7 @@ DOTTED = "or a dotted path 'package.module:Class'"
 WANTED = ("it is not a plug-in for this place; wanted: a class with all methods of "
           "desim.ports.")
 STRATEGIES = ", ".join(plugins.available("strategy"))  # other packages may bring their own
+NETWORKS = ", ".join(plugins.available("network"))
 
 # What follows "name: x\n", and the complaints without "case.yaml:" in front.
 WRONG = {
@@ -116,7 +117,7 @@ WRONG = {
          "(9 s), got 1 s"]),
     "unknown model": ("network: {media: {lan: {model: swich}}}", [
         "2:32: network.media.lan.model: unknown network 'swich' (did you mean 'switch'?); known: "
-        f"disk, ideal, link, switch, {DOTTED}"]),
+        f"{NETWORKS}, {DOTTED}"]),
     "unknown parameter of a model": ("network: {media: {air: {model: disk, rang: 5 m}}}", [
         "2:38: network.media.air.rang: unknown key (did you mean 'range'?); allowed: model, rules, "
         "range, rate"]),
@@ -241,7 +242,7 @@ WRONG = {
             "partitions, robots_moving",
             "3:7: seed: must be at least 0, got -1",
             "4:32: network.media.lan.model: unknown network 'swich' (did you mean 'switch'?); "
-            f"known: disk, ideal, link, switch, {DOTTED}",
+            f"known: {NETWORKS}, {DOTTED}",
             "5:24: environment.terrain: no such map: no.yaml"]),
 }
 

@@ -10,6 +10,7 @@ from radio import rows
 
 from desim.errors import InputError
 from desim.ports import Obstacles
+from desim.world.materials import NAMES
 from netmodels.radio.pathloss import (
     Fixed,
     FreeSpace,
@@ -131,7 +132,6 @@ def test_ten_metres_of_building_cost_22_db_as_in_veins():
 
 
 def test_every_material_has_a_loss():
-    from desim.world.materials import NAMES
     assert set(CROSSING_DB) == set(NAMES)
 
 
