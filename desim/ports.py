@@ -48,9 +48,9 @@ def natural_key(name: str) -> tuple:
 class Frame(NamedTuple):
     """What occupies a medium: one packet, or a train of packets of one message on one hop.
 
-    ``source`` and ``receivers`` are host indices (rows of ``Context.positions``). ``size_bytes``
-    is the whole train with its headers, ``segments`` how many packets it is. A unicast frame has
-    one receiver and ``broadcast`` False.
+    ``source`` and ``receivers`` (ascending) are host indices (rows of ``Context.positions``).
+    ``size_bytes`` is the whole train with its headers, ``segments`` how many packets it is. A
+    unicast frame has one receiver and ``broadcast`` False.
     """
 
     id: int
@@ -125,8 +125,10 @@ class Context(Protocol):
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
         """The fate of ``frame`` at one intended receiver: exactly once each."""
 
-    def settle_many(self, frame: Frame, receivers: Sequence[int], verdict: Deliver | Drop) -> None:
-        """The same fate for several receivers; drops make one aggregate row."""
+    def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
+                    verdict: Deliver | Drop) -> None:
+        """The same fate for several receivers; None: for all at whom ``frame`` is not settled yet,
+        who need not be named. A broadcast's drops make one aggregate row."""
 
 
 class Rule(Protocol):

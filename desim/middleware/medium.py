@@ -7,7 +7,7 @@ It needs a ``Kernel`` and names, not a ``Graph``: a plain SimPy program can send
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from operator import attrgetter
 from typing import Any, Protocol
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from desim.errors import ModelError, below
 from desim.kernel import Call, Kernel, Phase
+from desim.middleware.broadcast import Broadcast
 from desim.ports import Deliver, Drop, Frame, NetworkModel, Obstacles, Pass, Rule
 from desim.streams import Streams
 from desim.trace import Names
@@ -27,9 +28,10 @@ class Carrier(Protocol):
 
     def lost(self, token: Any, receiver: int, reason: str) -> None: ...
 
-    def missed(self, token: Any, receivers: tuple[int, ...], reason: str,
+    def missed(self, token: Any, receivers: Collection[int], reason: str,
                medium: Medium) -> None:
-        """One fate of several receivers of a broadcast frame."""
+        """One fate of several receivers of a broadcast frame. They are best counted: who they are
+        may have to be found out."""
 
 
 Claim = tuple[Carrier, Any, int, int, int]  # and token, receiver, size_bytes, rules' delay_ns
@@ -115,7 +117,9 @@ class Medium:
         self._place = Nowhere(len(hosts)) if place is None else place
         self.positions = self._place.positions
         self._ids = [names.id(host) for host in hosts]
-        self._open: dict[tuple[int, int], Claim] = {}  # by frame and receiver
+        self._open: dict[tuple[int, int], Claim] = {}  # unicast ones, by frame and receiver
+        self._broadcasts: dict[int, Broadcast] = {}  # by frame
+        self._awaited = 0  # settlements of those
         self._flying = 0
         self._reasons = frozenset(model.reasons)
         parts = (model, *self.rules)
@@ -145,7 +149,7 @@ class Medium:
         try:
             claim = self._open.pop((frame.id, receiver))
         except KeyError:
-            raise self._unexpected(frame, receiver) from None
+            claim = self._claim(frame, receiver)
         if type(verdict) is Deliver:
             delay_ns, ids = verdict.delay_ns, self._ids
             if claim[4]:
@@ -159,20 +163,21 @@ class Medium:
             self._count(self._declared(verdict), 1)
             claim[0].lost(claim[1], receiver, verdict.reason)
 
-    def settle_many(self, frame: Frame, receivers: Sequence[int],
+    def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
                     verdict: Deliver | Drop) -> None:
-        if type(verdict) is Deliver or not frame.broadcast:
-            for receiver in receivers:
+        if not frame.broadcast:
+            for receiver in frame.receivers if receivers is None else receivers:
                 self.settle(frame, receiver, verdict)
-        elif receivers:
-            reason = self._declared(verdict)
-            try:
-                claims = [self._open.pop((frame.id, receiver)) for receiver in receivers]
-            except KeyError:
-                raise self._unexpected(frame, receivers) from None
+            return
+        reason = None if type(verdict) is Deliver else self._declared(verdict)
+        broadcast, receivers = self._settled(frame, receivers)
+        if not receivers:
+            return
+        if reason is None:
+            self._fly(frame, broadcast, receivers, verdict.delay_ns)
+        else:
             self._count(reason, len(receivers))
-            carrier, token = claims[0][:2]
-            carrier.missed(token, tuple(receivers), reason, self)
+            broadcast.carrier.missed(broadcast.token, receivers, reason, self)
 
     # What transports do.
 
@@ -184,16 +189,19 @@ class Medium:
         self.tx_bytes[source] += size_bytes
         frame = _new(Frame, (number, source, receivers, size_bytes, segments, broadcast))
         delays_ns = self._judge(frame, carrier, token) if self._judges else None
-        if delays_ns is None:
-            for receiver in receivers:
-                self._open[number, receiver] = (carrier, token, receiver, size_bytes, 0)
-        elif delays_ns:
+        if delays_ns is not None:
+            if not delays_ns:
+                return
             if len(delays_ns) < len(receivers):
-                frame = frame._replace(receivers=tuple(delays_ns))
-            for receiver, delay_ns in delays_ns.items():
-                self._open[number, receiver] = (carrier, token, receiver, size_bytes, delay_ns)
+                receivers = tuple(delays_ns)
+                frame = frame._replace(receivers=receivers)
+        if broadcast:
+            self._broadcasts[number] = Broadcast(carrier, token, size_bytes, receivers, delays_ns)
+            self._awaited += len(receivers)
         else:
-            return
+            (receiver,) = receivers
+            self._open[number, receiver] = (carrier, token, receiver, size_bytes,
+                                            delays_ns[receiver] if delays_ns else 0)
         self.bytes_on_air += size_bytes
         self._send(frame)
 
@@ -213,7 +221,38 @@ class Medium:
 
     def in_flight(self) -> int:
         """Frames, per receiver, that are not settled yet or on their way."""
-        return len(self._open) + self._flying
+        return len(self._open) + self._awaited + self._flying
+
+    def _claim(self, frame: Frame, receiver: int) -> Claim:
+        """Of one receiver of a broadcast, at whom it is settled now."""
+        return self._settled(frame, (receiver,))[0].claim(receiver)
+
+    def _settled(self, frame: Frame, receivers: Sequence[int] | None
+                 ) -> tuple[Broadcast | None, Collection[int]]:
+        """A broadcast, and the receivers at whom it is settled now."""
+        broadcast = self._broadcasts.get(frame.id)
+        if broadcast is None and not receivers:
+            return None, ()
+        try:
+            settled = self._broadcasts[frame.id].settle(receivers)
+        except KeyError:
+            raise self._unexpected(frame, receivers) from None
+        self._awaited -= len(settled)
+        if not broadcast.left:
+            del self._broadcasts[frame.id]
+        return broadcast, settled
+
+    def _fly(self, frame: Frame, broadcast: Broadcast, receivers: Collection[int],
+             delay_ns: int) -> None:
+        """A broadcast is on its way to ``receivers``."""
+        after, ids, deliver, claim = self._after, self._ids, self._deliver, broadcast.claim
+        if broadcast.delays_ns and delay_ns < 0:
+            raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
+        source = ids[frame.source] << 32
+        self._flying += len(receivers)
+        for receiver in receivers:
+            claimed = claim(receiver)
+            after(delay_ns + claimed[4], _DELIVER, source | ids[receiver], deliver, claimed)
 
     def _judge(self, frame: Frame, carrier: Carrier, token: Any) -> dict[int, int] | None:
         """Ask the rules. Returns the receivers that are left, with the delay to add; None where no

@@ -10,6 +10,7 @@ would let it: n packets get through with (1 - p)^n at each attempt.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Collection
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -213,7 +214,7 @@ class Datagram:
 
     def _frames(self, by_medium: dict[Medium, list[int]]) -> list[tuple[Medium, tuple[int, ...]]]:
         if self._broadcast:
-            return [(medium, tuple(group)) for medium, group in by_medium.items()]
+            return [(medium, tuple(sorted(group))) for medium, group in by_medium.items()]
         return [(medium, (receiver,)) for medium, group in by_medium.items() for receiver in group]
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
@@ -242,7 +243,7 @@ class Datagram:
         self._flying -= 1
         self._graph.drop(message, receiver, reason, message.born_ns, message.born_ns)
 
-    def missed(self, message: Message, receivers: tuple[int, ...], reason: str,
+    def missed(self, message: Message, receivers: Collection[int], reason: str,
                medium: Medium) -> None:
         """A broadcast did not reach several hosts: one row of the medium's for all of them."""
         self._flying -= len(receivers)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from typing import Any, Literal
 
 import numpy as np
@@ -13,13 +14,15 @@ from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.dcf import DONE, DROPPED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
-from netmodels.radio.pathloss import PathLossParams, reach_m
+from netmodels.radio.pathloss import PathLossParams
 from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.radio.walls import Walls
 
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 
 _ARRIVED = ports.Deliver(0)
+_CHANNEL_ERROR, _COLLISION = ports.Drop("channel_error"), ports.Drop("collision")
+_OUT_OF_REACH = ports.Drop("out_of_reach")
 
 
 class Thresholds(ports.Params):
@@ -44,7 +47,7 @@ class Waiting:
     def __init__(self, frame: ports.Frame) -> None:
         self.frame = frame
         self.got: dict[int, int] = {}
-        self.broken: set[int] = set()
+        self.broken: list[int] = []
 
 
 class Radio:
@@ -86,10 +89,9 @@ class Radio:
     def __init__(self, params: Params) -> None:
         self._params = params
         self._standard = STANDARDS[params.standard]
-        path_loss = params.path_loss.chosen()
-        self._budget = Budget(params.power_dbm, path_loss, params.walls,
+        self._budget = Budget(params.power_dbm, params.path_loss.chosen(), params.walls,
                               params.reception.heard_dbm, params.reception.preamble_dbm)
-        self.reach_m = reach_m(path_loss, params.power_dbm - params.reception.preamble_dbm)
+        self.reach_m = self._budget.reach_m
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params, standard = self._params, self._standard
@@ -182,7 +184,7 @@ class Radio:
         elif what == RECEIVED:
             waiting.got[receiver] = waiting.got.get(receiver, 0) + 1
         else:
-            waiting.broken.add(receiver)
+            waiting.broken.append(receiver)
 
     def _look_around(self, now_ns: int) -> None:
         """Links from where the hosts are, if that may have changed and it is time."""
@@ -191,8 +193,7 @@ class Radio:
                 places is self._places or now_ns < self._looked_ns + self._params.update_ns):
             return
         self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
-        links = self._budget.links(places, obstacles)
-        self._audible = links.audible
+        self._links = links = self._budget.links(places, obstacles)
         self._stations.link(now_ns, links.first, links.hearer, links.mw)
 
     def _tell(self, what: int, waiting: Waiting) -> None:
@@ -201,17 +202,16 @@ class Radio:
             settle(frame, frame.receivers,
                    _ARRIVED if what == RECEIVED else ports.Drop("retry_limit"))
             return
-        fates: dict[str | None, list[int]] = {}
-        for receiver in frame.receivers:
-            fates.setdefault(self._fate(waiting, receiver), []).append(receiver)
-        for reason, receivers in fates.items():
-            settle(frame, receivers, ports.Drop(reason) if reason else _ARRIVED)
+        fates = dict.fromkeys(self._links.finders(frame.source), _COLLISION)
+        fates.update(dict.fromkeys(waiting.broken, _CHANNEL_ERROR))
+        fates.update((receiver, _ARRIVED) for receiver, packets in waiting.got.items()
+                     if packets == frame.segments)
+        near = [receiver for receiver in sorted(fates) if _among(frame.receivers, receiver)]
+        for fate in _ARRIVED, _CHANNEL_ERROR, _COLLISION:
+            settle(frame, [receiver for receiver in near if fates[receiver] is fate], fate)
+        settle(frame, None, _OUT_OF_REACH)
 
-    def _fate(self, waiting: Waiting, receiver: int) -> str | None:
-        """Why this receiver of a broadcast has not got it; None: it has."""
-        frame = waiting.frame
-        if waiting.got.get(receiver, 0) == frame.segments:
-            return None
-        if receiver in waiting.broken:
-            return "channel_error"
-        return "collision" if self._audible[frame.source][receiver] else "out_of_reach"
+
+def _among(receivers: tuple[int, ...], receiver: int) -> bool:
+    place = bisect_left(receivers, receiver)
+    return place < len(receivers) and receivers[place] == receiver
