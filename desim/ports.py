@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, Protocol
 
@@ -59,6 +60,18 @@ class Frame(NamedTuple):
     size_bytes: int
     segments: int
     broadcast: bool
+
+    def among(self, hosts: Iterable[int]) -> list[int]:
+        """Those of ``hosts`` that are receivers, in their order."""
+        receivers = self.receivers
+        count = len(receivers)
+        # A receiver's place is its index less the hosts left out before it: of a broadcast to all
+        # others there are two places to look at, however many they are.
+        left_out = receivers[-1] + 1 - count
+        return [host for host in hosts
+                if (place := bisect_left(receivers, host, max(host - left_out, 0),
+                                         min(host + 1, count))) < count
+                and receivers[place] == host]
 
 
 class Pass(NamedTuple):

@@ -196,7 +196,7 @@ class Medium:
                 receivers = tuple(delays_ns)
                 frame = frame._replace(receivers=receivers)
         if broadcast:
-            self._broadcasts[number] = Broadcast(carrier, token, size_bytes, receivers, delays_ns)
+            self._broadcasts[number] = Broadcast(carrier, token, frame, delays_ns)
             self._awaited += len(receivers)
         else:
             (receiver,) = receivers

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from typing import Any, Literal
 
 import numpy as np
@@ -139,13 +138,17 @@ class Radio:
             rts = limit is not None and size_bytes > limit
         position = self._stations.enqueue(now_ns, frame.source, dest, size_bytes, rate,
                                           frame.segments, rts=rts)
-        if not self._look_booked:  # once for all that is sent in this instant
-            self._look_booked = True
-            context.at(now_ns, self._look_ahead)
+        self._book_look()
         if position is None:
             context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
         else:
             self._waiting[frame.source, position] = Waiting(frame)
+
+    def _book_look(self) -> None:
+        """Once for all that is sent in this instant, also by those who are told something now."""
+        if not self._look_booked:
+            self._look_booked = True
+            self._context.at(self._context.now_ns, self._look_ahead)
 
     def _look_ahead(self, _: Any) -> None:
         """Be there when the next frame's fate is decided."""
@@ -161,17 +164,15 @@ class Radio:
     def _wake_up(self, _: Any) -> None:
         self._wake, self._wake_ns = None, NEVER
         self._settle(self._context.now_ns)
-        if not self._look_booked:
-            self._look_ahead(None)
+        self._book_look()
 
     def _settle(self, now_ns: int) -> None:
         """Take what has been decided by now, see who is where, then tell. (Whoever is told may send
         again at once, and a new frame may have the place of one in question.)"""
         self._settled_ns = now_ns
-        decided = []
-        while outcomes := self._stations.advance(now_ns):
-            for _, what, station, position, receiver in outcomes:
-                self._note(what, (station, position), receiver, decided)
+        decided: list[tuple[int, Waiting]] = []
+        for _, what, station, position, receiver in self._stations.advance(now_ns):
+            self._note(what, (station, position), receiver, decided)
         self._look_around(now_ns)
         for what, waiting in decided:
             self._tell(what, waiting)
@@ -202,16 +203,14 @@ class Radio:
             settle(frame, frame.receivers,
                    _ARRIVED if what == RECEIVED else ports.Drop("retry_limit"))
             return
-        fates = dict.fromkeys(self._links.finders(frame.source), _COLLISION)
-        fates.update(dict.fromkeys(waiting.broken, _CHANNEL_ERROR))
-        fates.update((receiver, _ARRIVED) for receiver, packets in waiting.got.items()
-                     if packets == frame.segments)
-        near = [receiver for receiver in sorted(fates) if _among(frame.receivers, receiver)]
-        for fate in _ARRIVED, _CHANNEL_ERROR, _COLLISION:
-            settle(frame, [receiver for receiver in near if fates[receiver] is fate], fate)
+        got, among = waiting.got, frame.among
+        arrived = among(receiver for receiver in sorted(got) if got[receiver] == frame.segments)
+        broken = among(sorted({*waiting.broken}.difference(arrived)))
+        known = {*arrived, *broken}
+        missed = among(receiver for receiver in self._links.finders(frame.source)
+                       if receiver not in known)
+        for receivers, fate in ((arrived, _ARRIVED), (broken, _CHANNEL_ERROR),
+                                (missed, _COLLISION)):
+            if receivers:
+                settle(frame, receivers, fate)
         settle(frame, None, _OUT_OF_REACH)
-
-
-def _among(receivers: tuple[int, ...], receiver: int) -> bool:
-    place = bisect_left(receivers, receiver)
-    return place < len(receivers) and receivers[place] == receiver

@@ -63,15 +63,15 @@ class Stations:
     def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,
                  reception: Reception = Reception(), limit: int = 500, tries: int = 7) -> None:
         n = len(keys)
-        self._standard, self._present, self._next_ns = standard, 0, NEVER
-        self._stations = np.zeros((2, n), records.STATION)
-        first = self._stations[0]
+        self._standard, self._present, self._next_ns, self._taken_ns = standard, 0, NEVER, -1
+        first = np.zeros(n, records.STATION)
         for field in "air", "contention", "answer":
             first[field] = NEVER
         first["index"], first["key"], first["lock"] = np.arange(n), keys, -1
         first["window"] = standard.cw_min
-        self._due = np.full((2, -(-n // records.BLOCK), 1 + records.BLOCK), NEVER)
-        self._touched = np.ones(n, np.int64)
+        self._stations = np.stack([first, first])
+        self._due = np.full((2, -(-n // records.BLOCK) * (1 + records.BLOCK)), NEVER)
+        self._touched = np.zeros((1 + n, 2), np.int64)
         self._frames = np.zeros((n, limit), records.FRAME)
         self._links = np.zeros(0, records.LINK)
         self._rates = np.array([
@@ -107,7 +107,7 @@ class Stations:
         stations["first"], stations["last"] = first[:-1], first[1:]
         self._locate()
         kernels.relink(self._where, self._present, now_ns)
-        self._next_ns = None
+        self._next_ns, self._taken_ns = None, -1
 
     def enqueue(self, now_ns: int, station: int, dest: int, psdu_bytes: int, rate: int,
                 packets: int = 1, last_bytes: int | None = None, rts: bool = False) -> int | None:
@@ -143,8 +143,9 @@ class Stations:
 
     def advance(self, until_ns: int) -> list[Outcome]:
         """The outcomes of the next instant with any, none if that is after ``until_ns``."""
-        if self.next_ns > until_ns:
+        if until_ns == self._taken_ns or self.next_ns > until_ns:
             return []
+        self._taken_ns = self._next_ns  # no transmission is over in the instant that it begins
         self._present = 1 - self._present
         self._next_ns = None
         return self._outcomes[:self._setup["outcomes"][0]].tolist()
