@@ -101,6 +101,8 @@ def detect(d, s, now):
     schedule(due, s)
     for k in range(s.first, s.last):
         r, power = stations[links[k].station], links[k].mw
+        if power < setup.signal_mw and r.heard < setup.energy_mw:
+            continue  # to it this is noise
         touch(d, r)
         found = power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0))
         if found and power >= setup.signal_mw and r.lock < 0 and r.ends <= s.begun:
