@@ -141,16 +141,35 @@ class Saturated(Bench):
         self.offer(token[1])
 
 
-def test_thirty_saturated_stations_as_in_ns3(reference):
-    seconds = 5
-    bench = Saturated(radio(path_loss={"model": "fixed", "total": "60 dB"}), 31)
+def thirty_saturated(seconds=5, **params):
+    """Mb/s of payload through the whole medium."""
+    bench = Saturated(radio(path_loss={"model": "fixed", "total": "60 dB"}, **params), 31)
     for source in list(range(1, 31)) * 2:
         bench.offer(source)
     bench.run(seconds * 10**9)
+    return bench.medium.delivered * 8e-3 / seconds
+
+
+def test_thirty_saturated_stations_as_in_ns3(reference):
     table = rows(reference / "ns3" / "s3_saturation_raw_runs.csv", mode="ErpOfdmRate54Mbps",
                  topo="sink-fixed", n="30")
     expected_mbps = np.mean([float(row["agg_goodput_mbps"]) for row in table])
-    assert bench.medium.delivered * 8e-3 / seconds == pytest.approx(expected_mbps, rel=0.015)
+    assert thirty_saturated(preset="ns3_3_44") == pytest.approx(expected_mbps, rel=0.015)
+    assert 0.975 < thirty_saturated() / thirty_saturated(preset="ns3_3_44") < 0.995
+
+
+def test_a_preset_fills_what_is_not_given():
+    params = Radio.Params(preset="ns3_3_44", retries=4, reception={"energy": "-70 dBm"})
+    assert params.reception.unaware and params.window_failures == 8
+    assert params.retries == 4 and params.reception.energy_dbm == -70
+    assert not Radio.Params().reception.unaware and Radio.Params().window_failures is None
+    again = Radio.Params(**params.model_dump(by_alias=True))
+    assert again == params
+
+
+def test_a_preset_that_there_is_not():
+    with pytest.raises(ValueError, match="ns3_3_44"):
+        Radio.Params(preset="ns4")
 
 
 @pytest.mark.parametrize(("params", "says"), [

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from desim import ports
 from desim.errors import InputError
@@ -14,6 +14,7 @@ from netmodels.radio.budget import Budget
 from netmodels.radio.dcf import DONE, DROPPED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.pathloss import PathLossParams
+from netmodels.radio.presets import filled
 from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.radio.walls import Walls
 
@@ -25,16 +26,21 @@ _OUT_OF_REACH = ports.Drop("out_of_reach")
 
 
 class Thresholds(ports.Params):
-    """What a receiver makes of what it hears; the defaults are those of ns-3.44."""
+    """What a receiver makes of what it hears."""
 
-    noise_figure_db: Decibels = Field("7 dB", description="noise of the receiver itself (ns-3)")
+    noise_figure_db: Decibels = Field("7 dB", description="noise of the receiver itself (ns-3; "
+                                                          "802.11-2016, 17.3.10.2, allows 15 dB)")
     heard_dbm: Level = Field("-101 dBm", description="what is weaker is not even interference "
-                                                     "(ns-3: RxSensitivity)")
+                                                     "(ns-3: RxSensitivity; 7 dB below the noise)")
     energy_dbm: Level = Field("-62 dBm", description="whatever it is, it makes the medium busy "
-                                                     "(ns-3: CcaEdThreshold)")
-    preamble_dbm: Level = Field("-82 dBm", description="the least that a frame is found at (ns-3)")
+                                                     "(802.11-2016, 17.3.10.6)")
+    preamble_dbm: Level = Field("-82 dBm", description=(
+        "the least that a frame is found at, and makes the medium busy (802.11-2016, 17.3.10.6)"))
     preamble_above_db: Decibels = Field("4 dB", description="and how far it must be above noise "
                                                             "and interference (ns-3)")
+    unaware: bool = Field(False, description=(
+        "interference that began within 4 us of a frame does it no harm (no receiver is like that, "
+        "but ns-3's)"))
 
 
 class Waiting:
@@ -64,6 +70,9 @@ class Radio:
     """
 
     class Params(ports.Params):
+        preset: Literal["ns3_3_44"] | None = Field(None, description=(
+            "values for what is not given: ns3_3_44, as in ns-3 3.44 with the error model of NIST "
+            "(none: 802.11-2016)"))
         standard: Literal["11a", "11b", "11g"] = Field("11g", description="timing and rates (2.4 "
                                                                           "GHz as most robots)")
         rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
@@ -73,15 +82,23 @@ class Radio:
         path_loss: PathLossParams = Field(PathLossParams(), description=(
             "model: log_distance, free_space, two_ray or fixed, with its parameters (ns-3's)"))
         walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
-        reception: Thresholds = Field(Thresholds(), description="of receivers (ns-3)")
+        reception: Thresholds = Field(Thresholds(), description="of receivers (802.11-2016)")
         queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender, "
                                                               "a train being one (ns-3: packets)")
         retries: int = Field(7, ge=1, le=255, description="transmissions before a frame is given "
                                                           "up (802.11: dot11ShortRetryLimit)")
+        window_failures: int | None = Field(None, ge=1, le=255, description=(
+            "failures in a row that let a sender's contention window start anew (as many as "
+            "retries: when a frame is given up, 802.11-2016, 10.3.3; ns-3: 8)"))
         rts_bytes: ByteSize | None = Field(None, description=(
             "packets on the air above this size ask first (null: none)"))
         update_ns: Period = Field("100 ms", description="between looks at where everybody is "
                                                         "(0.12 m at 1.2 m/s)")
+
+        @model_validator(mode="before")
+        @classmethod
+        def _filled(cls, given: Any) -> Any:
+            return filled(given)
 
     reasons = ("channel_error", "collision", "out_of_reach", "queue_full", "retry_limit")
 
@@ -106,9 +123,11 @@ class Radio:
                          for host in hosts], np.uint64)
         thresholds = params.reception
         reception = Reception(_THERMAL_DBM + thresholds.noise_figure_db, thresholds.energy_dbm,
-                              thresholds.preamble_dbm, thresholds.preamble_above_db)
+                              thresholds.preamble_dbm, thresholds.preamble_above_db,
+                              unaware=thresholds.unaware)
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
-        self._stations = Stations(standard, keys, errors, reception, params.queue, params.retries)
+        self._stations = Stations(standard, keys, errors, reception, params.queue, params.retries,
+                                  params.window_failures or params.retries)
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
         self._settled_ns = -1

@@ -20,14 +20,14 @@ __all__ = ["DONE", "DROPPED", "MISSED", "NEVER", "RECEIVED", "Counts", "Outcome"
 
 @dataclass(frozen=True)
 class Reception:
-    """What a receiver makes of what it hears; the defaults are those of ns-3.44."""
+    """What a receiver makes of what it hears."""
 
     noise_dbm: float = -93.965  # thermal noise of 20 MHz at 290 K, and 7 dB of the receiver
     energy_dbm: float = -62.0  # whatever it is, it makes the medium busy
     preamble_dbm: float = -82.0  # the least that a preamble is found at,
     preamble_db: float = 4.0  # and how much it must exceed noise and interference
     detection_ns: int = 4_000  # for how long it is looked for
-    unaware: bool = True  # that it misses interference which began with the frame (``arrive``)
+    unaware: bool = False  # that it misses interference which began with the frame (``arrive``)
 
 
 # What became of the frame at ``position`` in the queue of ``station``: time in ns, what, station,
@@ -57,11 +57,14 @@ class Stations:
     nobody interferes until then, the copy is what has become of them. Whoever sends or moves at
     ``now_ns`` must have taken all outcomes up to ``now_ns``.
 
-    ``keys`` [stations] uint64, of their random numbers. ``limit`` frames fit into each queue.
+    ``keys`` [stations] uint64, of their random numbers. ``limit`` frames fit into each queue. A
+    packet is given up after ``tries`` failures; after ``reset_at`` in a row the contention window
+    starts anew.
     """
 
     def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,
-                 reception: Reception = Reception(), limit: int = 500, tries: int = 7) -> None:
+                 reception: Reception = Reception(), limit: int = 500, tries: int = 7,
+                 reset_at: int = 7) -> None:
         n = len(keys)
         self._standard, self._present, self._next_ns, self._taken_ns = standard, 0, NEVER, -1
         first = np.zeros(n, records.STATION)
@@ -81,7 +84,7 @@ class Stations:
         self._table = np.ascontiguousarray(errors.log_log)
         self._setup = np.array([(
             standard.slot_ns, standard.sifs_ns, standard.difs_ns, standard.eifs_ns,
-            reception.detection_ns, standard.cw_min, standard.cw_max, tries, 8,
+            reception.detection_ns, standard.cw_min, standard.cw_max, tries, reset_at,
             _milliwatts(reception.noise_dbm), _milliwatts(reception.energy_dbm),
             _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
             errors.clear, errors.first_db, errors.step_db,
