@@ -15,6 +15,7 @@ from netmodels.radio.dcf import DONE, DROPPED, NEVER, RECEIVED, Reception, Stati
 from netmodels.radio.errors import error_table
 from netmodels.radio.pathloss import PathLossParams
 from netmodels.radio.presets import filled
+from netmodels.radio.shadowing import Shadowing, Shadows
 from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.radio.walls import Walls
 
@@ -82,6 +83,8 @@ class Radio:
         path_loss: PathLossParams = Field(PathLossParams(), description=(
             "model: log_distance, free_space, two_ray or fixed, with its parameters (ns-3's)"))
         walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
+        shadowing: Shadowing | None = Field(None, description="log-normal, of what is not drawn "
+                                                              "(none; ns-3)")
         reception: Thresholds = Field(Thresholds(), description="of receivers (802.11-2016)")
         queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender, "
                                                               "a train being one (ns-3: packets)")
@@ -106,7 +109,8 @@ class Radio:
         self._params = params
         self._standard = STANDARDS[params.standard]
         self._budget = Budget(params.power_dbm, params.path_loss.chosen(), params.walls,
-                              params.reception.heard_dbm, params.reception.preamble_dbm)
+                              params.reception.heard_dbm, params.reception.preamble_dbm,
+                              params.shadowing.best_db if params.shadowing else 0.0)
         self.reach_m = self._budget.reach_m
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
@@ -119,6 +123,7 @@ class Radio:
                      if rate.ofdm == standard.rates[self._rate].ofdm))
         if params.walls is not None:
             params.walls.check(context.obstacles.materials)
+        self._shadows = params.shadowing and Shadows(params.shadowing, hosts, context.stream)
         keys = np.array([context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
                          for host in hosts], np.uint64)
         thresholds = params.reception
@@ -213,7 +218,7 @@ class Radio:
                 places is self._places or now_ns < self._looked_ns + self._params.update_ns):
             return
         self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
-        self._links = links = self._budget.links(places, obstacles)
+        self._links = links = self._budget.links(places, obstacles, self._shadows)
         self._stations.link(now_ns, links.first, links.hearer, links.mw)
 
     def _tell(self, what: int, waiting: Waiting) -> None:

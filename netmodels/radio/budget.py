@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from desim import ports
 from netmodels.radio.pathloss import PathLoss, reach_m
+from netmodels.radio.shadowing import Shadows
 from netmodels.radio.walls import Walls
 
 
@@ -30,23 +31,26 @@ class Links(NamedTuple):
 
 class Budget:
     """``power_dbm`` is sent, something is lost on the way; from ``heard_dbm`` on it is heard, from
-    ``found_dbm`` on a frame is found."""
+    ``found_dbm`` on a frame is found. Shadowing gains at most ``best_db``."""
 
     def __init__(self, power_dbm: float, path_loss: PathLoss, walls: Walls | None,
-                 heard_dbm: float, found_dbm: float) -> None:
+                 heard_dbm: float, found_dbm: float, best_db: float = 0.0) -> None:
         self._power_dbm, self._path_loss, self._walls = power_dbm, path_loss, walls
-        self._heard_dbm, self._found_dbm = heard_dbm, found_dbm
-        self._heard_m = reach_m(path_loss, power_dbm - heard_dbm)
-        self.reach_m = reach_m(path_loss, power_dbm - found_dbm)
+        self._heard_dbm, self._found_dbm, self._best_db = heard_dbm, found_dbm, best_db
+        self._heard_m = reach_m(path_loss, power_dbm + best_db - heard_dbm)
+        self.reach_m = reach_m(path_loss, power_dbm + best_db - found_dbm)
 
-    def links(self, places: np.ndarray, obstacles: ports.Obstacles) -> Links:
+    def links(self, places: np.ndarray, obstacles: ports.Obstacles,
+              shadows: Shadows | None = None) -> Links:
         """``places`` [hosts, 2] m. A host without a place hears nobody, and nobody hears it, unless
         the loss does not depend on places. Whoever is too far away costs nothing."""
         one, other = self._pairs(places)
         apart = places[one] - places[other]
         loss_db = self._path_loss.loss_db(np.sqrt(np.einsum("ij,ij->i", apart, apart)))
-        near = np.flatnonzero(self._power_dbm - loss_db > self._heard_dbm)  # NaN is not
-        one, other, loss_db = one[near], other[near], loss_db[near]
+        near = np.flatnonzero(self._power_dbm + self._best_db - loss_db > self._heard_dbm)
+        one, other, loss_db = one[near], other[near], loss_db[near]  # NaN is not near
+        if shadows is not None:
+            loss_db += shadows.loss_db(places, one, other)
         if self._walls is not None:
             loss_db += self._walls_db(places[one], places[other], obstacles)
         return self._sorted(one, other, self._power_dbm - loss_db, len(places))
@@ -57,7 +61,7 @@ class Budget:
             return np.triu_indices(len(places), 1)
         placed = np.flatnonzero(np.isfinite(places).all(axis=1))
         near = cKDTree(places[placed]).query_pairs(1.000001 * self._heard_m, output_type="ndarray")
-        return placed[near[:, 0]], placed[near[:, 1]]
+        return placed[near[:, 0]], placed[near[:, 1]]  # the smaller first
 
     def _sorted(self, one: np.ndarray, other: np.ndarray, dbm: np.ndarray, hosts: int) -> Links:
         heard = np.flatnonzero(dbm > self._heard_dbm)
