@@ -9,7 +9,11 @@ from radio import rows
 from test_radio_pathloss import room
 
 from desim.errors import InputError
+from desim.kernel import Kernel
+from desim.middleware.medium import Medium
+from desim.streams import Streams
 from desim.testing import Bench, check_network
+from desim.trace import Names
 from netmodels.radio import Radio
 from netmodels.radio.dcf import Stations
 from netmodels.radio.standards import A, G
@@ -172,7 +176,75 @@ def test_a_preset_that_there_is_not():
         Radio.Params(preset="ns4")
 
 
+def test_who_is_on_another_channel_hears_nothing():
+    bench = Bench(radio(channels={"c": 6, "d": 6}), {"a": (0, 0), "b": (9, 0), "c": (5, 5),
+                                                     "d": (9, 9)})
+    bench.send(0, "a", ["b", "c"], UDP, broadcast=True)
+    bench.send(0, "c", ["a", "b", "d"], UDP, broadcast=True)
+    bench.send(100 * MS, "a", "d", UDP)
+    log = bench.run()
+    assert log[-1][-1] == "retry_limit"
+    assert {(source, receiver): fate for _, _, source, receiver, fate in log[:-1]} == {
+        ("a", "b"): "arrived", ("a", "c"): "out_of_reach", ("c", "d"): "arrived",
+        ("c", "a"): "out_of_reach", ("c", "b"): "out_of_reach"}
+    assert len({time_ns for time_ns, *_ in log[:-1]}) == 1, "side by side"
+
+
+class Flow:
+    """Two packets of ``source`` for ``dest`` are in its queue, always."""
+
+    def __init__(self, medium, source, dest):
+        self.medium, self.source, self.dest, self.received = medium, source, dest, 0
+        for _ in range(2):
+            self.offer()
+
+    def offer(self):
+        self.medium.transmit(self.source, (self.dest,), UDP, 1, False, self, None)
+
+    def arrived(self, token, receiver):
+        self.received += 1
+        self.offer()
+
+    def lost(self, token, receiver, reason):
+        self.offer()
+
+
+def goodput(*flows, **channels):
+    """Packets in a second of each flow (channel, source, destination) between four hosts; there is
+    a medium for each channel."""
+    kernel, names, streams = Kernel(), Names(), Streams(1)
+    media = {channel: Medium(f"wifi_{channel}", radio(path_loss={"model": "fixed",
+                                                                 "total": "60 dB"},
+                                                      channel=channel, channels=channels),
+                             kernel=kernel, names=names, streams=streams, hosts=list("abcd"))
+             for channel in sorted({channel for channel, _, _ in flows})}
+    running = [Flow(media[channel], source, dest) for channel, source, dest in flows]
+    kernel.run(10**9)
+    return [flow.received for flow in running]
+
+
+def test_two_pairs_share_a_channel_and_not_two():
+    (alone,) = goodput((1, 0, 1))
+    assert sum(goodput((1, 0, 1), (1, 2, 3))) < 1.15 * alone
+    assert goodput((1, 0, 1), (1, 2, 3), c=6, d=6) == pytest.approx([alone, alone], rel=0.02)
+
+
+def test_a_host_with_two_radios_works_on_both_channels_at_once():
+    (alone,) = goodput((1, 0, 1))
+    assert goodput((1, 0, 1), (11, 0, 2)) == pytest.approx([alone, alone], rel=0.02)
+    assert goodput((11, 0, 1), (1, 2, 0)) == pytest.approx([alone, alone], rel=0.02)
+
+
+def test_hosts_on_different_channels_are_apart_for_the_monitor():
+    bench = Bench(radio(channels={"host_3": 6}), 3)
+    assert bench.medium.linked(np.arange(3)).tolist() == [
+        [True, True, False], [True, True, False], [False, False, True]]
+    assert Bench(radio(), 3).medium.linked(np.arange(3)).all()
+
+
 @pytest.mark.parametrize(("params", "says"), [
+    ({"channels": {"host_2": 3}}, r"\.channels: 1 and 3 overlap"),
+    ({"channels": {"host_7": 6}}, r"\.channels: no host 'host_7'"),
     ({"rate": "10 Mb/s"}, r"\.rate: 10 Mb/s is no rate of 11g; allowed: 1 Mb/s, 2 Mb/s"),
     ({"standard": "11b", "rate": "11 Mb/s", "broadcast_rate": "6 Mb/s"}, r"\.broadcast_rate: 6 Mb"),
 ])

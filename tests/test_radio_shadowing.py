@@ -93,8 +93,8 @@ def test_neither_the_order_nor_the_others_matter():
 
 
 def test_a_link_is_as_good_in_either_direction():
-    links = Budget(16.0206, LogDistance(), None, -101.0, -82.0, Shadowing().best_db).links(
-        np.random.default_rng(2).uniform(0, 100, (30, 2)), None, shadows(30))
+    links = Budget(16.0206, LogDistance(), None, shadows(30), -101.0, -82.0, np.ones(30)).links(
+        np.random.default_rng(2).uniform(0, 100, (30, 2)), None)
     mw = np.zeros((30, 30))
     mw[np.repeat(np.arange(30), np.diff(links.first)), links.hearer] = links.mw
     assert np.array_equal(mw, mw.T) and np.count_nonzero(mw) > 800

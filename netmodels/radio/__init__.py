@@ -1,19 +1,20 @@
-"""Radios of IEEE 802.11a, b or g on one channel, without an access point."""
+"""Radios of IEEE 802.11a, b or g, without an access point."""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from desim import ports
-from desim.errors import InputError
+from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.dcf import DONE, DROPPED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
-from netmodels.radio.pathloss import PathLossParams
+from netmodels.radio.pathloss import PathLossParams, reach_m
 from netmodels.radio.presets import filled
 from netmodels.radio.shadowing import Shadowing, Shadows
 from netmodels.radio.standards import STANDARDS, psdu_bytes
@@ -57,9 +58,10 @@ class Waiting:
 
 
 class Radio:
-    """Wi-Fi without an access point (802.11a, b or g), all on one channel: carrier sense, backoff,
-    acknowledgements and retries of unicast frames, none of broadcast ones; hidden terminals, and
-    capture of the stronger frame.
+    """Wi-Fi without an access point (802.11a, b or g): carrier sense, backoff, acknowledgements and
+    retries of unicast frames, none of broadcast ones; hidden terminals, and capture of the stronger
+    frame. Who is on another channel hears nothing of it, and a host with several radios has a
+    medium for each.
 
     A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
     or listening to somebody else or found it under others (``collision``), or that made out its
@@ -79,6 +81,9 @@ class Radio:
         rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
         broadcast_rate_bps: BitRate | None = Field(None, description=(
             "of broadcast frames (the lowest of the same modulation, as ns-3)"))
+        channel: int = Field(1, ge=1, le=196, description="its number: who is on different ones "
+                                                          "does not hear the other (the first)")
+        channels: dict[str, int] = Field({}, description="by host, instead of channel (none)")
         power_dbm: Level = Field("16.0206 dBm", description="sent, antennas included (ns-3: 40 mW)")
         path_loss: PathLossParams = Field(PathLossParams(), description=(
             "model: log_distance, free_space, two_ray or fixed, with its parameters (ns-3's)"))
@@ -108,14 +113,16 @@ class Radio:
     def __init__(self, params: Params) -> None:
         self._params = params
         self._standard = STANDARDS[params.standard]
-        self._budget = Budget(params.power_dbm, params.path_loss.chosen(), params.walls,
-                              params.reception.heard_dbm, params.reception.preamble_dbm,
-                              params.shadowing.best_db if params.shadowing else 0.0)
-        self.reach_m = self._budget.reach_m
+        best_db = params.shadowing.best_db if params.shadowing else 0.0
+        self.reach_m = reach_m(params.path_loss.chosen(),
+                               params.power_dbm + best_db - params.reception.preamble_dbm)
+        if params.channels:
+            self.separates = self._on_different_channels
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params, standard = self._params, self._standard
         self._context = context
+        self._check_channels(hosts)
         self._rate = self._index("rate", params.rate_bps)
         self._broadcast_rate = (
             self._index("broadcast_rate", params.broadcast_rate_bps) if params.broadcast_rate_bps
@@ -123,7 +130,11 @@ class Radio:
                      if rate.ofdm == standard.rates[self._rate].ofdm))
         if params.walls is not None:
             params.walls.check(context.obstacles.materials)
-        self._shadows = params.shadowing and Shadows(params.shadowing, hosts, context.stream)
+        self._budget = Budget(
+            params.power_dbm, params.path_loss.chosen(), params.walls,
+            params.shadowing and Shadows(params.shadowing, hosts, context.stream),
+            params.reception.heard_dbm, params.reception.preamble_dbm,
+            np.array([params.channels.get(host, params.channel) for host in hosts]))
         keys = np.array([context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
                          for host in hosts], np.uint64)
         thresholds = params.reception
@@ -139,6 +150,20 @@ class Radio:
         self._look_booked = False
         self._wake: Any = None
         self._wake_ns = NEVER
+
+    def _on_different_channels(self, host: int, other: int) -> bool:
+        return self._budget.channels[host] != self._budget.channels[other]
+
+    def _check_channels(self, hosts: tuple[str, ...]) -> None:
+        given, apart = self._params.channels, self._standard.channels_apart
+        for host in given:
+            if host not in hosts:
+                raise InputError(f".channels: no host {host!r}{did_you_mean(host, hosts)}")
+        used = sorted({*given.values(), self._params.channel})
+        for one, other in pairwise(used):
+            if other - one < apart:
+                raise InputError(f".channels: {one} and {other} overlap, which this model knows "
+                                 f"nothing of; allowed: the same, or {apart} and more apart")
 
     def _index(self, key: str, rate_bps: int) -> int:
         rates = self._standard.rates
@@ -218,7 +243,7 @@ class Radio:
                 places is self._places or now_ns < self._looked_ns + self._params.update_ns):
             return
         self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
-        self._links = links = self._budget.links(places, obstacles, self._shadows)
+        self._links = links = self._budget.links(places, obstacles)
         self._stations.link(now_ns, links.first, links.hearer, links.mw)
 
     def _tell(self, what: int, waiting: Waiting) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -29,53 +30,57 @@ class Links(NamedTuple):
         return self.hearer[its][self.clear[its]].tolist()
 
 
+@dataclass(frozen=True)
 class Budget:
     """``power_dbm`` is sent, something is lost on the way; from ``heard_dbm`` on it is heard, from
-    ``found_dbm`` on a frame is found. Shadowing gains at most ``best_db``."""
+    ``found_dbm`` on a frame is found, by those on the same of ``channels`` [hosts]."""
 
-    def __init__(self, power_dbm: float, path_loss: PathLoss, walls: Walls | None,
-                 heard_dbm: float, found_dbm: float, best_db: float = 0.0) -> None:
-        self._power_dbm, self._path_loss, self._walls = power_dbm, path_loss, walls
-        self._heard_dbm, self._found_dbm, self._best_db = heard_dbm, found_dbm, best_db
-        self._heard_m = reach_m(path_loss, power_dbm + best_db - heard_dbm)
-        self.reach_m = reach_m(path_loss, power_dbm + best_db - found_dbm)
+    power_dbm: float
+    path_loss: PathLoss
+    walls: Walls | None
+    shadows: Shadows | None
+    heard_dbm: float
+    found_dbm: float
+    channels: np.ndarray
 
-    def links(self, places: np.ndarray, obstacles: ports.Obstacles,
-              shadows: Shadows | None = None) -> Links:
+    def links(self, places: np.ndarray, obstacles: ports.Obstacles) -> Links:
         """``places`` [hosts, 2] m. A host without a place hears nobody, and nobody hears it, unless
         the loss does not depend on places. Whoever is too far away costs nothing."""
-        one, other = self._pairs(places)
+        best_db = self.shadows.best_db if self.shadows else 0.0
+        one, other = self._pairs(places, best_db)
         apart = places[one] - places[other]
-        loss_db = self._path_loss.loss_db(np.sqrt(np.einsum("ij,ij->i", apart, apart)))
-        near = np.flatnonzero(self._power_dbm + self._best_db - loss_db > self._heard_dbm)
+        loss_db = self.path_loss.loss_db(np.sqrt(np.einsum("ij,ij->i", apart, apart)))
+        near = np.flatnonzero((self.channels[one] == self.channels[other])
+                              & (self.power_dbm + best_db - loss_db > self.heard_dbm))
         one, other, loss_db = one[near], other[near], loss_db[near]  # NaN is not near
-        if shadows is not None:
-            loss_db += shadows.loss_db(places, one, other)
-        if self._walls is not None:
+        if self.shadows is not None:
+            loss_db += self.shadows.loss_db(places, one, other)
+        if self.walls is not None:
             loss_db += self._walls_db(places[one], places[other], obstacles)
-        return self._sorted(one, other, self._power_dbm - loss_db, len(places))
+        return self._sorted(one, other, self.power_dbm - loss_db, len(places))
 
-    def _pairs(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Hosts who may hear each other."""
-        if self._heard_m == math.inf:
+    def _pairs(self, places: np.ndarray, best_db: float) -> tuple[np.ndarray, np.ndarray]:
+        """Hosts who may hear each other, the smaller index first."""
+        heard_m = reach_m(self.path_loss, self.power_dbm + best_db - self.heard_dbm)
+        if heard_m == math.inf:
             return np.triu_indices(len(places), 1)
         placed = np.flatnonzero(np.isfinite(places).all(axis=1))
-        near = cKDTree(places[placed]).query_pairs(1.000001 * self._heard_m, output_type="ndarray")
-        return placed[near[:, 0]], placed[near[:, 1]]  # the smaller first
+        near = cKDTree(places[placed]).query_pairs(1.000001 * heard_m, output_type="ndarray")
+        return placed[near[:, 0]], placed[near[:, 1]]
 
     def _sorted(self, one: np.ndarray, other: np.ndarray, dbm: np.ndarray, hosts: int) -> Links:
-        heard = np.flatnonzero(dbm > self._heard_dbm)
+        heard = np.flatnonzero(dbm > self.heard_dbm)
         one, other, dbm = one[heard], other[heard], dbm[heard]
         source, hearer = np.concatenate([one, other]), np.concatenate([other, one])
         order = np.argsort(source * hosts + hearer)
         dbm = np.concatenate([dbm, dbm])[order]
         first = np.searchsorted(source[order], np.arange(hosts + 1))
-        return Links(first, hearer[order], 10 ** (dbm / 10), dbm >= self._found_dbm)
+        return Links(first, hearer[order], 10 ** (dbm / 10), dbm >= self.found_dbm)
 
     def _walls_db(self, starts: np.ndarray, ends: np.ndarray,
                   obstacles: ports.Obstacles) -> np.ndarray:
         """NaN, of hosts without a place, is in nobody's way."""
         placed = np.isfinite(starts).all(axis=1) & np.isfinite(ends).all(axis=1)
         loss_db = np.zeros(len(starts))
-        loss_db[placed] = self._walls.loss_db(obstacles, np.hstack([starts, ends])[placed])
+        loss_db[placed] = self.walls.loss_db(obstacles, np.hstack([starts, ends])[placed])
         return loss_db

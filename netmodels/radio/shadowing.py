@@ -42,7 +42,7 @@ class Shadows:
 
     def __init__(self, params: Shadowing, hosts: tuple[str, ...],
                  stream: Callable[..., np.random.Generator]) -> None:
-        self._sigma_db = params.sigma_db
+        self._sigma_db, self.best_db = params.sigma_db, params.best_db
         draw = stream("shadowing")
         self._waves = [_wave_numbers(draw) / params.correlation_m for _ in range(2)]
         self._phases = np.array([stream("shadowing", host).uniform(0, 2 * np.pi, (2, _WAVES))
@@ -54,8 +54,7 @@ class Shadows:
         near, far = (self._at(np.nan_to_num(places), end) for end in (0, 1))
         near[:, _WAVES:] *= -1  # cos(a + b) = cos a cos b - sin a sin b
         total = np.einsum("ij,ij->i", near[one], far[other])
-        limit_db = LIMIT * self._sigma_db
-        return np.clip(self._sigma_db * np.sqrt(2 / _WAVES) * total, -limit_db, limit_db)
+        return np.clip(self._sigma_db * np.sqrt(2 / _WAVES) * total, -self.best_db, self.best_db)
 
     def _at(self, places: np.ndarray, end: int) -> np.ndarray:
         """[hosts, 2 waves] cosines and sines of one end's share of the waves."""
