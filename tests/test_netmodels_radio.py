@@ -86,6 +86,17 @@ def test_a_full_queue_refuses_and_has_room_again():
         (2, "queue_full"), (3, "queue_full"), (0, "arrived"), (1, "arrived"), ("later", "arrived")]
 
 
+def test_what_waits_too_long_is_not_sent():
+    """11b at 1 Mb/s: a frame of 1064 B takes 8.7 ms."""
+    bench = Bench(radio(standard="11b", rate="1 Mb/s", lifetime="20 ms"), 4)
+    for label in range(5):
+        bench.send(0, "host_1", ["host_2"], UDP, label=label, broadcast=True)
+    bench.send(500 * MS, "host_1", "host_2", UDP, label="later")
+    assert [(label, fate) for _, label, _, _, fate in bench.run()] == [
+        (0, "out_of_reach"), (1, "out_of_reach"), (2, "out_of_reach"), (3, "expired"),
+        (4, "expired"), ("later", "retry_limit")]
+
+
 def test_two_who_begin_together_collide_and_a_third_hears_neither():
     bench = Bench(radio(path_loss={"model": "fixed", "total": "60 dB"}), 3)
     bench.send(0, "host_1", ["host_2", "host_3"], UDP, broadcast=True)

@@ -223,6 +223,20 @@ def test_heartbeats_with_wrong_symbols():
     assert heard(30, 50, standard=replace(A, rates=longer)) < 0.9312 - 0.01
 
 
+def overloaded(lifetime_ns):
+    """Thirty stations, 50 Hz, at the rate that ns-3's 802.11g broadcasts with by default."""
+    stations = air(G, same_power(30), lifetime_ns=lifetime_ns)
+    return heartbeats(stations, poisson(30, 50, 5, 1), 264, G.rate(1), 30)
+
+
+def test_heartbeats_that_wait_too_long_are_not_sent(reference):
+    """With one run of 5 s in the table. What waits for ever is sent in the end, after the 5 s."""
+    (row,) = rows(reference / "ns3" / "s4_broadcast_heartbeats.csv", std="g", n="30", hz="50")
+    expected = float(row["delivery_ratio"])
+    assert overloaded(500_000_000) == pytest.approx(expected, abs=0.01)
+    assert overloaded(None) > expected + 0.01
+
+
 @pytest.mark.parametrize("n", [2, 10, 30])
 def test_heartbeats_in_the_same_instant_collide_with_certainty(n):
     together = [(k * 100_000_000, i) for k in range(1, 20) for i in range(n)]

@@ -12,7 +12,7 @@ from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
-from netmodels.radio.dcf import DONE, DROPPED, NEVER, RECEIVED, Reception, Stations
+from netmodels.radio.dcf import DONE, DROPPED, EXPIRED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.pathloss import PathLossParams, reach_m
 from netmodels.radio.presets import filled
@@ -23,6 +23,7 @@ from netmodels.radio.walls import Walls
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 
 _ARRIVED = ports.Deliver(0)
+_FATES = {RECEIVED: _ARRIVED, DROPPED: ports.Drop("retry_limit"), EXPIRED: ports.Drop("expired")}
 _CHANNEL_ERROR, _COLLISION = ports.Drop("channel_error"), ports.Drop("collision")
 _OUT_OF_REACH = ports.Drop("out_of_reach")
 
@@ -93,6 +94,8 @@ class Radio:
         reception: Thresholds = Field(Thresholds(), description="of receivers (802.11-2016)")
         queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender, "
                                                               "a train being one (ns-3: packets)")
+        lifetime_ns: Period | None = Field(None, description=(
+            "a frame that waits longer at its sender is dropped as expired (none; ns-3: 500 ms)"))
         retries: int = Field(7, ge=1, le=255, description="transmissions before a frame is given "
                                                           "up (802.11: dot11ShortRetryLimit)")
         window_failures: int | None = Field(None, ge=1, le=255, description=(
@@ -108,7 +111,7 @@ class Radio:
         def _filled(cls, given: Any) -> Any:
             return filled(given)
 
-    reasons = ("channel_error", "collision", "out_of_reach", "queue_full", "retry_limit")
+    reasons = ("channel_error", "collision", "expired", "out_of_reach", "queue_full", "retry_limit")
 
     def __init__(self, params: Params) -> None:
         self._params = params
@@ -143,7 +146,7 @@ class Radio:
                               unaware=thresholds.unaware)
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
         self._stations = Stations(standard, keys, errors, reception, params.queue, params.retries,
-                                  params.window_failures or params.retries)
+                                  params.window_failures or params.retries, params.lifetime_ns)
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
         self._settled_ns = -1
@@ -229,7 +232,7 @@ class Radio:
     def _note(self, what: int, where: tuple[int, int], receiver: int,
               decided: list[tuple[int, Waiting]]) -> None:
         waiting = self._waiting[where]
-        if what in (DONE, DROPPED) or not waiting.frame.broadcast:
+        if what in (DONE, DROPPED, EXPIRED) or not waiting.frame.broadcast:
             decided.append((what, self._waiting.pop(where)))
         elif what == RECEIVED:
             waiting.got[receiver] = waiting.got.get(receiver, 0) + 1
@@ -248,9 +251,8 @@ class Radio:
 
     def _tell(self, what: int, waiting: Waiting) -> None:
         frame, settle = waiting.frame, self._context.settle_many
-        if not frame.broadcast:
-            settle(frame, frame.receivers,
-                   _ARRIVED if what == RECEIVED else ports.Drop("retry_limit"))
+        if what in _FATES:
+            settle(frame, frame.receivers, _FATES[what])
             return
         got, among = waiting.got, frame.among
         arrived = among(receiver for receiver in sorted(got) if got[receiver] == frame.segments)

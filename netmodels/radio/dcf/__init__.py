@@ -10,12 +10,19 @@ import numpy as np
 
 from netmodels.radio.dcf import kernels
 from netmodels.radio.dcf.records import kernels as records
-from netmodels.radio.dcf.records.kernels import DONE, DROPPED, MISSED, NEVER, RECEIVED
+from netmodels.radio.dcf.records.kernels import (
+    DONE,
+    DROPPED,
+    EXPIRED,
+    MISSED,
+    NEVER,
+    RECEIVED,
+)
 from netmodels.radio.errors import ErrorTable
 from netmodels.radio.standards import ACK_BYTES, CTS_BYTES, RTS_BYTES, Standard
 
-__all__ = ["DONE", "DROPPED", "MISSED", "NEVER", "RECEIVED", "Counts", "Outcome", "Reception",
-           "Stations"]
+__all__ = ["DONE", "DROPPED", "EXPIRED", "MISSED", "NEVER", "RECEIVED", "Counts", "Outcome",
+           "Reception", "Stations"]
 
 
 @dataclass(frozen=True)
@@ -33,7 +40,7 @@ class Reception:
 # What became of the frame at ``position`` in the queue of ``station``: time in ns, what, station,
 # position, receiver. RECEIVED: a unicast frame when all its packets have arrived; of a broadcast
 # one row a packet. MISSED: a packet of a broadcast had errors. DONE: the end of a broadcast.
-# DROPPED: a unicast frame, given up.
+# DROPPED: a unicast frame, given up. EXPIRED: a frame that has waited too long to begin.
 Outcome = tuple[int, int, int, int, int]
 
 
@@ -59,13 +66,13 @@ class Stations:
 
     ``keys`` [stations] uint64, of their random numbers. ``limit`` frames fit into each queue. A
     packet is given up after ``tries`` failures; after ``reset_at`` in a row the contention window
-    starts anew.
+    starts anew. A frame that has waited for ``lifetime_ns`` (None: any time) is not sent any more.
     """
 
     def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,
                  reception: Reception = Reception(), limit: int = 500, tries: int = 7,
-                 reset_at: int = 7) -> None:
-        n = len(keys)
+                 reset_at: int = 7, lifetime_ns: int | None = None) -> None:
+        n, self._lifetime_ns = len(keys), lifetime_ns
         self._standard, self._present, self._next_ns, self._taken_ns = standard, 0, NEVER, -1
         first = np.zeros(n, records.STATION)
         for field in "air", "contention", "answer":
@@ -89,7 +96,7 @@ class Stations:
             _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
             errors.clear, errors.first_db, errors.step_db,
             reception.unaware, 0)], records.SETUP)
-        self._outcomes = np.zeros(4 * n + 8, records.OUTCOME)
+        self._outcomes = np.zeros(4 * n + 8 + (n * limit if lifetime_ns else 0), records.OUTCOME)
         self._times = lru_cache(1 << 12)(self._times_of)
         self._locate()
 
@@ -117,7 +124,9 @@ class Stations:
         """``station`` gets a frame for ``dest`` (-1: everybody) to send, of so many packets (the
         last one may be shorter). Returns its position in the queue, None if that is full."""
         position = kernels.enqueue(
-            self._where, self._present, now_ns, station, dest, packets,
+            self._where, self._present, now_ns,
+            NEVER if self._lifetime_ns is None else now_ns + self._lifetime_ns, station, dest,
+            packets,
             *self._times(psdu_bytes, last_bytes or psdu_bytes, rate, dest < 0, rts))
         self._next_ns = None
         return None if position < 0 else position

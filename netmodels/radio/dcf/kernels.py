@@ -23,6 +23,7 @@ from netmodels.radio.dcf.records.kernels import (
     DONE,
     DROPPED,
     END,
+    EXPIRED,
     IDLE,
     KINDS,
     MISSED,
@@ -251,6 +252,15 @@ def finish(d, s, now):
     sense(setup, due, s, now, setup.difs_ns)
 
 
+@njit(void(a_dcf, a_station, _i8), cache=True, error_model="numpy")
+def expire(d, s, now):
+    """The first frame of station s's queue has waited too long; the next one's turn is now."""
+    tell(d, now, EXPIRED, s, -1)
+    leave(d, s)
+    s.ready = now
+    plan(d.setup[0], d.due, s)
+
+
 @njit(void(a_dcf, a_station, _i8, _i8), cache=True, error_model="numpy")
 def happen(d, s, now, what):
     """What is due at station s happens: to it, and to those who hear it."""
@@ -264,8 +274,12 @@ def happen(d, s, now, what):
         schedule(d.due, s)
         send(d, s, now, s.reply)
     elif what == START:
-        s.role, s.contention = SENDING, NEVER
-        send(d, s, now, RTS if d.frames[s.index, s.head].rts_ns > 0 else DATA)
+        frame = d.frames[s.index, s.head]
+        if now > frame.expires and s.part == 0 and s.tries == 0:
+            expire(d, s, now)
+        else:
+            s.role, s.contention = SENDING, NEVER
+            send(d, s, now, RTS if frame.rts_ns > 0 else DATA)
     else:
         s.contention = NEVER
         schedule(d.due, s)
@@ -350,10 +364,10 @@ def foresee(where, present):
     return future.outcomes[0].time_ns if future.setup[0].outcomes > 0 else NEVER
 
 
-@njit(_i8(_places, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8),
+@njit(_i8(_places, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8),
       cache=True, error_model="numpy")
-def enqueue(where, present, now, i, dest, packets, air_ns, last_ns, rate, ack_ns, ack_rate, rts_ns,
-            cts_ns, rts_rate):
+def enqueue(where, present, now, expires, i, dest, packets, air_ns, last_ns, rate, ack_ns, ack_rate,
+            rts_ns, cts_ns, rts_rate):
     """Station i gets a frame to send, after what is due before now. Returns its position in the
     queue, -1 if that is full."""
     d = view(where[present])
@@ -364,7 +378,8 @@ def enqueue(where, present, now, i, dest, packets, air_ns, last_ns, rate, ack_ns
         return -1
     position = (s.head + s.length) % limit
     frame = d.frames[i, position]
-    frame.dest, frame.packets, frame.air_ns, frame.last_ns = dest, packets, air_ns, last_ns
+    frame.expires, frame.dest, frame.packets = expires, dest, packets
+    frame.air_ns, frame.last_ns = air_ns, last_ns
     frame.rate, frame.ack_ns, frame.ack_rate = rate, ack_ns, ack_rate
     frame.rts_ns, frame.cts_ns, frame.rts_rate = rts_ns, cts_ns, rts_rate
     s.length += 1

@@ -20,7 +20,7 @@ BLOCK = 32  # stations whose next events have a common minimum
 
 IDLE, SENDING, AWAITING = range(3)  # what a station does about its present packet
 RTS, CTS, DATA, ACK = range(4)
-RECEIVED, MISSED, DONE, DROPPED = range(4)  # outcomes
+RECEIVED, MISSED, DONE, DROPPED, EXPIRED = range(5)  # outcomes
 
 
 STATION = np.dtype([  # kept small, for the future is tried out on copies
@@ -62,11 +62,12 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     ("on", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply", "i1"),
 ])
 
-# A frame in a queue: receiver (-1: all), how many packets, airtime of each and of the last one,
-# their rate, airtimes of the control frames and their rates; ``rts_ns`` 0: no RTS.
-FRAME = np.dtype([("dest", "i4"), ("packets", "i4"), ("air_ns", "i4"), ("last_ns", "i4"),
-                  ("ack_ns", "i4"), ("rts_ns", "i4"), ("cts_ns", "i4"), ("rate", "i1"),
-                  ("ack_rate", "i1"), ("rts_rate", "i1")])
+# A frame in a queue: until when it may begin, receiver (-1: all), how many packets, airtime of each
+# and of the last one, of acknowledgements and control frames, and the rates of all that; ``rts_ns``
+# 0: no RTS.
+FRAME = np.dtype([("expires", "i8"), ("dest", "i4"), ("packets", "i4"), ("air_ns", "i4"),
+                  ("last_ns", "i4"), ("ack_ns", "i4"), ("rts_ns", "i4"), ("cts_ns", "i4"),
+                  ("rate", "i1"), ("ack_rate", "i1"), ("rts_rate", "i1")])
 
 LINK = np.dtype([("station", "i8"), ("mw", "f8")])  # who hears, and at which power
 
