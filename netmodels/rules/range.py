@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydantic import Field
 
 from desim import ports
 from desim.units import Length
+
+_lowest, _highest = np.fmin.reduce, np.fmax.reduce
 
 _FAR = ports.Drop("out_of_range")
 
@@ -26,7 +29,8 @@ class Range:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._looked_ns = -1
-        self._positions = None  # until the next world tick they are the same object
+        self._positions: np.ndarray | None = None  # as of the last world tick
+        self._places: list[list[float]] | None = None  # the same
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
         now_ns = self._context.now_ns
@@ -34,6 +38,8 @@ class Range:
             self._look(now_ns)
         if self._all_near:
             return None
+        if self._places is None:
+            self._places = self._positions.tolist()
         verdicts = [ports.PASS] * len(receivers)
         places = self._places
         x_m, y_m = places[frame.source]
@@ -51,8 +57,7 @@ class Range:
         positions = self._context.positions(now_ns)
         if positions is self._positions:
             return
-        self._positions, self._places = positions, positions.tolist()
-        x_m, y_m = ([place[axis] for place in self._places if place[axis] == place[axis]]
-                    for axis in (0, 1))
-        self._all_near = not x_m or (
-            (max(x_m) - min(x_m)) ** 2 + (max(y_m) - min(y_m)) ** 2 <= self._distance_m2)
+        self._positions, self._places = positions, None
+        # fmin and fmax ignore NaN, unless there is nothing else: no host has a place.
+        (x0_m, y0_m), (x1_m, y1_m) = _lowest(positions).tolist(), _highest(positions).tolist()
+        self._all_near = not (x1_m - x0_m) ** 2 + (y1_m - y0_m) ** 2 > self._distance_m2
