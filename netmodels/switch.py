@@ -149,6 +149,10 @@ class Switch:
     what they say to each other stays inside the node. A broadcast is copied to the exits of its
     receivers only."""
 
+    __slots__ = ("_params", "_rate_bps", "_propagation_ns", "_packet_ns", "_full_ns", "_lost",
+                 "_context", "_port", "_exits_to", "_trains_free_ns", "_packets_free_ns",
+                 "_waiting", "_exits")
+
     class Params(ports.Params):
         rate_bps: BitRate = Field("1 Gb/s", description="of every port (the paper: Gigabit)")
         propagation_ns: Duration = Field("500 ns", description="of one cable (100 m at 2e8 m/s)")

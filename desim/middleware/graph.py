@@ -45,6 +45,9 @@ class Host:
     ``software`` makes the nodes, afresh at every start.
     """
 
+    __slots__ = ("graph", "name", "index", "id", "media", "software", "nodes", "published",
+                 "_publishers", "_ends", "_inbox", "_awake")
+
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
         self.name = name
@@ -203,6 +206,11 @@ class Graph:
     each message's fate at each receiving host: ``reason`` None for delivered, the instants of its
     first and last frame, -1 for a message that never became a frame.
     """
+
+    __slots__ = ("kernel", "names", "trace", "streams", "put", "middleware", "read_at_birth",
+                 "_read_at_delivery", "_on_fate", "SENT", "FRAME", "LOST", "DELIVERED", "DROPPED",
+                 "CALLBACK", "OVERWRITTEN", "listeners", "topics", "media", "messages", "hosts",
+                 "up", "_by_name")
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, payloads: str = "lazy",
