@@ -136,7 +136,6 @@ class Host:
         if latest is None:
             latest = Latest()
             self._ends[name] = latest, subscriptions
-        latest.readers += 1
         self.graph.middleware.subscribe(Endpoint(self.index, node, name))
         return latest
 
@@ -152,7 +151,6 @@ class Host:
         latest, subscriptions = ends
         if latest is not None:
             latest.message = message
-            about.counts.kept += latest.readers
             if not subscriptions:
                 return True
         if not self._awake:
@@ -284,7 +282,6 @@ class Graph:
         now_ns = self.kernel.now_ns
         latency_ns = now_ns - message.born_ns
         counts = message.about.counts
-        counts.delivered += 1
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
         self.put(pack(now_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns))
