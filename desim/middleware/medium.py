@@ -94,7 +94,7 @@ class Medium:
     """
 
     __slots__ = ("name", "id", "model", "rules", "up", "frames", "intended", "delivered", "dropped",
-                 "bytes_on_air", "tx_bytes", "rx_bytes", "_kernel", "_after", "_send", "_streams",
+                 "tx_bytes", "rx_bytes", "_barred_bytes", "_kernel", "_after", "_send", "_streams",
                  "_place", "positions", "_ids", "_open", "_flying", "_reasons", "_reach_m",
                  "_separators", "_judges")
 
@@ -110,7 +110,7 @@ class Medium:
         self.intended = 0
         self.delivered = 0
         self.dropped: dict[str, int] = {}
-        self.bytes_on_air = 0
+        self._barred_bytes = 0  # of frames that the rules let through to nobody
         self.tx_bytes = [0] * len(hosts)
         self.rx_bytes = [0] * len(hosts)
         self._kernel = kernel
@@ -131,6 +131,10 @@ class Medium:
                 rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
         self._judges = [(rule, rule.judge) for rule in self.rules]
         model.start(self, tuple(hosts))
+
+    @property
+    def bytes_on_air(self) -> int:
+        return sum(self.tx_bytes) - self._barred_bytes
 
     # What models may know and do: ports.Context.
 
@@ -194,10 +198,10 @@ class Medium:
             if verdicts is not None:
                 delays_ns = self._obey(rule, verdicts, receivers, delays_ns, carrier, token)
                 if not delays_ns:
+                    self._barred_bytes += size_bytes
                     return
                 if len(delays_ns) < len(receivers):
                     receivers = tuple(delays_ns)
-        self.bytes_on_air += size_bytes
         if delays_ns is None:
             for receiver in receivers:
                 self._open[number, receiver] = (carrier, token, receiver, size_bytes, 0)
