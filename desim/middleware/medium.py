@@ -258,14 +258,16 @@ class Medium:
     def _fly(self, frame: Frame, broadcast: Broadcast, receivers: Collection[int],
              delay_ns: int) -> None:
         """A broadcast is on its way to ``receivers``."""
-        after, ids, deliver, claim = self._after, self._ids, self._deliver, broadcast.claim
-        if broadcast.delays_ns and delay_ns < 0:
+        carrier, token, size_bytes = broadcast.carrier, broadcast.token, frame.size_bytes
+        delays_ns, ids, after, deliver = broadcast.delays_ns, self._ids, self._after, self._deliver
+        if delays_ns and delay_ns < 0:
             raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
         source = ids[frame.source] << 32
         self._flying += len(receivers)
         for receiver in receivers:
-            claimed = claim(receiver)
-            after(delay_ns + claimed[4], _DELIVER, source | ids[receiver], deliver, claimed)
+            extra_ns = delays_ns[receiver] if delays_ns else 0
+            after(delay_ns + extra_ns, _DELIVER, source | ids[receiver], deliver,
+                  (carrier, token, receiver, size_bytes, extra_ns))
 
     def _obey(self, rule: Rule, verdicts: list[Any], receivers: tuple[int, ...],
               delays_ns: dict[int, int] | None, carrier: Carrier, token: Any) -> dict[int, int]:
