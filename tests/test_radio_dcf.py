@@ -315,6 +315,18 @@ def test_a_train_goes_on_when_only_acknowledgements_are_lost():
     assert stations.counts(10 ** 10).transmitted.tolist() == [14, 0]
 
 
+@pytest.mark.parametrize(("answered", "earliest_ns"), [(False, 576_000), (True, 2_670_000)])
+def test_who_hears_an_rts_keeps_off_if_it_is_answered(answered, earliest_ns):
+    """52 us of RTS, then 44 of CTS, 2.07 ms of data, 44 us of acknowledgement, or nothing; the
+    neighbour's own frame takes 376 us, and its window is 15 slots of 9 us."""
+    stations = air(A, by_distance((0, 0), (10, 0), (20 if answered else 1000, 0)), tries=1)
+    stations.enqueue(0, 0, 2, 1536, A.rate(6), rts=True)
+    stations.enqueue(10_000, 1, -1, 264, A.rate(6))
+    done_ns, = (time_ns for time_ns, what, source, *_ in everything(stations)
+                if what == DONE and source == 1)
+    assert earliest_ns <= done_ns <= earliest_ns + 15 * A.slot_ns
+
+
 def test_a_full_queue_takes_no_more():
     stations = air(A, same_power(2), limit=3)
     assert [stations.enqueue(0, 0, 1, 264, A.rate(6)) for _ in range(4)] == [0, 1, 2, None]

@@ -102,6 +102,8 @@ def detect(d, s, now):
         found = power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0))
         if found and power >= setup.signal_mw and r.lock < 0 and r.ends <= s.begun:
             r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
+            if now <= r.doubt:
+                r.nav = max(r.nav, r.announced)
             if r.strongest != s.index:
                 r.unaware = 0.0
         sense(setup, due, r, now, setup.difs_ns)
@@ -187,13 +189,26 @@ def answer(setup, due, r, peer, now, kind):
 
 
 @lean(void(a_dcf, a_station, a_station, _i8))
+def keep_off(d, r, s, now):
+    """Station r leaves the medium to station s's exchange: for as long as its frame says, but after
+    an RTS only until something else should have been heard of it (802.11-2016, 10.3.2.4)."""
+    until = now + s.reserve
+    if s.kind == RTS:
+        setup = d.setup[0]
+        reply = d.frames[s.index, s.head].cts_ns + d.rates[s.rate].payload_ns
+        r.announced, r.doubt = until, now + 2 * (setup.sifs_ns + setup.slot_ns) + reply
+        until = min(until, r.doubt)
+    r.nav = max(r.nav, until)
+
+
+@lean(void(a_dcf, a_station, a_station, _i8))
 def take(d, r, s, now):
     """Station r has received station s's frame without errors."""
     setup, due = d.setup[0], d.due
     if s.to == -1:
         tell(d, now, RECEIVED, s, r.index)
     elif s.to != r.index:
-        r.nav = max(r.nav, now + s.reserve)
+        keep_off(d, r, s, now)
     elif s.kind == DATA:
         answer(setup, due, r, s, now, ACK)
         if s.got == 0 and s.part == d.frames[s.index, s.head].packets - 1:
