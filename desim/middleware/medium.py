@@ -192,7 +192,8 @@ class Medium:
 
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
                  broadcast: bool, carrier: Carrier, token: Any) -> None:
-        """Take a frame; ``carrier`` hears of its fate at each receiver, with ``token``."""
+        """Take a frame for ``receivers`` (ascending); ``carrier`` hears of its fate at each of them,
+        with ``token``."""
         self.frames = number = self.frames + 1
         self.intended += len(receivers)
         self.tx_bytes[source] += size_bytes
