@@ -193,5 +193,46 @@ def figure(path: RunPath,
         typer.echo(str(target))
 
 
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True,
+                               "help_option_names": []})
+def net(context: typer.Context,
+        case: Annotated[str | None, typer.Argument(
+            metavar="CASE", show_default=False, help="a name that desim net lists")] = None,
+        seed: Annotated[int, typer.Option(min=0, help="of all luck")] = 1,
+        as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
+        usage: Annotated[bool, typer.Option("--help", help="the options of the case")] = False,
+        ) -> None:
+    """Play a standard network case without robots; its options are --key value."""
+    with _exits():
+        from desim.report import cases
+
+        if usage or case is None:
+            with _compiling(False):
+                typer.echo(cases.usage(case))
+            return
+        from desim import options, plugins
+
+        with _compiling(as_json):
+            from desim.experiment.netcase import play
+            params = options.parsed(context.args, plugins.parameters("case", case),
+                                    ("seed", "json"))
+        with options.as_options():
+            measures = play(plugins.load("case", case)(params).setup(), seed)
+        settings = params.model_dump(mode="json", by_alias=True)
+        if as_json:
+            _echo_json({"case": case, "seed": seed, "settings": settings, **measures})
+            return
+        from rich.console import Console
+
+        typer.echo(cases.title(case, seed, settings))
+        Console().print(cases.measures_table(measures))
+
+
+def _echo_json(value: Any) -> None:
+    import json
+
+    typer.echo(json.dumps(value, indent=2))
+
+
 if __name__ == "__main__":
     app()
