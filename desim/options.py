@@ -64,6 +64,8 @@ def _taken(rest: list[str], fields: dict[str, FieldInfo],
 
 def _read(text: str, info: FieldInfo) -> Any:
     """What a scenario would have in the place of ``text``."""
+    if text == "none" and type(None) in _types(info):
+        return None
     if bool in _types(info):
         return _TRUTH.get(text.lower(), text)
     if not _NUMBER.fullmatch(text):

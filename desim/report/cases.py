@@ -37,8 +37,13 @@ def usage(name: str | None) -> str:
 
 def title(case: str, seed: int, settings: dict[str, Any]) -> str:
     """What was played, in the words of the command."""
-    given = (f"{key} {value}" for key, value in settings.items() if value is not None)
+    given = (f"{key} {_word(value)}" for key, value in settings.items()
+             if value is not None)
     return f"{case}: {', '.join((*given, f'seed {seed}'))}"
+
+
+def _word(value: Any) -> str:
+    return ("yes" if value else "no") if isinstance(value, bool) else str(value)
 
 
 def measures_table(measures: dict[str, Any]) -> Table:

@@ -8,13 +8,13 @@ from pydantic import Field
 
 from desim import ports
 from desim.ports.cases import NOWHERE, Flow, Setup
-from desim.units import BitRate, ByteSize, Period
+from desim.units import BitRate, ByteSize, Period, airtime_ns
 from netmodels.cases.counted import CountedRadio
 from netmodels.cases.packets import ETHERNET_BYTES, UDP_IP_BYTES, numbered
 from netmodels.radio.standards import STANDARDS
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured
-_WARM_UP = 0.1  # of the duration
+_WARM_UP = 0.1  # of that time
 
 
 class Saturation:
@@ -36,7 +36,7 @@ class Saturation:
         slot_ns: Period | None = Field(None, examples=["9 us"], description=(
             "of the backoff (the standard's: 9 us; 20 us with 11b and, where 11b may be, 11g)"))
         duration_ns: Period | None = Field(None, examples=["10 s"], description=(
-            "of which a tenth is not counted (what 50000 packets last at the rate)"))
+            "that is measured, after a tenth of it (what 50000 packets last at the rate)"))
 
     def __init__(self, params: Params) -> None:
         self._params = params
@@ -48,7 +48,8 @@ class Saturation:
         if headers_bytes is None:
             headers_bytes = 0 if p.standard == "11b" else UDP_IP_BYTES
         size_bytes = p.payload_bytes + headers_bytes + ETHERNET_BYTES
-        duration_ns = p.duration_ns or round(_FRAMES * p.payload_bytes * 8e9 / rate_bps)
+        duration_ns = p.duration_ns or _FRAMES * airtime_ns(size_bytes, rate_bps)
+        warm_up_ns = round(_WARM_UP * duration_ns)
         senders = numbered("sender", p.stations)
         receivers = (numbered("receiver", p.stations) if p.topology == "pairs"
                      else ("sink",) * p.stations)
@@ -57,4 +58,4 @@ class Saturation:
         return Setup(radio, dict.fromkeys((*senders, *receivers), NOWHERE),
                      [Flow(sender, (receiver,), size_bytes, p.payload_bytes)
                       for sender, receiver in zip(senders, receivers, strict=True)],
-                     duration_ns, round(_WARM_UP * duration_ns))
+                     warm_up_ns + duration_ns, warm_up_ns)

@@ -1,0 +1,59 @@
+"""Many senders and one narrow line behind them, with a finite queue in front of it."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from desim import ports
+from desim.ports.cases import NOWHERE, Setup
+from desim.units import BitRate, ByteSize, Duration, Period, airtime_ns
+from netmodels.cases.packets import PPP_BYTES, UDP_IP_BYTES, flows, settling_frames
+from netmodels.link import Link
+
+_FRAMES = 20_000  # that the line carries in the time that is measured
+_NO_BOUND = "1000000 GB"  # of the queue in bytes
+_ROUTER, _SINK = "router", "sink"
+
+
+class Bottleneck:
+    """Senders of UDP share a line that is slower than theirs, behind a drop-tail queue: what is
+    lost, and how long the rest waits. With poisson arrivals and no bound on the queue it is the
+    textbook's M/D/1."""
+
+    class Params(ports.Params):
+        senders: int = Field(10, ge=1, le=10_000, description="each with a line of its own to the "
+                                                              "bottleneck (a fleet)")
+        capacity_bps: BitRate = Field("10 Mb/s", description="of the bottleneck (ns-3 reference)")
+        load: float = Field(0.9, gt=0, le=100, allow_inf_nan=False, description=(
+            "what all send together, headers included, to the capacity (busy)"))
+        queue: int | None = Field(100, ge=0, description=(
+            "packets that wait beside the one that is being sent (ns-3 DropTailQueue)"))
+        arrivals: Literal["poisson", "periodic"] = Field("poisson", description=(
+            "at random, or regularly from random phases (ns-3 reference)"))
+        payload_bytes: ByteSize = Field("1472 B", description="of UDP, in 30 B of UDP, IP and PPP "
+                                                              "(ns-3 reference)")
+        latency_ns: Duration = Field("1 ms", description="of the bottleneck (ns-3 reference)")
+        access_bps: BitRate = Field("1 Gb/s", description="of each sender's own line (ns-3 "
+                                                          "reference)")
+        duration_ns: Period | None = Field(None, examples=["10 s"], description=(
+            "that is measured, after the queue has settled (what 20000 packets last)"))
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+
+    def setup(self) -> Setup:
+        p = self._params
+        size_bytes = p.payload_bytes + UDP_IP_BYTES + PPP_BYTES
+        packet_ns = size_bytes * 8e9 / p.capacity_bps
+        queue = {} if p.queue is None else {"queue_packets": p.queue}
+        link = Link(Link.Params(
+            rate=f"{p.capacity_bps} b/s", queue=_NO_BOUND,
+            latency=f"{p.latency_ns + airtime_ns(size_bytes, p.access_bps)} ns", **queue))
+        warm_up_ns = round(settling_frames(p.load, p.queue or 0) * packet_ns / min(p.load, 1))
+        duration_ns = p.duration_ns or round(_FRAMES * packet_ns / min(p.load, 1))
+        return Setup(link, {_ROUTER: NOWHERE, _SINK: NOWHERE},
+                     flows((_ROUTER,) * p.senders, _SINK, size_bytes, p.payload_bytes, p.arrivals,
+                           round(p.senders * packet_ns / p.load)),
+                     warm_up_ns + duration_ns, warm_up_ns)
