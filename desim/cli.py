@@ -228,6 +228,33 @@ def net(context: typer.Context,
         Console().print(cases.measures_table(measures))
 
 
+@app.command()
+def validate(only: Annotated[list[str], typer.Option(
+                 metavar="GROUP", help="this group of comparisons; can be given again")] = [],  # noqa: B006
+             as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
+             ) -> None:
+    """Compare the network models with published numbers; exit code 1 if one is off."""
+    with _exits():
+        with _compiling(as_json):
+            from desim.report import validating
+        groups = validating.chosen(only)
+        rows = []
+        for row in validating.rows(groups):
+            if not as_json:
+                if not rows or rows[-1].group != row.group:
+                    typer.echo(f"{row.group}: {row.source}\n{validating.HEADER}")
+                typer.echo(validating.line(row.check))
+            rows.append(row)
+        failed = sum(not row.check.holds for row in rows)
+        if as_json:
+            _echo_json({"checks": len(rows), "failed": failed,
+                        "rows": [validating.record(row) for row in rows]})
+        else:
+            typer.echo(f"{len(rows) - failed} of {len(rows)} within tolerance")
+        if failed:
+            raise typer.Exit(1)
+
+
 def _echo_json(value: Any) -> None:
     import json
 
