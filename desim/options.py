@@ -19,47 +19,66 @@ _TRUTH = {"true": True, "yes": True, "on": True, "false": False, "no": False, "o
 
 
 def parsed(words: Sequence[str], block: type[Params], more: Sequence[str] = ()) -> Params:
-    """``--key value``, ``--key=value`` and, for what is true or false, ``--key`` alone. A bare
-    number has the unit of the option's default, or of its first example. ``more``: options that
-    are read elsewhere.
+    """``--key value``, ``--key=value`` and, for what is true or false, ``--key`` alone. A value
+    without its option is that of one without a default. A bare number has the unit of the option's
+    default, or of its first example. ``more``: options that are read elsewhere.
 
     Raises ``InputError``, a line for each option that is wrong.
     """
-    fields = {info.alias or name: info for name, info in block.model_fields.items()}
+    fields = _fields(block)
     given: dict[str, Any] = {}
     rest = list(words)
     while rest:
-        key, value = _taken(rest, fields, more)
+        key, value = _taken(rest, fields, given, more)
         if key in given:
-            raise InputError(f"--{key}: it is given twice")
+            raise InputError(f"{_option(key)}: it is given twice")
         given[key] = value
+    for key, info in fields.items():
+        if info.is_required() and key not in given:
+            raise InputError(f"{key.upper()} is missing: {info.description}")
     result = validated(block, given)
     if isinstance(result, list):
-        raise InputError(*(f"--{'.'.join(map(str, complaint.path))}: {complaint.text}"
+        raise InputError(*(f"{_option('.'.join(map(str, complaint.path)))}: {complaint.text}"
                            for complaint in result))
     return result
 
 
-def _taken(rest: list[str], fields: dict[str, FieldInfo],
+def _fields(block: type[Params]) -> dict[str, FieldInfo]:
+    return {info.alias or name: info for name, info in block.model_fields.items()}
+
+
+def _option(key: str) -> str:
+    return f"--{key.replace('_', '-')}"
+
+
+def _taken(rest: list[str], fields: dict[str, FieldInfo], given: dict[str, Any],
            more: Sequence[str]) -> tuple[str, Any]:
-    """The first option and its value, taken from ``rest``."""
+    """The first key and its value, taken from ``rest``."""
     word = rest.pop(0)
-    name, has_value, value = word.removeprefix("--").partition("=")
-    key = name.replace("-", "_")
     if not word.startswith("--"):
-        raise InputError(f"{word!r} is no option; wanted: --key value")
+        return _meant(word, fields, given), word
+    name, has_value, value = word[2:].partition("=")
+    key = name.replace("-", "_")
     if key not in fields:
-        known = [f"--{key.replace('_', '-')}" for key in (*fields, *more)]
-        raise InputError(f"--{name}: there is no such option{did_you_mean(f'--{name}', known)}; "
-                         f"allowed: {', '.join(known)}")
+        known = [*fields, *more]
+        raise InputError(f"--{name}: there is no such option{did_you_mean(key, known)}; allowed: "
+                         f"{', '.join(map(_option, known))}")
     info = fields[key]
-    if not has_value:
-        if bool in _types(info) and not (rest and rest[0].lower() in _TRUTH):
-            return key, True
-        if not rest or rest[0].startswith("--"):
-            raise InputError(f"--{name}: its value is missing, e.g. --{name} {_example(info)}")
-        value = rest.pop(0)
-    return key, _read(value, info)
+    if has_value:
+        return key, _read(value, info)
+    if bool in _types(info) and not (rest and rest[0].lower() in _TRUTH):
+        return key, True
+    if not rest or rest[0].startswith("--"):
+        raise InputError(f"--{name}: its value is missing, e.g. --{name} {_example(info)}")
+    return key, _read(rest.pop(0), info)
+
+
+def _meant(word: str, fields: dict[str, FieldInfo], given: dict[str, Any]) -> str:
+    """The key that a word alone is the value of: the first one without a default."""
+    for key, info in fields.items():
+        if info.is_required() and key not in given:
+            return key
+    raise InputError(f"{word!r} is no option; wanted: --key value")
 
 
 def _read(text: str, info: FieldInfo) -> Any:
@@ -83,9 +102,8 @@ def _unit(info: FieldInfo) -> str:
 
 
 def _example(info: FieldInfo) -> str:
-    if info.default is None or info.is_required():
-        return str(info.examples[0]) if info.examples else "..."
-    return str(info.default)
+    without = info.default is None or info.is_required()
+    return str((info.examples or ["VALUE"])[0] if without else info.default)
 
 
 def _types(info: FieldInfo) -> tuple[Any, ...]:
@@ -97,14 +115,20 @@ def _types(info: FieldInfo) -> tuple[Any, ...]:
 
 def told(block: type[Params]) -> Iterator[tuple[str, str]]:
     """Each option with what it takes, and its description with the default and its source."""
-    for name, info in block.model_fields.items():
-        options = next((get_args(option) for option in (info.annotation, *get_args(info.annotation))
-                        if get_origin(option) is Literal), ())
-        takes = "|".join(map(str, options)) or _unit(info) or (
-            "" if bool in _types(info) else "N")
+    for key, info in _fields(block).items():
+        if info.is_required():
+            yield key.upper(), info.description or ""
+            continue
         default = "" if info.default is None else f"; default {info.default}"
-        yield (f"--{(info.alias or name).replace('_', '-')} {takes}".rstrip(),
-               f"{info.description or ''}{default}")
+        yield f"{_option(key)} {_takes(info)}".rstrip(), f"{info.description or ''}{default}"
+
+
+def _takes(info: FieldInfo) -> str:
+    """The words that are allowed, the unit of a bare number, N for other numbers."""
+    for option in (info.annotation, *get_args(info.annotation)):
+        if get_origin(option) is Literal:
+            return "|".join(map(str, get_args(option)))
+    return "" if bool in _types(info) else _unit(info) or "N"
 
 
 @contextmanager

@@ -39,23 +39,25 @@ def play(setup: Setup, seed: int = 1) -> dict[str, Any]:
     kernel, names = Kernel(), Names()
     medium = Medium("case", setup.model, setup.rules, kernel=kernel, names=names,
                     streams=Streams(seed), hosts=hosts,
-                    place=_Fixed(np.array([setup.places[host] for host in hosts])))
+                    place=Still(np.array([setup.places[host] for host in hosts])))
     streams, sources = Streams(seed), []
     for number, flow in enumerate(setup.flows):
         source = Source(flow, hosts, kernel, medium, names.id(f"{flow.source} {number}"))
         source.begin(streams("case", "flow", number))
         sources.append(source)
-    kernel.run(setup.warm_up_ns)
-    before = _attempts(setup.model)
-    for source in sources:
-        source.forget()
+    before = (0, 0)
+    if setup.warm_up_ns:
+        kernel.run(setup.warm_up_ns)
+        before = _attempts(setup.model) or before
+        for source in sources:
+            source.forget()
     kernel.run(setup.duration_ns)
     after = _attempts(setup.model)
     attempts = None if after is None else (after[0] - before[0], after[1] - before[1])
     return _measures(sources, attempts, (setup.duration_ns - setup.warm_up_ns) / NS_PER_S)
 
 
-class _Fixed(Nowhere):
+class Still(Nowhere):
     """Hosts that stay where they are, in the open."""
 
     def __init__(self, positions: np.ndarray) -> None:
@@ -180,8 +182,10 @@ def _share(part: float, whole: float) -> float | None:
 
 
 def _delays(sources: list[Source]) -> dict[str, float | None]:
-    delays_ms = np.concatenate([source.delays_ns for source in sources]) / 1e6
-    order = np.argsort(np.concatenate([source.arrivals_ns for source in sources]), kind="stable")
+    delays_ms, arrivals_ns = (np.concatenate([[], *arrays]) for arrays in (
+        [np.array(source.delays_ns) / 1e6 for source in sources],
+        [source.arrivals_ns for source in sources]))
+    order = np.argsort(arrivals_ns, kind="stable")
     measures: dict[str, float | None] = dict.fromkeys(
         ("delay_mean_ms", "delay_error_ms", *(f"delay_p{share}_ms" for share in (50, 95, 99))))
     if len(delays_ms):

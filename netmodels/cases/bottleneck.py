@@ -9,7 +9,7 @@ from pydantic import Field
 from desim import ports
 from desim.ports.cases import NOWHERE, Setup
 from desim.units import BitRate, ByteSize, Duration, Period, airtime_ns
-from netmodels.cases.packets import PPP_BYTES, UDP_IP_BYTES, flows, settling_frames
+from netmodels.cases.packets import MOST_UDP_BYTES, PPP_BYTES, UDP_IP_BYTES, flows, settling_frames
 from netmodels.link import Link
 
 _FRAMES = 20_000  # that the line carries in the time that is measured
@@ -32,8 +32,8 @@ class Bottleneck:
             "packets that wait beside the one that is being sent (ns-3 DropTailQueue)"))
         arrivals: Literal["poisson", "periodic"] = Field("poisson", description=(
             "at random, or regularly from random phases (ns-3 reference)"))
-        payload_bytes: ByteSize = Field("1472 B", description="of UDP, in 30 B of UDP, IP and PPP "
-                                                              "(ns-3 reference)")
+        payload_bytes: ByteSize = Field("1472 B", ge=1, le=MOST_UDP_BYTES, description=(
+            "of UDP, in 30 B of UDP, IP and PPP (ns-3 reference)"))
         latency_ns: Duration = Field("1 ms", description="of the bottleneck (ns-3 reference)")
         access_bps: BitRate = Field("1 Gb/s", description="of each sender's own line (ns-3 "
                                                           "reference)")

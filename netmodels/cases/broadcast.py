@@ -12,7 +12,7 @@ from desim import ports
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Frequency, Length, Period
 from netmodels.cases.counted import CountedRadio
-from netmodels.cases.packets import ETHERNET_BYTES, UDP_IP_BYTES, numbered
+from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES, numbered
 
 _TURN_RAD = math.pi * (3 - math.sqrt(5))  # the golden angle
 
@@ -28,7 +28,8 @@ class Broadcast:
         rate_bps: BitRate = Field("6 Mb/s", description="of broadcasts (the lowest basic one)")
         stations: int = Field(30, ge=2, le=1000, description="that send and listen (the paper's "
                                                              "largest fleet)")
-        payload_bytes: ByteSize = Field("200 B", description="of UDP (ns-3 reference)")
+        payload_bytes: ByteSize = Field("200 B", ge=1, le=MOST_RADIO_BYTES, description=(
+            "of UDP (ns-3 reference)"))
         hz: Frequency = Field("10 Hz", description="heartbeats of each station (ns-3 reference)")
         arrivals: Literal["poisson", "periodic", "zero"] = Field("poisson", description=(
             "at random, from random phases, or all at the same instant (ns-3 reference)"))

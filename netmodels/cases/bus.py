@@ -12,6 +12,7 @@ from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.bus import Bus
 from netmodels.cases.packets import (
     ETHERNET_BYTES,
+    MOST_UDP_BYTES,
     UDP_IP_BYTES,
     flows,
     numbered,
@@ -38,8 +39,8 @@ class SharedBus:
             "(ns-3 DropTailQueue)"))
         arrivals: Literal["poisson", "periodic"] = Field("poisson", description=(
             "at random, or regularly from random phases (ns-3 reference)"))
-        payload_bytes: ByteSize = Field("1472 B", description="of UDP, in 46 B of UDP, IP and "
-                                                              "Ethernet (ns-3 reference)")
+        payload_bytes: ByteSize = Field("1472 B", ge=1, le=MOST_UDP_BYTES, description=(
+            "of UDP, in 46 B of UDP, IP and Ethernet (ns-3 reference)"))
         propagation_ns: Duration = Field("1 us", description="of the cable (ns-3 reference)")
         preamble_bytes: ByteSize | None = Field(None, examples=["8 B"], description=(
             "before each packet (8 B, IEEE 802.3; csma: 0 B as in ns-3)"))

@@ -10,7 +10,7 @@ from desim import ports
 from desim.ports.cases import Setup
 from desim.units import BitRate, ByteSize, Length, Period
 from netmodels.cases.counted import CountedRadio
-from netmodels.cases.packets import ETHERNET_BYTES, UDP_IP_BYTES, every, flows
+from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES, every, flows
 
 _WARM_UP_NS = 500_000_000
 
@@ -28,7 +28,8 @@ class Hidden:
         standard: Literal["11a", "11b", "11g"] = Field("11a", description="timing and rates (ns-3 "
                                                                           "reference)")
         rate_bps: BitRate = Field("6 Mb/s", description="of data (ns-3 reference)")
-        payload_bytes: ByteSize = Field("1000 B", description="of UDP (ns-3 reference)")
+        payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
+            "of UDP (ns-3 reference)"))
         duration_ns: Period = Field("20 s", description="that is measured, after half a second")
 
     def __init__(self, params: Params) -> None:

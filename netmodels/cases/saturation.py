@@ -10,7 +10,7 @@ from desim import ports
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import BitRate, ByteSize, Period, airtime_ns
 from netmodels.cases.counted import CountedRadio
-from netmodels.cases.packets import ETHERNET_BYTES, UDP_IP_BYTES, numbered
+from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES, numbered
 from netmodels.radio.standards import STANDARDS
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured
@@ -28,7 +28,8 @@ class Saturation:
         rate_bps: BitRate | None = Field(None, examples=["54 Mb/s"], description=(
             "of data (the standard's highest)"))
         stations: int = Field(10, ge=1, le=1000, description="that send (a fleet)")
-        payload_bytes: ByteSize = Field("1000 B", description="of a packet (ns-3 reference)")
+        payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
+            "of a packet (ns-3 reference)"))
         headers_bytes: ByteSize | None = Field(None, examples=["28 B"], description=(
             "between payload and 802.11 (28 B of UDP and IP; 11b: 0 B, as in its published table)"))
         topology: Literal["sink", "pairs"] = Field("sink", description="one receiver for all, or "

@@ -8,9 +8,9 @@ from desim.ports.cases import Check, Play
 from netmodels.cases.broadcast import Broadcast
 
 # Stations, Hz, Mb/s: share of copies received, at random times; 200 B of UDP.
-POISSON = {(2, 10, 6): 1.0000, (5, 10, 6): 1.0000, (10, 10, 6): .9993, (30, 10, 6): .9963,
-           (2, 50, 6): .9987, (5, 50, 6): .9984, (10, 50, 6): .9905, (30, 50, 6): .9312,
-           (10, 50, 24): .9934, (30, 50, 24): .9813}
+POISSON = {(30, 50, 6): .9312, (10, 50, 6): .9905, (5, 50, 6): .9984, (2, 50, 6): .9987,
+           (30, 10, 6): .9963, (10, 10, 6): .9993, (5, 10, 6): 1.0000, (2, 10, 6): 1.0000,
+           (30, 50, 24): .9813, (10, 50, 24): .9934}
 
 # Stations, Hz: from random phases, mean of several runs.
 PERIODIC = {(10, 10): 1.0000, (30, 10): 1.0000, (10, 50): .9941, (30, 50): .9649}

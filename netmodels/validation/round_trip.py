@@ -8,6 +8,8 @@ from desim.ports.cases import NOWHERE, Check, Flow, Play, Setup
 from netmodels.ideal import Ideal
 from netmodels.rules.latency import Latency
 
+DELAY = "500 ms"
+
 
 class RoundTrip:
     """Exactly. (ROS-NetSim itself, which couples simulators in windows, measured 1008.736 ms.)"""
@@ -17,6 +19,6 @@ class RoundTrip:
     def checks(self, play: Play) -> Iterator[Check]:
         flow = Flow("a", ("b",), 98, 56, "periodic", 1_000_000_000, echo=True)
         found = play(Setup(Ideal(Ideal.Params()), {"a": NOWHERE, "b": NOWHERE}, [flow],
-                           10_000_000_000, rules=[Latency(Latency.Params(delay="500 ms"))]))
+                           10_000_000_000, rules=[Latency(Latency.Params(delay=DELAY))]))
         yield Check("round trip: mean", found["delay_mean_ms"], 1000.0, 0.0, "ms")
         yield Check("round trip: 99 %", found["delay_p99_ms"], 1000.0, 0.0, "ms")
