@@ -208,7 +208,7 @@ def net(context: typer.Context,
 
         if usage or case is None:
             with _compiling(False):
-                typer.echo(cases.usage(case))
+                typer.echo(cases.overview() if case is None else cases.usage(case))
             return
         from desim import options, plugins
 

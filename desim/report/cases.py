@@ -11,34 +11,34 @@ from rich.text import Text
 
 from desim import plugins
 from desim.options import told
+from desim.report.catalogue import first_sentence
 
 
-def usage(name: str | None) -> str:
-    """How to use ``desim net``: which cases there are, or the options of one."""
-    if name is None:
-        from desim.report.catalogue import first_sentence
+def overview() -> str:
+    """How to use ``desim net``, and which cases there are."""
+    points = plugins.available("case")
+    width = max(map(len, points), default=0)
+    return "\n".join([
+        "Usage: desim net CASE [--key value ...] [--seed N] [--json]", "",
+        "Play a standard network case without robots. Cases:",
+        *(f"  {case:<{width}}  {first_sentence('case', case)}" for case in points), "",
+        "desim net CASE --help shows the options of one."])
 
-        points = plugins.available("case")
-        width = max(map(len, points), default=0)
-        return "\n".join([
-            "Usage: desim net CASE [--key value ...] [--seed N] [--json]", "",
-            "Play a standard network case without robots. Cases:",
-            *(f"  {case:<{width}}  {first_sentence('case', case)}" for case in points), "",
-            "desim net CASE --help shows the options of one."])
-    case = plugins.load("case", name)
-    options = [*told(plugins.parameters("case", name)),
+
+def usage(case: str) -> str:
+    """What a case is, and its options. Raises ``InputError`` if there is no such case."""
+    options = [*told(plugins.parameters("case", case)),
                ("--seed N", "of all luck; default 1"), ("--json", "one JSON object")]
     width = max(len(option) for option, _ in options)
-    return "\n".join([f"Usage: desim net {name} [--key value ...] [--seed N] [--json]", "",
-                      inspect.getdoc(case) or "", "",
+    return "\n".join([f"Usage: desim net {case} [--key value ...] [--seed N] [--json]", "",
+                      inspect.getdoc(plugins.load("case", case)) or "", "",
                       *(f"  {option:<{width}}  {about}" for option, about in options), "",
                       "A number without a unit has the one that is shown."])
 
 
 def title(case: str, seed: int, settings: dict[str, Any]) -> str:
     """What was played, in the words of the command."""
-    given = (f"{key} {_word(value)}" for key, value in settings.items()
-             if value is not None)
+    given = (f"{key} {_word(value)}" for key, value in settings.items() if value is not None)
     return f"{case}: {', '.join((*given, f'seed {seed}'))}"
 
 

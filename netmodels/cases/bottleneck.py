@@ -9,10 +9,10 @@ from pydantic import Field
 from desim import ports
 from desim.ports.cases import NOWHERE, Setup
 from desim.units import BitRate, ByteSize, Duration, Period, airtime_ns
-from netmodels.cases.packets import MOST_UDP_BYTES, PPP_BYTES, UDP_IP_BYTES, flows, settling_frames
+from netmodels.cases.packets import MOST_UDP_BYTES, PPP_BYTES, UDP_IP_BYTES
+from netmodels.cases.senders import flows, spans_ns
 from netmodels.link import Link
 
-_FRAMES = 20_000  # that the line carries in the time that is measured
 _NO_BOUND = "1000000 GB"  # of the queue in bytes
 _ROUTER, _SINK = "router", "sink"
 
@@ -51,9 +51,7 @@ class Bottleneck:
         link = Link(Link.Params(
             rate=f"{p.capacity_bps} b/s", queue=_NO_BOUND,
             latency=f"{p.latency_ns + airtime_ns(size_bytes, p.access_bps)} ns", **queue))
-        warm_up_ns = round(settling_frames(p.load, p.queue or 0) * packet_ns / min(p.load, 1))
-        duration_ns = p.duration_ns or round(_FRAMES * packet_ns / min(p.load, 1))
         return Setup(link, {_ROUTER: NOWHERE, _SINK: NOWHERE},
                      flows((_ROUTER,) * p.senders, _SINK, size_bytes, p.payload_bytes, p.arrivals,
-                           round(p.senders * packet_ns / p.load)),
-                     warm_up_ns + duration_ns, warm_up_ns)
+                           p.senders * packet_ns / p.load),
+                     *spans_ns(packet_ns, p.load, p.queue or 0, p.duration_ns))

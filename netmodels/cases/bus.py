@@ -10,16 +10,8 @@ from desim import ports
 from desim.ports.cases import NOWHERE, Setup
 from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.bus import Bus
-from netmodels.cases.packets import (
-    ETHERNET_BYTES,
-    MOST_UDP_BYTES,
-    UDP_IP_BYTES,
-    flows,
-    numbered,
-    settling_frames,
-)
-
-_FRAMES = 20_000  # that the cable carries in the time that is measured
+from netmodels.cases.packets import ETHERNET_BYTES, MOST_UDP_BYTES, UDP_IP_BYTES
+from netmodels.cases.senders import flows, numbered, spans_ns
 
 
 class SharedBus:
@@ -61,10 +53,8 @@ class SharedBus:
             arbitration=p.mode, rate=f"{p.capacity_bps} b/s", queue_packets=p.queue,
             propagation=f"{p.propagation_ns} ns", preamble=f"{preamble_bytes} B"))
         room = p.queue * (1 if p.mode == "fifo" else p.senders)
-        warm_up_ns = round(settling_frames(p.load, room) * packet_ns / min(p.load, 1))
-        duration_ns = p.duration_ns or round(_FRAMES * packet_ns / min(p.load, 1))
         senders = numbered("sender", p.senders)
         return Setup(bus, dict.fromkeys((*senders, "sink"), NOWHERE),
                      flows(senders, "sink", size_bytes, p.payload_bytes, p.arrivals,
-                           round(p.senders * packet_ns / p.load)),
-                     warm_up_ns + duration_ns, warm_up_ns)
+                           p.senders * packet_ns / p.load),
+                     *spans_ns(packet_ns, p.load, room, p.duration_ns))

@@ -10,15 +10,17 @@ from desim import ports
 from desim.ports.cases import Setup
 from desim.units import BitRate, ByteSize, Length, Period
 from netmodels.cases.counted import CountedRadio
-from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES, every, flows
+from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.senders import flows
 
 _WARM_UP_NS = 500_000_000
 
 
 class Hidden:
-    """Hidden terminals: two stations in line with a receiver in their middle, in the open
-    (log-distance). Once they do not hear each other (beyond 25.7 m of spacing), they send into
-    each other's frames; RTS and CTS help."""
+    """Two stations with a receiver in their middle, in the open (log-distance). Once they do not
+    hear each other (beyond 25.7 m of spacing) they are hidden terminals and send into each other's
+    frames; RTS and CTS help. (With RTS a failed request counts among the failures, but not among
+    the attempts to send data.)"""
 
     class Params(ports.Params):
         spacing_m: Length = Field("40 m", description="from each sender to the receiver (hidden)")
@@ -43,7 +45,7 @@ class Hidden:
                   "sender_2": (2 * p.spacing_m, 0.0)}
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
         arrivals, every_ns = ("saturated", 0) if p.load_bps is None else (
-            "poisson", every(p.payload_bytes, p.load_bps))
+            "poisson", p.payload_bytes * 8e9 / p.load_bps)
         return Setup(radio, places, flows(("sender_1", "sender_2"), "receiver", size_bytes,
                                           p.payload_bytes, arrivals, every_ns),
                      _WARM_UP_NS + p.duration_ns, _WARM_UP_NS)

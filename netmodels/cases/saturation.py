@@ -10,7 +10,8 @@ from desim import ports
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import BitRate, ByteSize, Period, airtime_ns
 from netmodels.cases.counted import CountedRadio
-from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES, numbered
+from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.senders import numbered
 from netmodels.radio.standards import STANDARDS
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured

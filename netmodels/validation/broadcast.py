@@ -22,24 +22,25 @@ _SEEDS = range(1, 6)
 
 
 class Heartbeats:
-    """Delivery within 0.01, and within 0.03 where places matter."""
+    """Heartbeats that radios broadcast, as in ns-3: delivery within 0.01, and within 0.03 where
+    places matter."""
 
     source = "ns-3.44, 802.11a, 200 B of UDP"
 
     def checks(self, play: Play) -> Iterator[Check]:
         for (stations, hz, mbps), share in POISSON.items():
-            yield Check(f"broadcast, {stations} sta., {hz} Hz, {mbps} Mb/s", _delivered(
+            yield Check(f"broadcast, {stations} stations, {hz} Hz, {mbps} Mb/s", _delivered(
                 play, stations, hz, rate=f"{mbps} Mb/s"), share, 0.01)
         for (stations, hz), share in PERIODIC.items():
             runs = [_delivered(play, stations, hz, seed, arrivals="periodic", duration="2 s")
                     for seed in _SEEDS]
-            yield Check(f"broadcast, {stations} sta., {hz} Hz, random phases",
+            yield Check(f"broadcast, {stations} stations, {hz} Hz, random phases",
                         sum(runs) / len(runs), share, 0.01)
         for (stations, hz), share in DISC.items():
-            yield Check(f"broadcast, {stations} sta., {hz} Hz, disc of 20 m", _delivered(
+            yield Check(f"broadcast, {stations} stations, {hz} Hz, disc of 20 m", _delivered(
                 play, stations, hz, radius="20 m"), share, 0.03)
         for stations in (2, 30):
-            yield Check(f"broadcast, {stations} sta., 10 Hz, same instant", _delivered(
+            yield Check(f"broadcast, {stations} stations, 10 Hz, same instant", _delivered(
                 play, stations, 10, arrivals="zero", duration="5 s"), 0.0, 0.0)
 
 

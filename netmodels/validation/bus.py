@@ -11,7 +11,7 @@ from netmodels.bus import Bus
 from netmodels.bus.collisions import SLOT_BITS, CollisionDetection
 from netmodels.bus.stations import Station
 from netmodels.cases.bus import SharedBus
-from netmodels.cases.packets import flows, numbered
+from netmodels.cases.senders import flows, numbered
 from netmodels.validation.within import within
 
 # Senders, load: Mb/s on the cable, share lost; 1518 B at 10 Mb/s, periodic, queues of 100.
@@ -32,7 +32,7 @@ _PACKETS = 20_000
 
 
 class CarrierSenseOfNs3:
-    """Throughput within 1 %, loss within 0.01."""
+    """A cable without collisions, as in ns-3: throughput within 1 %, loss within 0.01."""
 
     source = "ns-3.44, CsmaChannel, 10 Mb/s, 1 us"
 
@@ -66,7 +66,8 @@ class SlottedBus(Bus):
 
 
 class CollisionsOfEthernet:
-    """Efficiency within 0.005 (four standard errors of 20000 packets)."""
+    """Collisions on a cable with slots, as by Metcalfe and Boggs: efficiency within 0.005 (four
+    standard errors of 20000 packets)."""
 
     source = "Metcalfe and Boggs 1976: P / (P + W T), W = (1 - A) / A, A = (1 - 1/Q)^(Q - 1)"
 
@@ -87,5 +88,5 @@ def _saturated(hosts: int, packet_ns: float) -> Setup:
     size_bytes = round((packet_ns - _PROPAGATION_NS) * _RATE_BPS / 8e9)
     senders = numbered("sender", hosts)
     return Setup(bus, dict.fromkeys((*senders, "sink"), NOWHERE),
-                 flows(senders, "sink", size_bytes, size_bytes, "saturated", 0),
+                 flows(senders, "sink", size_bytes, size_bytes, "saturated"),
                  round(_PACKETS * packet_ns))

@@ -30,8 +30,8 @@ HIDDEN_BY_LOAD = {20: {0.25: 0.496, 0.5: 0.979, 1: 1.992, 2: 3.987, 3: 4.783},
 
 
 class Pairs:
-    """Goodput of two pairs within 2 %, and within 10 % from 50 to 56 m, where carrier sense ends.
-    """
+    """Two pairs of radios, as in ns-3: goodput within 2 %, and within 10 % from 50 to 56 m, where
+    carrier sense ends."""
 
     source = "ns-3.44, 802.11a, log-distance, NIST error model, pairs 10 m long"
 
@@ -46,7 +46,7 @@ class Pairs:
 
 
 class HiddenTerminals:
-    """Goodput within 10 %."""
+    """Hidden terminals with and without RTS, as in ns-3: goodput within 10 %."""
 
     source = "ns-3.44, 802.11a, log-distance, NIST error model"
 

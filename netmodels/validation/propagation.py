@@ -33,7 +33,7 @@ PACKET_ERRORS = {
 
 
 class Propagation:
-    """Received power to the printed digits (0.0005 dB)."""
+    """Received power, as in ns-3: to the printed digits (0.0005 dB)."""
 
     source = "ns-3.44, LogDistance, Friis and HybridBuildings propagation loss"
 
@@ -49,7 +49,7 @@ class Propagation:
 
 
 class PacketErrors:
-    """Within 1e-6."""
+    """Packet errors of OFDM, as in ns-3: within 1e-6."""
 
     source = "ns-3.44, NistErrorRateModel (Pei and Henderson 2010)"
 

@@ -31,7 +31,7 @@ WAITING = {0.3: 200_000, 0.5: 400_000, 0.8: 2_000_000, 0.9: 1_500_000}
 
 
 class Waiting:
-    """Mean waiting time of M/D/1: within 2 % up to a load of 0.8, at 0.9 within the 99 %
+    """Waiting time of M/D/1, its mean within 2 % up to a load of 0.8, at 0.9 within the 99 %
     interval."""
 
     source = "Pollaczek-Khinchine: load D / (2 (1 - load)), D = 1.2016 ms"
@@ -50,7 +50,7 @@ class Waiting:
 
 
 class FiniteQueue:
-    """Loss of M/D/1/K within 3 % of it."""
+    """Loss of M/D/1/K: within 3 % of the exact one."""
 
     source = "M/D/1/K, exact"
 
@@ -62,7 +62,7 @@ class FiniteQueue:
 
 
 class PeriodicSenders:
-    """Loss within 0.001, and the mean delay of a full queue within 1 %."""
+    """Periodic senders at a bottleneck, as in ns-3: loss within 0.001, delay within 1 %."""
 
     source = "ns-3.44, DropTailQueue of 100 packets, 1502 B, 10 Mb/s, 1 ms"
 

@@ -12,7 +12,8 @@ DELAY = "500 ms"
 
 
 class RoundTrip:
-    """Exactly. (ROS-NetSim itself, which couples simulators in windows, measured 1008.736 ms.)"""
+    """A round trip with 500 ms each way: exactly 1000 ms. (ROS-NetSim, which couples simulators in
+    windows of time, measured 1008.736 ms.)"""
 
     source = "ROS-NetSim, README: 500 ms one way"
 

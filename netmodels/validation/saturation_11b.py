@@ -18,7 +18,7 @@ TABLE = {
 
 
 class SaturationOf11b:
-    """Goodput within 2 %."""
+    """802.11b saturated, as in Bianchi's model: goodput within 2 %."""
 
     source = "ns-3, src/wifi/examples/reference/bianchi_11b_difs.txt"
 
@@ -28,5 +28,5 @@ class SaturationOf11b:
                 found = play(Saturation(Saturation.Params(
                     standard="11b", rate=f"{mbps} Mb/s", stations=stations,
                     payload="1500 B")).setup())
-                yield within(0.02, f"11b, {mbps} Mb/s, {stations} sta.: goodput",
+                yield within(0.02, f"11b, {mbps} Mb/s, {stations} stations: goodput",
                              found["goodput_mbps"], goodput_mbps, "Mb/s")
