@@ -13,7 +13,7 @@ import numpy as np
 
 from desim import ports
 from desim.kernel import Kernel, Phase
-from desim.middleware.medium import Medium, Nowhere
+from desim.middleware.medium import Medium, Still
 from desim.ports.cases import Flow, Setup
 from desim.streams import Streams
 from desim.trace import Names
@@ -55,15 +55,6 @@ def play(setup: Setup, seed: int = 1) -> dict[str, Any]:
     after = _attempts(setup.model)
     attempts = None if after is None else (after[0] - before[0], after[1] - before[1])
     return _measures(sources, attempts, (setup.duration_ns - setup.warm_up_ns) / NS_PER_S)
-
-
-class Still(Nowhere):
-    """Hosts that stay where they are, in the open."""
-
-    def __init__(self, positions: np.ndarray) -> None:
-        super().__init__(len(positions))
-        self._positions = positions
-        self._positions.flags.writeable = False
 
 
 class Source:
