@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from enum import IntEnum
 from fractions import Fraction
+from functools import partial
 from heapq import heappop, heappush
 from typing import Any
 
@@ -49,12 +50,13 @@ def pair(source: int, destination: int) -> int:
 
 
 class Call:
-    """One agenda entry: a function and its one argument. Looks to SimPy like a triggered event.
+    """One agenda entry: a function and its one argument.
 
-    Made by ``Kernel`` without a constructor, which would be a quarter of the cost of an event.
+    Made by ``Kernel`` without a constructor, which would be a quarter of the cost of an event. With
+    ``callbacks`` it looks to SimPy like a triggered event.
     """
 
-    __slots__ = ("callbacks", "fn", "arg", "order")
+    __slots__ = ("callbacks", "fn", "arg")
     _ok = True
 
     def cancel(self) -> None:
@@ -79,18 +81,17 @@ def _nothing(_: Any) -> None:
 class Ticker:
     """The k-th tick of an f Hz timer is at ``start + k * 10**9 // f``: exact, never drifting."""
 
-    __slots__ = ("_kernel", "_num", "_den", "_phase", "_entity", "_fn", "_start_ns", "_k",
-                 "_due_ns", "_call")
+    __slots__ = ("_kernel", "_num", "_den", "_order", "_fn", "_start_ns", "_k", "_call")
 
     def __init__(self, kernel: Kernel, frequency_hz: Fraction | int, phase: Phase, entity: int,
                  fn: Callable[[int], Any], start_ns: int) -> None:
-        if type(frequency_hz) not in (int, Fraction) or frequency_hz <= 0:
-            raise KernelError(f"frequency_hz must be an int or a Fraction above 0, got "
-                              f"{frequency_hz!r} for {_name(fn)}")
+        if type(frequency_hz) not in (int, Fraction) or not 0 < frequency_hz <= NS_PER_S:
+            raise KernelError(f"frequency_hz must be an int or a Fraction above 0, at most 10**9, "
+                              f"got {frequency_hz!r} for {_name(fn)}")
         self._kernel = kernel
         self._num, self._den = frequency_hz.numerator, frequency_hz.denominator
-        self._phase, self._entity, self._fn = phase, entity, fn
-        self._start_ns = self._due_ns = start_ns
+        self._order, self._fn = phase + entity, fn
+        self._start_ns = start_ns
         self._k = 0
         self._call = kernel.at(start_ns, phase, entity, self._tick)
 
@@ -100,12 +101,10 @@ class Ticker:
 
     def _tick(self, _: Any) -> None:
         k = self._k
-        self._k = k + 1
-        now_ns = self._due_ns
-        self._due_ns = self.time_ns(k + 1)
+        self._k = next_k = k + 1
         # The next tick is booked first, so that the callback may cancel it.
-        self._call = self._kernel.after(self._due_ns - now_ns, self._phase, self._entity,
-                                        self._tick)
+        self._kernel._book(self._start_ns + next_k * NS_PER_S * self._den // self._num,
+                           self._order, self._call)
         self._fn(k)
 
     def cancel(self) -> None:
@@ -120,6 +119,8 @@ class Kernel:
     then run inside a plain SimPy program, driven by its own ``env.run``.
     """
 
+    __slots__ = ("env", "now_ns", "events", "_fired", "_agenda", "_numbers", "_stopping")
+
     def __new__(cls, env: simpy.Environment | None = None) -> Kernel:
         return super().__new__(cls if env is None else _Guest)
 
@@ -132,7 +133,6 @@ class Kernel:
         self.events = 0  # calls fired so far
         self._fired: Any = (-1, 0)  # agenda entry of the call that fired last: time, key, ...
         self._agenda, self._numbers = self.env._queue, self.env._eid
-        self._callbacks = (self._fire,)
         self._stopping: Call | None = None
 
     def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
@@ -144,16 +144,13 @@ class Kernel:
         """
         if type(delay_ns) is not int or delay_ns < 0:
             raise KernelError(f"delay_ns must be an int >= 0, got {delay_ns!r} for {_name(fn)}")
-        order = phase + entity
-        if delay_ns == 0:
-            order += self._round_for(phase, fn) << _ROUND_BIT
         call = _new_call(Call)
-        call.callbacks = self._callbacks
         call.fn = fn
         call.arg = arg
-        call.order = order
         # SimPy's ``schedule`` without its call.
-        heappush(self._agenda, (self.now_ns + delay_ns, order, next(self._numbers), call))
+        heappush(self._agenda, (self.now_ns + delay_ns,
+                                phase + entity if delay_ns else self._next(phase, entity, fn),
+                                next(self._numbers), call))
         return call
 
     def at(self, time_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
@@ -229,7 +226,7 @@ class Kernel:
         """Ends the environment's ``run`` after everything of that instant."""
         call = _new_call(_End)
         call.callbacks = (_run,)
-        call.fn, call.arg, call.order = self._end, None, _LAST
+        call.fn, call.arg = self._end, None
         self.env.schedule(call, _LAST, delay_ns)
         return call
 
@@ -239,26 +236,42 @@ class Kernel:
             self._stopping = None
         raise StopSimulation(None)
 
-    def _fire(self, call: Call) -> None:
-        self._fired = self.now_ns, call.order
-        self.events += 1
-        call.fn(call.arg)
+    def _book(self, time_ns: int, order: int, call: Call) -> None:
+        """A call that has fired, once more, later."""
+        heappush(self._agenda, (time_ns, order, next(self._numbers), call))
 
-    def _round_for(self, phase: Phase, fn: Callable) -> int:
-        """The round of something booked for now: what is not later than the phase that runs has to
-        wait for the next one."""
+    def _next(self, phase: Phase, entity: int, fn: Callable) -> int:
+        """The priority of something booked for now: what is not later than the phase that runs has
+        to wait for the next round."""
         fired_ns, order, *_ = self._fired
         if self.now_ns != fired_ns:
-            return 0
+            return phase + entity
         round_ = (order >> _ROUND_BIT) + (phase <= order & _PHASE_MASK)
         if round_ > MAX_ROUNDS:
             raise KernelError(f"more than {MAX_ROUNDS} rounds at {self.now_ns} ns: the loop goes "
                               f"through {_name(fn)} in phase {Phase(phase).name}")
-        return round_
+        return phase + entity + (round_ << _ROUND_BIT)
 
 
 class _Guest(Kernel):
-    """A kernel in a foreign environment, whose own events move the clock as well."""
+    """A kernel in a foreign environment, whose own events move the clock as well, and whose
+    ``step`` fires ours."""
+
+    def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
+              arg: Any = None) -> Call:
+        call = super().after(delay_ns, phase, entity, fn, arg)
+        order = phase + entity if delay_ns else self._next(phase, entity, fn)
+        call.callbacks = (partial(self._fire, order),)
+        return call
+
+    def _book(self, time_ns: int, order: int, call: Call) -> None:
+        super()._book(time_ns, order, call)
+        call.callbacks = (partial(self._fire, order),)
+
+    def _fire(self, order: int, call: Call) -> None:
+        self._fired = self.now_ns, order
+        self.events += 1
+        call.fn(call.arg)
 
     @property
     def now_ns(self) -> int:

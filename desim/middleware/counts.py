@@ -6,7 +6,6 @@ import numpy as np
 
 BINS_PER_DECADE = 20
 _DECADES = 13  # 1 ns to 10**4 s
-_BATCH = 4096
 
 # Left edges of all bins but the first, which holds 0 and 1 ns.
 EDGES_NS = np.unique(np.ceil(10.0 ** (np.arange(1, _DECADES * BINS_PER_DECADE + 1)
@@ -14,28 +13,35 @@ EDGES_NS = np.unique(np.ceil(10.0 ** (np.arange(1, _DECADES * BINS_PER_DECADE + 
 
 
 class LatencyHistogram:
-    """Latencies in bins of a twentieth of a decade; bin i is [EDGES_NS[i-1], EDGES_NS[i])."""
+    """Latencies in bins of a twentieth of a decade; bin i is [EDGES_NS[i-1], EDGES_NS[i]).
 
-    __slots__ = ("_bins", "_new")
+    ``add(latency_ns)`` only notes; ``fold`` is to be called now and then, or the notes pile up.
+    """
+
+    __slots__ = ("add", "_bins", "_new", "_folded")
 
     def __init__(self) -> None:
         self._bins = np.zeros(len(EDGES_NS) + 1, np.int64)
         self._new: list[int] = []
+        self._folded = 0  # latencies in bins
+        self.add = self._new.append
 
-    def add(self, latency_ns: int) -> None:
-        self._new.append(latency_ns)
-        if len(self._new) >= _BATCH:
-            self._fold()
+    @property
+    def count(self) -> int:
+        """How many latencies there are."""
+        return self._folded + len(self._new)
 
     def bins(self) -> np.ndarray:
         """[len(EDGES_NS) + 1] int64 counts."""
-        self._fold()
+        self.fold()
         return self._bins.copy()
 
-    def _fold(self) -> None:
+    def fold(self) -> None:
+        """Sort what was noted into the bins."""
         if self._new:
             at = np.searchsorted(EDGES_NS, np.array(self._new, np.int64), side="right")
             self._bins += np.bincount(at, minlength=len(self._bins))
+            self._folded += len(self._new)
             self._new.clear()
 
 
@@ -45,25 +51,25 @@ class TopicCounts:
     Between hosts, one per message and receiving host: intended = delivered + dropped + in flight.
     Delivered means that the receiving host has it. What becomes of it there is a second account,
     one per message and subscription, loopback included: queued = called + overwritten (the queue
-    was full, its oldest went) + discarded (the host stopped) + still waiting. ``kept`` counts the
-    messages put where a node may look at the newest one (``Node.latest``).
+    was full, its oldest went) + discarded (the host stopped) + still waiting.
     """
 
-    __slots__ = ("intended", "delivered", "dropped", "bytes", "latency", "local",
-                 "queued", "called", "overwritten", "discarded", "kept")
+    __slots__ = ("intended", "dropped", "bytes", "latency", "queued", "called", "overwritten",
+                 "discarded")
 
     def __init__(self) -> None:
         self.intended = 0
-        self.delivered = 0
         self.dropped: dict[str, int] = {}
         self.bytes = 0  # delivered, without any header
         self.latency = LatencyHistogram()
-        self.local = 0  # messages to subscribers on the publisher's own host
         self.queued = 0
         self.called = 0
         self.overwritten = 0
         self.discarded = 0
-        self.kept = 0
+
+    @property
+    def delivered(self) -> int:
+        return self.latency.count
 
     @property
     def in_flight(self) -> int:

@@ -17,7 +17,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from desim.errors import InputError, below, did_you_mean
+from desim.errors import InputError, KernelError, below, did_you_mean
 from desim.kernel import Kernel, Phase
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Message, Publisher, Subscription, Topic
@@ -30,9 +30,14 @@ if TYPE_CHECKING:
 
 __all__ = ["Graph", "Host", "Message", "Node"]
 
+MAX_CALLBACKS = 100_000  # on one host in one instant
+
+# A look at what gathers, after so many messages: as masks of their number.
+_SELDOM, _RARELY = (1 << 8) - 1, (1 << 14) - 1
+
 _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
-Ends = tuple[list[Latest], list[Subscription]]  # of one topic on one host
+Ends = tuple[Latest | None, list[Subscription]]  # of one topic on one host
 
 OnFate = Callable[[Message, int, int, "str | None", int, int], Any]
 
@@ -42,6 +47,9 @@ class Host:
 
     ``software`` makes the nodes, afresh at every start.
     """
+
+    __slots__ = ("graph", "name", "index", "id", "media", "software", "nodes", "published",
+                 "_publishers", "_ends", "_inbox", "_awake")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
@@ -55,7 +63,7 @@ class Host:
         self._publishers: list[Publisher] = []
         self._ends: dict[str, Ends] = {}
         self._inbox: deque[tuple[Subscription, Message]] = deque()
-        self._draining = self._inbox  # what the callbacks of this instant are run for
+        self._awake = False  # the inbox is being emptied, or will be in this instant
 
     @property
     def up(self) -> bool:
@@ -100,7 +108,7 @@ class Host:
         self.nodes = []
         self._publishers = []
         self._ends = {}
-        self._inbox = deque()
+        self._inbox.clear()
         graph.middleware.forget(self.index)
 
     def absolute(self, topic: str) -> str:
@@ -127,43 +135,43 @@ class Host:
     def latest(self, node: str, topic: str) -> Latest:
         """See ``Node.latest``."""
         name = self.absolute(topic)
-        latest = Latest()
-        self._ends_of(name)[0].append(latest)
+        latest, subscriptions = self._ends_of(name)
+        if latest is None:
+            latest = Latest()
+            self._ends[name] = latest, subscriptions
         self.graph.middleware.subscribe(Endpoint(self.index, node, name))
         return latest
 
     def _ends_of(self, topic: str) -> Ends:
-        return self._ends.setdefault(topic, ([], []))
+        return self._ends.setdefault(topic, (None, []))
 
     def receive(self, message: Message) -> bool:
         """Put ``message`` into the queues of its topic's subscriptions; False if there are none."""
-        ends = self._ends.get(message.about.name)
+        about = message.about
+        ends = self._ends.get(about.name)
         if ends is None:
             return False
-        looked_at, subscriptions = ends
-        if looked_at:
-            for latest in looked_at:
-                latest.message = message
-            message.about.counts.kept += len(looked_at)
-        if not subscriptions:
-            return True
-        inbox = self._inbox
-        if not inbox:
+        latest, subscriptions = ends
+        if latest is not None:
+            latest.message = message
+            if not subscriptions:
+                return True
+        if not self._awake:
+            self._awake = True
             self.graph.kernel.after(0, _CONTROL, self.id, self._drain)
         for subscription in subscriptions:
             if 0 < subscription.limit <= subscription.waiting:
                 self._overwrite(subscription)
             subscription.waiting += 1
-            inbox.append((subscription, message))
-        message.about.counts.queued += len(subscriptions)
+            self._inbox.append((subscription, message))
+        about.counts.queued += len(subscriptions)
         return True
 
     def _overwrite(self, subscription: Subscription) -> None:
         """The queue is full: its oldest message goes."""
-        inbox, oldest = next((inbox, i) for inbox in (self._draining, self._inbox)
-                             for i, entry in enumerate(inbox) if entry[0] is subscription)
-        message = inbox[oldest][1]
-        del inbox[oldest]
+        oldest = next(i for i, entry in enumerate(self._inbox) if entry[0] is subscription)
+        message = self._inbox[oldest][1]
+        del self._inbox[oldest]
         subscription.waiting -= 1
         message.about.counts.overwritten += 1
         graph = self.graph
@@ -171,18 +179,23 @@ class Host:
                         message.seq, message.about.id)
 
     def _drain(self, _: Any) -> None:
-        """Run the callbacks of all that waits, in order of arrival."""
-        inbox = self._draining = self._inbox
-        self._inbox = deque()
+        """Run the callbacks of all that waits, in order of arrival, and of what they publish to
+        their own host meanwhile."""
+        inbox = self._inbox
         graph, own = self.graph, self.id
         now_ns, put, callback = graph.kernel.now_ns, graph.put, graph.CALLBACK
-        while inbox:
+        for _ in range(MAX_CALLBACKS):
+            if not inbox:
+                self._awake = False
+                return
             subscription, message = inbox.popleft()
             subscription.waiting -= 1
             about = message.about
             about.counts.called += 1
             put(pack(now_ns, callback, own, message.origin.id, message.seq, about.id))
             subscription.callback(message)
+        raise KernelError(f"more than {MAX_CALLBACKS} callbacks on {self.name} at {now_ns} ns: the "
+                          f"loop goes through topic {about.name}")
 
 
 class Graph:
@@ -194,6 +207,11 @@ class Graph:
     each message's fate at each receiving host: ``reason`` None for delivered, the instants of its
     first and last frame, -1 for a message that never became a frame.
     """
+
+    __slots__ = ("kernel", "names", "trace", "streams", "put", "middleware", "read_at_birth",
+                 "_read_at_delivery", "_on_fate", "SENT", "FRAME", "LOST", "DELIVERED", "DROPPED",
+                 "CALLBACK", "OVERWRITTEN", "listeners", "topics", "media", "messages", "hosts",
+                 "up", "_by_name")
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, payloads: str = "lazy",
@@ -252,10 +270,16 @@ class Graph:
 
     def depart(self, message: Message, receivers: int) -> None:
         """``message`` sets out for ``receivers`` other hosts."""
-        self.messages = message.number = self.messages + 1
-        message.about.counts.intended += receivers
-        self.trace.row(message.born_ns, self.SENT, message.origin.id, message.about.id,
-                       message.seq, message.size_bytes)
+        self.messages = message.number = number = self.messages + 1
+        about = message.about
+        about.counts.intended += receivers
+        self.put(pack(message.born_ns, self.SENT, message.origin.id, about.id, message.seq,
+                      message.size_bytes))
+        if not number & _SELDOM:
+            self.trace.look()
+            if not number & _RARELY:
+                for topic in self.topics.values():
+                    topic.counts.latency.fold()
 
     def deliver(self, message: Message, host: Host, first_ns: int, last_ns: int) -> None:
         """``message`` is at ``host``."""
@@ -267,7 +291,6 @@ class Graph:
         now_ns = self.kernel.now_ns
         latency_ns = now_ns - message.born_ns
         counts = message.about.counts
-        counts.delivered += 1
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
         self.put(pack(now_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns))

@@ -103,6 +103,11 @@ class Medium:
     that the rules let through to somebody, with headers; ``tx_bytes`` and ``rx_bytes`` by host.
     """
 
+    __slots__ = ("name", "id", "model", "rules", "up", "frames", "intended", "delivered", "dropped",
+                 "tx_bytes", "rx_bytes", "_barred_bytes", "_kernel", "_after", "_send", "_streams",
+                 "_place", "positions", "_ids", "_open", "_flying", "_reasons", "_reach_m",
+                 "_separators", "_judges")
+
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
                  place: Place | None = None) -> None:
@@ -115,7 +120,7 @@ class Medium:
         self.intended = 0
         self.delivered = 0
         self.dropped: dict[str, int] = {}
-        self.bytes_on_air = 0
+        self._barred_bytes = 0  # of frames that the rules let through to nobody
         self.tx_bytes = [0] * len(hosts)
         self.rx_bytes = [0] * len(hosts)
         self._kernel = kernel
@@ -136,6 +141,10 @@ class Medium:
                 rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
         self._judges = [(rule, rule.judge) for rule in self.rules]
         model.start(self, tuple(hosts))
+
+    @property
+    def bytes_on_air(self) -> int:
+        return sum(self.tx_bytes) - self._barred_bytes
 
     # What models may know and do: ports.Context.
 
@@ -193,18 +202,23 @@ class Medium:
         self.intended += len(receivers)
         self.tx_bytes[source] += size_bytes
         frame = _new(Frame, (number, source, receivers, size_bytes, segments, broadcast))
-        delays_ns = self._judge(frame, carrier, token) if self._judges else None
+        delays_ns: dict[int, int] | None = None  # of those that are left, as soon as a rule speaks
+        for rule, judge in self._judges:
+            verdicts = judge(frame, receivers)
+            if verdicts is not None:
+                delays_ns = self._obey(rule, verdicts, receivers, delays_ns, carrier, token)
+                if not delays_ns:
+                    self._barred_bytes += size_bytes
+                    return
+                if len(delays_ns) < len(receivers):
+                    receivers = tuple(delays_ns)
         if delays_ns is None:
             for receiver in receivers:
                 self._open[number, receiver] = (carrier, token, receiver, size_bytes, 0)
-        elif delays_ns:
-            if len(delays_ns) < len(receivers):
-                frame = frame._replace(receivers=tuple(delays_ns))
+        else:
+            frame = frame._replace(receivers=receivers)
             for receiver, delay_ns in delays_ns.items():
                 self._open[number, receiver] = (carrier, token, receiver, size_bytes, delay_ns)
-        else:
-            return
-        self.bytes_on_air += size_bytes
         self._send(frame)
 
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
@@ -225,27 +239,11 @@ class Medium:
         """Frames, per receiver, that are not settled yet or on their way."""
         return len(self._open) + self._flying
 
-    def _judge(self, frame: Frame, carrier: Carrier, token: Any) -> dict[int, int] | None:
-        """Ask the rules. Returns the receivers that are left, with the delay to add; None where no
-        rule has anything to say."""
-        receivers = frame.receivers
-        delays_ns: dict[int, int] | None = None
-        for rule, judge in self._judges:
-            verdicts = judge(frame, receivers)
-            if verdicts is None:
-                continue
-            if delays_ns is None:
-                delays_ns = dict.fromkeys(receivers, 0)
-            self._obey(rule, verdicts, receivers, delays_ns, carrier, token)
-            if len(delays_ns) < len(receivers):
-                receivers = tuple(delays_ns)
-                if not receivers:
-                    break
-        return delays_ns
-
     def _obey(self, rule: Rule, verdicts: list[Any], receivers: tuple[int, ...],
-              delays_ns: dict[int, int], carrier: Carrier, token: Any) -> None:
-        """Add the rule's delays to ``delays_ns``, and take out whom it drops."""
+              delays_ns: dict[int, int] | None, carrier: Carrier, token: Any) -> dict[int, int]:
+        """``delays_ns`` of ``receivers`` with the rule's delays added, without whom it drops."""
+        if delays_ns is None:
+            delays_ns = dict.fromkeys(receivers, 0)
         if len(verdicts) != len(receivers):
             raise ModelError(f"{_class(rule)} gave {len(verdicts)} verdicts for "
                              f"{len(receivers)} receivers")
@@ -263,6 +261,7 @@ class Medium:
                 carrier.lost(token, receiver, verdict.reason)
             elif type(verdict) is not Pass:
                 raise ModelError(f"{_class(rule)} gave {verdict!r}, which is no verdict")
+        return delays_ns
 
     def _deliver(self, claim: Claim) -> None:
         carrier, token, receiver, size_bytes, _ = claim

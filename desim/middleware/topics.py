@@ -121,7 +121,6 @@ class Publisher:
         if graph.read_at_birth:
             message.content  # noqa: B018 - reading computes it
         if self._local:
-            self.topic.counts.local += 1
             host.receive(message)
         if self._receivers:
             graph.depart(message, self._receivers)
