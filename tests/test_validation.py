@@ -13,7 +13,8 @@ from netmodels import bus, link
 from netmodels.radio import pathloss
 from netmodels.radio.errors import packet_error
 from netmodels.radio.standards import STANDARDS
-from netmodels.validation import propagation, round_trip
+from netmodels.validation import aloha, propagation, round_trip
+from netmodels.validation.aloha import RandomAccess
 from netmodels.validation.broadcast import Heartbeats
 from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
 from netmodels.validation.places import HiddenTerminals, Pairs
@@ -38,6 +39,10 @@ def slower_rates(monkeypatch):
 def slower_bus(monkeypatch):
     monkeypatch.setattr(bus, "airtime_ns", lambda size_bytes, rate_bps: (
         size_bytes * 8 * 10**9 * 11 // (10 * rate_bps)))
+
+
+def longer_frames(monkeypatch):
+    monkeypatch.setattr(aloha, "RATE", "22.8 kb/s")
 
 
 def longer_slots(monkeypatch):
@@ -73,7 +78,8 @@ TWINS = [
     (SaturationOfOfdm, 2, longer_symbols), (SaturationOf11b, 1, longer_preambles),
     (Waiting, 1, slower_rates), (FiniteQueue, 1, slower_rates), (PeriodicSenders, 4, slower_rates),
     (CarrierSenseOfNs3, 6, slower_bus), (CollisionsOfEthernet, 3, longer_slots),
-    (Pairs, 8, less_loss), (HiddenTerminals, 6, less_loss), (Heartbeats, 1, longer_symbols),
+    (RandomAccess, 2, longer_frames), (Pairs, 8, less_loss), (HiddenTerminals, 6, less_loss),
+    (Heartbeats, 1, longer_symbols),
     (Propagation, 20, less_loss), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
 ]
 
