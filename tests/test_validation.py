@@ -27,7 +27,8 @@ from netmodels.validation.saturation_11b import SaturationOf11b
 
 @dataclass(frozen=True)
 class Spreading(pathloss.LogDistance):
-    exponent: float = 2.85
+    def loss_db(self, distance_m):
+        return pathloss.LogDistance(0.95 * self.exponent, self.reference_db).loss_db(distance_m)
 
 
 def slower_rates(monkeypatch):
