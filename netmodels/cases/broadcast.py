@@ -11,7 +11,7 @@ from pydantic import Field
 from desim import ports
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Frequency, Length, Period
-from netmodels.cases.counted import CountedRadio
+from netmodels.cases.counted import SAME_POWER, CountedRadio
 from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
 
@@ -47,10 +47,11 @@ class Broadcast:
         p = self._params
         stations = numbered("station", p.stations)
         rate = f"{p.rate_bps} b/s"
-        loss = {"model": "fixed", "total": "66.0206 dB"} if p.radius_m is None else {}
+        if p.radius_m is None:
+            places, loss = [NOWHERE] * p.stations, SAME_POWER
+        else:
+            places, loss = sunflower(p.stations, p.radius_m), {"model": "log_distance"}
         radio = CountedRadio(standard=p.standard, rate=rate, broadcast_rate=rate, path_loss=loss)
-        places = ([NOWHERE] * p.stations if p.radius_m is None
-                  else sunflower(p.stations, p.radius_m))
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
         every_ns = round(NS_PER_S / Fraction(p.hz))
         return Setup(radio, dict(zip(stations, places, strict=True)),

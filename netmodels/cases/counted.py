@@ -7,6 +7,8 @@ from typing import Any
 
 from netmodels.radio import Radio
 
+SAME_POWER = {"model": "fixed", "total": "66.0206 dB"}  # everybody is heard with -50 dBm
+
 
 class CountedRadio(Radio):
     """``Radio`` with keywords as in a scenario; ``slot_ns`` instead of the standard's."""

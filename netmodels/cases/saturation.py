@@ -9,7 +9,7 @@ from pydantic import Field
 from desim import ports
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import BitRate, ByteSize, Period, airtime_ns
-from netmodels.cases.counted import CountedRadio
+from netmodels.cases.counted import SAME_POWER, CountedRadio
 from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
 from netmodels.radio.standards import STANDARDS
@@ -56,7 +56,7 @@ class Saturation:
         receivers = (numbered("receiver", p.stations) if p.topology == "pairs"
                      else ("sink",) * p.stations)
         radio = CountedRadio(standard=p.standard, rate=f"{rate_bps} b/s", slot_ns=p.slot_ns,
-                             path_loss={"model": "fixed", "total": "66.0206 dB"})
+                             path_loss=SAME_POWER)
         return Setup(radio, dict.fromkeys((*senders, *receivers), NOWHERE),
                      [Flow(sender, (receiver,), size_bytes, p.payload_bytes)
                       for sender, receiver in zip(senders, receivers, strict=True)],
