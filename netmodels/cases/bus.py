@@ -13,6 +13,8 @@ from netmodels.bus import Bus
 from netmodels.cases.packets import ETHERNET_BYTES, MOST_UDP_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import flows, numbered, spans_ns
 
+_PACKETS = 20_000  # to measure
+
 
 class SharedBus:
     """Senders of UDP share one Ethernet cable, each with a drop-tail queue: how much they carry
@@ -57,4 +59,4 @@ class SharedBus:
         return Setup(bus, dict.fromkeys((*senders, "sink"), NOWHERE),
                      flows(senders, "sink", size_bytes, p.payload_bytes, p.arrivals,
                            p.senders * packet_ns / p.load),
-                     *spans_ns(packet_ns, p.load, room, p.duration_ns))
+                     *spans_ns(packet_ns, p.load, room, p.duration_ns, _PACKETS))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from desim.ports.cases import Arrivals, Flow
 
 _SETTLING = 2000  # packets until a queue that can carry its load is as full as it usually is
-_MEASURED = 20_000
 
 
 def numbered(name: str, count: int) -> tuple[str, ...]:
@@ -20,11 +19,12 @@ def flows(sources: tuple[str, ...], receiver: str, size_bytes: int, payload_byte
             for source in sources]
 
 
-def spans_ns(packet_ns: float, load: float, room: int, measured_ns: int | None) -> tuple[int, int]:
+def spans_ns(packet_ns: float, load: float, room: int, measured_ns: int | None,
+             packets: int) -> tuple[int, int]:
     """The whole time, and its first part until queues with ``room`` for so many packets are in a
-    steady state: under overload, until they are full and half as long again. Measured are 20000
-    packets unless it is said."""
+    steady state: under overload, until they are full and half as long again. So many ``packets``
+    are measured unless a time is given."""
     each_ns = packet_ns / min(load, 1)
     filling = 1.5 * room / (load - 1) if load > 1 else 0
     warm_up_ns = round((_SETTLING + filling) * each_ns)
-    return warm_up_ns + (measured_ns or round(_MEASURED * each_ns)), warm_up_ns
+    return warm_up_ns + (measured_ns or round(packets * each_ns)), warm_up_ns

@@ -39,7 +39,7 @@ class Waiting:
     def checks(self, play: Play) -> Iterator[Check]:
         for load, packets in WAITING.items():
             found = play(_bottleneck(load=load, senders=1, queue=None, latency="0 s",
-                                     access=_AT_ONCE, duration=_lasting(packets, load)))
+                                     duration=_lasting(packets, load)))
             waited_ms = found["delay_mean_ms"] - SERVICE_MS
             expected_ms = load * SERVICE_MS / (2 * (1 - load))
             if load < 0.9:
@@ -72,9 +72,6 @@ class PeriodicSenders:
             what = f"{senders} periodic senders, load {load}"
             yield Check(f"{what}: loss", found["loss"], lost, 0.001)
             yield within(0.01, f"{what}: delay", found["delay_mean_ms"], delay_ms, "ms")
-
-
-_AT_ONCE = "1000 Gb/s"
 
 
 def _bottleneck(**params: Any) -> Any:
