@@ -3,39 +3,38 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
 from desim.experiment.netcase import play
-from desim.ports.cases import Check
+from desim.ports.cases import Check, Validation
 
 HEADER = f"{'':4}  {'measured':>12}  {'published':>12}  {'tolerance':>12}"
 
 
-class Row(NamedTuple):
-    group: str
-    source: str
-    check: Check
-
-
-def chosen(only: Iterable[str]) -> list[str]:
-    """The names of the groups to run, all of them if none is named. Raises ``InputError``."""
+def chosen(only: Iterable[str]) -> dict[str, Validation]:
+    """The groups to run by name, all of them if none is named. Raises ``InputError``."""
     known = plugins.available("validation")
     for name in only:
         if name not in known and ":" not in name:
             raise InputError(f"--only: there is no group {name!r}{did_you_mean(name, known)}; "
                              f"known: {', '.join(known)}")
-    return list(dict.fromkeys(only)) or list(known)
+    names = list(dict.fromkeys(only)) or list(known)
+    return {name: plugins.load("validation", name)() for name in names}
 
 
-def rows(groups: Iterable[str]) -> Iterator[Row]:
-    """Every comparison, measured when it is asked for."""
-    for name in groups:
-        group = plugins.load("validation", name)()
+def compared(groups: dict[str, Validation], say: Callable[[str], Any]) -> list[dict[str, Any]]:
+    """All comparisons, told line by line as they are made. Returns what ``--json`` prints."""
+    records = []
+    for name, group in groups.items():
+        say(f"{name}: {group.source}\n{HEADER}")
         for check in group.checks(play):
-            yield Row(name, group.source, check)
+            say(line(check))
+            records.append({"group": name, "source": group.source, **check._asdict(),
+                            "holds": check.holds})
+    return records
 
 
 def line(check: Check) -> str:
@@ -51,9 +50,3 @@ def _digits(check: Check) -> int:
     if not 0 < check.tolerance < math.inf:
         return 6
     return min(max(2 - math.floor(math.log10(check.tolerance)), 0), 9)
-
-
-def record(row: Row) -> dict[str, Any]:
-    """For ``--json``."""
-    return {"group": row.group, "source": row.source, **row.check._asdict(),
-            "holds": row.check.holds}
