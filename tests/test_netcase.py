@@ -107,6 +107,11 @@ def test_what_a_full_queue_drops_was_not_given_up():
     assert found["fairness"] == pytest.approx(3 / 5)
 
 
+def test_a_backlog_is_there_at_once():
+    found = play(link_setup(Flow("a", ("b",), 125, 100, "zero", 10 * S, backlog=4)))
+    assert (found["frames"], found["delivered"], found["delay_mean_ms"]) == (5, 5, 3.0)
+
+
 def test_an_echo_takes_the_way_twice():
     found = play(link_setup(Flow("a", ("b",), 125, 100, "zero", 100 * MS, echo=True)))
     assert (found["delivered"], found["delay_mean_ms"]) == (10, 2.0)
@@ -156,6 +161,15 @@ def test_a_broadcast_counts_at_each_receiver():
 
 
 # --------------------------------------------------------------------------------- our own cases
+
+
+@pytest.mark.parametrize("load", [1.0001, 1.05, 3])
+def test_an_overloaded_queue_is_full_from_the_beginning(load):
+    """Of 100 packets that wait a new one waits for all but the part that has gone meanwhile."""
+    found = play(Bottleneck(Bottleneck.Params(senders=7, load=load, arrivals="periodic",
+                                              latency="0 s", duration="2 s")).setup())
+    assert 99 * 1.2016 < found["delay_mean_ms"] < 101 * 1.2016
+    assert found["loss"] == pytest.approx(1 - 1 / load, abs=0.001)
 
 
 def test_attempts_failures_and_drops_of_two_who_cannot_hear_each_other():

@@ -80,12 +80,12 @@ class Source:
         self.losses: dict[str, int] = {}
 
     def begin(self, luck: np.random.Generator) -> None:
-        if self._saturated:
-            for _ in range(2):
-                self._kernel.after(0, Phase.CONTROL, self._entity, self._send)
-            return
-        self._gaps = _gaps(self.flow, luck)
-        self._kernel.after(next(self._gaps), Phase.CONTROL, self._entity, self._next)
+        after, flow = self._kernel.after, self.flow
+        for _ in range(flow.backlog + 2 * self._saturated):
+            after(0, Phase.CONTROL, self._entity, self._send)
+        if not self._saturated:
+            self._gaps = _gaps(flow, luck)
+            after(next(self._gaps), Phase.CONTROL, self._entity, self._next)
 
     def _next(self, _: Any) -> None:
         self._send(None)

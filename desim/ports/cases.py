@@ -19,8 +19,8 @@ class Flow(NamedTuple):
 
     There is one every ``every_ns``, on average (``poisson``) or exactly: from a random phase
     (``periodic``) or from time 0 (``zero``). Unicast flows may also be ``saturated``: two frames
-    are in the network at any time. An ``echo`` is sent back by its receiver, and has arrived when
-    it is there again.
+    are in the network at any time. A ``backlog`` of so many frames is sent at time 0 beside. An
+    ``echo`` is sent back by its receiver, and has arrived when it is there again.
     """
 
     source: str
@@ -29,6 +29,7 @@ class Flow(NamedTuple):
     payload_bytes: int
     arrivals: Arrivals = "saturated"
     every_ns: int = 0
+    backlog: int = 0
     broadcast: bool = False
     echo: bool = False
 

@@ -10,7 +10,7 @@ from desim import ports
 from desim.ports.cases import NOWHERE, Setup
 from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.cases.packets import MOST_UDP_BYTES, PPP_BYTES, UDP_IP_BYTES
-from netmodels.cases.senders import flows, spans_ns
+from netmodels.cases.senders import flows, watch
 from netmodels.link import Link
 
 _PERIODIC = 20_000  # packets that are enough
@@ -52,10 +52,11 @@ class Bottleneck:
         link = Link(Link.Params(
             rate=f"{p.capacity_bps} b/s", queue=_NO_BOUND,
             latency=f"{p.latency_ns} ns", **queue))
+        span = watch(packet_ns, p.load, p.queue or 0, 1, p.senders, self._packets(), p.duration_ns)
         return Setup(link, {_ROUTER: NOWHERE, _SINK: NOWHERE},
                      flows((_ROUTER,) * p.senders, _SINK, size_bytes, p.payload_bytes, p.arrivals,
-                           p.senders * packet_ns / p.load),
-                     *spans_ns(packet_ns, p.load, p.queue or 0, p.duration_ns, self._packets()))
+                           p.senders * packet_ns / p.load, span.backlog),
+                     span.duration_ns, span.warm_up_ns)
 
     def _packets(self) -> int:
         """To measure. The relative variance of a mean wait goes with 1 / (1 - load)^2 (Whitt 1989,

@@ -11,7 +11,7 @@ from desim.ports.cases import NOWHERE, Setup
 from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.bus import Bus
 from netmodels.cases.packets import ETHERNET_BYTES, MOST_UDP_BYTES, UDP_IP_BYTES
-from netmodels.cases.senders import flows, numbered, spans_ns
+from netmodels.cases.senders import flows, numbered, watch
 
 _PACKETS = 20_000  # to measure
 
@@ -54,9 +54,10 @@ class SharedBus:
         bus = Bus(Bus.Params(
             arbitration=p.mode, rate=f"{p.capacity_bps} b/s", queue_packets=p.queue,
             propagation=f"{p.propagation_ns} ns", preamble=f"{preamble_bytes} B"))
-        room = p.queue * (1 if p.mode == "fifo" else p.senders)
+        queues = 1 if p.mode == "fifo" else p.senders
+        span = watch(packet_ns, p.load, p.queue, queues, p.senders, _PACKETS, p.duration_ns)
         senders = numbered("sender", p.senders)
         return Setup(bus, dict.fromkeys((*senders, "sink"), NOWHERE),
                      flows(senders, "sink", size_bytes, p.payload_bytes, p.arrivals,
-                           p.senders * packet_ns / p.load),
-                     *spans_ns(packet_ns, p.load, room, p.duration_ns, _PACKETS))
+                           p.senders * packet_ns / p.load, span.backlog),
+                     span.duration_ns, span.warm_up_ns)

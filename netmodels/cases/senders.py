@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from desim.ports.cases import Arrivals, Flow
 
 _SETTLING = 2000  # packets until a queue that can carry its load is as full as it usually is
@@ -13,18 +15,26 @@ def numbered(name: str, count: int) -> tuple[str, ...]:
 
 
 def flows(sources: tuple[str, ...], receiver: str, size_bytes: int, payload_bytes: int,
-          arrivals: Arrivals, every_ns: float = 0) -> list[Flow]:
+          arrivals: Arrivals, every_ns: float = 0, backlog: int = 0) -> list[Flow]:
     """Alike, from each of ``sources``."""
-    return [Flow(source, (receiver,), size_bytes, payload_bytes, arrivals, round(every_ns))
+    return [Flow(source, (receiver,), size_bytes, payload_bytes, arrivals, round(every_ns), backlog)
             for source in sources]
 
 
-def spans_ns(packet_ns: float, load: float, room: int, measured_ns: int | None,
-             packets: int) -> tuple[int, int]:
-    """The whole time, and its first part until queues with ``room`` for so many packets are in a
-    steady state: under overload, until they are full and half as long again. So many ``packets``
-    are measured unless a time is given."""
-    each_ns = packet_ns / min(load, 1)
-    filling = 1.5 * room / (load - 1) if load > 1 else 0
-    warm_up_ns = round((_SETTLING + filling) * each_ns)
-    return warm_up_ns + (measured_ns or round(packets * each_ns)), warm_up_ns
+class Watch(NamedTuple):
+    """How long to watch senders, in ns: the whole, and its first part, which is not counted. Under
+    overload they begin with a ``backlog`` of packets each, so that queues are full at once."""
+
+    duration_ns: int
+    warm_up_ns: int
+    backlog: int
+
+
+def watch(packet_ns: float, load: float, queue: int, queues: int, senders: int,
+          packets: int, measured_ns: int | None) -> Watch:
+    """Until so many ``queues``, which have room for ``queue`` packets each, are in a steady state,
+    and what they had at the beginning is gone; then for ``packets``, or as long as it is said."""
+    each_ns, room = packet_ns / min(load, 1), queue * queues if load > 1 else 0
+    warm_up_ns = round((_SETTLING + room) * each_ns)
+    return Watch(warm_up_ns + (measured_ns or round(packets * each_ns)), warm_up_ns,
+                 -(-room // senders))
