@@ -78,8 +78,15 @@ class Drop(NamedTuple):
     reason: str
 
 
+class Duplicate(NamedTuple):
+    """From a rule: where the frame is delivered, a copy is ``after_ns`` (int >= 0) later. A stream
+    ignores it, a datagram's message arrives once more. Copies of several rules add up."""
+
+    after_ns: int
+
+
 PASS = Pass()
-Verdict = Pass | Deliver | Drop
+Verdict = Pass | Deliver | Drop | Duplicate
 
 
 @dataclass(frozen=True)

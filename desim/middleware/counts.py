@@ -46,10 +46,11 @@ class TopicCounts:
     Delivered means that the receiving host has it. What becomes of it there is a second account,
     one per message and subscription, loopback included: queued = called + overwritten (the queue
     was full, its oldest went) + discarded (the host stopped) + still waiting. ``kept`` counts the
-    messages put where a node may look at the newest one (``Node.latest``).
+    messages put where a node may look at the newest one (``Node.latest``). ``repeated`` counts the
+    copies that came after a delivery; they are in the second account, and not in the first.
     """
 
-    __slots__ = ("intended", "delivered", "dropped", "bytes", "latency", "local",
+    __slots__ = ("intended", "delivered", "dropped", "bytes", "latency", "local", "repeated",
                  "queued", "called", "overwritten", "discarded", "kept")
 
     def __init__(self) -> None:
@@ -59,6 +60,7 @@ class TopicCounts:
         self.bytes = 0  # delivered, without any header
         self.latency = LatencyHistogram()
         self.local = 0  # messages to subscribers on the publisher's own host
+        self.repeated = 0
         self.queued = 0
         self.called = 0
         self.overwritten = 0

@@ -15,7 +15,7 @@ import numpy as np
 
 from desim.errors import ModelError, below
 from desim.kernel import Call, Kernel, Phase
-from desim.ports import Deliver, Drop, Frame, NetworkModel, Obstacles, Pass, Rule
+from desim.ports import Deliver, Drop, Duplicate, Frame, NetworkModel, Obstacles, Pass, Rule
 from desim.streams import Streams
 from desim.trace import Names
 
@@ -31,8 +31,15 @@ class Carrier(Protocol):
                medium: Medium) -> None:
         """One fate of several receivers of a broadcast frame."""
 
+    def repeated(self, token: Any, receiver: int) -> None:
+        """A copy of a frame that has arrived, where a rule makes them."""
 
-Claim = tuple[Carrier, Any, int, int, int]  # and token, receiver, size_bytes, rules' delay_ns
+
+# What the rules say of a frame at one receiver: delay_ns to add, and how much later copies come.
+Terms = tuple[int, tuple[int, ...]]
+Claim = tuple[Carrier, Any, int, int, Terms]  # and token, receiver, size_bytes
+
+_PLAIN: Terms = (0, ())  # the terms where no rule has anything to say
 
 _NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER  # cheaper than to look them up each time
 _new = tuple.__new__  # a Frame at half the price
@@ -91,6 +98,7 @@ class Medium:
     ``hosts`` are all host names in index order. Counted per frame and receiver: ``intended`` =
     ``delivered`` + ``dropped`` by reason + ``in_flight()``. ``bytes_on_air`` are those of frames
     that the rules let through to somebody, with headers; ``tx_bytes`` and ``rx_bytes`` by host.
+    ``copies`` that rules made of delivered frames are an account apart, but for ``rx_bytes``.
     """
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
@@ -104,6 +112,7 @@ class Medium:
         self.frames = 0
         self.intended = 0
         self.delivered = 0
+        self.copies = 0
         self.dropped: dict[str, int] = {}
         self.bytes_on_air = 0
         self.tx_bytes = [0] * len(hosts)
@@ -147,14 +156,15 @@ class Medium:
         except KeyError:
             raise self._unexpected(frame, receiver) from None
         if type(verdict) is Deliver:
-            delay_ns, ids = verdict.delay_ns, self._ids
-            if claim[4]:
+            delay_ns, ids, deliver = verdict.delay_ns, self._ids, self._deliver
+            if claim[4] is not _PLAIN:
                 if delay_ns < 0:
                     raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
-                delay_ns += claim[4]
+                delay_ns += claim[4][0]
+                if claim[4][1]:
+                    claim, deliver = (frame, claim), self._deliver_often
             self._flying += 1
-            self._after(delay_ns, _DELIVER, ids[frame.source] << 32 | ids[receiver],
-                        self._deliver, claim)
+            self._after(delay_ns, _DELIVER, ids[frame.source] << 32 | ids[receiver], deliver, claim)
         else:
             self._count(self._declared(verdict), 1)
             claim[0].lost(claim[1], receiver, verdict.reason)
@@ -183,15 +193,15 @@ class Medium:
         self.intended += len(receivers)
         self.tx_bytes[source] += size_bytes
         frame = _new(Frame, (number, source, receivers, size_bytes, segments, broadcast))
-        delays_ns = self._judge(frame, carrier, token) if self._judges else None
-        if delays_ns is None:
+        terms = self._judge(frame, carrier, token) if self._judges else None
+        if terms is None:
             for receiver in receivers:
-                self._open[number, receiver] = (carrier, token, receiver, size_bytes, 0)
-        elif delays_ns:
-            if len(delays_ns) < len(receivers):
-                frame = frame._replace(receivers=tuple(delays_ns))
-            for receiver, delay_ns in delays_ns.items():
-                self._open[number, receiver] = (carrier, token, receiver, size_bytes, delay_ns)
+                self._open[number, receiver] = (carrier, token, receiver, size_bytes, _PLAIN)
+        elif terms:
+            if len(terms) < len(receivers):
+                frame = frame._replace(receivers=tuple(terms))
+            for receiver, own in terms.items():
+                self._open[number, receiver] = (carrier, token, receiver, size_bytes, own)
         else:
             return
         self.bytes_on_air += size_bytes
@@ -215,27 +225,27 @@ class Medium:
         """Frames, per receiver, that are not settled yet or on their way."""
         return len(self._open) + self._flying
 
-    def _judge(self, frame: Frame, carrier: Carrier, token: Any) -> dict[int, int] | None:
-        """Ask the rules. Returns the receivers that are left, with the delay to add; None where no
-        rule has anything to say."""
+    def _judge(self, frame: Frame, carrier: Carrier, token: Any) -> dict[int, Terms] | None:
+        """Ask the rules. Returns the receivers that are left, with their terms; None where no rule
+        has anything to say."""
         receivers = frame.receivers
-        delays_ns: dict[int, int] | None = None
+        terms: dict[int, Terms] | None = None
         for rule, judge in self._judges:
             verdicts = judge(frame, receivers)
             if verdicts is None:
                 continue
-            if delays_ns is None:
-                delays_ns = dict.fromkeys(receivers, 0)
-            self._obey(rule, verdicts, receivers, delays_ns, carrier, token)
-            if len(delays_ns) < len(receivers):
-                receivers = tuple(delays_ns)
+            if terms is None:
+                terms = dict.fromkeys(receivers, _PLAIN)
+            self._obey(rule, verdicts, receivers, terms, carrier, token)
+            if len(terms) < len(receivers):
+                receivers = tuple(terms)
                 if not receivers:
                     break
-        return delays_ns
+        return terms
 
     def _obey(self, rule: Rule, verdicts: list[Any], receivers: tuple[int, ...],
-              delays_ns: dict[int, int], carrier: Carrier, token: Any) -> None:
-        """Add the rule's delays to ``delays_ns``, and take out whom it drops."""
+              terms: dict[int, Terms], carrier: Carrier, token: Any) -> None:
+        """Add the rule's delays and copies to ``terms``, and take out whom it drops."""
         if len(verdicts) != len(receivers):
             raise ModelError(f"{_class(rule)} gave {len(verdicts)} verdicts for "
                              f"{len(receivers)} receivers")
@@ -244,13 +254,20 @@ class Medium:
                 if type(verdict.delay_ns) is not int or verdict.delay_ns < 0:
                     raise ModelError(f"{_class(rule)} delays by {verdict.delay_ns!r}; a delay "
                                      "is an int >= 0 of nanoseconds")
-                delays_ns[receiver] += verdict.delay_ns
+                delay_ns, copies = terms[receiver]
+                terms[receiver] = delay_ns + verdict.delay_ns, copies
             elif type(verdict) is Drop:
                 if verdict.reason not in rule.reasons:
                     raise _undeclared(rule, verdict.reason)
-                del delays_ns[receiver]
+                del terms[receiver]
                 self._count(verdict.reason, 1)
                 carrier.lost(token, receiver, verdict.reason)
+            elif type(verdict) is Duplicate:
+                if type(verdict.after_ns) is not int or verdict.after_ns < 0:
+                    raise ModelError(f"{_class(rule)} makes a copy after {verdict.after_ns!r}; "
+                                     "wanted: an int >= 0 of nanoseconds")
+                delay_ns, copies = terms[receiver]
+                terms[receiver] = delay_ns, (*copies, verdict.after_ns)
             elif type(verdict) is not Pass:
                 raise ModelError(f"{_class(rule)} gave {verdict!r}, which is no verdict")
 
@@ -264,6 +281,23 @@ class Medium:
         else:
             self._count("host_down", 1)
             carrier.lost(token, receiver, "host_down")
+
+    def _deliver_often(self, arrival: tuple[Frame, Claim]) -> None:
+        """A frame that has copies: they come after it, if it comes."""
+        frame, claim = arrival
+        receiver, (_, copies) = claim[2], claim[4]
+        if self.up[receiver]:
+            entity = self._ids[frame.source] << 32 | self._ids[receiver]
+            for after_ns in copies:
+                self._after(after_ns, _DELIVER, entity, self._repeat, claim)
+        self._deliver(claim)
+
+    def _repeat(self, claim: Claim) -> None:
+        carrier, token, receiver, size_bytes, _ = claim
+        if self.up[receiver]:
+            self.copies += 1
+            self.rx_bytes[receiver] += size_bytes
+            carrier.repeated(token, receiver)
 
     def _unexpected(self, frame: Frame, receiver: int | Sequence[int]) -> ModelError:
         return ModelError(f"{self._model()} settled {frame} at receiver {receiver}, which is "

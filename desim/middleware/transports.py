@@ -154,6 +154,9 @@ class StreamLink:
                                       self._entity, self._again)
         self._rto_ns = min(2 * self._rto_ns, RTO_MAX_NS)
 
+    def repeated(self, message: Message, receiver: int) -> None:
+        """TCP knows what it has already by its sequence number."""
+
     def close(self, reason: str) -> None:
         """Drop what waits. A frame that is on its way meets its own fate."""
         self._closed = reason
@@ -241,6 +244,10 @@ class Datagram:
     def lost(self, message: Message, receiver: int, reason: str) -> None:
         self._flying -= 1
         self._graph.drop(message, receiver, reason, message.born_ns, message.born_ns)
+
+    def repeated(self, message: Message, receiver: int) -> None:
+        """UDP does not know what it has already."""
+        self._graph.repeat(message, self._graph.hosts[receiver])
 
     def missed(self, message: Message, receivers: tuple[int, ...], reason: str,
                medium: Medium) -> None:
