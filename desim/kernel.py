@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from enum import IntEnum
 from fractions import Fraction
+from functools import partial
 from heapq import heappop, heappush
 from typing import Any
 
@@ -49,12 +50,13 @@ def pair(source: int, destination: int) -> int:
 
 
 class Call:
-    """One agenda entry: a function and its one argument. Looks to SimPy like a triggered event.
+    """One agenda entry: a function and its one argument.
 
-    Made by ``Kernel`` without a constructor, which would be a quarter of the cost of an event.
+    Made by ``Kernel`` without a constructor, which would be a quarter of the cost of an event. With
+    ``callbacks`` it looks to SimPy like a triggered event.
     """
 
-    __slots__ = ("callbacks", "fn", "arg", "order")
+    __slots__ = ("callbacks", "fn", "arg")
     _ok = True
 
     def cancel(self) -> None:
@@ -132,7 +134,6 @@ class Kernel:
         self.events = 0  # calls fired so far
         self._fired: Any = (-1, 0)  # agenda entry of the call that fired last: time, key, ...
         self._agenda, self._numbers = self.env._queue, self.env._eid
-        self._callbacks = (self._fire,)
         self._stopping: Call | None = None
 
     def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
@@ -144,16 +145,13 @@ class Kernel:
         """
         if type(delay_ns) is not int or delay_ns < 0:
             raise KernelError(f"delay_ns must be an int >= 0, got {delay_ns!r} for {_name(fn)}")
-        order = phase + entity
-        if delay_ns == 0:
-            order += self._round_for(phase, fn) << _ROUND_BIT
         call = _new_call(Call)
-        call.callbacks = self._callbacks
         call.fn = fn
         call.arg = arg
-        call.order = order
         # SimPy's ``schedule`` without its call.
-        heappush(self._agenda, (self.now_ns + delay_ns, order, next(self._numbers), call))
+        heappush(self._agenda, (self.now_ns + delay_ns,
+                                phase + entity if delay_ns else self._next(phase, entity, fn),
+                                next(self._numbers), call))
         return call
 
     def at(self, time_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
@@ -229,7 +227,7 @@ class Kernel:
         """Ends the environment's ``run`` after everything of that instant."""
         call = _new_call(_End)
         call.callbacks = (_run,)
-        call.fn, call.arg, call.order = self._end, None, _LAST
+        call.fn, call.arg = self._end, None
         self.env.schedule(call, _LAST, delay_ns)
         return call
 
@@ -239,26 +237,34 @@ class Kernel:
             self._stopping = None
         raise StopSimulation(None)
 
-    def _fire(self, call: Call) -> None:
-        self._fired = self.now_ns, call.order
-        self.events += 1
-        call.fn(call.arg)
-
-    def _round_for(self, phase: Phase, fn: Callable) -> int:
-        """The round of something booked for now: what is not later than the phase that runs has to
-        wait for the next one."""
+    def _next(self, phase: Phase, entity: int, fn: Callable) -> int:
+        """The priority of something booked for now: what is not later than the phase that runs has
+        to wait for the next round."""
         fired_ns, order, *_ = self._fired
         if self.now_ns != fired_ns:
-            return 0
+            return phase + entity
         round_ = (order >> _ROUND_BIT) + (phase <= order & _PHASE_MASK)
         if round_ > MAX_ROUNDS:
             raise KernelError(f"more than {MAX_ROUNDS} rounds at {self.now_ns} ns: the loop goes "
                               f"through {_name(fn)} in phase {Phase(phase).name}")
-        return round_
+        return phase + entity + (round_ << _ROUND_BIT)
 
 
 class _Guest(Kernel):
-    """A kernel in a foreign environment, whose own events move the clock as well."""
+    """A kernel in a foreign environment, whose own events move the clock as well, and whose
+    ``step`` fires ours."""
+
+    def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
+              arg: Any = None) -> Call:
+        call = super().after(delay_ns, phase, entity, fn, arg)
+        order = phase + entity if delay_ns else self._next(phase, entity, fn)
+        call.callbacks = (partial(self._fire, order),)
+        return call
+
+    def _fire(self, order: int, call: Call) -> None:
+        self._fired = self.now_ns, order
+        self.events += 1
+        call.fn(call.arg)
 
     @property
     def now_ns(self) -> int:

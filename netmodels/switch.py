@@ -12,10 +12,11 @@ order of arrival. Fluid and packets differ by less than one packet of each train
 hence so do the arrivals, and no more trains come in at once than there are ports. ``per_segment``
 sends packet by packet instead, without that error, for an event and more a packet.
 
-A single packet that will be in the switch within 0.1 ms, at an exit where no train is expected, is
-settled when it is sent. What is sent later but is in earlier does not delay it any more, so that
-it may arrive too early: by at most 0.1 ms for each other port, the most that can come in from there
-meanwhile. (In maze_30 not one arrival differs.)
+A single packet that will be in the switch within 0.1 ms, at an exit where nothing else is expected,
+is settled when it is sent, behind all that was settled before. What is sent later but is in earlier
+does not delay it, so that it may arrive too early: by at most 0.1 ms for each other port, the most
+that can come in from there meanwhile; the latter arrives too late, by no more. (In maze_30 not one
+arrival differs.)
 """
 
 from __future__ import annotations
@@ -42,49 +43,54 @@ _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle exit gives the same dela
 class Exit:
     """The queue of one port towards its host, in ns of transmission. Asked in order of time."""
 
-    __slots__ = ("_limit_ns", "_at_ns", "_work_ns", "_trains", "_expected", "_changes",
+    __slots__ = ("_limit_ns", "_at_ns", "_work_ns", "_expected", "_trains", "_changes",
                  "_full_at_ns")
 
     def __init__(self, limit_ns: int) -> None:
         self._limit_ns = limit_ns
-        self._at_ns = self._work_ns = 0
+        self._at_ns = 0  # now, or when the packet will be here that was foreseen last
+        self._work_ns = 0  # what waits then
+        self._expected = 0  # packets and trains that will be asked about when they are here
         self._trains = 0  # coming in
-        self._expected = 0  # trains coming in or announced
-        self._changes: list[tuple[int, int, int]] = []  # heap of when, trains, work
+        self._changes: list[tuple[int, int, int]] = []  # of trains, a heap: when, trains, work
         self._full_at_ns = -1
 
-    def packet(self, now_ns: int, wire_ns: int) -> int | None:
-        """When a packet that is here now will have left; None if it finds the queue full."""
-        if self._changes:
-            self._run(now_ns)
+    def foresee(self, in_ns: int, wire_ns: int) -> int | None:
+        """When a packet will have left that is on its way and will be here at ``in_ns``: after all
+        that was foreseen before, even if that is here a little later. None if it cannot be told
+        yet, as something else is expected or the queue may be full; then it is expected, too."""
+        if self._expected:
+            self._expected += 1
+            return None
+        at_ns = self._at_ns
+        if in_ns < at_ns:
+            in_ns = at_ns
+        work_ns = self._work_ns - (in_ns - at_ns)
+        if work_ns <= 0:
+            work_ns = wire_ns
         else:
-            self._pour(now_ns)
+            work_ns += wire_ns
+            if work_ns > self._limit_ns:
+                self._expected = 1
+                return None
+        self._at_ns = in_ns
+        self._work_ns = work_ns
+        return in_ns + work_ns
+
+    def expect(self) -> None:
+        """A packet will be here."""
+        self._expected += 1
+
+    def packet(self, now_ns: int, wire_ns: int) -> int | None:
+        """When an expected packet that is here now will have left; None if it finds the queue
+        full."""
+        self._expected -= 1
+        self._run(now_ns)
         work_ns = self._work_ns + wire_ns
         if work_ns > wire_ns and work_ns > self._limit_ns:
             return None
         self._work_ns = work_ns
-        return now_ns + work_ns
-
-    def foresee(self, now_ns: int, in_ns: int, wire_ns: int) -> int | None:
-        """When a packet will have left that is on its way and will be here at ``in_ns``; None if
-        that cannot be told yet: a train is expected, or the queue may be full."""
-        if self._changes:
-            self._take_in(now_ns)
-            if self._expected:
-                return None
-        at_ns, wait_ns = self._at_ns, self._work_ns
-        for time_ns, _, work_ns in sorted(self._changes):
-            if time_ns > in_ns:
-                break
-            wait_ns = max(wait_ns - (time_ns - at_ns), 0) + work_ns
-            at_ns = time_ns
-        wait_ns -= in_ns - at_ns
-        if wait_ns < 0:
-            wait_ns = 0
-        elif wait_ns + wire_ns > self._limit_ns:
-            return None
-        heappush(self._changes, (in_ns, 0, wire_ns))
-        return in_ns + wait_ns + wire_ns
+        return self._at_ns + work_ns
 
     def announce(self, first_ns: int, last_ns: int, packet_ns: int) -> None:
         """A train's first packet will be here at ``first_ns``, its last one at ``last_ns``."""
@@ -95,26 +101,25 @@ class Exit:
     def train(self, first_ns: int, now_ns: int) -> int | None:
         """When the train whose last packet is here now will have left; None if the queue was full
         while it came in."""
+        self._expected -= 1
         self._run(now_ns)
-        return None if self._full_at_ns >= first_ns else now_ns + self._work_ns
+        return None if self._full_at_ns >= first_ns else self._at_ns + self._work_ns
 
     def _run(self, now_ns: int) -> None:
-        self._take_in(now_ns)
-        self._pour(now_ns)
-
-    def _take_in(self, now_ns: int) -> None:
-        """What has come in up to now."""
+        """What has come in of trains up to now, and gone out."""
         changes = self._changes
         while changes and changes[0][0] <= now_ns:
             time_ns, trains, work_ns = heappop(changes)
             self._pour(time_ns)
             self._trains += trains
             self._work_ns += work_ns
-            if trains < 0:
-                self._expected -= 1
+        self._pour(now_ns)
 
     def _pour(self, until_ns: int) -> None:
-        work_ns = self._work_ns + (self._trains - 1) * (until_ns - self._at_ns)
+        passed_ns = until_ns - self._at_ns
+        if passed_ns <= 0:  # a packet was foreseen up to later
+            return
+        work_ns = self._work_ns + (self._trains - 1) * passed_ns
         if work_ns > self._limit_ns and self._trains > 1:
             work_ns = max(self._work_ns, self._limit_ns)
             self._full_at_ns = until_ns
@@ -177,16 +182,15 @@ class Switch:
         self._exits = [Exit(limit_ns) for _ in range(count)]
 
     def send(self, frame: ports.Frame) -> None:
-        port = self._port[frame.source]
-        receiver = frame.receivers[0]
-        if frame.broadcast or self._port[receiver] == port:
+        _, source, receivers, size_bytes, segments, broadcast = frame
+        port = self._port[source]
+        exits = self._exits_to[receivers[0]]
+        if broadcast or exits[0][0] == port:
             exits = self._leave(frame, port)
             if not exits:
                 return
-        else:
-            exits = self._exits_to[receiver]
-        if frame.segments == 1:
-            self._send_packet(frame, port, exits)
+        if segments == 1:
+            self._send_packet(frame, port, exits, size_bytes, broadcast)
         elif self._params.per_segment:
             self._send_segments(frame, port, exits)
         else:
@@ -202,9 +206,10 @@ class Switch:
                                       ports.Deliver(self._params.local_latency_ns))
         return tuple(groups.items())
 
-    def _send_packet(self, frame: ports.Frame, port: int, exits: Exits) -> None:
+    def _send_packet(self, frame: ports.Frame, port: int, exits: Exits, size_bytes: int,
+                     broadcast: bool) -> None:
         now_ns = self._context.now_ns
-        wire_ns = self._packet_ns(frame.size_bytes)
+        wire_ns = self._packet_ns(size_bytes)
         begin_ns = self._packets_free_ns[port]
         if begin_ns < now_ns:
             begin_ns = now_ns
@@ -213,7 +218,8 @@ class Switch:
             self._trains_free_ns[port] += wire_ns
         end_ns = self._packets_free_ns[port] = begin_ns + wire_ns
         in_ns = end_ns + self._propagation_ns
-        if frame.broadcast:
+        if broadcast:
+            self._expect(exits)
             self._context.at(in_ns, self._cross, (frame, exits, in_ns, wire_ns))
         elif in_ns - now_ns <= _AHEAD_NS:
             self._foresee((frame, exits, in_ns, wire_ns), now_ns)
@@ -224,9 +230,8 @@ class Switch:
                 self._context.at(in_ns, self._cross_waiting, waiting)
 
     def _cross_waiting(self, waiting: deque[Crossing]) -> None:
-        """The first of the packets that wait at a port is in the switch; others will be soon."""
+        """The first of the packets that wait at a port is in the switch, others will be soon."""
         now_ns = self._context.now_ns
-        self._cross(waiting.popleft())
         while waiting and waiting[0][2] - now_ns <= _AHEAD_NS:
             self._foresee(waiting.popleft(), now_ns)
         if waiting:
@@ -234,12 +239,12 @@ class Switch:
 
     def _foresee(self, crossing: Crossing, now_ns: int) -> None:
         """Settle a packet that will soon be in the switch, or wait until it is."""
-        frame, exits, in_ns, wire_ns = crossing
-        out_ns = self._exits[exits[0][0]].foresee(now_ns, in_ns, wire_ns)
+        frame, ((exit_, receivers),), in_ns, wire_ns = crossing
+        out_ns = self._exits[exit_].foresee(in_ns, wire_ns)
         if out_ns is None:
             self._context.at(in_ns, self._cross, crossing)
         else:
-            self._context.settle(frame, frame.receivers[0],
+            self._context.settle(frame, receivers[0],
                                  _deliver(out_ns - now_ns + self._propagation_ns))
 
     def _send_train(self, frame: ports.Frame, port: int, exits: Exits) -> None:
@@ -262,6 +267,7 @@ class Switch:
             end_ns += wire_ns
             in_ns = end_ns + self._propagation_ns
             first_ns = first_ns or in_ns
+            self._expect(exits)
             self._context.at(in_ns, self._cross if number == len(sizes) else self._cross_segment,
                              (frame, exits, first_ns, wire_ns))
         self._trains_free_ns[port] = end_ns
@@ -288,6 +294,10 @@ class Switch:
         for exit_, _ in exits:
             if self._exits[exit_].packet(self._context.now_ns, wire_ns) is None:
                 self._lost.add((frame.id, exit_))
+
+    def _expect(self, exits: Exits) -> None:
+        for exit_, _ in exits:
+            self._exits[exit_].expect()
 
     def _begin_train(self, port: int) -> int:
         return max(self._context.now_ns, self._trains_free_ns[port], self._packets_free_ns[port])

@@ -17,7 +17,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from desim.errors import InputError, below, did_you_mean
+from desim.errors import InputError, KernelError, below, did_you_mean
 from desim.kernel import Kernel, Phase
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Message, Publisher, Subscription, Topic
@@ -30,9 +30,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Graph", "Host", "Message", "Node"]
 
+MAX_CALLBACKS = 100_000  # on one host in one instant
+
 _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
-Ends = tuple[list[Latest], list[Subscription]]  # of one topic on one host
+Ends = tuple[Latest | None, list[Subscription]]  # of one topic on one host
 
 OnFate = Callable[[Message, int, int, "str | None", int, int], Any]
 
@@ -55,7 +57,7 @@ class Host:
         self._publishers: list[Publisher] = []
         self._ends: dict[str, Ends] = {}
         self._inbox: deque[tuple[Subscription, Message]] = deque()
-        self._draining = self._inbox  # what the callbacks of this instant are run for
+        self._awake = False  # the inbox is being emptied, or will be in this instant
 
     @property
     def up(self) -> bool:
@@ -100,7 +102,7 @@ class Host:
         self.nodes = []
         self._publishers = []
         self._ends = {}
-        self._inbox = deque()
+        self._inbox.clear()
         graph.middleware.forget(self.index)
 
     def absolute(self, topic: str) -> str:
@@ -127,43 +129,45 @@ class Host:
     def latest(self, node: str, topic: str) -> Latest:
         """See ``Node.latest``."""
         name = self.absolute(topic)
-        latest = Latest()
-        self._ends_of(name)[0].append(latest)
+        latest, subscriptions = self._ends_of(name)
+        if latest is None:
+            latest = Latest()
+            self._ends[name] = latest, subscriptions
+        latest.readers += 1
         self.graph.middleware.subscribe(Endpoint(self.index, node, name))
         return latest
 
     def _ends_of(self, topic: str) -> Ends:
-        return self._ends.setdefault(topic, ([], []))
+        return self._ends.setdefault(topic, (None, []))
 
     def receive(self, message: Message) -> bool:
         """Put ``message`` into the queues of its topic's subscriptions; False if there are none."""
-        ends = self._ends.get(message.about.name)
+        about = message.about
+        ends = self._ends.get(about.name)
         if ends is None:
             return False
-        looked_at, subscriptions = ends
-        if looked_at:
-            for latest in looked_at:
-                latest.message = message
-            message.about.counts.kept += len(looked_at)
-        if not subscriptions:
-            return True
-        inbox = self._inbox
-        if not inbox:
+        latest, subscriptions = ends
+        if latest is not None:
+            latest.message = message
+            about.counts.kept += latest.readers
+            if not subscriptions:
+                return True
+        if not self._awake:
+            self._awake = True
             self.graph.kernel.after(0, _CONTROL, self.id, self._drain)
         for subscription in subscriptions:
             if 0 < subscription.limit <= subscription.waiting:
                 self._overwrite(subscription)
             subscription.waiting += 1
-            inbox.append((subscription, message))
-        message.about.counts.queued += len(subscriptions)
+            self._inbox.append((subscription, message))
+        about.counts.queued += len(subscriptions)
         return True
 
     def _overwrite(self, subscription: Subscription) -> None:
         """The queue is full: its oldest message goes."""
-        inbox, oldest = next((inbox, i) for inbox in (self._draining, self._inbox)
-                             for i, entry in enumerate(inbox) if entry[0] is subscription)
-        message = inbox[oldest][1]
-        del inbox[oldest]
+        oldest = next(i for i, entry in enumerate(self._inbox) if entry[0] is subscription)
+        message = self._inbox[oldest][1]
+        del self._inbox[oldest]
         subscription.waiting -= 1
         message.about.counts.overwritten += 1
         graph = self.graph
@@ -171,18 +175,23 @@ class Host:
                         message.seq, message.about.id)
 
     def _drain(self, _: Any) -> None:
-        """Run the callbacks of all that waits, in order of arrival."""
-        inbox = self._draining = self._inbox
-        self._inbox = deque()
+        """Run the callbacks of all that waits, in order of arrival, and of what they publish to
+        their own host meanwhile."""
+        inbox = self._inbox
         graph, own = self.graph, self.id
         now_ns, put, callback = graph.kernel.now_ns, graph.put, graph.CALLBACK
-        while inbox:
+        for _ in range(MAX_CALLBACKS):
+            if not inbox:
+                self._awake = False
+                return
             subscription, message = inbox.popleft()
             subscription.waiting -= 1
             about = message.about
             about.counts.called += 1
             put(pack(now_ns, callback, own, message.origin.id, message.seq, about.id))
             subscription.callback(message)
+        raise KernelError(f"more than {MAX_CALLBACKS} callbacks on {self.name} at {now_ns} ns: the "
+                          f"loop goes through topic {about.name}")
 
 
 class Graph:

@@ -193,18 +193,23 @@ class Medium:
         self.intended += len(receivers)
         self.tx_bytes[source] += size_bytes
         frame = _new(Frame, (number, source, receivers, size_bytes, segments, broadcast))
-        terms = self._judge(frame, carrier, token) if self._judges else None
+        terms: dict[int, Terms] | None = None  # of those that are left, as soon as a rule speaks
+        for rule, judge in self._judges:
+            verdicts = judge(frame, receivers)
+            if verdicts is not None:
+                terms = self._obey(rule, verdicts, receivers, terms, carrier, token)
+                if not terms:
+                    return
+                if len(terms) < len(receivers):
+                    receivers = tuple(terms)
+        self.bytes_on_air += size_bytes
         if terms is None:
             for receiver in receivers:
                 self._open[number, receiver] = (carrier, token, receiver, size_bytes, _PLAIN)
-        elif terms:
-            if len(terms) < len(receivers):
-                frame = frame._replace(receivers=tuple(terms))
+        else:
+            frame = frame._replace(receivers=receivers)
             for receiver, own in terms.items():
                 self._open[number, receiver] = (carrier, token, receiver, size_bytes, own)
-        else:
-            return
-        self.bytes_on_air += size_bytes
         self._send(frame)
 
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
@@ -225,27 +230,12 @@ class Medium:
         """Frames, per receiver, that are not settled yet or on their way."""
         return len(self._open) + self._flying
 
-    def _judge(self, frame: Frame, carrier: Carrier, token: Any) -> dict[int, Terms] | None:
-        """Ask the rules. Returns the receivers that are left, with their terms; None where no rule
-        has anything to say."""
-        receivers = frame.receivers
-        terms: dict[int, Terms] | None = None
-        for rule, judge in self._judges:
-            verdicts = judge(frame, receivers)
-            if verdicts is None:
-                continue
-            if terms is None:
-                terms = dict.fromkeys(receivers, _PLAIN)
-            self._obey(rule, verdicts, receivers, terms, carrier, token)
-            if len(terms) < len(receivers):
-                receivers = tuple(terms)
-                if not receivers:
-                    break
-        return terms
-
     def _obey(self, rule: Rule, verdicts: list[Any], receivers: tuple[int, ...],
-              terms: dict[int, Terms], carrier: Carrier, token: Any) -> None:
-        """Add the rule's delays and copies to ``terms``, and take out whom it drops."""
+              terms: dict[int, Terms] | None, carrier: Carrier, token: Any) -> dict[int, Terms]:
+        """``terms`` of ``receivers`` with the rule's delays and copies added, without whom it
+        drops."""
+        if terms is None:
+            terms = dict.fromkeys(receivers, _PLAIN)
         if len(verdicts) != len(receivers):
             raise ModelError(f"{_class(rule)} gave {len(verdicts)} verdicts for "
                              f"{len(receivers)} receivers")
@@ -270,6 +260,7 @@ class Medium:
                 terms[receiver] = delay_ns, (*copies, verdict.after_ns)
             elif type(verdict) is not Pass:
                 raise ModelError(f"{_class(rule)} gave {verdict!r}, which is no verdict")
+        return terms
 
     def _deliver(self, claim: Claim) -> None:
         carrier, token, receiver, size_bytes, _ = claim

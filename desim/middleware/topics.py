@@ -74,12 +74,14 @@ class Subscription:
 
 class Latest:
     """A subscription that runs nothing: the newest message waits here for its node to look, as in
-    a node that spins at its own rate (ros::spinOnce with a queue of one)."""
+    a node that spins at its own rate (ros::spinOnce with a queue of one). ``readers``: how many
+    nodes of the host look here."""
 
-    __slots__ = ("message",)
+    __slots__ = ("message", "readers")
 
     def __init__(self) -> None:
         self.message: Message | None = None
+        self.readers = 0
 
 
 class Publisher:

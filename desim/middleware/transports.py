@@ -100,15 +100,16 @@ class StreamLink:
     way is free again.
     """
 
-    __slots__ = ("_graph", "_source", "_host", "_to", "_medium", "_limit", "_outbox", "_wire",
-                 "_rto_ns", "_first_ns", "_sent_ns", "_timer", "_closed", "_entity")
+    __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_send",
+                 "_limit", "_outbox", "_wire", "_rto_ns", "_first_ns", "_sent_ns", "_timer",
+                 "_closed", "_entity")
 
     def __init__(self, source: Host, destination: Host, medium: Medium, limit: int) -> None:
         self._graph = source.graph
-        self._source = source
+        self._from, self._from_id = source.index, source.id
         self._host = destination
-        self._to = (destination.index,)
-        self._medium = medium
+        self._to, self._to_id = (destination.index,), destination.id
+        self._send = medium.transmit
         self._limit = limit
         self._outbox: deque[Message] = deque()
         self._wire: Message | None = None
@@ -148,7 +149,7 @@ class StreamLink:
             return
         graph = self._graph
         now_ns = graph.kernel.now_ns
-        graph.trace.row(now_ns, graph.LOST, self._host.id, self._source.id, message.seq,
+        graph.trace.row(now_ns, graph.LOST, self._to_id, self._from_id, message.seq,
                         graph.names.id(reason))
         self._timer = graph.kernel.at(max(now_ns, self._sent_ns + self._rto_ns), Phase.NETWORK,
                                       self._entity, self._again)
@@ -182,10 +183,8 @@ class StreamLink:
         self._wire = message
         self._sent_ns = now_ns
         size_bytes, segments = stream_frame(message.size_bytes)
-        graph.put(pack(now_ns, graph.FRAME, self._source.id, self._host.id, message.seq,
-                       size_bytes))
-        self._medium.transmit(self._source.index, self._to, size_bytes, segments, False, self,
-                              message)
+        graph.put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq, size_bytes))
+        self._send(self._from, self._to, size_bytes, segments, False, self, message)
 
 
 class Datagram:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydantic import Field
 
 from desim import ports
@@ -26,33 +27,29 @@ class Range:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._looked_ns = -1
-        self._positions = None  # until the next world tick they are the same object
+        self._positions: np.ndarray | None = None  # until the next world tick the same object
+        self._places: list[list[float]] = []
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
         now_ns = self._context.now_ns
         if now_ns != self._looked_ns:
             self._look(now_ns)
-        if self._all_near:
-            return None
-        verdicts = [ports.PASS] * len(receivers)
         places = self._places
         x_m, y_m = places[frame.source]
+        if x_m != x_m:  # NaN
+            return None
+        verdicts: list[ports.Verdict] | None = None
         for i, receiver in enumerate(receivers):
             to_x_m, to_y_m = places[receiver]
             dx_m, dy_m = to_x_m - x_m, to_y_m - y_m
             if dx_m * dx_m + dy_m * dy_m > self._distance_m2:  # False for NaN
+                if verdicts is None:
+                    verdicts = [ports.PASS] * len(receivers)
                 verdicts[i] = _FAR
         return verdicts
 
     def _look(self, now_ns: int) -> None:
-        """Whoever is in a box whose diagonal is no longer than the distance is near to everybody
-        else in it."""
         self._looked_ns = now_ns
         positions = self._context.positions(now_ns)
-        if positions is self._positions:
-            return
-        self._positions, self._places = positions, positions.tolist()
-        x_m, y_m = ([place[axis] for place in self._places if place[axis] == place[axis]]
-                    for axis in (0, 1))
-        self._all_near = not x_m or (
-            (max(x_m) - min(x_m)) ** 2 + (max(y_m) - min(y_m)) ** 2 <= self._distance_m2)
+        if positions is not self._positions:
+            self._positions, self._places = positions, positions.tolist()
