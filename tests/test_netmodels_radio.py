@@ -73,6 +73,19 @@ def test_whoever_is_far_away_gets_seven_tries():
     assert (counts.transmitted.tolist(), counts.dropped.tolist()) == ([7, 0], [1, 0])
 
 
+@pytest.mark.parametrize("params", [
+    {}, {"standard": "11a"}, {"standard": "11b", "rate": "11 Mb/s"}, {"rts": "500 B"}],
+    ids=["11g", "11a", "11b", "rts"])
+def test_what_is_acknowledged_has_not_failed(params):
+    """Also where nothing comes after it, and where there is one attempt only."""
+    bench = Bench(radio(retries=1, **params), {"a": (0, 0), "b": (5, 0)})
+    for k in range(3):
+        bench.send(k * 100 * MS, "a", "b", UDP)
+    assert fates(bench.run()) == [("b", "arrived")] * 3
+    counts = bench.medium.model._stations.counts(bench.kernel.now_ns)
+    assert (counts.transmitted[0], counts.failures[0], counts.dropped[0]) == (3, 0, 0)
+
+
 def test_a_full_queue_refuses_and_has_room_again():
     bench = Bench(radio(queue=2), {"a": (0, 0), "b": (5, 0)})
     for label in range(4):

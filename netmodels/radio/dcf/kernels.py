@@ -206,6 +206,7 @@ def take(d, r, s, now):
             answer(setup, due, r, s, now, CTS)
     elif r.role == AWAITING and s.kind == (ACK if r.kind == DATA else CTS):
         r.expired, r.contention = 0, NEVER
+        schedule(due, r)  # the timeout is off, also where nothing else is to be sent
         if s.kind == CTS:
             r.role = SENDING
             answer(setup, due, r, s, now, DATA)
