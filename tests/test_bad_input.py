@@ -70,7 +70,7 @@ WRONG = {
     "mapping for a list": ("faults: {at: 5 s, host: robot_0}", [
         "2:9: faults: must be a list, got a mapping"]),
     "text for a mapping": ("network: lan", [
-        "2:10: network: must be a mapping with media, got 'lan'"]),
+        "2:10: network: must be a mapping with fidelity, media, got 'lan'"]),
     "not of the allowed words": ("robot: {localization: ground_truh}", [
         "2:23: robot.localization: 'ground_truh' is not allowed (did you mean 'ground_truth'?); "
         "allowed: ground_truth, odometry"]),
@@ -154,6 +154,21 @@ WRONG = {
             "uniform, normal, exponential, gamma, pareto",
             "12:33: network.media.lan.rules.9.probability: '110 %' is too large; at most 100 %",
             "12:47: network.media.lan.rules.9.delay: '0 s' must be above zero"]),
+    "fidelity of a wire": ("network: {fidelity: disk}", [
+        "2:21: network.fidelity: no medium has one to choose: lan is a switch; allowed with a "
+        "model that has a parameter fidelity, as radio has"]),
+    "fidelity of other models": (
+        "network: {fidelity: mac, media: {air: {model: disk}, lan: {model: link}}}", [
+            "2:21: network.fidelity: no medium has one to choose: air is a disk, lan is a link; "
+            "allowed with a model that has a parameter fidelity, as radio has"]),
+    "fidelity that a model lacks": ("deployment: field\nnetwork: {fidelity: multihop}", [
+        "3:21: network.fidelity: 'multihop' is not allowed; allowed: ideal, disk, walls, mac"]),
+    "unknown fidelity": ("deployment: field\nnetwork: {fidelity: wall}", [
+        "3:21: network.fidelity: 'wall' is not allowed (did you mean 'walls'?); allowed: ideal, "
+        "disk, walls, mac, multihop"]),
+    "fidelity of an unknown model": ("network: {fidelity: mac, media: {air: {model: radoi}}}", [
+        "2:47: network.media.air.model: unknown network 'radoi' (did you mean 'radio'?); known: "
+        f"{NETWORKS}, {DOTTED}"]),
     "unknown strategy": ("coordination: {strategy: nearest}", [
         "2:26: coordination.strategy: unknown strategy 'nearest' (did you mean "
         f"'nearest_frontier'?); known: {STRATEGIES}, {DOTTED}"]),

@@ -8,16 +8,16 @@ import numpy as np
 from pydantic import Field
 
 from desim import ports
-from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.dcf import DONE, DROPPED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.pathloss import PathLossParams, reach_m
+from netmodels.radio.rates import chosen_rates
 from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.radio.walls import Walls
 
-_THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
+THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 
 _ARRIVED = ports.Deliver(0)
 
@@ -94,17 +94,14 @@ class Radio:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params, standard = self._params, self._standard
         self._context = context
-        self._rate = self._index("rate", params.rate_bps)
-        self._broadcast_rate = (
-            self._index("broadcast_rate", params.broadcast_rate_bps) if params.broadcast_rate_bps
-            else min(k for k, rate in enumerate(standard.rates)
-                     if rate.ofdm == standard.rates[self._rate].ofdm))
+        self._rate, self._broadcast_rate = chosen_rates(
+            params.standard, params.rate_bps, params.broadcast_rate_bps)
         if params.walls is not None:
             params.walls.check(context.obstacles.materials)
         keys = np.array([context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
                          for host in hosts], np.uint64)
         thresholds = params.reception
-        reception = Reception(_THERMAL_DBM + thresholds.noise_figure_db, thresholds.energy_dbm,
+        reception = Reception(THERMAL_DBM + thresholds.noise_figure_db, thresholds.energy_dbm,
                               thresholds.preamble_dbm, thresholds.preamble_above_db)
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
         self._stations = Stations(standard, keys, errors, reception, params.queue, params.retries)
@@ -114,14 +111,6 @@ class Radio:
         self._look_booked = False
         self._wake: Any = None
         self._wake_ns = NEVER
-
-    def _index(self, key: str, rate_bps: int) -> int:
-        rates = self._standard.rates
-        for index, rate in enumerate(rates):
-            if round(rate.mbps * 1e6) == rate_bps:
-                return index
-        raise InputError(f".{key}: {rate_bps / 1e6:g} Mb/s is no rate of {self._params.standard}; "
-                         f"allowed: {', '.join(f'{rate.mbps:g} Mb/s' for rate in rates)}")
 
     def send(self, frame: ports.Frame) -> None:
         context = self._context
