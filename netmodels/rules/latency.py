@@ -61,8 +61,11 @@ class Latency:
         return [ports.Deliver(self._draw_ns(frame.source, receiver)) for receiver in receivers]
 
     def _draw_ns(self, source: int, receiver: int) -> int:
-        late = self._quantile(1.0 - self._streams(source, receiver).random())
-        return max(0, round(max(-self._delay_ns, self._jitter_ns * late)) + self._delay_ns)
+        """Rounded down or up by the same luck: from end to end of a uniform law, each nanosecond is
+        as likely as any other."""
+        luck = self._streams(source, receiver).random()
+        late_ns = max(self._jitter_ns * self._quantile(1.0 - luck), -self._delay_ns)
+        return self._delay_ns + math.floor(late_ns + luck)
 
     def _gamma(self, u: float) -> float:
         ratio = self._delay_ns / self._jitter_ns
