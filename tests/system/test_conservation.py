@@ -49,7 +49,7 @@ CASES = {
     "rules of chance": (
         HELLO, "coordination.exchange={via: broadcast, period: 300 ms}",
         f"{LAN}={{model: link, rules: [{{rule: gilbert_elliott, p: 2 %, r: 20 %}}, "
-        "{rule: duplication, probability: 20 %}, {rule: reordering, probability: 20 %, "
+        "{rule: duplication, probability: 90 %}, {rule: reordering, probability: 20 %, "
         "delay: 400 ms}, {rule: flapping, hosts: [robot_0], up: 3 s, down: 500 ms}, "
         "{rule: jamming, at: [0 m, 0 m], radius: 5 m, probability: 5 %}]}"),
     "radios on the rung of walls": (
