@@ -122,6 +122,8 @@ class Kernel:
     then run inside a plain SimPy program, driven by its own ``env.run``.
     """
 
+    __slots__ = ("env", "now_ns", "events", "_fired", "_agenda", "_numbers", "_stopping")
+
     def __new__(cls, env: simpy.Environment | None = None) -> Kernel:
         return super().__new__(cls if env is None else _Guest)
 

@@ -12,8 +12,8 @@ order of arrival. Fluid and packets differ by less than one packet of each train
 hence so do the arrivals, and no more trains come in at once than there are ports. ``per_segment``
 sends packet by packet instead, without that error, for an event and more a packet.
 
-A single packet that will be in the switch within 0.1 ms, at an exit where nothing else is expected,
-is settled when it is sent, behind all that was settled before. What is sent later but is in earlier
+A single packet that will be in the switch within 0.1 ms, at an exit where no train is before it, is
+settled when it is sent, behind all that was settled before. What is sent later but is in earlier
 does not delay it, so that it may arrive too early: by at most 0.1 ms for each other port, the most
 that can come in from there meanwhile; the latter arrives too late, by no more. (In maze_30 not one
 arrival differs.)
@@ -43,14 +43,14 @@ _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle exit gives the same dela
 class Exit:
     """The queue of one port towards its host, in ns of transmission. Asked in order of time."""
 
-    __slots__ = ("_limit_ns", "_at_ns", "_work_ns", "_expected", "_trains", "_changes",
+    __slots__ = ("_limit_ns", "_at_ns", "_work_ns", "_awaited", "_trains", "_changes",
                  "_full_at_ns")
 
     def __init__(self, limit_ns: int) -> None:
         self._limit_ns = limit_ns
         self._at_ns = 0  # now, or when the packet will be here that was foreseen last
         self._work_ns = 0  # what waits then
-        self._expected = 0  # packets and trains that will be asked about when they are here
+        self._awaited = 0  # packets that will be asked about when they are here
         self._trains = 0  # coming in
         self._changes: list[tuple[int, int, int]] = []  # of trains, a heap: when, trains, work
         self._full_at_ns = -1
@@ -58,9 +58,10 @@ class Exit:
     def foresee(self, in_ns: int, wire_ns: int) -> int | None:
         """When a packet will have left that is on its way and will be here at ``in_ns``: after all
         that was foreseen before, even if that is here a little later. None if it cannot be told
-        yet, as something else is expected or the queue may be full; then it is expected, too."""
-        if self._expected:
-            self._expected += 1
+        yet: others are awaited, a train will be here before or the queue may be full. Then it is
+        awaited, too."""
+        if self._awaited or self._trains or (self._changes and self._changes[0][0] <= in_ns):
+            self._awaited += 1
             return None
         at_ns = self._at_ns
         if in_ns < at_ns:
@@ -71,20 +72,20 @@ class Exit:
         else:
             work_ns += wire_ns
             if work_ns > self._limit_ns:
-                self._expected = 1
+                self._awaited = 1
                 return None
         self._at_ns = in_ns
         self._work_ns = work_ns
         return in_ns + work_ns
 
-    def expect(self) -> None:
+    def wait(self) -> None:
         """A packet will be here."""
-        self._expected += 1
+        self._awaited += 1
 
     def packet(self, now_ns: int, wire_ns: int) -> int | None:
-        """When an expected packet that is here now will have left; None if it finds the queue
+        """When an awaited packet that is here now will have left; None if it finds the queue
         full."""
-        self._expected -= 1
+        self._awaited -= 1
         self._run(now_ns)
         work_ns = self._work_ns + wire_ns
         if work_ns > wire_ns and work_ns > self._limit_ns:
@@ -94,14 +95,12 @@ class Exit:
 
     def announce(self, first_ns: int, last_ns: int, packet_ns: int) -> None:
         """A train's first packet will be here at ``first_ns``, its last one at ``last_ns``."""
-        self._expected += 1
         heappush(self._changes, (first_ns, 1, packet_ns))
         heappush(self._changes, (last_ns, -1, 0))
 
     def train(self, first_ns: int, now_ns: int) -> int | None:
         """When the train whose last packet is here now will have left; None if the queue was full
         while it came in."""
-        self._expected -= 1
         self._run(now_ns)
         return None if self._full_at_ns >= first_ns else self._at_ns + self._work_ns
 
@@ -148,6 +147,10 @@ class Switch:
     """Hosts that share a port (virtual machines on one node) share its rate in both directions;
     what they say to each other stays inside the node. A broadcast is copied to the exits of its
     receivers only."""
+
+    __slots__ = ("_params", "_rate_bps", "_propagation_ns", "_packet_ns", "_full_ns", "_lost",
+                 "_context", "_port", "_exits_to", "_trains_free_ns", "_packets_free_ns",
+                 "_waiting", "_exits")
 
     class Params(ports.Params):
         rate_bps: BitRate = Field("1 Gb/s", description="of every port (the paper: Gigabit)")
@@ -219,7 +222,7 @@ class Switch:
         end_ns = self._packets_free_ns[port] = begin_ns + wire_ns
         in_ns = end_ns + self._propagation_ns
         if broadcast:
-            self._expect(exits)
+            self._await(exits)
             self._context.at(in_ns, self._cross, (frame, exits, in_ns, wire_ns))
         elif in_ns - now_ns <= _AHEAD_NS:
             self._foresee((frame, exits, in_ns, wire_ns), now_ns)
@@ -267,7 +270,7 @@ class Switch:
             end_ns += wire_ns
             in_ns = end_ns + self._propagation_ns
             first_ns = first_ns or in_ns
-            self._expect(exits)
+            self._await(exits)
             self._context.at(in_ns, self._cross if number == len(sizes) else self._cross_segment,
                              (frame, exits, first_ns, wire_ns))
         self._trains_free_ns[port] = end_ns
@@ -295,9 +298,9 @@ class Switch:
             if self._exits[exit_].packet(self._context.now_ns, wire_ns) is None:
                 self._lost.add((frame.id, exit_))
 
-    def _expect(self, exits: Exits) -> None:
+    def _await(self, exits: Exits) -> None:
         for exit_, _ in exits:
-            self._exits[exit_].expect()
+            self._exits[exit_].wait()
 
     def _begin_train(self, port: int) -> int:
         return max(self._context.now_ns, self._trains_free_ns[port], self._packets_free_ns[port])

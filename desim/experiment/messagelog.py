@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import chain
+from struct import Struct
 from typing import Any
 
 import numpy as np
@@ -13,18 +13,22 @@ COLUMNS = ("number", "topic", "source", "destination", "size_bytes", "born_ns", 
            "last_ns", "reason", "end_ns")
 DELIVERED = "delivered"  # reason number 0
 
+_pack = Struct(f"<{len(COLUMNS)}q").pack
+
 
 class MessageLog:
     """Its ``fate`` is a graph's ``on_fate``. ``sink(rows, reasons)`` gets every full batch: int64
     [n, 10] in the order of ``COLUMNS``, the topic as its name id, hosts as indices, the reason as
     an index into ``reasons``."""
 
+    __slots__ = ("reasons", "_sink", "_reason", "_rows", "_before")
+
     def __init__(self, sink: Callable[[np.ndarray, list[str]], None]) -> None:
         self.reasons = [DELIVERED]
         self._sink = sink
         self._reason: dict[str | None, int] = {None: 0}
-        self._rows: list[tuple[int, ...]] = []
-        self._before: list[tuple[int, ...]] = []  # the batch before, for ``active_links``
+        self._rows: list[bytes] = []
+        self._before: list[bytes] = []  # the batch before, for ``active_links``
 
     def fate(self, message: Any, receiver: int, time_ns: int, reason: str | None, first_ns: int,
              last_ns: int) -> None:
@@ -34,24 +38,24 @@ class MessageLog:
         if number is None:
             number = self._reason[reason] = len(self.reasons)
             self.reasons.append(reason)
-        self._rows.append((message.number, message.about.id, message.origin.index, receiver,
-                           message.size_bytes, message.born_ns, first_ns, last_ns, number,
-                           time_ns))
-        if len(self._rows) >= BATCH:
+        rows = self._rows
+        rows.append(_pack(message.number, message.about.id, message.origin.index, receiver,
+                          message.size_bytes, message.born_ns, first_ns, last_ns, number, time_ns))
+        if len(rows) >= BATCH:
             self.flush()
 
     def flush(self) -> None:
         """Hand on what has gathered."""
         if self._rows:
-            self._sink(np.array(self._rows, np.int64), self.reasons)
+            self._sink(_array(self._rows), self.reasons)
             self._before, self._rows = self._rows, []
 
     def active_links(self, since_ns: int) -> int:
         """How many (source, destination) pairs had a message settled since then, as far back
         as one batch."""
-        links = set()
-        for row in chain(reversed(self._rows), reversed(self._before)):
-            if row[9] < since_ns:
-                break
-            links.add(row[2:4])
-        return len(links)
+        rows = _array(self._before + self._rows)
+        return len(np.unique(rows[rows[:, 9] >= since_ns, 2:4], axis=0))
+
+
+def _array(rows: list[bytes]) -> np.ndarray:
+    return np.frombuffer(b"".join(rows), "<i8").reshape(-1, len(COLUMNS))

@@ -16,15 +16,22 @@ EDGES_NS = np.unique(np.ceil(10.0 ** (np.arange(1, _DECADES * BINS_PER_DECADE + 
 class LatencyHistogram:
     """Latencies in bins of a twentieth of a decade; bin i is [EDGES_NS[i-1], EDGES_NS[i])."""
 
-    __slots__ = ("_bins", "_new")
+    __slots__ = ("_bins", "_new", "_folded")
 
     def __init__(self) -> None:
         self._bins = np.zeros(len(EDGES_NS) + 1, np.int64)
         self._new: list[int] = []
+        self._folded = 0  # latencies in bins
+
+    @property
+    def count(self) -> int:
+        """How many latencies there are."""
+        return self._folded + len(self._new)
 
     def add(self, latency_ns: int) -> None:
-        self._new.append(latency_ns)
-        if len(self._new) >= _BATCH:
+        new = self._new
+        new.append(latency_ns)
+        if len(new) >= _BATCH:
             self._fold()
 
     def bins(self) -> np.ndarray:
@@ -36,6 +43,7 @@ class LatencyHistogram:
         if self._new:
             at = np.searchsorted(EDGES_NS, np.array(self._new, np.int64), side="right")
             self._bins += np.bincount(at, minlength=len(self._bins))
+            self._folded += len(self._new)
             self._new.clear()
 
 
@@ -45,27 +53,27 @@ class TopicCounts:
     Between hosts, one per message and receiving host: intended = delivered + dropped + in flight.
     Delivered means that the receiving host has it. What becomes of it there is a second account,
     one per message and subscription, loopback included: queued = called + overwritten (the queue
-    was full, its oldest went) + discarded (the host stopped) + still waiting. ``kept`` counts the
-    messages put where a node may look at the newest one (``Node.latest``). ``repeated`` counts the
+    was full, its oldest went) + discarded (the host stopped) + still waiting. ``repeated`` counts
     copies that came after a delivery; they are in the second account, and not in the first.
     """
 
-    __slots__ = ("intended", "delivered", "dropped", "bytes", "latency", "local", "repeated",
-                 "queued", "called", "overwritten", "discarded", "kept")
+    __slots__ = ("intended", "dropped", "bytes", "latency", "repeated", "queued", "called",
+                 "overwritten", "discarded")
 
     def __init__(self) -> None:
         self.intended = 0
-        self.delivered = 0
         self.dropped: dict[str, int] = {}
         self.bytes = 0  # delivered, without any header
         self.latency = LatencyHistogram()
-        self.local = 0  # messages to subscribers on the publisher's own host
         self.repeated = 0
         self.queued = 0
         self.called = 0
         self.overwritten = 0
         self.discarded = 0
-        self.kept = 0
+
+    @property
+    def delivered(self) -> int:
+        return self.latency.count
 
     @property
     def in_flight(self) -> int:

@@ -45,6 +45,9 @@ class Host:
     ``software`` makes the nodes, afresh at every start.
     """
 
+    __slots__ = ("graph", "name", "index", "id", "media", "software", "nodes", "published",
+                 "_publishers", "_ends", "_inbox", "_awake")
+
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
         self.name = name
@@ -133,7 +136,6 @@ class Host:
         if latest is None:
             latest = Latest()
             self._ends[name] = latest, subscriptions
-        latest.readers += 1
         self.graph.middleware.subscribe(Endpoint(self.index, node, name))
         return latest
 
@@ -149,7 +151,6 @@ class Host:
         latest, subscriptions = ends
         if latest is not None:
             latest.message = message
-            about.counts.kept += latest.readers
             if not subscriptions:
                 return True
         if not self._awake:
@@ -203,6 +204,11 @@ class Graph:
     each message's fate at each receiving host: ``reason`` None for delivered, the instants of its
     first and last frame, -1 for a message that never became a frame.
     """
+
+    __slots__ = ("kernel", "names", "trace", "streams", "put", "middleware", "read_at_birth",
+                 "_read_at_delivery", "_on_fate", "SENT", "FRAME", "LOST", "DELIVERED", "DROPPED",
+                 "CALLBACK", "OVERWRITTEN", "listeners", "topics", "media", "messages", "hosts",
+                 "up", "_by_name")
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, payloads: str = "lazy",
@@ -276,7 +282,6 @@ class Graph:
         now_ns = self.kernel.now_ns
         latency_ns = now_ns - message.born_ns
         counts = message.about.counts
-        counts.delivered += 1
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
         self.put(pack(now_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns))

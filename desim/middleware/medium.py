@@ -101,6 +101,11 @@ class Medium:
     ``copies`` that rules made of delivered frames are an account apart, but for ``rx_bytes``.
     """
 
+    __slots__ = ("name", "id", "model", "rules", "up", "frames", "intended", "delivered", "copies",
+                 "dropped", "bytes_on_air", "tx_bytes", "rx_bytes", "_kernel", "_after", "_send",
+                 "_streams", "_place", "positions", "_ids", "_open", "_flying", "_reasons",
+                 "_reach_m", "_separators", "_judges")
+
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
                  place: Place | None = None) -> None:

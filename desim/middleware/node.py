@@ -21,6 +21,8 @@ class Node:
     """Subclasses call ``super().__init__(host, name)`` and say in ``start`` what they advertise,
     subscribe to and tick at. Nothing of a stopped node runs any more."""
 
+    __slots__ = ("host", "name", "_graph", "_publishers", "_tickers", "_alive")
+
     def __init__(self, host: Host, name: str) -> None:
         self.host = host
         self.name = name

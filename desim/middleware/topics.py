@@ -74,14 +74,12 @@ class Subscription:
 
 class Latest:
     """A subscription that runs nothing: the newest message waits here for its node to look, as in
-    a node that spins at its own rate (ros::spinOnce with a queue of one). ``readers``: how many
-    nodes of the host look here."""
+    a node that spins at its own rate (ros::spinOnce with a queue of one)."""
 
-    __slots__ = ("message", "readers")
+    __slots__ = ("message",)
 
     def __init__(self) -> None:
         self.message: Message | None = None
-        self.readers = 0
 
 
 class Publisher:
@@ -123,7 +121,6 @@ class Publisher:
         if graph.read_at_birth:
             message.content  # noqa: B018 - reading computes it
         if self._local:
-            self.topic.counts.local += 1
             host.receive(message)
         if self._receivers:
             graph.depart(message, self._receivers)

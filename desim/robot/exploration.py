@@ -50,6 +50,10 @@ class Explore(Node):
     names to ``ports.Peer``.
     """
 
+    __slots__ = ("_exploration", "_strategy", "_tolerance_m", "_radius_m", "_view", "_pose",
+                 "_peers", "_costmap", "_wavefront", "_goal", "_beside", "_blacklist", "_visited",
+                 "_idle_until_ns", "_looked_at")
+
     def __init__(self, host: Host, exploration: Exploration, strategy: Strategy,
                  navigation: Navigation, body: BodyType) -> None:
         super().__init__(host, "explore")

@@ -26,6 +26,8 @@ class Mapping(Node):
     Publishes the belief itself on the local topic ``map`` whenever it changed it.
     """
 
+    __slots__ = ("belief", "_mapping", "_scan", "_before", "_pose", "_integrated", "_looked_ns")
+
     def __init__(self, host: Host, mapping: parameters.Mapping, belief: Belief) -> None:
         super().__init__(host, "mapping")
         self.belief = belief

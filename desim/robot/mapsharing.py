@@ -32,6 +32,9 @@ class MapSharing(Node):
     anew only when there is one more.
     """
 
+    __slots__ = ("belief", "_exchange", "_peers", "_topic", "_pose", "_sent", "_complete_at",
+                 "_heard_of", "_wire")
+
     def __init__(self, host: Host, exchange: Exchange | None, belief: Belief,
                  peers: tuple[str, ...]) -> None:
         super().__init__(host, "map_sharing")

@@ -20,6 +20,8 @@ class MonitorFeed(Node):
     OccupancyGrid; int8 [height, width]: 0 free, 100 occupied, -1 unknown) and on ``distance`` the
     metres that it has travelled, summed from pose to pose."""
 
+    __slots__ = ("belief", "_period_ns", "_size_bytes", "_pose", "_travelled_m")
+
     def __init__(self, host: Host, belief: Belief, period_ns: int) -> None:
         super().__init__(host, "monitor_feed")
         self.belief = belief

@@ -178,6 +178,10 @@ class Belief:
     each tile's last one. ``observers`` are called as ``observer(belief, changed_tiles)`` after it.
     """
 
+    __slots__ = ("spec", "pool", "tiles_x", "tiles_y", "tiles", "size_bytes", "fused", "version",
+                 "tile_version", "observers", "own", "received", "_changed", "_marks", "_stamp",
+                 "_swept", "_numbers")
+
     def __init__(self, spec: GridSpec, pool: TilePool) -> None:
         self.spec, self.pool = spec, pool
         self.tiles_x, self.tiles_y = tiles_across(spec)

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import label
 
 from desim.errors import InputError
 from desim.ports import GridSpec
@@ -94,8 +95,6 @@ class Terrain:
 
         Raises ``InputError`` if there is no such cell.
         """
-        from scipy.ndimage import label
-
         truth = self.truth(spec)
         regions, _ = label(truth == FREE)
         found = sorted({int(regions[_free_cell(truth, spec, x, y)]) for x, y in starts.tolist()})

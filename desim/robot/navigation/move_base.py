@@ -24,6 +24,10 @@ _STOP = Twist(0.0, 0.0, 0.0)
 class MoveBase(Node):
     """Drives to one goal at a time. Publishes its global costmap, live, for others on its host."""
 
+    __slots__ = ("_navigation", "_body", "_sensor_timeout_ns", "_local", "_progress", "_scan",
+                 "_pose", "_map", "_costmap", "_wavefront", "_goal", "_spin", "_retreat_until_ns",
+                 "_recoveries", "_arriving")
+
     def __init__(self, host: Host, navigation: Navigation, body: BodyType, laser: Laser) -> None:
         super().__init__(host, "move_base")
         self._navigation, self._body = navigation, body

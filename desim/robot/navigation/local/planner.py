@@ -20,6 +20,9 @@ class LocalPlanner:
     """What the robot sees (``sight``), the way to follow, and the velocity that it has now as far
     as it was told to have it."""
 
+    __slots__ = ("speed_mps", "turn_radps", "_speeds", "_turns", "_pose", "_way", "_leg", "_out",
+                 "_setup", "_speed_step_mps", "_turn_step_radps", "sight")
+
     def __init__(self, navigation: Navigation, body: BodyType) -> None:
         period_s = float(1 / navigation.control_rate_hz)
         self.speed_mps = 0.0

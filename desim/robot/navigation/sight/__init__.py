@@ -23,6 +23,9 @@ class Sight:
     perhaps, and has the right of way | ``flat``, ``frame`` the global costmap.
     """
 
+    __slots__ = ("near2", "seen_from", "yield_m", "flat", "frame", "_cell_m", "_reach_m", "_beams",
+                 "_memory", "_remembered")
+
     def __init__(self, size_m: float, cell_m: float, reach_m: float) -> None:
         cells = round(size_m / cell_m)
         self.near2 = np.full((cells, cells), kernels.FAR2, np.float32)
