@@ -1,6 +1,7 @@
 """The rungs of ``radio``: how far a disk reaches, and where the rungs agree."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from desim.errors import InputError
 from desim.testing import Bench, check_network
 from netmodels.ideal import Ideal
 from netmodels.radio import THERMAL_DBM, Radio
-from netmodels.radio.clear import FULL_BYTES, Clear
+from netmodels.radio.clear import FULL_BYTES, Clear, times_ns
 from netmodels.radio.dcf import Reception
 from netmodels.radio.delivery import delivery, sensitivity_dbm
 from netmodels.radio.ladder import Ladder
@@ -116,6 +117,18 @@ def test_a_packet_in_an_idle_medium_takes_as_long_on_every_rung(size_bytes, segm
         bench.send(MS, "a", ["b"] if broadcast else "b", size_bytes, segments, broadcast=broadcast)
         logs.append(bench.run())
     assert logs[0] == logs[1] == logs[2] and logs[0][0][-1] == "arrived"
+
+
+@pytest.mark.parametrize("standard, mbps, published_us", [
+    (A, 6, 2233.5), (A, 12, 1197.5), (A, 24, 681.5), (A, 54, 393.5),
+    (B, 1, 13154), (B, 2, 6954), (B, 5.5, 3045), (B, 11, 1928)])
+def test_the_cycle_of_a_lone_sender(standard, mbps, published_us):
+    """1500 B of payload, an acknowledgement, backoffs of 7.5 slots (802.11a) and 15.5 (802.11b); the
+    twin has slots that are 1 us longer."""
+    rate = standard.rate(mbps)
+    assert times_ns(standard, rate, 1536, 1, False, None)[1] == 1000 * published_us
+    twin = replace(standard, slot_ns=standard.slot_ns + 1000)
+    assert times_ns(twin, rate, 1536, 1, False, None)[1] > 1000 * published_us
 
 
 def last_of_a_full_queue(name, **params):
