@@ -82,6 +82,7 @@ def test_broadcasts_have_a_disk_of_their_own():
 def test_where_frames_must_be_found_first_the_disk_ends_sharply():
     """6 Mb/s would get over -88 dBm, but nothing is found below -82 dBm."""
     range_m = rung("disk").range_m[True]
+    assert range_m == pytest.approx(51.455, abs=0.001)  # 10^((16.0206 - 46.6777 + 82) / 30) m
     assert rung("mac").reach_m == pytest.approx(range_m, rel=1e-6)
     assert [delivered(range_m + by_m, True) for by_m in (-0.001, 0.001)] == [1.0, 0.0]
 
@@ -123,8 +124,8 @@ def test_a_packet_in_an_idle_medium_takes_as_long_on_every_rung(size_bytes, segm
     (A, 6, 2233.5), (A, 12, 1197.5), (A, 24, 681.5), (A, 54, 393.5),
     (B, 1, 13154), (B, 2, 6954), (B, 5.5, 3045), (B, 11, 1928)])
 def test_the_cycle_of_a_lone_sender(standard, mbps, published_us):
-    """1500 B of payload, an acknowledgement, backoffs of 7.5 slots (802.11a) and 15.5 (802.11b); the
-    twin has slots that are 1 us longer."""
+    """1500 B of payload, an acknowledgement, backoffs of 7.5 slots (802.11a) and 15.5 (802.11b).
+    The twin has slots that are 1 us longer."""
     rate = standard.rate(mbps)
     assert times_ns(standard, rate, 1536, 1, False, None)[1] == 1000 * published_us
     twin = replace(standard, slot_ns=standard.slot_ns + 1000)

@@ -138,6 +138,20 @@ def test_it_starts_as_it_goes_on():
     assert lost / 1980 == pytest.approx(1 / 11, abs=3.3 * math.sqrt(10 / 11 / 11 / 1980))
 
 
+@pytest.mark.parametrize("segments", [1, 5])
+@pytest.mark.parametrize("name, params", [
+    ("loss", {}), ("jamming", {"at": ["0 m", "0 m"], "radius": "1 m"})])
+def test_what_is_lost_packet_by_packet(name, params, segments):
+    """A train of so many packets gets through with 0.8^segments, binomial; the twin loses a tenth
+    more."""
+    law, frame = 0.8 ** segments, Frame(1, 0, (1,), 100 * segments, segments, False)
+    for probability, fits in (0.2, True), (0.22, False):
+        rule = make(name, probability=probability, **params)
+        Bench(Instant(), {"a": (0, 0), "b": (50, 0)}, rules=[rule])
+        passed = sum(type(rule.judge(frame, (1,))[0]) is not Drop for _ in range(20_000)) / 20_000
+        assert (abs(passed - law) < 3.3 * math.sqrt(law * (1 - law) / 20_000)) is fits
+
+
 # ------------------------------------------------------------------- duplication and reordering
 
 
