@@ -12,7 +12,7 @@ from desim import plugins
 from desim.errors import InputError
 from desim.testing import Bench, check_network
 from netmodels.ideal import Ideal
-from netmodels.radio import THERMAL_DBM, Radio
+from netmodels.radio import Radio
 from netmodels.radio.clear import FULL_BYTES, Clear, times_ns
 from netmodels.radio.dcf import Reception
 from netmodels.radio.delivery import delivery, sensitivity_dbm
@@ -91,7 +91,7 @@ def test_where_frames_must_be_found_first_the_disk_ends_sharply():
 def test_delivery_in_words(standard, rate, mbps):
     """All of it where noise is far below, nothing where the frame is not found, and in between the
     least power for a share is just that (CCK has no errors from 10 dB on)."""
-    reception = Reception(THERMAL_DBM + 7, preamble_dbm=-100, preamble_db=0)
+    reception = Reception(preamble_dbm=-100, preamble_db=0)
     assert standard.rates[rate].mbps == mbps
     assert delivery(-40.0, standard, rate, 1536, reception) == 1.0
     assert delivery(np.array([-94.0, -101.0]), standard, rate, 1536, reception).tolist() == [0, 0]

@@ -17,7 +17,7 @@ from netmodels.radio.rates import chosen_rates
 from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.radio.walls import Walls
 
-THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
+_THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 
 _ARRIVED = ports.Deliver(0)
 
@@ -33,6 +33,10 @@ class Thresholds(ports.Params):
     preamble_dbm: Level = Field("-82 dBm", description="the least that a frame is found at (ns-3)")
     preamble_above_db: Decibels = Field("4 dB", description="and how far it must be above noise "
                                                             "and interference (ns-3)")
+
+    def for_stations(self) -> Reception:
+        return Reception(_THERMAL_DBM + self.noise_figure_db, self.energy_dbm, self.preamble_dbm,
+                         self.preamble_above_db)
 
 
 class Waiting:
@@ -100,11 +104,9 @@ class Radio:
             params.walls.check(context.obstacles.materials)
         keys = np.array([context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
                          for host in hosts], np.uint64)
-        thresholds = params.reception
-        reception = Reception(THERMAL_DBM + thresholds.noise_figure_db, thresholds.energy_dbm,
-                              thresholds.preamble_dbm, thresholds.preamble_above_db)
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
-        self._stations = Stations(standard, keys, errors, reception, params.queue, params.retries)
+        self._stations = Stations(standard, keys, errors, params.reception.for_stations(),
+                                  params.queue, params.retries)
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
         self._settled_ns = -1

@@ -6,9 +6,8 @@ from collections import deque
 from functools import lru_cache
 
 from desim import ports
-from netmodels.radio import THERMAL_DBM, Radio
+from netmodels.radio import Radio
 from netmodels.radio.budget import Budget
-from netmodels.radio.dcf import Reception
 from netmodels.radio.delivery import sensitivity_dbm
 from netmodels.radio.pathloss import reach_m
 from netmodels.radio.rates import chosen_rates
@@ -69,12 +68,10 @@ class Clear:
         standard = STANDARDS[params.standard]
         self._params, self._walls = params, walls
         self._rates = chosen_rates(params.standard, params.rate_bps, params.broadcast_rate_bps)
-        thresholds = params.reception
-        reception = Reception(THERMAL_DBM + thresholds.noise_figure_db, thresholds.energy_dbm,
-                              thresholds.preamble_dbm, thresholds.preamble_above_db)
+        full_bytes, reception = psdu_bytes(FULL_BYTES, 1), params.reception.for_stations()
         self.sensitivity_dbm = tuple(  # of unicast and of broadcast
-            max(thresholds.heard_dbm, sensitivity_dbm(SHARE, standard, rate,
-                                                      psdu_bytes(FULL_BYTES, 1), reception, tries))
+            max(params.reception.heard_dbm,
+                sensitivity_dbm(SHARE, standard, rate, full_bytes, reception, tries))
             for rate, tries in zip(self._rates, (params.retries, 1), strict=True))
         path_loss = params.path_loss.chosen()
         self.range_m = tuple(reach_m(path_loss, params.power_dbm - level_dbm)
