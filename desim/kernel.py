@@ -81,18 +81,17 @@ def _nothing(_: Any) -> None:
 class Ticker:
     """The k-th tick of an f Hz timer is at ``start + k * 10**9 // f``: exact, never drifting."""
 
-    __slots__ = ("_kernel", "_num", "_den", "_phase", "_entity", "_fn", "_start_ns", "_k",
-                 "_due_ns", "_call")
+    __slots__ = ("_kernel", "_num", "_den", "_order", "_fn", "_start_ns", "_k", "_call")
 
     def __init__(self, kernel: Kernel, frequency_hz: Fraction | int, phase: Phase, entity: int,
                  fn: Callable[[int], Any], start_ns: int) -> None:
-        if type(frequency_hz) not in (int, Fraction) or frequency_hz <= 0:
-            raise KernelError(f"frequency_hz must be an int or a Fraction above 0, got "
-                              f"{frequency_hz!r} for {_name(fn)}")
+        if type(frequency_hz) not in (int, Fraction) or not 0 < frequency_hz <= NS_PER_S:
+            raise KernelError(f"frequency_hz must be an int or a Fraction above 0, at most 10**9, "
+                              f"got {frequency_hz!r} for {_name(fn)}")
         self._kernel = kernel
         self._num, self._den = frequency_hz.numerator, frequency_hz.denominator
-        self._phase, self._entity, self._fn = phase, entity, fn
-        self._start_ns = self._due_ns = start_ns
+        self._order, self._fn = phase + entity, fn
+        self._start_ns = start_ns
         self._k = 0
         self._call = kernel.at(start_ns, phase, entity, self._tick)
 
@@ -102,12 +101,10 @@ class Ticker:
 
     def _tick(self, _: Any) -> None:
         k = self._k
-        self._k = k + 1
-        now_ns = self._due_ns
-        self._due_ns = self.time_ns(k + 1)
+        self._k = next_k = k + 1
         # The next tick is booked first, so that the callback may cancel it.
-        self._call = self._kernel.after(self._due_ns - now_ns, self._phase, self._entity,
-                                        self._tick)
+        self._kernel._book(self._start_ns + next_k * NS_PER_S * self._den // self._num,
+                           self._order, self._call)
         self._fn(k)
 
     def cancel(self) -> None:
@@ -239,6 +236,10 @@ class Kernel:
             self._stopping = None
         raise StopSimulation(None)
 
+    def _book(self, time_ns: int, order: int, call: Call) -> None:
+        """A call that has fired, once more, later."""
+        heappush(self._agenda, (time_ns, order, next(self._numbers), call))
+
     def _next(self, phase: Phase, entity: int, fn: Callable) -> int:
         """The priority of something booked for now: what is not later than the phase that runs has
         to wait for the next round."""
@@ -262,6 +263,10 @@ class _Guest(Kernel):
         order = phase + entity if delay_ns else self._next(phase, entity, fn)
         call.callbacks = (partial(self._fire, order),)
         return call
+
+    def _book(self, time_ns: int, order: int, call: Call) -> None:
+        super()._book(time_ns, order, call)
+        call.callbacks = (partial(self._fire, order),)
 
     def _fire(self, order: int, call: Call) -> None:
         self._fired = self.now_ns, order

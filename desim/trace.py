@@ -66,8 +66,8 @@ class Trace:
 
     ``sink`` receives every full batch as an array of ``ROW``; None keeps nothing.
 
-    ``put(pack(t_ns, kind, entity, a, b, c))`` is ``row`` without the look at whether a batch is
-    full, for who writes several rows in one go: the next ``row`` looks.
+    ``put(pack(t_ns, kind, entity, a, b, c))`` is ``row`` without a ``look`` at whether a batch is
+    full, for who writes many rows and looks now and then.
     """
 
     __slots__ = ("names", "rows_written", "_sink", "_buffer", "put", "_whole", "_by_entity")
@@ -86,9 +86,12 @@ class Trace:
 
         Raises ``struct.error`` for what is no int or does not fit; a float goes through ``bits``.
         """
-        buffer = self._buffer
-        buffer.append(pack(t_ns, kind, entity, a, b, c))
-        if len(buffer) >= _BATCH:
+        self.put(pack(t_ns, kind, entity, a, b, c))
+        self.look()
+
+    def look(self) -> None:
+        """Pass on what has gathered if it is enough."""
+        if len(self._buffer) >= _BATCH:
             self.flush()
 
     def flush(self) -> None:

@@ -125,7 +125,7 @@ def test_the_past_is_refused(kernel):
         kernel.run(9)
 
 
-@pytest.mark.parametrize("wrong", [25.0, 0, -1, Fraction(-1, 2), np.int64(25)])
+@pytest.mark.parametrize("wrong", [25.0, 0, -1, Fraction(-1, 2), np.int64(25), 10**9 + 1])
 def test_a_frequency_that_is_no_positive_rational_is_refused(kernel, wrong):
     with pytest.raises(KernelError, match="frequency_hz must be an int or a Fraction above 0"):
         kernel.ticker(wrong, CONTROL, 0, print)

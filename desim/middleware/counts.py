@@ -6,7 +6,6 @@ import numpy as np
 
 BINS_PER_DECADE = 20
 _DECADES = 13  # 1 ns to 10**4 s
-_BATCH = 4096
 
 # Left edges of all bins but the first, which holds 0 and 1 ns.
 EDGES_NS = np.unique(np.ceil(10.0 ** (np.arange(1, _DECADES * BINS_PER_DECADE + 1)
@@ -14,32 +13,31 @@ EDGES_NS = np.unique(np.ceil(10.0 ** (np.arange(1, _DECADES * BINS_PER_DECADE + 
 
 
 class LatencyHistogram:
-    """Latencies in bins of a twentieth of a decade; bin i is [EDGES_NS[i-1], EDGES_NS[i])."""
+    """Latencies in bins of a twentieth of a decade; bin i is [EDGES_NS[i-1], EDGES_NS[i]).
 
-    __slots__ = ("_bins", "_new", "_folded")
+    ``add(latency_ns)`` only notes; ``fold`` is to be called now and then, or the notes pile up.
+    """
+
+    __slots__ = ("add", "_bins", "_new", "_folded")
 
     def __init__(self) -> None:
         self._bins = np.zeros(len(EDGES_NS) + 1, np.int64)
         self._new: list[int] = []
         self._folded = 0  # latencies in bins
+        self.add = self._new.append
 
     @property
     def count(self) -> int:
         """How many latencies there are."""
         return self._folded + len(self._new)
 
-    def add(self, latency_ns: int) -> None:
-        new = self._new
-        new.append(latency_ns)
-        if len(new) >= _BATCH:
-            self._fold()
-
     def bins(self) -> np.ndarray:
         """[len(EDGES_NS) + 1] int64 counts."""
-        self._fold()
+        self.fold()
         return self._bins.copy()
 
-    def _fold(self) -> None:
+    def fold(self) -> None:
+        """Sort what was noted into the bins."""
         if self._new:
             at = np.searchsorted(EDGES_NS, np.array(self._new, np.int64), side="right")
             self._bins += np.bincount(at, minlength=len(self._bins))

@@ -32,6 +32,9 @@ __all__ = ["Graph", "Host", "Message", "Node"]
 
 MAX_CALLBACKS = 100_000  # on one host in one instant
 
+# A look at what gathers, after so many messages: as masks of their number.
+_SELDOM, _RARELY = (1 << 8) - 1, (1 << 14) - 1
+
 _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
 Ends = tuple[Latest | None, list[Subscription]]  # of one topic on one host
@@ -267,10 +270,16 @@ class Graph:
 
     def depart(self, message: Message, receivers: int) -> None:
         """``message`` sets out for ``receivers`` other hosts."""
-        self.messages = message.number = self.messages + 1
-        message.about.counts.intended += receivers
-        self.trace.row(message.born_ns, self.SENT, message.origin.id, message.about.id,
-                       message.seq, message.size_bytes)
+        self.messages = message.number = number = self.messages + 1
+        about = message.about
+        about.counts.intended += receivers
+        self.put(pack(message.born_ns, self.SENT, message.origin.id, about.id, message.seq,
+                      message.size_bytes))
+        if not number & _SELDOM:
+            self.trace.look()
+            if not number & _RARELY:
+                for topic in self.topics.values():
+                    topic.counts.latency.fold()
 
     def deliver(self, message: Message, host: Host, first_ns: int, last_ns: int) -> None:
         """``message`` is at ``host``."""

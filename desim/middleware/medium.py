@@ -102,7 +102,7 @@ class Medium:
     """
 
     __slots__ = ("name", "id", "model", "rules", "up", "frames", "intended", "delivered", "copies",
-                 "dropped", "bytes_on_air", "tx_bytes", "rx_bytes", "_kernel", "_after", "_send",
+                 "dropped", "tx_bytes", "rx_bytes", "_barred_bytes", "_kernel", "_after", "_send",
                  "_streams", "_place", "positions", "_ids", "_open", "_flying", "_reasons",
                  "_reach_m", "_separators", "_judges")
 
@@ -119,7 +119,7 @@ class Medium:
         self.delivered = 0
         self.copies = 0
         self.dropped: dict[str, int] = {}
-        self.bytes_on_air = 0
+        self._barred_bytes = 0  # of frames that the rules let through to nobody
         self.tx_bytes = [0] * len(hosts)
         self.rx_bytes = [0] * len(hosts)
         self._kernel = kernel
@@ -140,6 +140,10 @@ class Medium:
                 rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
         self._judges = [(rule, rule.judge) for rule in self.rules]
         model.start(self, tuple(hosts))
+
+    @property
+    def bytes_on_air(self) -> int:
+        return sum(self.tx_bytes) - self._barred_bytes
 
     # What models may know and do: ports.Context.
 
@@ -204,10 +208,10 @@ class Medium:
             if verdicts is not None:
                 terms = self._obey(rule, verdicts, receivers, terms, carrier, token)
                 if not terms:
+                    self._barred_bytes += size_bytes
                     return
                 if len(terms) < len(receivers):
                     receivers = tuple(terms)
-        self.bytes_on_air += size_bytes
         if terms is None:
             for receiver in receivers:
                 self._open[number, receiver] = (carrier, token, receiver, size_bytes, _PLAIN)
