@@ -107,7 +107,8 @@ class Instant:
 
 def check_network(cls: type, **params: Any) -> None:
     """Check a ``ports.NetworkModel``: declarations, one settlement per receiver, repeatability, no
-    luck but the context's, and that a silent host changes nothing."""
+    luck but the context's, that a silent host changes nothing, and that nothing arrives where
+    ``reach_m`` or ``separates`` says that nothing can."""
     _check_declarations(cls)
     _check_play(cls, lambda: Bench(cls(cls.Params(**params)), _HOSTS),
                 lambda: Bench(cls(cls.Params(**params)), _HOSTS | _SILENT))
@@ -209,12 +210,28 @@ def _check_play(cls: type, make: Callable[[], Bench], make_larger: Callable[[], 
           "settle each receiver exactly once")
     _need(_play(make()) == log, cls, "give the same fates for the same seed: keep state in self, "
                                      "and iterate over no set")
+    _check_links(cls, make())
     _need(_play(make_larger()) == log, cls, "give the same fates when a host is added that says "
                                             "nothing: draw from streams named by host, not index")
 
 
-def _play(bench: Bench) -> list[tuple[int, Any, str, str, str]]:
-    """A seeded load of unicast and broadcast frames, single packets and trains."""
+def _check_links(cls: type, bench: Bench) -> None:
+    everybody, links = np.arange(len(bench.hosts)), {}
+
+    def look(label: int) -> None:
+        links[label] = bench.medium.linked(everybody)
+
+    for _, label, source, receiver, fate in _play(bench, look):
+        linked = links[label] is None or links[label][bench.hosts.index(source),
+                                                      bench.hosts.index(receiver)]
+        _need(linked or fate != "arrived", cls, "deliver nothing beyond reach_m and nothing "
+                                                "between hosts that it separates")
+
+
+def _play(bench: Bench, look: Callable[[int], None] | None = None
+          ) -> list[tuple[int, Any, str, str, str]]:
+    """A seeded load of unicast and broadcast frames, single packets and trains. ``look`` is called
+    with the label of each just before it is sent."""
     draw = random.Random(1)
     hosts = sorted(_HOSTS, key=ports.natural_key)
     for label in range(_FRAMES):
@@ -222,7 +239,10 @@ def _play(bench: Bench) -> list[tuple[int, Any, str, str, str]]:
         others = [host for host in hosts if host != source]
         broadcast = draw.random() < 0.3
         segments = draw.choice([1, 1, 1, 2, 10, 100])
-        bench.send(draw.randrange(2 * NS_PER_S), source,
+        time_ns = draw.randrange(2 * NS_PER_S)
+        if look is not None:
+            bench.kernel.at(time_ns, Phase.WORLD, 0, look, label)
+        bench.send(time_ns, source,
                    draw.sample(others, draw.randint(1, len(others))) if broadcast
                    else draw.choice(others), segments * draw.randint(64, 1518), segments, label,
                    broadcast)

@@ -191,6 +191,15 @@ class ByIndex(Broken):
         self._context.settle_many(frame, frame.receivers, ports.Deliver(int(draw.integers(1000))))
 
 
+class Overreaching(Broken):
+    reach_m = 50.0
+
+
+class Parted(Broken):
+    def separates(self, host, other):
+        return host == 0
+
+
 class Unsourced(Broken):
     class Params(ports.Params):
         rate: int = 3
@@ -209,6 +218,8 @@ class Reasonless(Broken):
     (Past, KernelError, "must be an int >= 0"),
     (Gambler, AssertionError, "not from random"),
     (ByIndex, AssertionError, "named by host, not index"),
+    (Overreaching, AssertionError, "deliver nothing beyond reach_m"),
+    (Parted, AssertionError, "nothing between hosts that it separates"),
     (Unsourced, AssertionError, "where the default of parameter 'rate' comes from"),
     (Reasonless, AssertionError, "a tuple of names"),
 ])
