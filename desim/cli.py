@@ -49,21 +49,26 @@ def _command() -> str:
 
 @contextmanager
 def _compiling(quiet: bool) -> Iterator[None]:
-    """Around the first import of the kernels: says so where they have to be compiled."""
-    from desim.report.compiling import cold
+    """Around the first import of kernels: says so where some have to be compiled."""
+    from desim.report.compiling import announced
 
-    say = not quiet and cold()
-    if say:
-        typer.echo("compiling numerical kernels (first run only)...", err=True)
-    begin_s = time.perf_counter()
+    begin_s = None
+
+    def say() -> None:
+        nonlocal begin_s
+        begin_s = time.perf_counter()
+        if not quiet:
+            typer.echo("compiling numerical kernels (first run only)...", err=True)
+
     try:
-        yield
+        with announced(say):
+            yield
     except RuntimeError as error:
         if "cannot cache function" not in str(error):
             raise
         raise InputError("compiled kernels can be kept neither beside desim nor in the home "
                          "folder; set NUMBA_CACHE_DIR to a folder that can be written") from error
-    if say:
+    if begin_s is not None and not quiet:
         typer.echo(f"compiled in {time.perf_counter() - begin_s:.1f} s", err=True)
 
 
@@ -82,12 +87,12 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
         ) -> None:
     """Run a scenario; the results are in a folder of their own afterwards."""
     with _exits():
-        # Complaints about the scenario come before anything is compiled.
         from desim.scenario.load import load
 
         changes = [*overrides, *([f"stop.elapsed={until}"] if until else [])]
-        loaded = load(scenario, changes, seed)
         with _compiling(quiet):
+            # Complaints about the scenario come before anything is compiled but its plug-ins.
+            loaded = load(scenario, changes, seed)
             from desim import api
         from rich.console import Console
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, Protocol
 
@@ -48,9 +49,9 @@ def natural_key(name: str) -> tuple:
 class Frame(NamedTuple):
     """What occupies a medium: one packet, or a train of packets of one message on one hop.
 
-    ``source`` and ``receivers`` are host indices (rows of ``Context.positions``). ``size_bytes``
-    is the whole train with its headers, ``segments`` how many packets it is. A unicast frame has
-    one receiver and ``broadcast`` False.
+    ``source`` and ``receivers`` (ascending) are host indices (rows of ``Context.positions``).
+    ``size_bytes`` is the whole train with its headers, ``segments`` how many packets it is. A
+    unicast frame has one receiver and ``broadcast`` False.
     """
 
     id: int
@@ -59,6 +60,18 @@ class Frame(NamedTuple):
     size_bytes: int
     segments: int
     broadcast: bool
+
+    def among(self, hosts: Iterable[int]) -> list[int]:
+        """Those of ``hosts`` that are receivers, in their order."""
+        receivers = self.receivers
+        count = len(receivers)
+        # A receiver's place is its index less the hosts left out before it: of a broadcast to all
+        # others there are two places to look at, however many they are.
+        left_out = receivers[-1] + 1 - count
+        return [host for host in hosts
+                if (place := bisect_left(receivers, host, max(host - left_out, 0),
+                                         min(host + 1, count))) < count
+                and receivers[place] == host]
 
 
 class Pass(NamedTuple):
@@ -132,8 +145,10 @@ class Context(Protocol):
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
         """The fate of ``frame`` at one intended receiver: exactly once each."""
 
-    def settle_many(self, frame: Frame, receivers: Sequence[int], verdict: Deliver | Drop) -> None:
-        """The same fate for several receivers; drops make one aggregate row."""
+    def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
+                    verdict: Deliver | Drop) -> None:
+        """The same fate for several receivers; None: for all at whom ``frame`` is not settled yet,
+        who need not be named. A broadcast's drops make one aggregate row."""
 
 
 class Rule(Protocol):

@@ -8,7 +8,7 @@ place where that load runs, and where a plug-in's own tests can run theirs.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -52,7 +52,7 @@ class Bench:
              segments: int = 1, label: Any = None, broadcast: bool = False) -> None:
         """Book a frame. It is logged under ``label``."""
         receivers = (receivers,) if isinstance(receivers, str) else tuple(receivers)
-        indices = tuple(map(self.hosts.index, receivers))
+        indices = tuple(sorted(map(self.hosts.index, receivers)))
 
         def transmit(_: Any) -> None:
             self.medium.transmit(self.hosts.index(source), indices, size_bytes, segments, broadcast,
@@ -71,7 +71,7 @@ class Bench:
     def lost(self, token: tuple[Any, str], receiver: int, reason: str) -> None:
         self._note(token, receiver, reason)
 
-    def missed(self, token: tuple[Any, str], receivers: tuple[int, ...], reason: str,
+    def missed(self, token: tuple[Any, str], receivers: Collection[int], reason: str,
                medium: Medium) -> None:
         for receiver in receivers:
             self._note(token, receiver, reason)

@@ -12,6 +12,7 @@ from netmodels.radio.dcf import DROPPED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.standards import Standard
 
+NS3 = Reception(unaware=True)
 EVERYBODY_MW = 1e-5  # -50 dBm: the rows where nobody captures anything
 
 
@@ -35,11 +36,12 @@ def by_distance(*places: tuple[float, float]) -> np.ndarray:
 
 
 def air(standard: Standard, power_mw: np.ndarray, seed: int = 1, *,
-        reception: Reception | None = None, **options) -> Stations:
+        reception: Reception = NS3, reset_at: int = 8, **options) -> Stations:
+    """By default as in ns-3."""
     n = len(power_mw)
     keys = np.random.default_rng(seed).integers(2 ** 63, size=n).astype(np.uint64)
     errors = error_table(tuple(rate.mbps for rate in standard.rates))
-    stations = Stations(standard, keys, errors, reception or Reception(), **options)
+    stations = Stations(standard, keys, errors, reception, reset_at=reset_at, **options)
     near = ~np.eye(n, dtype=bool) & (power_mw > 1e-13)
     source, hearer = np.nonzero(near)
     first = np.concatenate([[0], np.cumsum(near.sum(axis=1))])

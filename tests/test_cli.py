@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import subprocess
 import sys
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -263,7 +263,8 @@ def test_describe_says_what_a_plugin_does_and_takes():
     assert desim_("describe", "netmodels.switch:Switch").split("\n\n")[1:] \
         == said.split("\n\n")[1:]
     radio = desim_("describe", "netmodels.radio:Radio")
-    assert "  reception: of receivers (ns-3)\n    noise_figure: default '7 dB'.  noise" in radio
+    assert ("  reception: of receivers (802.11-2016)\n"
+            "    noise_figure: default '7 dB'.  noise") in radio
     assert "did you mean 'switch'?" in desim_("describe", "swich", code=2)
 
 
@@ -285,15 +286,21 @@ def test_the_light_commands_import_nothing_heavy():
                          "scipy"}
 
 
-def test_compiled_kernels_are_looked_for_where_they_are_kept(tmp_path, monkeypatch):
-    desim.run  # noqa: B018 - imports, and so compiles, all kernels
+def test_cold_kernels_of_any_package_are_announced_once(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    assert compiling.cold()
-    for source in Path(desim.__file__).parent.rglob("kernels.py"):
-        folder = tmp_path / f"{source.parent.name}_0123"
-        folder.mkdir(exist_ok=True)
-        (folder / "kernels.sin-1.py311.nbi").touch()
-    assert not compiling.cold()
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in "warmed", "chilly", "frozen":
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "kernels.py").touch()
+    (tmp_path / "warmed_0123").mkdir()
+    (tmp_path / "warmed_0123" / "kernels.sin-1.py311.nbi").touch()
+    said = []
+    with compiling.announced(lambda: said.append("compiling")):
+        importlib.import_module("warmed.kernels")
+        assert not said
+        importlib.import_module("chilly.kernels")
+        importlib.import_module("frozen.kernels")
+    assert said == ["compiling"]
 
 
 def test_where_kernels_cannot_be_kept_the_way_out_is_said():

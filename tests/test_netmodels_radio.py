@@ -9,7 +9,11 @@ from radio import rows
 from test_radio_pathloss import room
 
 from desim.errors import InputError
+from desim.kernel import Kernel
+from desim.middleware.medium import Medium
+from desim.streams import Streams
 from desim.testing import Bench, check_network
+from desim.trace import Names
 from netmodels.radio import Radio
 from netmodels.radio.dcf import Stations
 from netmodels.radio.standards import A, G
@@ -95,6 +99,17 @@ def test_a_full_queue_refuses_and_has_room_again():
         (2, "queue_full"), (3, "queue_full"), (0, "arrived"), (1, "arrived"), ("later", "arrived")]
 
 
+def test_what_waits_too_long_is_not_sent():
+    """11b at 1 Mb/s: a frame of 1064 B takes 8.7 ms."""
+    bench = Bench(radio(standard="11b", rate="1 Mb/s", lifetime="20 ms"), 4)
+    for label in range(5):
+        bench.send(0, "host_1", ["host_2"], UDP, label=label, broadcast=True)
+    bench.send(500 * MS, "host_1", "host_2", UDP, label="later")
+    assert [(label, fate) for _, label, _, _, fate in bench.run()] == [
+        (0, "out_of_reach"), (1, "out_of_reach"), (2, "out_of_reach"), (3, "expired"),
+        (4, "expired"), ("later", "retry_limit")]
+
+
 def test_two_who_begin_together_collide_and_a_third_hears_neither():
     bench = Bench(radio(path_loss={"model": "fixed", "total": "60 dB"}), 3)
     bench.send(0, "host_1", ["host_2", "host_3"], UDP, broadcast=True)
@@ -154,19 +169,106 @@ class Saturated(Bench):
         self.offer(token[1])
 
 
-def test_thirty_saturated_stations_as_in_ns3(reference):
-    seconds = 5
-    bench = Saturated(radio(path_loss={"model": "fixed", "total": "60 dB"}), 31)
+def thirty_saturated(seconds=5, **params):
+    """Mb/s of payload through the whole medium."""
+    bench = Saturated(radio(path_loss={"model": "fixed", "total": "60 dB"}, **params), 31)
     for source in list(range(1, 31)) * 2:
         bench.offer(source)
     bench.run(seconds * 10**9)
+    return bench.medium.delivered * 8e-3 / seconds
+
+
+def test_thirty_saturated_stations_as_in_ns3(reference):
     table = rows(reference / "ns3" / "s3_saturation_raw_runs.csv", mode="ErpOfdmRate54Mbps",
                  topo="sink-fixed", n="30")
     expected_mbps = np.mean([float(row["agg_goodput_mbps"]) for row in table])
-    assert bench.medium.delivered * 8e-3 / seconds == pytest.approx(expected_mbps, rel=0.015)
+    assert thirty_saturated(preset="ns3_3_44") == pytest.approx(expected_mbps, rel=0.015)
+    assert 0.975 < thirty_saturated() / thirty_saturated(preset="ns3_3_44") < 0.995
+
+
+def test_a_preset_fills_what_is_not_given():
+    params = Radio.Params(preset="ns3_3_44", retries=4, reception={"energy": "-70 dBm"})
+    assert params.reception.unaware and params.window_failures == 8
+    assert params.retries == 4 and params.reception.energy_dbm == -70
+    assert not Radio.Params().reception.unaware and Radio.Params().window_failures is None
+    again = Radio.Params(**params.model_dump(by_alias=True))
+    assert again == params
+
+
+def test_a_preset_that_there_is_not():
+    with pytest.raises(ValueError, match="ns3_3_44"):
+        Radio.Params(preset="ns4")
+
+
+def test_who_is_on_another_channel_hears_nothing():
+    bench = Bench(radio(channels={"c": 6, "d": 6}), {"a": (0, 0), "b": (9, 0), "c": (5, 5),
+                                                     "d": (9, 9)})
+    bench.send(0, "a", ["b", "c"], UDP, broadcast=True)
+    bench.send(0, "c", ["a", "b", "d"], UDP, broadcast=True)
+    bench.send(100 * MS, "a", "d", UDP)
+    log = bench.run()
+    assert log[-1][-1] == "retry_limit"
+    assert {(source, receiver): fate for _, _, source, receiver, fate in log[:-1]} == {
+        ("a", "b"): "arrived", ("a", "c"): "out_of_reach", ("c", "d"): "arrived",
+        ("c", "a"): "out_of_reach", ("c", "b"): "out_of_reach"}
+    assert len({time_ns for time_ns, *_ in log[:-1]}) == 1, "side by side"
+
+
+class Flow:
+    """Two packets of ``source`` for ``dest`` are in its queue, always."""
+
+    def __init__(self, medium, source, dest):
+        self.medium, self.source, self.dest, self.received = medium, source, dest, 0
+        for _ in range(2):
+            self.offer()
+
+    def offer(self):
+        self.medium.transmit(self.source, (self.dest,), UDP, 1, False, self, None)
+
+    def arrived(self, token, receiver):
+        self.received += 1
+        self.offer()
+
+    def lost(self, token, receiver, reason):
+        self.offer()
+
+
+def goodput(*flows, **channels):
+    """Packets in a second of each flow (channel, source, destination) between four hosts; there is
+    a medium for each channel."""
+    kernel, names, streams = Kernel(), Names(), Streams(1)
+    media = {channel: Medium(f"wifi_{channel}", radio(path_loss={"model": "fixed",
+                                                                 "total": "60 dB"},
+                                                      channel=channel, channels=channels),
+                             kernel=kernel, names=names, streams=streams, hosts=list("abcd"))
+             for channel in sorted({channel for channel, _, _ in flows})}
+    running = [Flow(media[channel], source, dest) for channel, source, dest in flows]
+    kernel.run(10**9)
+    return [flow.received for flow in running]
+
+
+def test_two_pairs_share_a_channel_and_not_two():
+    (alone,) = goodput((1, 0, 1))
+    assert sum(goodput((1, 0, 1), (1, 2, 3))) < 1.15 * alone
+    assert goodput((1, 0, 1), (1, 2, 3), c=6, d=6) == pytest.approx([alone, alone], rel=0.02)
+
+
+def test_a_host_with_two_radios_works_on_both_channels_at_once():
+    (alone,) = goodput((1, 0, 1))
+    assert goodput((1, 0, 1), (11, 0, 2)) == pytest.approx([alone, alone], rel=0.02)
+    assert goodput((11, 0, 1), (1, 2, 0)) == pytest.approx([alone, alone], rel=0.02)
+
+
+def test_hosts_on_different_channels_are_apart_for_the_monitor():
+    bench = Bench(radio(channels={"host_3": 6}), 3)
+    assert bench.medium.linked(np.arange(3)).tolist() == [
+        [True, True, False], [True, True, False], [False, False, True]]
+    assert Bench(radio(), 3).medium.linked(np.arange(3)).all()
 
 
 @pytest.mark.parametrize(("params", "says"), [
+    ({"channels": {"host_2": 3}}, r"\.channels: 1 and 3 overlap"),
+    ({"channels": {"host_7": 6}}, r"\.channels: no host 'host_7'"),
     ({"rate": "10 Mb/s"}, r"\.rate: 10 Mb/s is no rate of 11g; allowed: 1 Mb/s, 2 Mb/s"),
     ({"standard": "11b", "rate": "11 Mb/s", "broadcast_rate": "6 Mb/s"}, r"\.broadcast_rate: 6 Mb"),
 ])

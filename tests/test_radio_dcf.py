@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from radio import air, by_distance, heartbeats, rows, same_power, saturate
+from radio import NS3, air, by_distance, heartbeats, rows, same_power, saturate
 
-from netmodels.radio.dcf import DONE, DROPPED, MISSED, NEVER, RECEIVED, Reception
+from netmodels.radio.dcf import DONE, DROPPED, MISSED, NEVER, RECEIVED
 from netmodels.radio.standards import A, B, G
 
-NS3 = Reception()
 UDP = 1064  # B on the air of 1000 B
 SATURATED = {  # as the tables name mode and topology: standard, Mb/s
     ("OfdmRate6Mbps", "sink-fixed"): (A, 6), ("OfdmRate24Mbps", "sink-fixed"): (A, 24),
@@ -124,19 +123,19 @@ def test_two_pairs(reference, mbps, apart_m):
 def test_two_pairs_with_a_receiver_that_is_too_good():
     """10 % less power is enough for a preamble: they hear each other at 52 m."""
     assert two_pairs(52, 6) == pytest.approx(9.96, rel=0.1)
-    assert two_pairs(52, 6, Reception(preamble_dbm=-82.46)) < 6
+    assert two_pairs(52, 6, replace(NS3, preamble_dbm=-82.46)) < 6
 
 
 def test_two_pairs_with_a_receiver_aware_of_all_interference():
     """Why ns-3 gets more at 24 and 54 Mb/s than physics allows: of two frames that begin in the
     same instant and are both too weak against each other it reads one."""
     assert two_pairs(20, 54) == pytest.approx(27.03, rel=0.02)
-    assert two_pairs(20, 54, Reception(unaware=False)) == pytest.approx(25.3, rel=0.02)
+    assert two_pairs(20, 54, replace(NS3, unaware=False)) == pytest.approx(25.3, rel=0.02)
 
 
 def single_pair(distance_m, mbps, noise_dbm=NS3.noise_dbm):
     stations = air(A, by_distance((0, 0), (distance_m, 0)),
-                   reception=Reception(noise_dbm=noise_dbm))
+                   reception=replace(NS3, noise_dbm=noise_dbm))
     return saturate(stations, [(0, 1)], UDP, A.rate(mbps), 5).packets_per_s * 8e-3
 
 
@@ -222,6 +221,20 @@ def test_heartbeats_with_wrong_symbols():
     """The longer a frame, the more wait for its end, and collide if they draw the same slot."""
     longer = tuple(rate._replace(symbol_ns=4_400) for rate in A.rates)
     assert heard(30, 50, standard=replace(A, rates=longer)) < 0.9312 - 0.01
+
+
+def overloaded(lifetime_ns):
+    """Thirty stations, 50 Hz, at the rate that ns-3's 802.11g broadcasts with by default."""
+    stations = air(G, same_power(30), lifetime_ns=lifetime_ns)
+    return heartbeats(stations, poisson(30, 50, 5, 1), 264, G.rate(1), 30)
+
+
+def test_heartbeats_that_wait_too_long_are_not_sent(reference):
+    """With one run of 5 s in the table. What waits for ever is sent in the end, after the 5 s."""
+    (row,) = rows(reference / "ns3" / "s4_broadcast_heartbeats.csv", std="g", n="30", hz="50")
+    expected = float(row["delivery_ratio"])
+    assert overloaded(500_000_000) == pytest.approx(expected, abs=0.01)
+    assert overloaded(None) > expected + 0.01
 
 
 @pytest.mark.parametrize("n", [2, 10, 30])

@@ -48,8 +48,10 @@ def delivered(distance_m, broadcast, between=(), /, **params):
 
 
 @pytest.mark.parametrize("fidelity", ["ideal", "disk", "walls", "mac"])
-@pytest.mark.parametrize("params", [{}, {"rate": "6 Mb/s", "queue": 3, "rts": "500 B"}, {
-    "path_loss": {"model": "fixed", "total": "60 dB"}}], ids=["default", "queue", "fixed"])
+@pytest.mark.parametrize("params", [
+    {}, {"rate": "6 Mb/s", "queue": 3, "rts": "500 B", "lifetime": "5 ms"},
+    {"path_loss": {"model": "fixed", "total": "60 dB"}, "preset": "ns3_3_44"},
+    {"shadowing": {}, "channels": {"host_2": 6}}], ids=["default", "queue", "fixed", "channels"])
 def test_every_rung_keeps_the_contract(fidelity, params):
     check_network(Ladder, fidelity=fidelity, **params)
 
@@ -216,6 +218,39 @@ def test_walls_separate_for_the_monitor_and_a_disk_s_edge_too():
         bench.medium._place.obstacles = room("concrete", "concrete")
         linked[name] = bench.medium.linked(np.arange(4))[0, 1:].tolist()
     assert linked == {"disk": [True, True, False], "walls": [False, True, False]}
+
+
+def test_only_the_disk_looks_through_shadows():
+    """On the edge of the disk and 0.5 m inside, two hundred links of one robot each: shadowing of 6
+    dB makes some of them worse than path loss, on the rung of walls."""
+    near_m = rung("disk").range_m[False] - 0.5
+    angle = np.linspace(0, 2 * np.pi, 200, endpoint=False)
+    places = {"a": (0, 0)} | {f"b{k}": (near_m * np.cos(at), near_m * np.sin(at))
+                              for k, at in enumerate(angle)}
+    arrived = {}
+    for name in ("disk", "walls"):
+        bench = Bench(rung(name, shadowing={"sigma": "6 dB"}), places)
+        for k in range(200):
+            bench.send(0, "a", f"b{k}", 100)
+        arrived[name] = sum(fate == "arrived" for _, fate in fates(bench.run()))
+    assert arrived["disk"] == 200 and 60 < arrived["walls"] < 140
+
+
+@pytest.mark.parametrize("name", RUNGS)
+def test_channels_part_on_every_rung(name):
+    bench = Bench(rung(name, channels={"b": 6}), {"a": (0, 0), "b": (5, 0), "c": (0, 5)})
+    bench.send(0, "a", ["b", "c"], 100, broadcast=True)
+    assert sorted(fates(bench.run())) == [("b", "out_of_reach"), ("c", "arrived")]
+    assert bench.medium.linked(np.arange(3))[0, 1:].tolist() == [False, True]
+
+
+def test_what_waits_too_long_expires():
+    """Packets of 150 B go every 0.30 ms."""
+    bench = Bench(rung("disk", lifetime="1 ms"), {"a": (0, 0), "b": (5, 0)})
+    for label in range(5):
+        bench.send(0, "a", "b", 150, label=label)
+    assert sorted((label, fate) for _, label, _, _, fate in bench.run()) == [
+        (0, "arrived"), (1, "arrived"), (2, "arrived"), (3, "arrived"), (4, "expired")]
 
 
 def test_a_full_queue_refuses_and_has_room_again():

@@ -1,4 +1,4 @@
-"""How fast desim is on this machine: `python tools/bench.py [--json] [kernel laser w scenarios]`.
+"""How fast desim is on this machine: `python tools/bench.py [--json] [part ...]`.
 
 Every figure is CPU time of one core after compilation; the best of several runs where runs are
 short, for other processes on the machine can only slow a run down.
@@ -19,6 +19,7 @@ from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
+import airload
 import simpy
 import workload
 from rich.console import Console
@@ -180,6 +181,30 @@ def w() -> list[Row]:
     return rows
 
 
+# ----------------------------------------------------------------------------------------- network
+
+NS3 = {"30 saturated 802.11g stations": 0.88, "30 x 20 kB at 2/s": 4.31}  # reference/ns3, s7_speed
+
+
+def network() -> list[Row]:
+    """Radio: simulated seconds per CPU second through the whole medium, the best of three runs;
+    hosts with beacons stand 1000 to the square kilometre."""
+    runs = {"30 saturated 802.11g stations": (lambda: airload.saturated(30, 5), 5),
+            "30 x 20 kB at 2/s": (lambda: airload.messages(30, 2, 20), 20)}
+    rows = []
+    for name, (run, simulated_s) in runs.items():
+        factor = simulated_s / min(run() for _ in range(3))
+        rows.append({"what": name, "simulated s per CPU s": round(factor, 1), "us a frame": "",
+                     "ns-3": NS3[name], "times ns-3": round(factor / NS3[name], 1)})
+    for hosts in (100, 1000, 4000):
+        simulated_s = 500 / hosts
+        cpu_s, frames = min(airload.beacons(hosts, simulated_s) for _ in range(3))
+        rows.append({"what": f"{hosts} beacons at 10 Hz",
+                     "simulated s per CPU s": round(simulated_s / cpu_s, 2),
+                     "us a frame": round(1e6 * cpu_s / frames, 1), "ns-3": "", "times ns-3": ""})
+    return rows
+
+
 # --------------------------------------------------------------------------------------- scenarios
 
 SCENARIOS = {"hello": ["hello.yaml"], "maze_8": ["maze_30.yaml", "--set", "fleet.size=8"],
@@ -205,7 +230,7 @@ def scenarios() -> list[Row]:
 # ------------------------------------------------------------------------------------------ report
 
 PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "laser": laser, "w": w,
-                                             "scenarios": scenarios}
+                                             "network": network, "scenarios": scenarios}
 
 
 def show(title: str, rows: list[Row]) -> None:

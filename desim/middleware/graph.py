@@ -14,7 +14,7 @@ medium in common) or ``no_subscriber`` (it came to a host where nobody listens a
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import TYPE_CHECKING, Any
 
 from desim.errors import InputError, KernelError, below, did_you_mean
@@ -314,10 +314,9 @@ class Graph:
         if self._on_fate is not None:
             self._on_fate(message, receiver, now_ns, reason, first_ns, last_ns)
 
-    def miss(self, message: Message, receivers: Iterable[int], reason: str,
+    def miss(self, message: Message, receivers: Collection[int], reason: str,
              medium: Medium) -> None:
         """A broadcast did not reach ``receivers``: one row, of kind ``reason``, of the medium's."""
-        receivers = tuple(receivers)
         now_ns = self.kernel.now_ns
         message.about.counts.drop(reason, len(receivers))
         self.trace.row(now_ns, self.names.id(reason), medium.id, message.origin.id, message.seq,

@@ -7,7 +7,7 @@ It needs a ``Kernel`` and names, not a ``Graph``: a plain SimPy program can send
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from operator import attrgetter
 from typing import Any, Protocol
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from desim.errors import ModelError, below
 from desim.kernel import Call, Kernel, Phase
+from desim.middleware.broadcast import PLAIN, Broadcast, Terms
 from desim.ports import Deliver, Drop, Duplicate, Frame, NetworkModel, Obstacles, Pass, Rule
 from desim.streams import Streams
 from desim.trace import Names
@@ -27,19 +28,16 @@ class Carrier(Protocol):
 
     def lost(self, token: Any, receiver: int, reason: str) -> None: ...
 
-    def missed(self, token: Any, receivers: tuple[int, ...], reason: str,
+    def missed(self, token: Any, receivers: Collection[int], reason: str,
                medium: Medium) -> None:
-        """One fate of several receivers of a broadcast frame."""
+        """One fate of several receivers of a broadcast frame. They are best counted: who they are
+        may have to be found out."""
 
     def repeated(self, token: Any, receiver: int) -> None:
         """A copy of a frame that has arrived, where a rule makes them."""
 
 
-# What the rules say of a frame at one receiver: delay_ns to add, and how much later copies come.
-Terms = tuple[int, tuple[int, ...]]
 Claim = tuple[Carrier, Any, int, int, Terms]  # and token, receiver, size_bytes
-
-_PLAIN: Terms = (0, ())  # the terms where no rule has anything to say
 
 _NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER  # cheaper than to look them up each time
 _new = tuple.__new__  # a Frame at half the price
@@ -103,8 +101,8 @@ class Medium:
 
     __slots__ = ("name", "id", "model", "rules", "up", "frames", "intended", "delivered", "copies",
                  "dropped", "tx_bytes", "rx_bytes", "_barred_bytes", "_kernel", "_after", "_send",
-                 "_streams", "_place", "positions", "_ids", "_open", "_flying", "_reasons",
-                 "_reach_m", "_separators", "_judges")
+                 "_streams", "_place", "positions", "_ids", "_open", "_broadcasts", "_awaited",
+                 "_flying", "_reasons", "_reach_m", "_separators", "_judges")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
@@ -129,7 +127,9 @@ class Medium:
         self._place = Nowhere(len(hosts)) if place is None else place
         self.positions = self._place.positions
         self._ids = [names.id(host) for host in hosts]
-        self._open: dict[tuple[int, int], Claim] = {}  # by frame and receiver
+        self._open: dict[tuple[int, int], Claim] = {}  # unicast ones, by frame and receiver
+        self._broadcasts: dict[int, Broadcast] = {}  # by frame
+        self._awaited = 0  # settlements of those
         self._flying = 0
         self._reasons = frozenset(model.reasons)
         parts = (model, *self.rules)
@@ -163,35 +163,34 @@ class Medium:
         try:
             claim = self._open.pop((frame.id, receiver))
         except KeyError:
-            raise self._unexpected(frame, receiver) from None
+            claim = self._claim(frame, receiver)
         if type(verdict) is Deliver:
-            delay_ns, ids, deliver = verdict.delay_ns, self._ids, self._deliver
-            if claim[4] is not _PLAIN:
-                if delay_ns < 0:
-                    raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
-                delay_ns += claim[4][0]
-                if claim[4][1]:
-                    claim, deliver = (frame, claim), self._deliver_often
             self._flying += 1
-            self._after(delay_ns, _DELIVER, ids[frame.source] << 32 | ids[receiver], deliver, claim)
+            if claim[4] is PLAIN:
+                ids = self._ids
+                self._after(verdict.delay_ns, _DELIVER, ids[frame.source] << 32 | ids[receiver],
+                            self._deliver, claim)
+            else:
+                self._fly_on_terms(frame, claim, verdict.delay_ns)
         else:
             self._count(self._declared(verdict), 1)
             claim[0].lost(claim[1], receiver, verdict.reason)
 
-    def settle_many(self, frame: Frame, receivers: Sequence[int],
+    def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
                     verdict: Deliver | Drop) -> None:
-        if type(verdict) is Deliver or not frame.broadcast:
-            for receiver in receivers:
+        if not frame.broadcast:
+            for receiver in frame.receivers if receivers is None else receivers:
                 self.settle(frame, receiver, verdict)
-        elif receivers:
-            reason = self._declared(verdict)
-            try:
-                claims = [self._open.pop((frame.id, receiver)) for receiver in receivers]
-            except KeyError:
-                raise self._unexpected(frame, receivers) from None
+            return
+        reason = None if type(verdict) is Deliver else self._declared(verdict)
+        broadcast, receivers = self._settled(frame, receivers)
+        if not receivers:
+            return
+        if reason is None:
+            self._fly(frame, broadcast, receivers, verdict.delay_ns)
+        else:
             self._count(reason, len(receivers))
-            carrier, token = claims[0][:2]
-            carrier.missed(token, tuple(receivers), reason, self)
+            broadcast.carrier.missed(broadcast.token, receivers, reason, self)
 
     # What transports do.
 
@@ -212,13 +211,14 @@ class Medium:
                     return
                 if len(terms) < len(receivers):
                     receivers = tuple(terms)
-        if terms is None:
-            for receiver in receivers:
-                self._open[number, receiver] = (carrier, token, receiver, size_bytes, _PLAIN)
+                    frame = frame._replace(receivers=receivers)
+        if broadcast:
+            self._broadcasts[number] = Broadcast(carrier, token, frame, terms)
+            self._awaited += len(receivers)
         else:
-            frame = frame._replace(receivers=receivers)
-            for receiver, own in terms.items():
-                self._open[number, receiver] = (carrier, token, receiver, size_bytes, own)
+            (receiver,) = receivers
+            self._open[number, receiver] = (carrier, token, receiver, size_bytes,
+                                            PLAIN if terms is None else terms[receiver])
         self._send(frame)
 
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
@@ -237,14 +237,56 @@ class Medium:
 
     def in_flight(self) -> int:
         """Frames, per receiver, that are not settled yet or on their way."""
-        return len(self._open) + self._flying
+        return len(self._open) + self._awaited + self._flying
+
+    def _claim(self, frame: Frame, receiver: int) -> Claim:
+        """Of one receiver of a broadcast, at whom it is settled now."""
+        return self._settled(frame, (receiver,))[0].claim(receiver)
+
+    def _settled(self, frame: Frame, receivers: Sequence[int] | None
+                 ) -> tuple[Broadcast | None, Collection[int]]:
+        """A broadcast, and the receivers at whom it is settled now."""
+        broadcast = self._broadcasts.get(frame.id)
+        if broadcast is None and not receivers:
+            return None, ()
+        try:
+            settled = self._broadcasts[frame.id].settle(receivers)
+        except KeyError:
+            raise self._unexpected(frame, receivers) from None
+        self._awaited -= len(settled)
+        if not broadcast.left:
+            del self._broadcasts[frame.id]
+        return broadcast, settled
+
+    def _fly(self, frame: Frame, broadcast: Broadcast, receivers: Collection[int],
+             delay_ns: int) -> None:
+        """A broadcast is on its way to ``receivers``."""
+        after, ids, deliver = self._after, self._ids, self._deliver
+        source = ids[frame.source] << 32
+        self._flying += len(receivers)
+        for receiver in receivers:
+            claim = broadcast.claim(receiver)
+            if claim[4] is PLAIN:
+                after(delay_ns, _DELIVER, source | ids[receiver], deliver, claim)
+            else:
+                self._fly_on_terms(frame, claim, delay_ns)
+
+    def _fly_on_terms(self, frame: Frame, claim: Claim, delay_ns: int) -> None:
+        """What rules delay or copy is on its way to one receiver."""
+        if delay_ns < 0:
+            raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
+        rules_ns, copies_ns = claim[4]
+        entity = self._ids[frame.source] << 32 | self._ids[claim[2]]
+        self._after(delay_ns + rules_ns, _DELIVER, entity,
+                    *((self._deliver_often, (entity, claim)) if copies_ns
+                      else (self._deliver, claim)))
 
     def _obey(self, rule: Rule, verdicts: list[Any], receivers: tuple[int, ...],
               terms: dict[int, Terms] | None, carrier: Carrier, token: Any) -> dict[int, Terms]:
         """``terms`` of ``receivers`` with the rule's delays and copies added, without whom it
         drops."""
         if terms is None:
-            terms = dict.fromkeys(receivers, _PLAIN)
+            terms = dict.fromkeys(receivers, PLAIN)
         if len(verdicts) != len(receivers):
             raise ModelError(f"{_class(rule)} gave {len(verdicts)} verdicts for "
                              f"{len(receivers)} receivers")
@@ -282,13 +324,11 @@ class Medium:
             self._count("host_down", 1)
             carrier.lost(token, receiver, "host_down")
 
-    def _deliver_often(self, arrival: tuple[Frame, Claim]) -> None:
+    def _deliver_often(self, arrival: tuple[int, Claim]) -> None:
         """A frame that has copies: they come after it, if it comes."""
-        frame, claim = arrival
-        receiver, (_, copies) = claim[2], claim[4]
-        if self.up[receiver]:
-            entity = self._ids[frame.source] << 32 | self._ids[receiver]
-            for after_ns in copies:
+        entity, claim = arrival
+        if self.up[claim[2]]:
+            for after_ns in claim[4][1]:
                 self._after(after_ns, _DELIVER, entity, self._repeat, claim)
         self._deliver(claim)
 

@@ -10,6 +10,7 @@ would let it: n packets get through with (1 - p)^n at each attempt.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Collection
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -215,7 +216,7 @@ class Datagram:
 
     def _frames(self, by_medium: dict[Medium, list[int]]) -> list[tuple[Medium, tuple[int, ...]]]:
         if self._broadcast:
-            return [(medium, tuple(group)) for medium, group in by_medium.items()]
+            return [(medium, tuple(sorted(group))) for medium, group in by_medium.items()]
         return [(medium, (receiver,)) for medium, group in by_medium.items() for receiver in group]
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
@@ -248,7 +249,7 @@ class Datagram:
         """UDP does not know what it has already."""
         self._graph.repeat(message, self._graph.hosts[receiver])
 
-    def missed(self, message: Message, receivers: tuple[int, ...], reason: str,
+    def missed(self, message: Message, receivers: Collection[int], reason: str,
                medium: Medium) -> None:
         """A broadcast did not reach several hosts: one row of the medium's for all of them."""
         self._flying -= len(receivers)

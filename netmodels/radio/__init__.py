@@ -1,42 +1,53 @@
-"""Radios of IEEE 802.11a, b or g on one channel, without an access point."""
+"""Radios of IEEE 802.11a, b or g, without an access point."""
 
 from __future__ import annotations
 
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from desim import ports
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
-from netmodels.radio.dcf import DONE, DROPPED, NEVER, RECEIVED, Reception, Stations
+from netmodels.radio.channels import channels_of
+from netmodels.radio.dcf import DONE, DROPPED, EXPIRED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.pathloss import PathLossParams, reach_m
+from netmodels.radio.presets import filled
 from netmodels.radio.rates import chosen_rates
+from netmodels.radio.shadowing import Shadowing, Shadows
 from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.radio.walls import Walls
 
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 
 _ARRIVED = ports.Deliver(0)
+_FATES = {RECEIVED: _ARRIVED, DROPPED: ports.Drop("retry_limit"), EXPIRED: ports.Drop("expired")}
+_CHANNEL_ERROR, _COLLISION = ports.Drop("channel_error"), ports.Drop("collision")
+_OUT_OF_REACH = ports.Drop("out_of_reach")
 
 
 class Thresholds(ports.Params):
-    """What a receiver makes of what it hears; the defaults are those of ns-3.44."""
+    """What a receiver makes of what it hears."""
 
-    noise_figure_db: Decibels = Field("7 dB", description="noise of the receiver itself (ns-3)")
+    noise_figure_db: Decibels = Field("7 dB", description="noise of the receiver itself (ns-3; "
+                                                          "802.11-2016, 17.3.10.2, allows 15 dB)")
     heard_dbm: Level = Field("-101 dBm", description="what is weaker is not even interference "
-                                                     "(ns-3: RxSensitivity)")
+                                                     "(ns-3: RxSensitivity; 7 dB below the noise)")
     energy_dbm: Level = Field("-62 dBm", description="whatever it is, it makes the medium busy "
-                                                     "(ns-3: CcaEdThreshold)")
-    preamble_dbm: Level = Field("-82 dBm", description="the least that a frame is found at (ns-3)")
+                                                     "(802.11-2016, 17.3.10.6)")
+    preamble_dbm: Level = Field("-82 dBm", description=(
+        "the least that a frame is found at, and makes the medium busy (802.11-2016, 17.3.10.6)"))
     preamble_above_db: Decibels = Field("4 dB", description="and how far it must be above noise "
                                                             "and interference (ns-3)")
+    unaware: bool = Field(False, description=(
+        "interference that began within 4 us of a frame does it no harm (no receiver is like that, "
+        "but ns-3's)"))
 
     def for_stations(self) -> Reception:
         return Reception(_THERMAL_DBM + self.noise_figure_db, self.energy_dbm, self.preamble_dbm,
-                         self.preamble_above_db)
+                         self.preamble_above_db, unaware=self.unaware)
 
 
 class Waiting:
@@ -48,13 +59,14 @@ class Waiting:
     def __init__(self, frame: ports.Frame) -> None:
         self.frame = frame
         self.got: dict[int, int] = {}
-        self.broken: set[int] = set()
+        self.broken: list[int] = []
 
 
 class Radio:
-    """Wi-Fi without an access point (802.11a, b or g), all on one channel: carrier sense, backoff,
-    acknowledgements and retries of unicast frames, none of broadcast ones; hidden terminals, and
-    capture of the stronger frame.
+    """Wi-Fi without an access point (802.11a, b or g): carrier sense, backoff, acknowledgements and
+    retries of unicast frames, none of broadcast ones; hidden terminals, and capture of the stronger
+    frame. Who is on another channel hears nothing of it, and a host with several radios has a
+    medium for each.
 
     A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
     or listening to somebody else or found it under others (``collision``), or that made out its
@@ -66,53 +78,81 @@ class Radio:
     """
 
     class Params(ports.Params):
+        preset: Literal["ns3_3_44"] | None = Field(None, description=(
+            "values for what is not given: ns3_3_44, as in ns-3 3.44 with the error model of NIST "
+            "(none: 802.11-2016)"))
         standard: Literal["11a", "11b", "11g"] = Field("11g", description="timing and rates (2.4 "
                                                                           "GHz as most robots)")
         rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
         broadcast_rate_bps: BitRate | None = Field(None, description=(
             "of broadcast frames (the lowest of the same modulation, as ns-3)"))
+        channel: int = Field(1, ge=1, le=196, description="its number: who is on different ones "
+                                                          "does not hear the other (the first)")
+        channels: dict[str, int] = Field({}, description="by host, instead of channel (none)")
         power_dbm: Level = Field("16.0206 dBm", description="sent, antennas included (ns-3: 40 mW)")
         path_loss: PathLossParams = Field(PathLossParams(), description=(
             "model: log_distance, free_space, two_ray or fixed, with its parameters (ns-3's)"))
         walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
-        reception: Thresholds = Field(Thresholds(), description="of receivers (ns-3)")
+        shadowing: Shadowing | None = Field(None, description="log-normal, of what is not drawn "
+                                                              "(none; ns-3)")
+        reception: Thresholds = Field(Thresholds(), description="of receivers (802.11-2016)")
         queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender, "
                                                               "a train being one (ns-3: packets)")
+        lifetime_ns: Period | None = Field(None, description=(
+            "a frame that waits longer at its sender is dropped as expired (none; ns-3: 500 ms)"))
         retries: int = Field(7, ge=1, le=255, description="transmissions before a frame is given "
                                                           "up (802.11: dot11ShortRetryLimit)")
+        window_failures: int | None = Field(None, ge=1, le=255, description=(
+            "failures in a row that let a sender's contention window start anew (as many as "
+            "retries: when a frame is given up, 802.11-2016, 10.3.3; ns-3: 8)"))
         rts_bytes: ByteSize | None = Field(None, description=(
             "packets on the air above this size ask first (null: none)"))
         update_ns: Period = Field("100 ms", description="between looks at where everybody is "
                                                         "(0.12 m at 1.2 m/s)")
 
-    reasons = ("channel_error", "collision", "out_of_reach", "queue_full", "retry_limit")
+        @model_validator(mode="before")
+        @classmethod
+        def _filled(cls, given: Any) -> Any:
+            return filled(given)
+
+    reasons = ("channel_error", "collision", "expired", "out_of_reach", "queue_full", "retry_limit")
 
     def __init__(self, params: Params) -> None:
         self._params = params
         self._standard = STANDARDS[params.standard]
-        path_loss = params.path_loss.chosen()
-        self._budget = Budget(params.power_dbm, path_loss, params.walls,
-                              params.reception.heard_dbm, params.reception.preamble_dbm)
-        self.reach_m = reach_m(path_loss, params.power_dbm - params.reception.preamble_dbm)
+        best_db = params.shadowing.best_db if params.shadowing else 0.0
+        self.reach_m = reach_m(params.path_loss.chosen(),
+                               params.power_dbm + best_db - params.reception.preamble_dbm)
+        if params.channels:
+            self.separates = self._on_different_channels
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params, standard = self._params, self._standard
-        self._context = context
+        self._context, self._others = context, len(hosts) - 1
         self._rate, self._broadcast_rate = chosen_rates(
             params.standard, params.rate_bps, params.broadcast_rate_bps)
         if params.walls is not None:
             params.walls.check(context.obstacles.materials)
+        self._budget = Budget(
+            params.power_dbm, params.path_loss.chosen(), params.walls,
+            params.shadowing and Shadows(params.shadowing, hosts, context.stream),
+            params.reception.heard_dbm, params.reception.preamble_dbm,
+            channels_of(hosts, params.channel, params.channels, standard.channels_apart))
         keys = np.array([context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
                          for host in hosts], np.uint64)
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
         self._stations = Stations(standard, keys, errors, params.reception.for_stations(),
-                                  params.queue, params.retries)
+                                  params.queue, params.retries,
+                                  params.window_failures or params.retries, params.lifetime_ns)
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
         self._settled_ns = -1
         self._look_booked = False
         self._wake: Any = None
         self._wake_ns = NEVER
+
+    def _on_different_channels(self, host: int, other: int) -> bool:
+        return self._budget.channels[host] != self._budget.channels[other]
 
     def send(self, frame: ports.Frame) -> None:
         context = self._context
@@ -128,13 +168,17 @@ class Radio:
             rts = limit is not None and size_bytes > limit
         position = self._stations.enqueue(now_ns, frame.source, dest, size_bytes, rate,
                                           frame.segments, rts=rts)
-        if not self._look_booked:  # once for all that is sent in this instant
-            self._look_booked = True
-            context.at(now_ns, self._look_ahead)
+        self._book_look()
         if position is None:
             context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
         else:
             self._waiting[frame.source, position] = Waiting(frame)
+
+    def _book_look(self) -> None:
+        """Once for all that is sent in this instant, also by those who are told something now."""
+        if not self._look_booked:
+            self._look_booked = True
+            self._context.at(self._context.now_ns, self._look_ahead)
 
     def _look_ahead(self, _: Any) -> None:
         """Be there when the next frame's fate is decided."""
@@ -150,17 +194,15 @@ class Radio:
     def _wake_up(self, _: Any) -> None:
         self._wake, self._wake_ns = None, NEVER
         self._settle(self._context.now_ns)
-        if not self._look_booked:
-            self._look_ahead(None)
+        self._book_look()
 
     def _settle(self, now_ns: int) -> None:
         """Take what has been decided by now, see who is where, then tell. (Whoever is told may send
         again at once, and a new frame may have the place of one in question.)"""
         self._settled_ns = now_ns
-        decided = []
-        while outcomes := self._stations.advance(now_ns):
-            for _, what, station, position, receiver in outcomes:
-                self._note(what, (station, position), receiver, decided)
+        decided: list[tuple[int, Waiting]] = []
+        for _, what, station, position, receiver in self._stations.advance(now_ns):
+            self._note(what, (station, position), receiver, decided)
         self._look_around(now_ns)
         for what, waiting in decided:
             self._tell(what, waiting)
@@ -168,12 +210,12 @@ class Radio:
     def _note(self, what: int, where: tuple[int, int], receiver: int,
               decided: list[tuple[int, Waiting]]) -> None:
         waiting = self._waiting[where]
-        if what in (DONE, DROPPED) or not waiting.frame.broadcast:
+        if what in (DONE, DROPPED, EXPIRED) or not waiting.frame.broadcast:
             decided.append((what, self._waiting.pop(where)))
         elif what == RECEIVED:
             waiting.got[receiver] = waiting.got.get(receiver, 0) + 1
         else:
-            waiting.broken.add(receiver)
+            waiting.broken.append(receiver)
 
     def _look_around(self, now_ns: int) -> None:
         """Links from where the hosts are, if that may have changed and it is time."""
@@ -182,27 +224,23 @@ class Radio:
                 places is self._places or now_ns < self._looked_ns + self._params.update_ns):
             return
         self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
-        links = self._budget.links(places, obstacles)
-        self._audible = links.audible
+        self._links = links = self._budget.links(places, obstacles)
         self._stations.link(now_ns, links.first, links.hearer, links.mw)
 
     def _tell(self, what: int, waiting: Waiting) -> None:
         frame, settle = waiting.frame, self._context.settle_many
-        if not frame.broadcast:
-            settle(frame, frame.receivers,
-                   _ARRIVED if what == RECEIVED else ports.Drop("retry_limit"))
+        if what in _FATES:
+            settle(frame, frame.receivers, _FATES[what])
             return
-        fates: dict[str | None, list[int]] = {}
-        for receiver in frame.receivers:
-            fates.setdefault(self._fate(waiting, receiver), []).append(receiver)
-        for reason, receivers in fates.items():
-            settle(frame, receivers, ports.Drop(reason) if reason else _ARRIVED)
-
-    def _fate(self, waiting: Waiting, receiver: int) -> str | None:
-        """Why this receiver of a broadcast has not got it; None: it has."""
-        frame = waiting.frame
-        if waiting.got.get(receiver, 0) == frame.segments:
-            return None
-        if receiver in waiting.broken:
-            return "channel_error"
-        return "collision" if self._audible[frame.source][receiver] else "out_of_reach"
+        got = waiting.got
+        among = list if len(frame.receivers) == self._others else frame.among
+        arrived = among(receiver for receiver in sorted(got) if got[receiver] == frame.segments)
+        broken = among(sorted({*waiting.broken}.difference(arrived)))
+        known = {*arrived, *broken}
+        missed = among(receiver for receiver in self._links.finders(frame.source)
+                       if receiver not in known)
+        for receivers, fate in ((arrived, _ARRIVED), (broken, _CHANNEL_ERROR),
+                                (missed, _COLLISION)):
+            if receivers:
+                settle(frame, receivers, fate)
+        settle(frame, None, _OUT_OF_REACH)

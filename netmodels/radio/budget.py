@@ -2,51 +2,80 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from desim import ports
-from netmodels.radio.pathloss import PathLoss
+from netmodels.radio.pathloss import PathLoss, reach_m
+from netmodels.radio.shadowing import Shadows
 from netmodels.radio.walls import Walls
 
 
 class Links(NamedTuple):
-    """Station i is heard by ``hearer[first[i]:first[i + 1]]`` with ``mw``. ``audible`` [hosts,
-    hosts] bool: whether a frame of one can be found by another."""
+    """Station i is heard by ``hearer[first[i]:first[i + 1]]`` (ascending) with ``mw``; ``clear`` is
+    whether they can find a frame of its."""
 
     first: np.ndarray
     hearer: np.ndarray
     mw: np.ndarray
-    audible: list[list[bool]]
+    clear: np.ndarray
+
+    def finders(self, station: int) -> list[int]:
+        """Who can find a frame of this station's, ascending."""
+        its = slice(*self.first[station:station + 2].tolist())
+        return self.hearer[its][self.clear[its]].tolist()
 
 
-class Budget(NamedTuple):
-    """What is sent, what is lost on the way, and from which power on it is heard and found."""
+@dataclass(frozen=True)
+class Budget:
+    """``power_dbm`` is sent, something is lost on the way; from ``heard_dbm`` on it is heard, from
+    ``found_dbm`` on a frame is found, by those on the same of ``channels`` [hosts]."""
 
     power_dbm: float
     path_loss: PathLoss
     walls: Walls | None
+    shadows: Shadows | None
     heard_dbm: float
     found_dbm: float
+    channels: np.ndarray
 
     def links(self, places: np.ndarray, obstacles: ports.Obstacles) -> Links:
         """``places`` [hosts, 2] m. A host without a place hears nobody, and nobody hears it, unless
-        the loss does not depend on places."""
-        n = len(places)
-        one, other = np.triu_indices(n, 1)
+        the loss does not depend on places. Whoever is too far away costs nothing."""
+        best_db = self.shadows.best_db if self.shadows else 0.0
+        one, other = self._pairs(places, best_db)
         apart = places[one] - places[other]
         loss_db = self.path_loss.loss_db(np.sqrt(np.einsum("ij,ij->i", apart, apart)))
-        near = np.flatnonzero(self.power_dbm - loss_db > self.heard_dbm)  # NaN is not
-        one, other, loss_db = one[near], other[near], loss_db[near]
+        near = np.flatnonzero((self.channels[one] == self.channels[other])
+                              & (self.power_dbm + best_db - loss_db > self.heard_dbm))
+        one, other, loss_db = one[near], other[near], loss_db[near]  # NaN is not near
+        if self.shadows is not None:
+            loss_db += self.shadows.loss_db(places, one, other)
         if self.walls is not None:
             loss_db += self._walls_db(places[one], places[other], obstacles)
-        dbm = np.full((n, n), -np.inf)
-        dbm[one, other] = dbm[other, one] = self.power_dbm - loss_db
-        source, hearer = np.nonzero(dbm > self.heard_dbm)
-        first = np.searchsorted(source, np.arange(n + 1))
-        return Links(first, hearer, 10 ** (dbm[source, hearer] / 10),
-                     (dbm >= self.found_dbm).tolist())
+        return self._sorted(one, other, self.power_dbm - loss_db, len(places))
+
+    def _pairs(self, places: np.ndarray, best_db: float) -> tuple[np.ndarray, np.ndarray]:
+        """Hosts who may hear each other, the smaller index first."""
+        heard_m = reach_m(self.path_loss, self.power_dbm + best_db - self.heard_dbm)
+        if heard_m == math.inf:
+            return np.triu_indices(len(places), 1)
+        placed = np.flatnonzero(np.isfinite(places).all(axis=1))
+        near = cKDTree(places[placed]).query_pairs(1.000001 * heard_m, output_type="ndarray")
+        return placed[near[:, 0]], placed[near[:, 1]]
+
+    def _sorted(self, one: np.ndarray, other: np.ndarray, dbm: np.ndarray, hosts: int) -> Links:
+        heard = np.flatnonzero(dbm > self.heard_dbm)
+        one, other, dbm = one[heard], other[heard], dbm[heard]
+        source, hearer = np.concatenate([one, other]), np.concatenate([other, one])
+        order = np.argsort(source * hosts + hearer)
+        dbm = np.concatenate([dbm, dbm])[order]
+        first = np.searchsorted(source[order], np.arange(hosts + 1))
+        return Links(first, hearer[order], 10 ** (dbm / 10), dbm >= self.found_dbm)
 
     def _walls_db(self, starts: np.ndarray, ends: np.ndarray,
                   obstacles: ports.Obstacles) -> np.ndarray:

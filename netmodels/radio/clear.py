@@ -8,9 +8,11 @@ from functools import lru_cache
 from desim import ports
 from netmodels.radio import Radio
 from netmodels.radio.budget import Budget
+from netmodels.radio.channels import channels_of
 from netmodels.radio.delivery import sensitivity_dbm
 from netmodels.radio.pathloss import reach_m
 from netmodels.radio.rates import chosen_rates
+from netmodels.radio.shadowing import Shadows
 from netmodels.radio.standards import (
     ACK_BYTES,
     CTS_BYTES,
@@ -19,7 +21,6 @@ from netmodels.radio.standards import (
     Standard,
     psdu_bytes,
 )
-from netmodels.radio.walls import Walls
 
 FULL_BYTES = 1518  # IEEE 802.3: 1500 B payload, 14 B header, 4 B check sequence
 SHARE = 0.9
@@ -32,12 +33,13 @@ class Neighbours:
         self._budget, self._context, self._update_ns = budget, context, update_ns
         self._looked_ns, self._places, self._epoch = 0, None, None
 
-    def of(self, host: int) -> frozenset[int]:
+    def of(self, host: int) -> list[int]:
+        """The hosts near to this one, ascending."""
         self._look()
         near = self._near.get(host)
         if near is None:
             first, last = self._links.first[host:host + 2].tolist()
-            near = self._near[host] = frozenset(self._links.hearer[first:last].tolist())
+            near = self._near[host] = self._links.hearer[first:last].tolist()
         return near
 
     def _look(self) -> None:
@@ -48,13 +50,14 @@ class Neighbours:
             return
         self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
         self._links = self._budget.links(places, obstacles)
-        self._near: dict[int, frozenset[int]] = {}
+        self._near: dict[int, list[int]] = {}
 
 
 class Clear:
     """Radios with the parameters, times and queues of ``Radio``, each with the air to itself: no
     contention, no collisions, no losses. What ``Radio`` would deliver to 90 % of the receivers at
-    such a received power arrives, all else does not; ``walls`` None: as if there were none.
+    such a received power arrives, all else does not. ``open_air``: as if there were neither walls
+    nor shadowing.
 
     A packet takes as long as ``Radio``'s in an idle medium, and the next one of the same sender
     waits for acknowledgement, DIFS and a backoff of the mean length. Who is near enough is seen
@@ -62,11 +65,13 @@ class Clear:
     Ethernet's headers) at 90 % within its ``retries``, of broadcast ones the same at once.
     """
 
-    reasons = ("out_of_range", "out_of_reach", "queue_full")
+    reasons = ("expired", "out_of_range", "out_of_reach", "queue_full")
 
-    def __init__(self, params: Radio.Params, walls: Walls | None) -> None:
+    def __init__(self, params: Radio.Params, open_air: bool) -> None:
         standard = STANDARDS[params.standard]
-        self._params, self._walls = params, walls
+        self._params, self._lifetime_ns = params, params.lifetime_ns
+        self._walls, self._shadowing = (None, None) if open_air else (params.walls,
+                                                                      params.shadowing)
         self._rates = chosen_rates(params.standard, params.rate_bps, params.broadcast_rate_bps)
         full_bytes, reception = psdu_bytes(FULL_BYTES, 1), params.reception.for_stations()
         self.sensitivity_dbm = tuple(  # of unicast and of broadcast
@@ -76,7 +81,8 @@ class Clear:
         path_loss = params.path_loss.chosen()
         self.range_m = tuple(reach_m(path_loss, params.power_dbm - level_dbm)
                              for level_dbm in self.sensitivity_dbm)
-        self.reach_m = max(self.range_m)
+        best_db = self._shadowing.best_db if self._shadowing else 0.0
+        self.reach_m = reach_m(path_loss, params.power_dbm + best_db - min(self.sensitivity_dbm))
         self._times = lru_cache(1 << 12)(lambda size_bytes, segments, broadcast: times_ns(
             standard, self._rates[broadcast], psdu_bytes(size_bytes, segments), segments, broadcast,
             params.rts_bytes))
@@ -86,9 +92,12 @@ class Clear:
         self._context = context
         if self._walls is not None:
             self._walls.check(context.obstacles.materials)
+        shadows = self._shadowing and Shadows(self._shadowing, hosts, context.stream)
+        channels = channels_of(hosts, params.channel, params.channels,
+                               STANDARDS[params.standard].channels_apart)
         self._near = [
-            Neighbours(Budget(params.power_dbm, params.path_loss.chosen(), self._walls,
-                              level_dbm, level_dbm), context, params.update_ns)
+            Neighbours(Budget(params.power_dbm, params.path_loss.chosen(), self._walls, shadows,
+                              level_dbm, level_dbm, channels), context, params.update_ns)
             for level_dbm in self.sensitivity_dbm]
         self._ends_ns: list[deque[int]] = [deque() for _ in hosts]  # of what waits, at each sender
 
@@ -101,15 +110,20 @@ class Clear:
             context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
             return
         wait_ns = ends_ns[-1] - now_ns if ends_ns else 0
+        if self._lifetime_ns is not None and wait_ns > self._lifetime_ns:
+            context.settle_many(frame, frame.receivers, ports.Drop("expired"))
+            return
         arrives_ns, free_ns = self._times(frame.size_bytes, frame.segments, frame.broadcast)
         ends_ns.append(now_ns + wait_ns + free_ns)
         near = self._near[frame.broadcast].of(frame.source)
-        reached = [receiver for receiver in frame.receivers if receiver in near]
-        context.settle_many(frame, reached, ports.Deliver(wait_ns + arrives_ns))
-        if len(reached) < len(frame.receivers):
-            far = [receiver for receiver in frame.receivers if receiver not in near]
-            context.settle_many(frame, far, ports.Drop("out_of_reach" if frame.broadcast
-                                                       else "out_of_range"))
+        arrive = ports.Deliver(wait_ns + arrives_ns)
+        if frame.broadcast:
+            context.settle_many(frame, frame.among(near), arrive)
+            context.settle_many(frame, None, ports.Drop("out_of_reach"))
+        else:
+            receiver, = frame.receivers
+            context.settle(frame, receiver, arrive if receiver in near
+                           else ports.Drop("out_of_range"))
 
     def separates(self, host: int, other: int) -> bool:
         """Whether no frame gets between the two now."""

@@ -12,22 +12,22 @@ from netmodels.radio.clear import Clear
 
 _RUNGS = {
     "ideal": lambda params: Ideal(Ideal.Params()),
-    "disk": lambda params: Clear(params, None),
-    "walls": lambda params: Clear(params, params.walls),
+    "disk": lambda params: Clear(params, open_air=True),
+    "walls": lambda params: Clear(params, open_air=False),
 }
 
 
 class Ladder(Radio):
-    """Wi-Fi without an access point (802.11a, b or g), all on one channel, from the same parameters
-    on each rung of a ladder:
+    """Wi-Fi without an access point (802.11a, b or g), from the same parameters on each rung of a
+    ladder:
 
     ``mac``: carrier sense, backoff, acknowledgements and retries of unicast frames, none of
     broadcast ones; hidden terminals, capture of the stronger frame, errors; walls weaken what goes
     through them.
     ``walls``: everybody has the air to himself, and whatever 90 % would get at its received power,
     through walls, arrives.
-    ``disk``: the same without walls; its range is where ``mac`` delivers 90 % in the open, computed
-    from path loss and errors.
+    ``disk``: the same without walls and shadowing; its range is where ``mac`` delivers 90 % in the
+    open, computed from path loss and errors.
     ``ideal``: everything arrives at once and everywhere.
 
     Times of a sender alone are the same on all of them but ``ideal``. A broadcast fails at a

@@ -41,14 +41,16 @@ _OFDM = _ofdm(6, 9, 12, 18, 24, 36, 48, 54)
 
 @dataclass(frozen=True)
 class Standard:
-    """Interframe spaces and contention windows (in slots), rates (the slowest first), and those of
-    them in Mb/s that everybody understands."""
+    """Interframe spaces and contention windows (in slots), rates (the slowest first), those of them
+    in Mb/s that everybody understands, and by how many numbers channels must differ, of 5 MHz each,
+    so as not to overlap."""
 
     slot_ns: int
     sifs_ns: int
     cw_min: int
     rates: tuple[Rate, ...]
     basic_mbps: tuple[float, ...]
+    channels_apart: int
     extension_ns: int = 0  # silence behind OFDM frames (ERP: for the decoder)
     cw_max: int = 1023
 
@@ -91,10 +93,12 @@ def psdu_bytes(size_bytes: int, segments: int) -> int:
     return -(-size_bytes // segments) - ETHERNET_BYTES + LLC_BYTES + MAC_BYTES
 
 
-A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24))
-B = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=31, rates=_DSSS, basic_mbps=(1, 2))
+A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24),
+             channels_apart=4)
+B = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=31, rates=_DSSS, basic_mbps=(1, 2),
+             channels_apart=5)
 # Without an access point, and where stations of 802.11b may be: their slots.
 G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
-             basic_mbps=(1, 2, 6, 12, 24), extension_ns=6_000)
+             basic_mbps=(1, 2, 6, 12, 24), channels_apart=5, extension_ns=6_000)
 
 STANDARDS = {"11a": A, "11b": B, "11g": G}

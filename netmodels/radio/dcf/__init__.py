@@ -10,30 +10,37 @@ import numpy as np
 
 from netmodels.radio.dcf import kernels
 from netmodels.radio.dcf.records import kernels as records
-from netmodels.radio.dcf.records.kernels import DONE, DROPPED, MISSED, NEVER, RECEIVED
+from netmodels.radio.dcf.records.kernels import (
+    DONE,
+    DROPPED,
+    EXPIRED,
+    MISSED,
+    NEVER,
+    RECEIVED,
+)
 from netmodels.radio.errors import ErrorTable
 from netmodels.radio.standards import ACK_BYTES, CTS_BYTES, RTS_BYTES, Standard
 
-__all__ = ["DONE", "DROPPED", "MISSED", "NEVER", "RECEIVED", "Counts", "Outcome", "Reception",
-           "Stations"]
+__all__ = ["DONE", "DROPPED", "EXPIRED", "MISSED", "NEVER", "RECEIVED", "Counts", "Outcome",
+           "Reception", "Stations"]
 
 
 @dataclass(frozen=True)
 class Reception:
-    """What a receiver makes of what it hears; the defaults are those of ns-3.44."""
+    """What a receiver makes of what it hears."""
 
     noise_dbm: float = -93.965  # thermal noise of 20 MHz at 290 K, and 7 dB of the receiver
     energy_dbm: float = -62.0  # whatever it is, it makes the medium busy
     preamble_dbm: float = -82.0  # the least that a preamble is found at,
     preamble_db: float = 4.0  # and how much it must exceed noise and interference
     detection_ns: int = 4_000  # for how long it is looked for
-    unaware: bool = True  # that it misses interference which began with the frame (``arrive``)
+    unaware: bool = False  # that it misses interference which began with the frame (``arrive``)
 
 
 # What became of the frame at ``position`` in the queue of ``station``: time in ns, what, station,
 # position, receiver. RECEIVED: a unicast frame when all its packets have arrived; of a broadcast
 # one row a packet. MISSED: a packet of a broadcast had errors. DONE: the end of a broadcast.
-# DROPPED: a unicast frame, given up.
+# DROPPED: a unicast frame, given up. EXPIRED: a frame that has waited too long to begin.
 Outcome = tuple[int, int, int, int, int]
 
 
@@ -57,21 +64,24 @@ class Stations:
     nobody interferes until then, the copy is what has become of them. Whoever sends or moves at
     ``now_ns`` must have taken all outcomes up to ``now_ns``.
 
-    ``keys`` [stations] uint64, of their random numbers. ``limit`` frames fit into each queue.
+    ``keys`` [stations] uint64, of their random numbers. ``limit`` frames fit into each queue. A
+    packet is given up after ``tries`` failures; after ``reset_at`` in a row the contention window
+    starts anew. A frame that has waited for ``lifetime_ns`` (None: any time) is not sent any more.
     """
 
     def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,
-                 reception: Reception = Reception(), limit: int = 500, tries: int = 7) -> None:
-        n = len(keys)
-        self._standard, self._present, self._next_ns = standard, 0, NEVER
-        self._stations = np.zeros((2, n), records.STATION)
-        first = self._stations[0]
+                 reception: Reception = Reception(), limit: int = 500, tries: int = 7,
+                 reset_at: int = 7, lifetime_ns: int | None = None) -> None:
+        n, self._lifetime_ns = len(keys), lifetime_ns
+        self._standard, self._present, self._next_ns, self._taken_ns = standard, 0, NEVER, -1
+        first = np.zeros(n, records.STATION)
         for field in "air", "contention", "answer":
             first[field] = NEVER
         first["index"], first["key"], first["lock"] = np.arange(n), keys, -1
         first["window"] = standard.cw_min
-        self._due = np.full((2, -(-n // records.BLOCK), 1 + records.BLOCK), NEVER)
-        self._touched = np.ones(n, np.int64)
+        self._stations = np.stack([first, first])
+        self._due = np.full((2, -(-n // records.BLOCK) * (1 + records.BLOCK)), NEVER)
+        self._touched = np.zeros((1 + n, 2), np.int64)
         self._frames = np.zeros((n, limit), records.FRAME)
         self._links = np.zeros(0, records.LINK)
         self._rates = np.array([
@@ -81,12 +91,12 @@ class Stations:
         self._table = np.ascontiguousarray(errors.log_log)
         self._setup = np.array([(
             standard.slot_ns, standard.sifs_ns, standard.difs_ns, standard.eifs_ns,
-            reception.detection_ns, standard.cw_min, standard.cw_max, tries, 8,
+            reception.detection_ns, standard.cw_min, standard.cw_max, tries, reset_at,
             _milliwatts(reception.noise_dbm), _milliwatts(reception.energy_dbm),
             _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
             errors.clear, errors.first_db, errors.step_db,
             reception.unaware, 0)], records.SETUP)
-        self._outcomes = np.zeros(4 * n + 8, records.OUTCOME)
+        self._outcomes = np.zeros(4 * n + 8 + (n * limit if lifetime_ns else 0), records.OUTCOME)
         self._times = lru_cache(1 << 12)(self._times_of)
         self._locate()
 
@@ -107,14 +117,16 @@ class Stations:
         stations["first"], stations["last"] = first[:-1], first[1:]
         self._locate()
         kernels.relink(self._where, self._present, now_ns)
-        self._next_ns = None
+        self._next_ns, self._taken_ns = None, -1
 
     def enqueue(self, now_ns: int, station: int, dest: int, psdu_bytes: int, rate: int,
                 packets: int = 1, last_bytes: int | None = None, rts: bool = False) -> int | None:
         """``station`` gets a frame for ``dest`` (-1: everybody) to send, of so many packets (the
         last one may be shorter). Returns its position in the queue, None if that is full."""
         position = kernels.enqueue(
-            self._where, self._present, now_ns, station, dest, packets,
+            self._where, self._present, now_ns,
+            NEVER if self._lifetime_ns is None else now_ns + self._lifetime_ns, station, dest,
+            packets,
             *self._times(psdu_bytes, last_bytes or psdu_bytes, rate, dest < 0, rts))
         self._next_ns = None
         return None if position < 0 else position
@@ -143,8 +155,9 @@ class Stations:
 
     def advance(self, until_ns: int) -> list[Outcome]:
         """The outcomes of the next instant with any, none if that is after ``until_ns``."""
-        if self.next_ns > until_ns:
+        if until_ns == self._taken_ns or self.next_ns > until_ns:
             return []
+        self._taken_ns = self._next_ns  # no transmission is over in the instant that it begins
         self._present = 1 - self._present
         self._next_ns = None
         return self._outcomes[:self._setup["outcomes"][0]].tolist()

@@ -23,6 +23,7 @@ from netmodels.radio.dcf.records.kernels import (
     DONE,
     DROPPED,
     END,
+    EXPIRED,
     IDLE,
     KINDS,
     MISSED,
@@ -39,6 +40,7 @@ from netmodels.radio.dcf.records.kernels import (
     pick,
     schedule,
     soonest,
+    touch,
     view,
 )
 
@@ -58,7 +60,7 @@ def transmit(d, s, now):
     sense(setup, due, s, now, setup.difs_ns)
     for k in range(s.first, s.last):
         r = stations[links[k].station]
-        d.touched[r.index] = 1
+        touch(d, r)
         if r.lock >= 0:
             account(setup, d.rates, d.table, r, stations[r.lock], now)
         else:
@@ -100,7 +102,9 @@ def detect(d, s, now):
     schedule(due, s)
     for k in range(s.first, s.last):
         r, power = stations[links[k].station], links[k].mw
-        d.touched[r.index] = 1
+        if power < setup.signal_mw and r.heard < setup.energy_mw:
+            continue  # to it this is noise
+        touch(d, r)
         found = power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0))
         if found and power >= setup.signal_mw and r.lock < 0 and r.ends <= s.begun:
             r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
@@ -221,7 +225,7 @@ def finish(d, s, now):
     s.on, s.air = 0, NEVER
     for k in range(s.first, s.last):
         r, ifs = stations[links[k].station], setup.difs_ns
-        d.touched[r.index] = 1
+        touch(d, r)
         if r.lock >= 0:
             account(setup, d.rates, d.table, r, stations[r.lock], now)
         else:
@@ -249,10 +253,19 @@ def finish(d, s, now):
     sense(setup, due, s, now, setup.difs_ns)
 
 
+@njit(void(a_dcf, a_station, _i8), cache=True, error_model="numpy")
+def expire(d, s, now):
+    """The first frame of station s's queue has waited too long; the next one's turn is now."""
+    tell(d, now, EXPIRED, s, -1)
+    leave(d, s)
+    s.ready = now
+    plan(d.setup[0], d.due, s)
+
+
 @njit(void(a_dcf, a_station, _i8, _i8), cache=True, error_model="numpy")
 def happen(d, s, now, what):
     """What is due at station s happens: to it, and to those who hear it."""
-    d.touched[s.index] = 1
+    touch(d, s)
     if what == END:
         finish(d, s, now)
     elif what == DETECT:
@@ -262,8 +275,12 @@ def happen(d, s, now, what):
         schedule(d.due, s)
         send(d, s, now, s.reply)
     elif what == START:
-        s.role, s.contention = SENDING, NEVER
-        send(d, s, now, RTS if d.frames[s.index, s.head].rts_ns > 0 else DATA)
+        frame = d.frames[s.index, s.head]
+        if now > frame.expires and s.part == 0 and s.tries == 0:
+            expire(d, s, now)
+        else:
+            s.role, s.contention = SENDING, NEVER
+            send(d, s, now, RTS if frame.rts_ns > 0 else DATA)
     else:
         s.contention = NEVER
         schedule(d.due, s)
@@ -279,11 +296,10 @@ def run(d, until):
     d.setup[0].outcomes = 0
     while True:
         b = soonest(d.due)
-        what = d.due[b, 0]
+        what = d.due[b]
         if what // KINDS > until:
             break
-        row = pick(d.due[b], what)
-        happen(d, d.stations[b * BLOCK + row - 1], what // KINDS, what % KINDS)
+        happen(d, d.stations[pick(d.due, b)], what // KINDS, what % KINDS)
         if d.setup[0].outcomes > 0:
             until = what // KINDS
 
@@ -311,8 +327,8 @@ def relink(where, present, now):
     hear what it was receiving has lost it."""
     d = view(where[present])
     stations, setup = d.stations, d.setup[0]
-    d.touched[:] = 1
     for i in range(stations.size):
+        touch(d, stations[i])
         stations[i].heard, stations[i].signals, stations[i].power = 0.0, 0, 0.0
         stations[i].unaware = 0.0
     for i in range(stations.size):
@@ -328,7 +344,8 @@ def relink(where, present, now):
         if r.lock >= 0 and r.power == 0.0:
             r.lock = -1
             if r.expired == 1:
-                fail(d, r, now)
+                r.contention = now * KINDS + TIMEOUT
+                schedule(d.due, r)
         sense(setup, d.due, r, now, setup.eifs_ns)
 
 
@@ -337,30 +354,33 @@ def foresee(where, present):
     """Try out the future, up to the first outcome if nobody sends anything more. Returns when that
     is, ``NEVER`` if there is none."""
     d, future = view(where[present]), view(where[1 - present])
-    for i in range(d.touched.size):
-        if d.touched[i] == 1:
-            future.stations[i] = d.stations[i]
-            d.touched[i] = 0
-    future.due[:] = d.due
+    touched, blocks = d.touched, d.due.size // (1 + BLOCK)
+    for k in range(1, touched[0, 0] + 1):
+        i = touched[k, 0]
+        touched[1 + i, 1] = 0
+        future.stations[i] = d.stations[i]
+        future.due[blocks + i], future.due[i // BLOCK] = d.due[blocks + i], d.due[i // BLOCK]
+    touched[0, 0] = 0
     run(future, NEVER // KINDS - 1)
     return future.outcomes[0].time_ns if future.setup[0].outcomes > 0 else NEVER
 
 
-@njit(_i8(_places, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8),
+@njit(_i8(_places, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8),
       cache=True, error_model="numpy")
-def enqueue(where, present, now, i, dest, packets, air_ns, last_ns, rate, ack_ns, ack_rate, rts_ns,
-            cts_ns, rts_rate):
+def enqueue(where, present, now, expires, i, dest, packets, air_ns, last_ns, rate, ack_ns, ack_rate,
+            rts_ns, cts_ns, rts_rate):
     """Station i gets a frame to send, after what is due before now. Returns its position in the
     queue, -1 if that is full."""
     d = view(where[present])
     run(d, now - 1)
     s, limit, setup = d.stations[i], d.frames.shape[1], d.setup[0]
-    d.touched[i] = 1
+    touch(d, s)
     if s.length == limit:
         return -1
     position = (s.head + s.length) % limit
     frame = d.frames[i, position]
-    frame.dest, frame.packets, frame.air_ns, frame.last_ns = dest, packets, air_ns, last_ns
+    frame.expires, frame.dest, frame.packets = expires, dest, packets
+    frame.air_ns, frame.last_ns = air_ns, last_ns
     frame.rate, frame.ack_ns, frame.ack_rate = rate, ack_ns, ack_rate
     frame.rts_ns, frame.cts_ns, frame.rts_rate = rts_ns, cts_ns, rts_rate
     s.length += 1

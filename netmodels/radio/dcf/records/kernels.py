@@ -20,45 +20,54 @@ BLOCK = 32  # stations whose next events have a common minimum
 
 IDLE, SENDING, AWAITING = range(3)  # what a station does about its present packet
 RTS, CTS, DATA, ACK = range(4)
-RECEIVED, MISSED, DONE, DROPPED = range(4)  # outcomes
+RECEIVED, MISSED, DONE, DROPPED, EXPIRED = range(5)  # outcomes
 
 
-STATION = np.dtype([
-    # What is due next: of its transmission (DETECT, END), its contention (START, TIMEOUT), and the
+STATION = np.dtype([  # kept small, for the future is tried out on copies
+    ("key", "u8"),  # of its random numbers
+    # Its reception: what it hears in mW; at what power what it receives, without error with which
+    # chance so far (its log), interference accounted for until when. Until when it looks for
+    # preambles, what it heard before that, and which part of the interference it is not aware of.
+    ("heard", "f8"), ("power", "f8"), ("chance", "f8"), ("until", "i8"), ("search", "i8"),
+    ("before", "f8"), ("unaware", "f8"),
+    # Contention: from when on slots count (before that the medium has to be idle for DIFS or EIFS),
+    # until when the medium is reserved, since when the present packet is ready to go.
+    ("since", "i8"), ("nav", "i8"), ("ready", "i8"),
+    # What is due next: of its contention (START, TIMEOUT), its transmission (DETECT, END), and the
     # answer that it owes.
-    ("air", "i8"), ("contention", "i8"), ("answer", "i8"),
-    ("index", "i8"), ("key", "u8"),  # its number; of its random numbers
-    ("first", "i8"), ("last", "i8"),  # links[first:last] are those that hear it
-    # Contention. ``count`` slots are left from ``since`` on; before that the medium has to be idle
-    # for DIFS or EIFS. ``nav``: until when the medium is reserved. ``tries``: failures of the
-    # present packet; ``failed``: of the station in a row. ``expired``: a reply is overdue, but
-    # something is being received that may be it.
-    ("count", "i8"), ("since", "i8"), ("busy", "i8"), ("nav", "i8"), ("window", "i8"),
-    ("tries", "i8"), ("failed", "i8"), ("role", "i8"), ("expired", "i8"), ("draws", "i8"),
-    # Its queue, a ring: the first frame's position, how many there are, how many packets of the
-    # first are done, since when the present packet is ready to go, whether its receiver has it.
-    ("head", "i8"), ("length", "i8"), ("part", "i8"), ("ready", "i8"), ("got", "i8"),
-    # Its reception: what it hears in mW, of how many; whose transmission it receives (-1: none),
-    # at what power, without error with which chance so far (its log), interference accounted for
-    # until when; whom to answer, and with what.
-    ("heard", "f8"), ("signals", "i8"), ("lock", "i8"), ("power", "f8"),
-    ("chance", "f8"), ("until", "i8"), ("peer", "i8"), ("reply", "i8"),
-    # Until when it looks for preambles, what it heard before that, whose signal is the strongest
-    # that came since, and which part of the interference it is not aware of.
-    ("search", "i8"), ("before", "f8"), ("strongest", "i8"), ("unaware", "f8"),
-    # Its transmission: whether it is on the air, since when, to whom (-1: all), with what, at which
-    # rate, for how long after its end the medium is reserved; how many there were.
-    ("on", "i8"), ("begun", "i8"), ("to", "i8"), ("kind", "i8"), ("rate", "i8"),
-    ("reserve", "i8"), ("number", "i8"), ("ends", "i8"),
+    ("contention", "i8"), ("air", "i8"), ("answer", "i8"),
+    # When its transmission has begun and will end.
+    ("begun", "i8"), ("ends", "i8"),
     # Counters: transmissions of data, failed ones (no reply), frames given up.
     ("transmitted", "i8"), ("failures", "i8"), ("dropped", "i8"),
+    ("index", "i4"),  # its number
+    ("first", "i4"), ("last", "i4"),  # links[first:last] are those that hear it
+    # How many signals it hears, whose it receives (-1: none), and whose is the strongest that came
+    # since it looks for preambles.
+    ("signals", "i4"), ("lock", "i4"), ("strongest", "i4"),
+    # Slots that are left; the window that they are drawn from; how many draws there were.
+    ("count", "i4"), ("window", "i4"), ("draws", "i4"),
+    # Its queue, a ring: the first frame's position, how many there are, how many packets of the
+    # first are done.
+    ("head", "i4"), ("length", "i4"), ("part", "i4"),
+    # To whom it transmits (-1: all), for how long after that the medium is reserved; how many
+    # transmissions there were. Whom to answer.
+    ("to", "i4"), ("reserve", "i4"), ("number", "i4"), ("peer", "i4"),
+    # Whether the medium is busy; what it does. Failures of the present packet; of the station in a
+    # row. Whether its receiver has the present packet; whether a reply is overdue, but something is
+    # being received that may be it.
+    ("busy", "i1"), ("role", "i1"), ("tries", "i2"), ("failed", "i2"), ("got", "i1"),
+    ("expired", "i1"),
+    # Whether it is on the air, with what, at which rate; what to answer.
+    ("on", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply", "i1"),
 ])
 
-# A frame in a queue: receiver (-1: all), how many packets, airtime of each and of the last one,
-# their rate, airtimes of the control frames and their rates; ``rts_ns`` 0: no RTS.
-FRAME = np.dtype([("dest", "i8"), ("packets", "i8"), ("air_ns", "i8"), ("last_ns", "i8"),
-                  ("rate", "i8"), ("ack_ns", "i8"), ("ack_rate", "i8"), ("rts_ns", "i8"),
-                  ("cts_ns", "i8"), ("rts_rate", "i8")])
+# A frame in a queue: until when it may begin, receiver (-1: all), how many packets, airtime of each
+# and of the last one, of acknowledgements and control frames, and the rates of all that; ``rts_ns``
+# 0: no RTS.
+FRAME = np.dtype([("expires", "i8"), ("dest", "i4"), ("packets", "i4"), ("air_ns", "i4"),
+                  ("last_ns", "i4"), ("ack_ns", "i4"), ("rts_ns", "i4"), ("cts_ns", "i4"),
+                  ("rate", "i1"), ("ack_rate", "i1"), ("rts_rate", "i1")])
 
 LINK = np.dtype([("station", "i8"), ("mw", "f8")])  # who hears, and at which power
 
@@ -84,9 +93,10 @@ SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("difs_ns", "i8"), ("eif
 class Dcf(NamedTuple):
     """What the functions below work on.
 
-    stations [n] | due [blocks, 1 + BLOCK] what is due next at each station of a block, behind the
-    least of them, -1 if that is not known | touched [n] whether a station may have changed since
-    its future was the same | frames [n, limit] rings | links | rates | table [rates, k]
+    stations [n] | due [blocks * (1 + BLOCK)] the least of each block of stations, -1 if that is not
+    known, and behind them what is due next at each station | touched [1 + n, 2] which stations may
+    have changed since their future was the same: how many, then the list, and beside it whether
+    each is in it | frames [n, limit] rings | links | rates | table [rates, k]
     log(-log(chance that a bit has no error)) | setup [1] | outcomes, room for more than 2 n
     """
 
@@ -103,8 +113,8 @@ class Dcf(NamedTuple):
 
 _i8, _f8 = int64, float64
 a_station, a_setup = from_dtype(STATION), from_dtype(SETUP)
-all_due, all_rates, a_table = _i8[:, ::1], from_dtype(RATE)[::1], _f8[:, ::1]
-a_dcf = types.NamedTuple((a_station[::1], all_due, _i8[::1], from_dtype(FRAME)[:, ::1],
+all_due, all_rates, a_table = _i8[::1], from_dtype(RATE)[::1], _f8[:, ::1]
+a_dcf = types.NamedTuple((a_station[::1], all_due, _i8[:, ::1], from_dtype(FRAME)[:, ::1],
                          from_dtype(LINK)[::1], all_rates, a_table, a_setup[::1],
                          from_dtype(OUTCOME)[::1]), Dcf)
 
@@ -123,8 +133,8 @@ def view(at):
     Python's arrays would do as well, but they would be unpacked at each call and their references
     counted at each use, which takes longer than all the rest."""
     return Dcf(carray(_pointer(at[0, 0]), (at[0, 1],), STATION),
-               carray(_pointer(at[1, 0]), (at[1, 1], at[1, 2]), np.int64),
-               carray(_pointer(at[2, 0]), (at[2, 1],), np.int64),
+               carray(_pointer(at[1, 0]), (at[1, 1],), np.int64),
+               carray(_pointer(at[2, 0]), (at[2, 1], at[2, 2]), np.int64),
                carray(_pointer(at[3, 0]), (at[3, 1], at[3, 2]), FRAME),
                carray(_pointer(at[4, 0]), (at[4, 1],), LINK),
                carray(_pointer(at[5, 0]), (at[5, 1],), RATE),
@@ -133,41 +143,50 @@ def view(at):
                carray(_pointer(at[8, 0]), (at[8, 1],), OUTCOME))
 
 
+@njit(void(a_dcf, a_station), cache=True, error_model="numpy")
+def touch(d, s):
+    """Station s may have changed."""
+    touched = d.touched
+    if touched[1 + s.index, 1] == 0:
+        touched[1 + s.index, 1] = 1
+        touched[0, 0] += 1
+        touched[touched[0, 0], 0] = s.index
+
+
 @njit(void(all_due, a_station), cache=True, error_model="numpy")
 def schedule(due, s):
     """What is due next at station s has changed."""
-    block, row = due[s.index // BLOCK], 1 + s.index % BLOCK
-    before, after = block[row], min(s.air, min(s.contention, s.answer))
-    block[row] = after
-    if after < block[0]:
-        block[0] = after
-    elif before == block[0]:
-        block[0] = -1
+    b, place = s.index // BLOCK, due.size // (1 + BLOCK) + s.index
+    before, after = due[place], min(s.air, min(s.contention, s.answer))
+    due[place] = after
+    if after < due[b]:
+        due[b] = after
+    elif before == due[b]:
+        due[b] = -1
 
 
 @njit(_i8(all_due), cache=True, error_model="numpy")
 def soonest(due):
     """The block with what is due first."""
-    first = 0
-    for b in range(due.shape[0]):
-        block = due[b]
-        if block[0] < 0:
+    first, blocks = 0, due.size // (1 + BLOCK)
+    for b in range(blocks):
+        if due[b] < 0:
             least = NEVER
-            for row in range(1, BLOCK + 1):
-                least = min(least, block[row])
-            block[0] = least
-        if block[0] < due[first, 0]:
+            for place in range(blocks + b * BLOCK, blocks + (b + 1) * BLOCK):
+                least = min(least, due[place])
+            due[b] = least
+        if due[b] < due[first]:
             first = b
     return first
 
 
-@njit(_i8(_i8[::1], _i8), cache=True, error_model="numpy")
-def pick(block, what):
-    """The row of a block where ``what`` is due; if there are several, from either end, so that
+@njit(_i8(all_due, _i8), cache=True, error_model="numpy")
+def pick(due, b):
+    """The station of a block whose turn it is; if there are several, from either end, so that
     nobody is always the first in an instant."""
-    row, step = 1, 1
+    what, i, step = due[b], b * BLOCK, 1
     if uniform(np.uint64(0), np.uint64(what)) < 0.5:
-        row, step = BLOCK, -1
-    while block[row] != what:
-        row += step
-    return row
+        i, step = i + BLOCK - 1, -1
+    while due[due.size // (1 + BLOCK) + i] != what:
+        i += step
+    return i

@@ -1,0 +1,34 @@
+"""Sets of parameters under one name.
+
+``ns3_3_44`` is what ns-3 3.44 does with the error model of NIST and without QoS. It differs from
+the defaults, which follow IEEE 802.11-2016, in two rules: a receiver is not aware of interference
+that began with the frame (``reception.unaware``), and a frame that is given up leaves the
+contention window as wide as it was (``window_failures``). The first gives two pairs 20 m apart 27.0
+instead of 25.3 Mb/s at 54 Mb/s, the second thirty saturated stations 1.5 % more.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "ns3_3_44": {
+        "power": "16.0206 dBm",
+        "path_loss": {"model": "log_distance", "exponent": 3, "reference": "46.6777 dB"},
+        "reception": {"noise_figure": "7 dB", "heard": "-101 dBm", "energy": "-62 dBm",
+                      "preamble": "-82 dBm", "preamble_above": "4 dB", "unaware": True},
+        "queue": 500, "retries": 7, "window_failures": 8,
+    },
+}
+
+
+def filled(given: Any) -> Any:
+    """Parameters as they were given, with those of their preset where they leave something open:
+    inside ``reception`` key by key."""
+    preset = PRESETS.get(given.get("preset")) if isinstance(given, dict) else None
+    if preset is None:
+        return given
+    reception = given.get("reception", {})
+    if isinstance(reception, dict):
+        given = {**given, "reception": preset["reception"] | reception}
+    return preset | given
