@@ -11,7 +11,7 @@ from desim import ports
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
-from netmodels.radio.dcf import DONE, DROPPED, EXPIRED, NEVER, RECEIVED, Reception, Stations
+from netmodels.radio.dcf import DROPPED, EXPIRED, MISSED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.pathloss import PathLossParams, reach_m
 from netmodels.radio.presets import filled
@@ -66,11 +66,12 @@ class Radio:
     """Wi-Fi without an access point (802.11a, b or g): carrier sense, backoff, acknowledgements and
     retries of unicast frames, none of broadcast ones; hidden terminals, and capture of the stronger
     frame. Who is on another channel hears nothing of it, and a host with several radios has a
-    medium for each.
+    medium for each; two media never hear each other.
 
     A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
     or listening to somebody else or found it under others (``collision``), or that made out its
     beginning but not all of it (``channel_error``). Propagation (0.7 us over 200 m) is left out.
+    A train's packets are of equal size, and the first one that is given up ends it.
 
     Received powers are those of the places at a moment at most ``update`` ago, and of the present
     walls and doors; they are looked at when something is sent or decided. A host without a place
@@ -200,22 +201,19 @@ class Radio:
         """Take what has been decided by now, see who is where, then tell. (Whoever is told may send
         again at once, and a new frame may have the place of one in question.)"""
         self._settled_ns = now_ns
-        decided: list[tuple[int, Waiting]] = []
+        decided = []
         for _, what, station, position, receiver in self._stations.advance(now_ns):
-            self._note(what, (station, position), receiver, decided)
+            waiting = self._waiting[station, position]
+            if what == RECEIVED and waiting.frame.broadcast:
+                waiting.got[receiver] = waiting.got.get(receiver, 0) + 1
+            elif what == MISSED:
+                waiting.broken.append(receiver)
+            else:
+                del self._waiting[station, position]
+                decided.append((what, waiting))
         self._look_around(now_ns)
         for what, waiting in decided:
             self._tell(what, waiting)
-
-    def _note(self, what: int, where: tuple[int, int], receiver: int,
-              decided: list[tuple[int, Waiting]]) -> None:
-        waiting = self._waiting[where]
-        if what in (DONE, DROPPED, EXPIRED) or not waiting.frame.broadcast:
-            decided.append((what, self._waiting.pop(where)))
-        elif what == RECEIVED:
-            waiting.got[receiver] = waiting.got.get(receiver, 0) + 1
-        else:
-            waiting.broken.append(receiver)
 
     def _look_around(self, now_ns: int) -> None:
         """Links from where the hosts are, if that may have changed and it is time."""

@@ -16,18 +16,18 @@ from netmodels.radio.walls import Walls
 
 
 class Links(NamedTuple):
-    """Station i is heard by ``hearer[first[i]:first[i + 1]]`` (ascending) with ``mw``; ``clear`` is
-    whether they can find a frame of its."""
+    """Station i is heard by ``hearer[first[i]:first[i + 1]]`` (ascending) with ``mw``, and those
+    who can find a frame of its are ``finder[begin[i]:begin[i + 1]]``."""
 
     first: np.ndarray
     hearer: np.ndarray
     mw: np.ndarray
-    clear: np.ndarray
+    begin: list[int]
+    finder: np.ndarray
 
     def finders(self, station: int) -> list[int]:
         """Who can find a frame of this station's, ascending."""
-        its = slice(*self.first[station:station + 2].tolist())
-        return self.hearer[its][self.clear[its]].tolist()
+        return self.finder[self.begin[station]:self.begin[station + 1]].tolist()
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,11 @@ class Budget:
         one, other, dbm = one[heard], other[heard], dbm[heard]
         source, hearer = np.concatenate([one, other]), np.concatenate([other, one])
         order = np.argsort(source * hosts + hearer)
-        dbm = np.concatenate([dbm, dbm])[order]
-        first = np.searchsorted(source[order], np.arange(hosts + 1))
-        return Links(first, hearer[order], 10 ** (dbm / 10), dbm >= self.found_dbm)
+        source, hearer, dbm = source[order], hearer[order], np.concatenate([dbm, dbm])[order]
+        clear = dbm >= self.found_dbm
+        first, begin = (np.searchsorted(those, np.arange(hosts + 1))
+                        for those in (source, source[clear]))
+        return Links(first, hearer, 10 ** (dbm / 10), begin.tolist(), hearer[clear])
 
     def _walls_db(self, starts: np.ndarray, ends: np.ndarray,
                   obstacles: ports.Obstacles) -> np.ndarray:
