@@ -277,9 +277,10 @@ class Medium:
             raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
         rules_ns, copies_ns = claim[4]
         entity = self._ids[frame.source] << 32 | self._ids[claim[2]]
-        self._after(delay_ns + rules_ns, _DELIVER, entity,
-                    *((self._deliver_often, (entity, claim)) if copies_ns
-                      else (self._deliver, claim)))
+        if copies_ns:
+            self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver_often, (entity, claim))
+        else:
+            self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver, claim)
 
     def _obey(self, rule: Rule, verdicts: list[Any], receivers: tuple[int, ...],
               terms: dict[int, Terms] | None, carrier: Carrier, token: Any) -> dict[int, Terms]:
