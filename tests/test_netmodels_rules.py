@@ -251,6 +251,17 @@ def test_copies_arrive_behind_the_original_and_those_of_two_rules_add_up():
     assert medium.bytes_on_air == 100 and medium.in_flight() == 0
 
 
+def test_a_broadcast_is_copied_at_each_receiver():
+    bench = Bench(Instant(), {"a": (0, 0), "b": (1, 0), "c": (90, 0)}, rules=[
+        make("range", distance="50 m"), make("duplication", probability=1.0, after="1 ms")])
+    bench.send(0, "a", ["b", "c"], 100, broadcast=True)
+    bench.send(S, "b", ["a"], 100, broadcast=True)
+    assert [(time_ns, *row) for time_ns, _, *row in bench.run()] == [
+        (0, "a", "c", "out_of_range"), (0, "a", "b", "arrived"), (MS, "a", "b", "repeated"),
+        (S, "b", "a", "arrived"), (S + MS, "b", "a", "repeated")]
+    assert bench.medium.in_flight() == 0
+
+
 def test_what_is_lost_has_no_copies():
     bench = Bench(Instant(), 2, rules=[make("duplication", probability=1.0),
                                        make("loss", probability=1.0)])
