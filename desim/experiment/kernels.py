@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from desim.kernels import lean
 from desim.robot.tiles import CELLS, FREE, OCCUPIED
 
 _FREE, _OCCUPIED = np.int16(FREE), np.int16(OCCUPIED)
 
 
-@njit("i8(i2[:, ::1], u1[:, ::1], i4[::1], i8, u1[:, ::1], i4[:, ::1], i8[::1])", cache=True)
+@lean("i8(i2[:, ::1], u1[:, ::1], i4[::1], i8, u1[:, ::1], i4[:, ::1], i8[::1])")
 def recount(fused, inside, tiles, robot, union, known, total):
     """Count again the cells that ``tiles`` of one robot's map know, and add them to the union.
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from desim.kernels import cos, sin
+from desim.kernels import cos, lean, sin
 
 # Log-odds in units of 0.05 nat: hit 0.85, miss -0.4, clamped to -2.0 .. 3.5 (OctoMap, Hornung et
 # al. 2013, section 5).
@@ -26,7 +26,7 @@ FIXED = 4294967296.0  # one, in the fixed point of ``walk``
 DEPTH = 0.05  # cells; more than ranges err by rounding (float32), less than they err by noise
 
 
-@njit("void(i4, i4[::1], i4[::1], i8[::1])", cache=True)
+@lean("void(i4, i4[::1], i4[::1], i8[::1])")
 def drop(index, refs, free, free_count):
     """One reference less to a tile; at zero it is free."""
     if index != 0:
@@ -36,7 +36,7 @@ def drop(index, refs, free, free_count):
             free_count[0] += 1
 
 
-@njit("void(i4[::1], i4[::1])", cache=True)
+@lean("void(i4[::1], i4[::1])")
 def hold_all(indices, refs):
     """One reference more to each tile of a layer."""
     for k in range(len(indices)):
@@ -44,7 +44,7 @@ def hold_all(indices, refs):
             refs[indices[k]] += 1
 
 
-@njit("void(i4[::1], i4[::1], i4[::1], i8[::1])", cache=True)
+@lean("void(i4[::1], i4[::1], i4[::1], i8[::1])")
 def drop_all(indices, refs, free, free_count):
     """One reference less to each tile of a layer."""
     for k in range(len(indices)):
@@ -65,7 +65,7 @@ def make_own(tile, indices, data, refs, free, free_count):
     indices[tile] = fresh
 
 
-@njit("f8(f8, f8, i8)", cache=True)
+@lean("f8(f8, f8, i8)")
 def room(x, along_x, width):
     """How far a line may go before it leaves [0, width) in this direction."""
     if along_x > 0.0:
@@ -73,7 +73,7 @@ def room(x, along_x, width):
     return x / -along_x if along_x < 0.0 else np.inf
 
 
-@njit("u8(u8, u1, u1[::1], u8, u4[::1])", cache=True)
+@lean("u8(u8, u1, u1[::1], u8, u4[::1])")
 def put(cell, stamp, marks, count, cells):
     """Append ``cell`` to ``cells`` if it is not marked, and mark it. Without a branch, which would
     be hard to predict; the list needs room for one more than the grid has cells."""
@@ -83,7 +83,7 @@ def put(cell, stamp, marks, count, cells):
     return count + np.uint64(unmarked)
 
 
-@njit("u8(f8, f8, f8, f8, f8, i8, i8, u4[::1], u1, u1[::1], u8, u4[::1])", cache=True)
+@lean("u8(f8, f8, f8, f8, f8, i8, i8, u4[::1], u1, u1[::1], u8, u4[::1])")
 def walk(x, y, along_x, along_y, length, width, height, numbers, stamp, marks, count, cells):
     """Mark with ``stamp`` the cells that a line of ``length`` from (x, y) along a unit vector goes
     through, in units of cells, up to the rim of the grid; append those that had no mark to
@@ -115,8 +115,7 @@ def walk(x, y, along_x, along_y, length, width, height, numbers, stamp, marks, c
     return put(numbers[at] + last, stamp, marks, count, cells)
 
 
-@njit("void(f8, f8, f8[:,::1], f8[:,::1], f8, i8, i8, u4[::1], u1, u1[::1], u8, u4[::1])",
-      cache=True)
+@lean("void(f8, f8, f8[:,::1], f8[:,::1], f8, i8, i8, u4[::1], u1, u1[::1], u8, u4[::1])")
 def keep_walls(x, y, ray, end, no_return, width, height, numbers, stamp, marks, count, cells):
     """Mark the cells where a wall seems to go on: the line through the returns of two neighbouring
     beams, as far as the next beam. That beam, if it grazes the wall, runs through the wall's own
@@ -177,8 +176,8 @@ def sweep(x, y, yaw_rad, ranges, angle_min_rad, increment_rad, per_m, no_return,
     return hits, count
 
 
-@njit("i8(u4[::1], i8, i8, i8, i4[::1], i1[:,::1], i4[::1], i4[::1], i8[::1], i2[:,::1], "
-      "i8[::1], i4[::1])", cache=True)
+@lean("i8(u4[::1], i8, i8, i8, i4[::1], i1[:,::1], i4[::1], i4[::1], i8[::1], i2[:,::1], "
+      "i8[::1], i4[::1])")
 def add_evidence(cells, amount, version, count, indices, data, refs, free, free_count, fused,
                  tile_version, changed):
     """Add ``amount`` to ``cells`` of a layer and to the sum. Returns the number of tiles in
@@ -204,7 +203,7 @@ def add_evidence(cells, amount, version, count, indices, data, refs, free, free_
     return count
 
 
-@njit("b1(i8, i8, i8, i1[:,::1], i2[:,::1])", cache=True)
+@lean("b1(i8, i8, i8, i1[:,::1], i2[:,::1])")
 def exchange(tile, old, new, data, fused):
     """Put a tile's ``new`` evidence in the place of ``old`` in the sum. Whether a cell became free,
     occupied or unknown. A plain loop, which becomes vector instructions."""
@@ -218,8 +217,8 @@ def exchange(tile, old, new, data, fused):
     return turned != 0
 
 
-@njit("i8(i8, i4[::1], i4[::1], i8, i4[::1], i8[::1], i1[:,::1], i4[::1], i4[::1], i8[::1], "
-      "i2[:,::1], i8[::1], i4[::1])", cache=True)
+@lean("i8(i8, i4[::1], i4[::1], i8, i4[::1], i8[::1], i1[:,::1], i4[::1], i4[::1], i8[::1], "
+      "i2[:,::1], i8[::1], i4[::1])")
 def replace(sent, tiles, incoming, version, indices, indices_sent, data, refs, free, free_count,
             fused, tile_version, changed):
     """Put ``incoming`` [k] in the place of ``tiles`` [k] of a layer where ``sent`` is newer than

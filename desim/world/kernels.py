@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
-from desim.kernels import cos, normal, sin
+from desim.kernels import cos, lean, normal, sin
 
 _FIXED = types.Array(types.float64, 2, "C", readonly=True)  # accepts writable arrays too
 
 
-@njit(types.int64(_FIXED, _FIXED, types.Array(types.int64, 2, "C")), cache=True)
+@lean(types.int64(_FIXED, _FIXED, types.Array(types.int64, 2, "C")))
 def crossings(walls, pairs, out):
     """Which walls the straight lines between antennas cross, touching included.
 
@@ -44,8 +44,8 @@ def crossings(walls, pairs, out):
     return found
 
 
-@njit(types.void(_FIXED, types.int64, types.uint64, types.int64, types.float64, types.float64,
-                 types.Array(types.float64, 1, "C")), cache=True)
+@lean(types.void(_FIXED, types.int64, types.uint64, types.int64, types.float64, types.float64,
+                 types.Array(types.float64, 1, "C")))
 def noisy_pose(poses, robot, key, tick, position_m, heading_rad, out):
     """An odometry reading whose noise knows nothing of the readings before (MORSE's PoseNoise).
 
@@ -57,9 +57,9 @@ def noisy_pose(poses, robot, key, tick, position_m, heading_rad, out):
     out[2] = poses[robot, 2] + heading_rad * normal(key, first + np.uint64(2))
 
 
-@njit(types.void(_FIXED, types.Array(types.uint64, 1, "C"), types.int64, types.float64,
+@lean(types.void(_FIXED, types.Array(types.uint64, 1, "C"), types.int64, types.float64,
                  types.float64, types.Array(types.float64, 2, "C"),
-                 types.Array(types.float64, 2, "C")), cache=True)
+                 types.Array(types.float64, 2, "C")))
 def reckon(poses, keys, tick, position_m, heading_rad, seen, reckoned):
     """Dead reckoning by one odometry tick: the motion since the last one, seen from the robot, with
     noise on it, added to where the odometer believes to be.

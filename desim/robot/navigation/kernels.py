@@ -11,13 +11,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from desim.kernels import lean
+
 TILE = 32
 INSCRIBED, LETHAL, UNKNOWN = 253, 254, 255
 BUCKETS = 64  # more than the dearest step of any toll
 FAR = 2**31 - 1  # the distance of a cell that the search has not met
 
 
-@njit("b1(i2[::1], u1[::1], i8, i8)", cache=True)
+@lean("b1(i2[::1], u1[::1], i8, i8)")
 def same(values, costs, free, occupied):
     """Whether a row of cells is free, occupied and unknown where its costs say so. Without a
     branch, so that it takes a fraction of the time of looking at each."""
@@ -28,7 +30,7 @@ def same(values, costs, free, occupied):
     return differing == 0
 
 
-@njit("i8(i2[:,::1], i8[::1], i8, i8, i8, i8, i8, u1[:,::1], i8[:,::1])", cache=True)
+@lean("i8(i2[:,::1], i8[::1], i8, i8, i8, i8, i8, u1[:,::1], i8[:,::1])")
 def classify(fused, tile_version, seen, tiles_x, free, occupied, reach, cost, boxes):
     """Bring cells of tiles newer than ``seen`` up to date, free ones with cost 0 for now.
 
@@ -66,7 +68,7 @@ def classify(fused, tile_version, seen, tiles_x, free, occupied, reach, cost, bo
     return count
 
 
-@njit("void(i8[:,::1], i8, i8[:,::1], i8, u1[:,::1])", cache=True)
+@lean("void(i8[:,::1], i8, i8[:,::1], i8, u1[:,::1])")
 def inflate(boxes, count, stencil, reach, cost):
     """The cost of the free cells in ``boxes``: the highest that an obstacle near by gives.
 
@@ -98,7 +100,7 @@ def beside_unknown(flat, across, cell):
             or flat[cell - across] == UNKNOWN or flat[cell + across] == UNKNOWN)
 
 
-@njit("b1(u1[::1], i8, i4[:,::1], i8, i8[:,::1])", cache=True)
+@lean("b1(u1[::1], i8, i4[:,::1], i8, i8[:,::1])")
 def is_frontier(flat, across, toll, cell, discs):
     """Passable, with an unknown neighbour at one of its four sides, and in none of ``discs``
     [k, 3] row, column, squared radius in cells."""
@@ -111,7 +113,7 @@ def is_frontier(flat, across, toll, cell, discs):
     return True
 
 
-@njit("i8(u1[::1], i8, i4[:,::1], i8, i8[:,::1], u1[::1], i4[::1])", cache=True)
+@lean("i8(u1[::1], i8, i4[:,::1], i8, i8[:,::1], u1[::1], i4[::1])")
 def cluster(flat, across, toll, seed, discs, seen, queue):
     """The frontier cells that hang together (8 neighbours) with ``seed``: written to ``queue`` in
     the order of their number of steps from it, marked in ``seen``. Returns how many."""
@@ -192,7 +194,7 @@ def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, dist
     return count, FAR - 1
 
 
-@njit("i8(u1[::1], i8, i4[:,::1], i4[::1], i8, i4[::1])", cache=True)
+@lean("i8(u1[::1], i8, i4[:,::1], i4[::1], i8, i4[::1])")
 def trace_back(flat, across, toll, distance, goal, way):
     """The cells of a cheapest way from the start of the last ``spread`` to the settled ``goal``,
     written to ``way``, goal first. Returns how many."""
@@ -210,7 +212,7 @@ def trace_back(flat, across, toll, distance, goal, way):
     return count
 
 
-@njit("i8(u1[::1], i8, i8, i8)", cache=True)
+@lean("i8(u1[::1], i8, i8, i8)")
 def dearest(flat, across, a, b):
     """The highest cost on the straight line between the centres of two cells, sampled at half
     cells, without the cell ``a`` itself."""
@@ -224,7 +226,7 @@ def dearest(flat, across, a, b):
     return highest
 
 
-@njit("i8(u1[::1], i8, i4[::1], i8, i8, f8, f8, f8, f8[:,::1])", cache=True)
+@lean("i8(u1[::1], i8, i4[::1], i8, i8, f8, f8, f8, f8[:,::1])")
 def straighten(flat, across, way, count, longest, cell_m, x_m, y_m, points):
     """Way points of ``way`` (goal first) from the start on: each the farthest cell, up to
     ``longest`` cells ahead, that a straight line reaches without meeting a higher cost than the
@@ -245,7 +247,7 @@ def straighten(flat, across, way, count, longest, cell_m, x_m, y_m, points):
         anchor = best
 
 
-@njit("i8(u1[::1], i8, i8, i8)", cache=True)
+@lean("i8(u1[::1], i8, i8, i8)")
 def nearest_free(flat, across, cell, reach):
     """The cell of a cost below INSCRIBED nearest to ``cell``, at most ``reach`` cells away; of
     equally near ones the cheapest, then the first; -1 if there is none."""
@@ -259,7 +261,7 @@ def nearest_free(flat, across, cell, reach):
     return best
 
 
-@njit("i8(u1[::1], i8, i8, i8, i8)", cache=True)
+@lean("i8(u1[::1], i8, i8, i8, i8)")
 def frontier_cells(flat, across, cell, reach, highest):
     """Cells of a cost up to ``highest`` with an unknown neighbour (4) in the square of ``reach``
     cells around ``cell``."""

@@ -6,7 +6,7 @@ import math
 
 from numba import njit, types
 
-from desim.kernels import TWO_PI, cos, sin
+from desim.kernels import TWO_PI, cos, lean, sin
 from desim.world.contact.kernels import deepest
 
 _FIXED = types.Array(types.float64, 2, "C", readonly=True)
@@ -28,7 +28,7 @@ def clip(value, low, high):
     return min(max(value, low), high)
 
 
-@njit("void(f8[::1], f8, f8, f8, f8)", cache=True)
+@lean("void(f8[::1], f8, f8, f8, f8)")
 def move(pose, v, u, w, dt_s):
     """Move one pose [3] for dt_s at constant v forward, u left, w turning: an arc, exactly.
 
@@ -47,7 +47,7 @@ def move(pose, v, u, w, dt_s):
     pose[2] = yaw - TWO_PI * math.floor((yaw + math.pi) / TWO_PI)
 
 
-@njit("void(f8[:,::1], f8[:,::1], f8)", cache=True)
+@lean("void(f8[:,::1], f8[:,::1], f8)")
 def move_all(poses, velocities, dt_s):
     """``move`` for all poses [n, 3] at velocities [n, 3]; who stands still costs nothing."""
     for r in range(poses.shape[0]):
@@ -56,7 +56,7 @@ def move_all(poses, velocities, dt_s):
             move(poses[r], v, u, w, dt_s)
 
 
-@njit("void(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, f8)", cache=True)
+@lean("void(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, f8)")
 def drive(velocities, commands, limits, clocks, now_ns, dt_s):
     """Motors bring velocities to the commands, within their limits.
 
@@ -83,7 +83,7 @@ def drive(velocities, commands, limits, clocks, now_ns, dt_s):
         velocities[r, 0], velocities[r, 1], velocities[r, 2] = v, u, w
 
 
-@njit("i8(f8[:,::1], f8[:,::1], i8[::1], i8[:,::1])", cache=True)
+@lean("i8(f8[:,::1], f8[:,::1], i8[::1], i8[:,::1])")
 def near_pairs(poses, limits, order, pairs):
     """Robots that may touch: a sweep along x over ``order`` [n], kept sorted from tick to tick.
 
@@ -114,8 +114,7 @@ def near_pairs(poses, limits, order, pairs):
     return found
 
 
-@njit("i8(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, i8[:,::1], i8, i8, i8[:,::1], i8)",
-      cache=True)
+@lean("i8(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, i8[:,::1], i8, i8, i8[:,::1], i8)")
 def part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, episodes, found):
     """Push overlapping robots apart, each by half; note the episodes that begin.
 
@@ -144,14 +143,14 @@ def part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, ep
     return found if acted else -1 - found
 
 
-@njit("void(f8[:,::1], f8[:,::1], i8)", cache=True)
+@lean("void(f8[:,::1], f8[:,::1], i8)")
 def put_back(poses, before, robot):
     """To where the tick began: a place where it had room."""
     poses[robot, 0], poses[robot, 1] = before[robot, X], before[robot, Y]
     before[robot, MARK] = _PUT_BACK
 
 
-@njit("void(f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8)", cache=True)
+@lean("void(f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8)")
 def settle(poses, velocities, before, travelled, dt_s):
     """What was pushed or put back keeps of its velocity what it really made good, never more.
 

@@ -6,6 +6,8 @@ import math
 
 from numba import njit, types
 
+from desim.kernels import lean
+
 _FIXED = types.Array(types.float64, 2, "C", readonly=True)
 _DEPTH = types.UniTuple(types.float64, 3)
 
@@ -24,7 +26,7 @@ def deeper(dx, dy, radius, worst):
     return radius - distance, dx / distance, dy / distance
 
 
-@njit(_DEPTH(types.float64, types.float64, types.float64, _FIXED, types.int64, _DEPTH), cache=True)
+@lean(_DEPTH(types.float64, types.float64, types.float64, _FIXED, types.int64, _DEPTH))
 def against_wall(x, y, radius, walls, w, worst):
     """Against the nearest point of wall w of walls [n, 4]."""
     x1, y1 = walls[w, 0], walls[w, 1]
@@ -34,8 +36,8 @@ def against_wall(x, y, radius, walls, w, worst):
     return deeper(x - x1 - along * ex, y - y1 - along * ey, radius, worst)
 
 
-@njit(_DEPTH(types.float64, types.float64, types.float64, types.uint8[:, ::1],
-             types.float64[::1], _DEPTH), cache=True)
+@lean(_DEPTH(types.float64, types.float64, types.float64, types.uint8[:, ::1],
+             types.float64[::1], _DEPTH))
 def against_raster(x, y, radius, near, frame, worst):
     """Against the nearest points of solid cells around; near as in ``Bodies``."""
     col, row = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2]
@@ -53,9 +55,9 @@ def against_raster(x, y, radius, near, frame, worst):
     return worst
 
 
-@njit(_DEPTH(types.float64, types.float64, types.float64, _FIXED, types.int64[:, ::1],
+@lean(_DEPTH(types.float64, types.float64, types.float64, _FIXED, types.int64[:, ::1],
              types.int64[::1], types.float64[::1], types.int64, types.uint8[:, ::1],
-             types.float64[::1], _FIXED), cache=True)
+             types.float64[::1], _FIXED))
 def deepest(x, y, radius, walls, tile_start, tile_items, tile_frame, indexed, near, near_frame,
             discs):
     """The deepest contact of a disc with all that stands fast; depth 0 if there is none.

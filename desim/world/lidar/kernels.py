@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numba import njit, types
 
-from desim.kernels import TWO_PI, atan2, cos, normal, sin
+from desim.kernels import TWO_PI, atan2, cos, lean, normal, sin
 
 _FIXED = types.Array(types.float64, 2, "C", readonly=True)
 _RADII = types.Array(types.float64, 1, "A", readonly=True)
@@ -23,9 +23,8 @@ _EDGE_ON = 1e-12
 _NEVER = 1e300  # a beam along an axis never meets the faces beside it
 
 
-@njit(types.void(_FIXED, types.int64[::1], types.float64, types.float64, types.float64,
-                 types.float64, types.float64[::1], types.float64[:, ::1], types.float64[::1]),
-      cache=True)
+@lean(types.void(_FIXED, types.int64[::1], types.float64, types.float64, types.float64,
+                 types.float64, types.float64[::1], types.float64[:, ::1], types.float64[::1]))
 def cover_walls(walls, listed, x, y, c, s, laser, directions, inverse):
     """Write the ``listed`` rows of walls [n, 4] into the beams that they cover.
 
@@ -59,9 +58,9 @@ def cover_walls(walls, listed, x, y, c, s, laser, directions, inverse):
             end -= TWO_PI
 
 
-@njit(types.void(_FIXED, _RADII, types.int64, types.float64, types.float64,
+@lean(types.void(_FIXED, _RADII, types.int64, types.float64, types.float64,
                  types.float64, types.float64, types.float64[::1], types.float64[:, ::1],
-                 types.float64[::1]), cache=True)
+                 types.float64[::1]))
 def cover_discs(centres, radii, without, x, y, c, s, laser, directions, inverse):
     """The same for discs: range = b - sqrt(b^2 - (d^2 - r^2)) with b = u . centre.
 
@@ -95,7 +94,7 @@ def cover_discs(centres, radii, without, x, y, c, s, laser, directions, inverse)
             bearing += turn
 
 
-@njit("void(b1[:,::1], u1[:,:,::1])", cache=True)
+@lean("void(b1[:,::1], u1[:,:,::1])")
 def free_squares(solid, squares):
     """How far a beam can go for sure: squares [4, rows, cols] is the side, in cells and at most
     255, of the largest square of free cells with its corner here that opens to quadrant k.
@@ -116,7 +115,7 @@ def free_squares(solid, squares):
                     squares[k, row, col] = min(least, 254) + 1
 
 
-@njit("f8(f8, f8, f8, f8, f8, u1[:,:,::1])", cache=True)
+@lean("f8(f8, f8, f8, f8, f8, u1[:,:,::1])")
 def leap(x, y, ux, uy, limit, squares):
     """Range to the first solid cell along a beam, exact, in cells; ``limit`` if there is none.
 
@@ -149,7 +148,7 @@ def leap(x, y, ux, uy, limit, squares):
     return min(t, limit)
 
 
-@njit("void(f8, f8, f8, f8, f8, f8[:,::1], u1[:,:,::1], f8[::1], f8[::1])", cache=True)
+@lean("void(f8, f8, f8, f8, f8, f8[:,::1], u1[:,:,::1], f8[::1], f8[::1])")
 def cover_raster(x, y, c, s, reach, directions, squares, frame, inverse):
     """Cast all beams over a raster terrain; frame x0 m, y0 m, cells per m."""
     col, row = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2]
@@ -162,7 +161,7 @@ def cover_raster(x, y, c, s, reach, directions, squares, frame, inverse):
             inverse[i] = frame[2] / max(t, _EDGE_ON)
 
 
-@njit("void(f8[::1], f8, f8, u8, u8, f4[::1])", cache=True)
+@lean("void(f8[::1], f8, f8, u8, u8, f4[::1])")
 def read_ranges(inverse, reach, noise_m, key, first, out):
     """From inverse ranges to readings [beams]; what met nothing reads ``reach``, without noise."""
     none = 1.0 / reach

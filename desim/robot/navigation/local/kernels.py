@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import from_dtype, njit, types
 
-from desim.kernels import atan2, cos, exp, sin
+from desim.kernels import atan2, cos, exp, lean, sin
 from desim.robot.navigation.kernels import INSCRIBED, LETHAL
 from desim.robot.navigation.sight.kernels import FRAME, clearance2, place
 
@@ -42,7 +42,7 @@ _f8, _i8, _f4x2 = types.float64, types.int64, types.float32[:, ::1]
 _f8x1, _f8x2, _i8x1, _u1x1 = _f8[::1], _f8[:, ::1], _i8[::1], types.uint8[::1]
 
 
-@njit("f8(f8[:,::1], i8[::1], f8, f8)", cache=True)
+@lean("f8(f8[:,::1], i8[::1], f8, f8)")
 def locate(way, leg, x, y):
     """Move on to the leg of ``way`` [n, 2] that is nearest to (x, y), among the present one and the
     next few. leg [1], in and out. Returns the share of it that lies behind."""
@@ -58,7 +58,7 @@ def locate(way, leg, x, y):
     return along
 
 
-@njit("UniTuple(f8, 3)(f8[:,::1], i8, f8, f8, f8)", cache=True)
+@lean("UniTuple(f8, 3)(f8[:,::1], i8, f8, f8, f8)")
 def ahead(way, leg, along, ahead_m, right_m):
     """The point of ``way`` that is ``ahead_m`` further on, moved to the right by ``right_m``; near
     the end of the way, the end itself. And the length still to go."""
@@ -76,7 +76,7 @@ def ahead(way, leg, along, ahead_m, right_m):
     return px, py, togo
 
 
-@njit(types.boolean(_u1x1, _frame, _f8, _f8, _f8, _f8), cache=True)
+@lean(types.boolean(_u1x1, _frame, _f8, _f8, _f8, _f8))
 def in_sight(flat, frame, x, y, px, py):
     """Whether no known obstacle is in the way from one point to another, nor its margin, unless
     the way begins in one."""
@@ -90,7 +90,7 @@ def in_sight(flat, frame, x, y, px, py):
     return True
 
 
-@njit(types.UniTuple(_f8, 3)(_f8x2, _i8x1, _f8, _f8, _setup, _u1x1, _frame), cache=True)
+@lean(types.UniTuple(_f8, 3)(_f8x2, _i8x1, _f8, _f8, _setup, _u1x1, _frame))
 def aim(way, leg, x, y, setup, flat, frame):
     """The point to steer for, as far ahead and to the right as it is in sight; and the length
     still to go."""
@@ -104,14 +104,14 @@ def aim(way, leg, x, y, setup, flat, frame):
     return px, py, togo
 
 
-@njit("f8(f4[:,::1], f8, f8, f8, f8)", cache=True)
+@lean("f8(f4[:,::1], f8, f8, f8, f8)")
 def bar2(near2, cell_m, safe_m, x, y):
     """The squared distance that a robot at (x, y) has to keep for a start: where it is too near to
     something already, it may not come nearer than the layer can tell."""
     return min(safe_m, math.sqrt(clearance2(near2, cell_m, x, y)) - 0.5 * cell_m)**2
 
 
-@njit("f8(f4[:,::1], f8, f8, f8, f8, f8, f8, f8, f8)", cache=True)
+@lean("f8(f4[:,::1], f8, f8, f8, f8, f8, f8, f8, f8)")
 def free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, length_m):
     """How far the robot could go straight, up to ``length_m``, keeping the root of ``first2`` at
     first and ``safe_m`` from there on."""
@@ -122,7 +122,7 @@ def free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, length_m):
     return length_m
 
 
-@njit("UniTuple(f8, 3)(f4[:,::1], f8, f8, f8, f8, f8, f8)", cache=True)
+@lean("UniTuple(f8, 3)(f4[:,::1], f8, f8, f8, f8, f8, f8)")
 def around(near2, cell_m, safe_m, x, y, dx, dy):
     """The offset (dx, dy) from the robot to its aim, or where something is in the way, the straight
     move that brings it forward most, on the right side rather than on the left; if none does, the
@@ -147,7 +147,7 @@ def around(near2, cell_m, safe_m, x, y, dx, dy):
     return best_x, best_y, 1.0 if best == 0.0 else 0.0
 
 
-@njit(types.void(_setup, *[_f8] * 3, _f8x2), cache=True)
+@lean(types.void(_setup, *[_f8] * 3, _f8x2))
 def fan(setup, yaw, low_w, high_w, arcs):
     """What arcs of the turn rates within reach have in common whatever their speed: arcs [turns +
     1, 6], out: turn rate | chord over arc length | direction of the chord | direction of its end.
@@ -161,7 +161,7 @@ def fan(setup, yaw, low_w, high_w, arcs):
         arcs[j, 4], arcs[j, 5] = cos(yaw + 2.0 * half), sin(yaw + 2.0 * half)
 
 
-@njit(_f8(_setup, _f8, _f8x1, _f8, _f8), cache=True)
+@lean(_f8(_setup, _f8, _f8x1, _f8, _f8))
 def detour(setup, v, arc, lx, ly):
     """What an arc of speed v costs on open ground: by how far its end is off the straight line to
     the aim, (lx, ly) from here, and how far the point ahead of its end is from the aim."""
@@ -173,7 +173,7 @@ def detour(setup, v, arc, lx, ly):
     return s.path_weight * off_m + s.goal_weight * math.sqrt(fx * fx + fy * fy)
 
 
-@njit(_f8(_f4x2, _setup, *[_f8] * 6), cache=True)
+@lean(_f8(_f4x2, _setup, *[_f8] * 6))
 def danger(near2, setup, x, y, yaw, v, w, first2):
     """What it costs that an arc comes near to obstacles, as in costmap_2d's inflation. Infinite if
     it comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
@@ -222,8 +222,8 @@ def window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, aim_x, aim_y, ou
                 best, out[0], out[1], out[2] = cost, speed, turn, 0.0
 
 
-@njit(types.void(_f4x2, _setup, _f8x1, _f8x1, _f8, _f8, _f8, _f8x2, _i8x1, _i8, _i8, _u1x1, _frame,
-                 _f8x1), cache=True)
+@lean(types.void(_f4x2, _setup, _f8x1, _f8x1, _f8, _f8, _f8, _f8x2, _i8x1, _i8, _i8, _u1x1, _frame,
+                 _f8x1))
 def steer(near2, setup, pose, seen_from, yield_m, v, w, way, leg, speeds, turns, flat, frame, out):
     """The next velocity on ``way``. pose, seen_from [3] x, y, yaw on the map, of the robot now and
     of the layer | yield_m distance to what has the right of way | v, w present velocity |

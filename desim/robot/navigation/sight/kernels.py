@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numba import from_dtype, njit, types
 
-from desim.kernels import cos, sin
+from desim.kernels import cos, lean, sin
 from desim.robot.navigation.kernels import LETHAL
 
 FRAME = np.dtype([(name, "f8") for name in ("x_m", "y_m", "cell_m", "across", "rows")])
@@ -27,7 +27,7 @@ _f8, _i8, _f4x2 = types.float64, types.int64, types.float32[:, ::1]
 _f8x1, _f8x2, _u1x1 = _f8[::1], _f8[:, ::1], types.uint8[::1]
 
 
-@njit(_i8(_f8, _f8, _frame), cache=True)
+@lean(_i8(_f8, _f8, _frame))
 def place(x, y, frame):
     """The place of a point in the padded costmap as one line, or -1 outside."""
     f = frame[0]
@@ -37,7 +37,7 @@ def place(x, y, frame):
     return -1
 
 
-@njit("b1(f8, f8, f8, f8, f4[:,::1], f4[::1])", cache=True)
+@lean("b1(f8, f8, f8, f8, f4[:,::1], f4[::1])")
 def stamp(x, y, cell_m, reach_m, near2, dx2):
     """A point into the layer; False if it is too far away to matter. dx2 [n]: room to work in."""
     size = near2.shape[0]
@@ -107,7 +107,7 @@ def remember(ranges, beams, pose, now_s, cell_m, reach_m, memory, count, near2):
     return kept
 
 
-@njit(_f8(types.float32[::1], _f8x2, _f8x1, _f8, _u1x1, _frame), cache=True)
+@lean(_f8(types.float32[::1], _f8x2, _f8x1, _f8, _u1x1, _frame))
 def yield_to(ranges, beams, pose, within_m, flat, frame):
     """Distance in m to the nearest thing that moves, perhaps, and has the right of way: it is on
     no known obstacle, ahead or to the right. Looks ``within_m`` far; ``pose`` as of the scan."""
@@ -130,8 +130,8 @@ def yield_to(ranges, beams, pose, within_m, flat, frame):
     return nearest
 
 
-@njit(types.Tuple((_i8, _f8))(types.float32[::1], _f8x2, _f8, _f8, _f8, _f8, _f8, _f8x1, _u1x1,
-                              _frame, _f8x2, _i8, _f4x2), cache=True)
+@lean(types.Tuple((_i8, _f8))(types.float32[::1], _f8x2, _f8, _f8, _f8, _f8, _f8, _f8x1, _u1x1,
+                              _frame, _f8x2, _i8, _f4x2))
 def look(ranges, beams, no_return_m, now_s, cell_m, reach_m, yield_m, pose, flat, frame, memory,
          count, near2):
     """All that a scan is looked at for: ``see``, ``remember`` and ``yield_to`` in one call.
@@ -141,7 +141,7 @@ def look(ranges, beams, no_return_m, now_s, cell_m, reach_m, yield_m, pose, flat
     return count, yield_to(ranges, beams, pose, yield_m, flat, frame)
 
 
-@njit("f8(f4[:,::1], f8, f8, f8)", cache=True)
+@lean("f8(f4[:,::1], f8, f8, f8)")
 def clearance2(near2, cell_m, x, y):
     """Squared distance in m^2 to the nearest point seen, far outside the layer."""
     size = near2.shape[0]
