@@ -109,10 +109,10 @@ def test_a_copy_is_a_datagram_s_message_again_and_nothing_to_a_stream():
                   rules=[Duplication(Duplication.Params(probability=1.0))]).run(S)
         counts = net.counts("/talk")
         assert heard == [(0, "b", "a", "one"), (MS, "b", "a", "one")][:times]
-        assert (counts.intended, counts.delivered, counts.repeated) == (1, 1, times - 1)
+        assert (counts.intended, counts.delivered, counts.repeated) == (1, 1, 1)
         assert counts.queued == counts.called == times and net.medium.copies == 1
         assert len(net.rows("delivered")) == 1
-        assert net.rows("repeated") == [(MS, "repeated", "b", "a", 1, "/talk")] * (times - 1)
+        assert net.rows("repeated") == [(MS, "repeated", "b", "a", 1, "/talk")]
 
 
 def test_nobody_gets_copies_who_was_down():

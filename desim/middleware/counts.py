@@ -52,7 +52,8 @@ class TopicCounts:
     Delivered means that the receiving host has it. What becomes of it there is a second account,
     one per message and subscription, loopback included: queued = called + overwritten (the queue
     was full, its oldest went) + discarded (the host stopped) + still waiting. ``repeated`` counts
-    copies that came after a delivery; they are in the second account, and not in the first.
+    copies that came after a delivery, which are not in the first account; those of datagrams are in
+    the second one, streams throw theirs away.
     """
 
     __slots__ = ("intended", "dropped", "bytes", "latency", "repeated", "queued", "called",

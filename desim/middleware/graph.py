@@ -299,10 +299,9 @@ class Graph:
 
     def repeat(self, message: Message, host: Host) -> None:
         """``message``, which ``host`` has had, comes there once more."""
-        if host.receive(message):
-            message.about.counts.repeated += 1
-            self.trace.row(self.kernel.now_ns, self.names.id("repeated"), host.id,
-                           message.origin.id, message.seq, message.about.id)
+        message.about.counts.repeated += 1
+        self.trace.row(self.kernel.now_ns, self.names.id("repeated"), host.id, message.origin.id,
+                       message.seq, message.about.id)
 
     def drop(self, message: Message, receiver: int, reason: str, first_ns: int = -1,
              last_ns: int = -1) -> None:

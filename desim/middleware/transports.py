@@ -157,7 +157,8 @@ class StreamLink:
         self._rto_ns = min(2 * self._rto_ns, RTO_MAX_NS)
 
     def repeated(self, message: Message, receiver: int) -> None:
-        """TCP knows what it has already by its sequence number."""
+        """TCP knows by its sequence number what it has already, and throws it away."""
+        self._graph.repeat(message, self._host)
 
     def close(self, reason: str) -> None:
         """Drop what waits. A frame that is on its way meets its own fate."""
@@ -246,8 +247,10 @@ class Datagram:
         self._graph.drop(message, receiver, reason, message.born_ns, message.born_ns)
 
     def repeated(self, message: Message, receiver: int) -> None:
-        """UDP does not know what it has already."""
-        self._graph.repeat(message, self._graph.hosts[receiver])
+        """UDP does not know what it has already: the message arrives again."""
+        host = self._graph.hosts[receiver]
+        self._graph.repeat(message, host)
+        host.receive(message)
 
     def missed(self, message: Message, receivers: Collection[int], reason: str,
                medium: Medium) -> None:

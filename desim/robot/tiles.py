@@ -8,8 +8,10 @@ that is shared: a layer on its way through the network costs a few hundred bytes
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -169,6 +171,29 @@ class ReceivedLayer(Layer):
         self.newest = max(self.newest, version)
 
 
+class _Room:
+    """Arrays that one sweep at a time works in, shared by all maps of one raster."""
+
+    __slots__ = ("numbers", "marks", "cells", "_stamp")
+
+    def __init__(self, spec: GridSpec) -> None:
+        count = math.prod(tiles_across(spec)) * CELLS
+        self.numbers = cell_numbers(spec)
+        self.marks = np.zeros(count, np.uint8)
+        self.cells = np.empty(count + 1, np.uint32)
+        self._stamp = 0
+
+    def stamp(self) -> int:
+        """A number that no cell is marked with."""
+        self._stamp = self._stamp % 255 + 1
+        if self._stamp == 1:
+            self.marks[:] = 0
+        return self._stamp
+
+
+_room = lru_cache(maxsize=4)(_Room)
+
+
 class Belief:
     """What one robot knows: ``fused`` int16 [tiles, 1024], the sum of all its layers, always up to
     date. A sum of int16 holds 468 sources at the clamp.
@@ -179,8 +204,7 @@ class Belief:
     """
 
     __slots__ = ("spec", "pool", "tiles_x", "tiles_y", "tiles", "size_bytes", "fused", "version",
-                 "tile_version", "observers", "own", "received", "_changed", "_marks", "_stamp",
-                 "_swept", "_numbers")
+                 "tile_version", "observers", "own", "received", "_changed", "_room")
 
     def __init__(self, spec: GridSpec, pool: TilePool) -> None:
         self.spec, self.pool = spec, pool
@@ -194,29 +218,23 @@ class Belief:
         self.own = Layer(pool, self.tiles)
         self.received: dict[str, ReceivedLayer] = {}
         self._changed = np.empty(len(self.tiles), np.int32)
-        self._marks = np.zeros(self.fused.size, np.uint8)
-        self._stamp = 0
-        self._swept = np.empty(self.fused.size + 1, np.uint32)
-        self._numbers = cell_numbers(spec)
+        self._room = _room(spec)
 
     def integrate_scan(self, x_m: float, y_m: float, yaw_rad: float, scan: LaserScan,
                        usable_range_m: float) -> None:
         """Take a scan seen from this pose into the own layer and the sum. Beams of
         ``usable_range_m`` and more clear space up to there and mark nothing."""
-        pool, spec = self.pool, self.spec
+        pool, spec, room = self.pool, self.spec, self._room
         pool.reserve(len(self.tiles))
         self.own.changing()
-        self._stamp = self._stamp % 255 + 1
-        if self._stamp == 1:
-            self._marks[:] = 0
         per_m = 1.0 / spec.resolution_m
         no_return = float(np.float32(scan.range_max_m)) * per_m
         hits, stop = kernels.sweep(
             (x_m - spec.x_m) * per_m, (y_m - spec.y_m) * per_m, yaw_rad, scan.ranges,
             scan.angle_min_rad, scan.angle_increment_rad, per_m, no_return, usable_range_m * per_m,
-            spec.width, spec.height, self._numbers, self._stamp, self._marks, self._swept)
+            spec.width, spec.height, room.numbers, room.stamp(), room.marks, room.cells)
         count = 0
-        for cells, amount in (self._swept[:hits], HIT), (self._swept[hits:stop], MISS):
+        for cells, amount in (room.cells[:hits], HIT), (room.cells[hits:stop], MISS):
             count = kernels.add_evidence(
                 cells, amount, self.version + 1, count, self.own.indices, pool.data, pool.refs,
                 pool.free, pool.free_count, self.fused, self.tile_version, self._changed)

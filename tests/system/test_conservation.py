@@ -92,6 +92,7 @@ def test_the_trace_says_what_the_counters_say(case):
     assert rows["delivered"] == sum(topic.counts.delivered for topic in topics)
     assert rows["callback"] == sum(topic.counts.called for topic in topics)
     assert rows["repeated"] == sum(topic.counts.repeated for topic in topics)
+    assert rows["repeated"] == sum(medium.copies for medium in media)
     assert rows["overwritten"] == sum(topic.counts.overwritten for topic in topics)
     assert rows["frame"] == sum(medium.frames for medium in media)
     assert ledger.frame_bytes == sum(sum(medium.tx_bytes) for medium in media)
