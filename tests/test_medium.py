@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from desim import ports
+from desim.errors import ModelError
 from desim.kernel import Kernel
 from desim.middleware.medium import Medium
 from desim.streams import Streams
@@ -114,6 +115,62 @@ def test_frames_are_conserved_at_every_instant(model, traffic, stop_ns, down):
     assert medium.in_flight() == 0
     assert medium.intended == intended == len(bench.log)
     assert sum(medium.rx_bytes) >= 64 * medium.delivered
+
+
+class Named:
+    """Settles a broadcast at the hosts that it is told, and then at all others."""
+
+    Params = ports.Params
+    reasons = ("near", "far")
+
+    def __init__(self, *named):
+        self.named = named
+
+    def start(self, context, hosts):
+        self.context = context
+
+    def send(self, frame):
+        for receivers, verdict in self.named:
+            self.context.settle_many(frame, receivers, verdict)
+        self.context.settle_many(frame, None, ports.Drop("far"))
+
+
+def test_whom_nobody_names_is_counted_and_not_looked_for():
+    class Counting(Bench):
+        def missed(self, token, receivers, reason, medium):
+            counted.append((reason, len(receivers)))
+
+    counted = []
+    bench = Counting(Named(([4, 2], ports.Deliver(5)), ([7], ports.Drop("near"))), 1000)
+    bench.send(0, "host_1", bench.hosts[1:], 100, broadcast=True)
+    assert {receiver for *_, receiver, _ in bench.run()} == {"host_3", "host_5"}
+    assert counted == [("near", 1), ("far", 996)]
+    assert bench.medium.dropped == {"near": 1, "far": 996}
+    assert bench.medium.intended == 999 and bench.medium.in_flight() == 0
+
+
+def test_the_rest_are_those_whom_nobody_named():
+    bench = Bench(Named(([1], ports.Deliver(0)), ([4], ports.Drop("near"))), 5)
+    bench.send(0, "host_1", ["host_2", "host_4", "host_5"], 100, broadcast=True)
+    assert sorted((receiver, fate) for *_, receiver, fate in bench.run()) == [
+        ("host_2", "arrived"), ("host_4", "far"), ("host_5", "near")]
+
+
+@pytest.mark.parametrize("named", [
+    [([1], ports.Drop("near")), ([1], ports.Drop("near"))], [([2, 2], ports.Deliver(0))],
+    [([0], ports.Deliver(0))], [([3], ports.Drop("near"))], [(None, ports.Drop("far")), ([1],
+     ports.Deliver(0))]], ids=["twice", "twice at once", "sender", "not meant", "after the rest"])
+def test_a_broadcast_is_settled_once_where_it_was_meant_for(named):
+    bench = Bench(Named(*named), 5)
+    bench.send(0, "host_1", ["host_2", "host_3", "host_5"], 100, broadcast=True)
+    with pytest.raises(ModelError, match="settled already or was never intended"):
+        bench.run()
+
+
+@given(st.sets(st.integers(0, 60), min_size=1), st.lists(st.integers(0, 70)))
+def test_who_is_among_the_receivers(receivers, hosts):
+    frame = ports.Frame(1, 99, tuple(sorted(receivers)), 100, 1, True)
+    assert frame.among(hosts) == [host for host in hosts if host in receivers]
 
 
 def test_it_serves_a_plain_simpy_program():

@@ -305,6 +305,18 @@ def test_who_moves_out_of_reach_while_receiving_has_lost_the_frame():
     assert [what for _, what, *_ in everything(stations)] == [DONE]
 
 
+def test_who_waits_for_a_reply_and_loses_what_might_be_it_gives_up():
+    """Station 0 gets no reply, but hears the beginning of station 2's frame when it is due."""
+    power = np.zeros((3, 3))
+    power[2, 0] = 1e-5
+    stations = air(A, power, tries=1)
+    stations.enqueue(0, 0, 1, UDP, A.rate(24))
+    stations.enqueue(380_000, 2, -1, 1536, A.rate(6))
+    stations.link(1_000_000, np.zeros(4, np.int64), np.zeros(0, np.int64), np.zeros(0))
+    assert [(time_ns, what, source) for time_ns, what, source, *_ in everything(stations)] == [
+        (1_000_000, DROPPED, 0), (380_000 + A.airtime_ns(1536, A.rate(6)), DONE, 2)]
+
+
 def test_a_signal_that_fades_while_it_is_received():
     """24 Mb/s at 10 m, and from the middle on at 49 m, where hardly anything can be read."""
     stations = air(A, by_distance((0, 0), (10, 0)))

@@ -261,18 +261,20 @@ class Medium:
     def _fly(self, frame: Frame, broadcast: Broadcast, receivers: Collection[int],
              delay_ns: int) -> None:
         """A broadcast is on its way to ``receivers``."""
-        after, ids, deliver = self._after, self._ids, self._deliver
-        source = ids[frame.source] << 32
         self._flying += len(receivers)
+        if broadcast.terms is not None:
+            for receiver in receivers:
+                self._fly_on_terms(frame, broadcast.claim(receiver), delay_ns)
+            return
+        carrier, token, size_bytes = broadcast.carrier, broadcast.token, frame.size_bytes
+        ids, after, deliver = self._ids, self._after, self._deliver
+        source = ids[frame.source] << 32
         for receiver in receivers:
-            claim = broadcast.claim(receiver)
-            if claim[4] is PLAIN:
-                after(delay_ns, _DELIVER, source | ids[receiver], deliver, claim)
-            else:
-                self._fly_on_terms(frame, claim, delay_ns)
+            after(delay_ns, _DELIVER, source | ids[receiver], deliver,
+                  (carrier, token, receiver, size_bytes, PLAIN))
 
     def _fly_on_terms(self, frame: Frame, claim: Claim, delay_ns: int) -> None:
-        """What rules delay or copy is on its way to one receiver."""
+        """What rules may have delayed or copied is on its way to one receiver."""
         if delay_ns < 0:
             raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
         rules_ns, copies_ns = claim[4]
