@@ -63,15 +63,12 @@ class Frame(NamedTuple):
 
     def among(self, hosts: Iterable[int]) -> list[int]:
         """Those of ``hosts`` that are receivers, in their order."""
-        receivers = self.receivers
-        count = len(receivers)
-        # A receiver's place is its index less the hosts left out before it: of a broadcast to all
-        # others there are two places to look at, however many they are.
-        left_out = receivers[-1] + 1 - count
+        receivers, source = self.receivers, self.source
+        last = receivers[-1]
+        if len(receivers) == last + (source > last):  # all up to the last, but the source itself
+            return [host for host in hosts if 0 <= host <= last and host != source]
         return [host for host in hosts
-                if (place := bisect_left(receivers, host, max(host - left_out, 0),
-                                         min(host + 1, count))) < count
-                and receivers[place] == host]
+                if host <= last and receivers[bisect_left(receivers, host)] == host]
 
 
 class Pass(NamedTuple):

@@ -167,9 +167,11 @@ def test_a_broadcast_is_settled_once_where_it_was_meant_for(named):
         bench.run()
 
 
-@given(st.sets(st.integers(0, 60), min_size=1), st.lists(st.integers(0, 70)))
-def test_who_is_among_the_receivers(receivers, hosts):
-    frame = ports.Frame(1, 99, tuple(sorted(receivers)), 100, 1, True)
+@given(st.one_of(st.sets(st.integers(0, 12), min_size=2), st.just(set(range(12)))),
+       st.integers(0, 13), st.lists(st.integers(-1, 14)))
+def test_who_is_among_the_receivers(receivers, source, hosts):
+    receivers = receivers - {source}
+    frame = ports.Frame(1, source, tuple(sorted(receivers)), 100, 1, True)
     assert frame.among(hosts) == [host for host in hosts if host in receivers]
 
 

@@ -129,7 +129,7 @@ class Radio:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params, standard = self._params, self._standard
-        self._context, self._others = context, len(hosts) - 1
+        self._context = context
         self._rate, self._broadcast_rate = chosen_rates(
             params.standard, params.rate_bps, params.broadcast_rate_bps)
         if params.walls is not None:
@@ -230,8 +230,7 @@ class Radio:
         if what in _FATES:
             settle(frame, frame.receivers, _FATES[what])
             return
-        got = waiting.got
-        among = list if len(frame.receivers) == self._others else frame.among
+        got, among = waiting.got, frame.among
         arrived = among(receiver for receiver in sorted(got) if got[receiver] == frame.segments)
         broken = among(sorted({*waiting.broken}.difference(arrived)))
         known = {*arrived, *broken}
