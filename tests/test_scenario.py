@@ -71,6 +71,19 @@ def test_fidelity_chooses_the_rung_of_every_radio():
     assert walls.network.media["air"].parameters()["rate"] == "6 Mb/s"
 
 
+def test_a_fidelity_laid_over_wires_takes_their_place():
+    """As another model takes the parameters of the one below it; what is laid over radios or beside
+    media of one's own leaves them."""
+    wires = "deployment: field\nnetwork: {media: {lan: {model: switch}, bus: {model: bus}}}"
+    assert rungs(scenario(wires, "network.fidelity=disk")) == {"air": "disk"}
+    assert rungs(scenario(wires, "network={fidelity: disk, media: {a: {model: radio}}}")) == {
+        "a": "disk"}
+    one = wires.replace("{model: bus}", "{model: radio}")
+    assert rungs(scenario(one, "network.fidelity=disk")) == {"bus": "disk", "lan": "switch"}
+    maze = load(SCENARIOS / "maze_30.yaml", ["deployment=field", "network.fidelity=walls"])
+    assert rungs(maze.scenario) == {"air": "walls"}
+
+
 def test_a_field_with_a_fidelity_has_radios():
     text = resolved(scenario("deployment: field\nnetwork: {fidelity: disk}"))
     data, _ = yaml12.parse(text, "text")

@@ -1,8 +1,8 @@
 """What the fidelity of the radio makes of thirty robots: ``field_30`` on every rung.
 
-    python tools/ladder.py [--seeds N]
+    python tools/ladder.py [--seeds N] [--set KEY=VALUE ...]
 
-Prints the table of docs/networks.md. The load is what the robots send, with headers and repetitions
+Prints the tables of docs/networks.md. The load is what the robots send, with headers and repetitions
 of the transport, but without those of the radio.
 """
 
@@ -26,9 +26,10 @@ COLUMNS = ("rung", "explored after", "seeds", "delivered", "dropped messages", "
            "Mb/s a robot", "real-time factor")
 
 
-def run(fidelity: str, seed: int) -> dict[str, Any]:
+def run(fidelity: str, seed: int, overrides: list[str]) -> dict[str, Any]:
     """A run's summary, with the frames that were lost by reason and the CPU time."""
-    simulation = Simulation(load(FILE, [f"network.fidelity={fidelity}"], seed).scenario)
+    simulation = Simulation(
+        load(FILE, [f"network.fidelity={fidelity}", *overrides], seed).scenario)
     begin_s = time.process_time()
     outcome = simulation.run()
     cpu_s = time.process_time() - begin_s
@@ -62,11 +63,13 @@ def shares(counts: Counter[str], of: int) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=5, help="runs of each rung (default: 5)")
-    seeds = parser.parse_args().seeds
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE",
+                        help="laid over the scenario, as with desim run")
+    arguments = parser.parse_args()
     print("|", " | ".join(COLUMNS), "|")
     print("|---" * len(COLUMNS) + "|")
     for fidelity in RUNGS:
-        runs = [run(fidelity, seed) for seed in range(1, seeds + 1)]
+        runs = [run(fidelity, seed, arguments.set) for seed in range(1, arguments.seeds + 1)]
         print("|", " | ".join(line(fidelity, runs)), "|", flush=True)
 
 
