@@ -9,9 +9,14 @@ of its own: network models see nothing of it but its ports.)
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from numba import njit
+
+# For a kernel that makes no arrays, but only borrows those that it is given: nobody counts who
+# holds them.
+lean = partial(njit, cache=True, error_model="numpy", _nrt=False)
 
 # Constants of u8 arithmetic are np.uint64: numba turns uint64 with a plain int into float64.
 _ONE = np.uint64(1)
@@ -31,7 +36,7 @@ def log(x):
     return math.log(x)
 
 
-@njit("f8(u8, u8)", cache=True)
+@lean("f8(u8, u8)")
 def uniform(key, counter):
     """Uniform in [0, 1): number ``counter`` of the sequence ``key``; splitmix64 (Steele, Lea, Flood
     2014) over a Weyl sequence that starts at the key."""

@@ -190,6 +190,8 @@ def test_a_preset_fills_what_is_not_given():
     params = Radio.Params(preset="ns3_3_44", retries=4, reception={"energy": "-70 dBm"})
     assert params.reception.unaware and params.window_failures == 8
     assert params.retries == 4 and params.reception.energy_dbm == -70
+    assert params.broadcast_rate_bps == 1e6
+    assert Radio.Params(preset="ns3_3_44", standard="11a", rate="6 Mb/s").broadcast_rate_bps == 6e6
     assert not Radio.Params().reception.unaware and Radio.Params().window_failures is None
     again = Radio.Params(**params.model_dump(by_alias=True))
     assert again == params

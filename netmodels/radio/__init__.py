@@ -86,7 +86,7 @@ class Radio:
                                                                           "GHz as most robots)")
         rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
         broadcast_rate_bps: BitRate | None = Field(None, description=(
-            "of broadcast frames (the lowest of the same modulation, as ns-3)"))
+            "of broadcast frames (the lowest of the same modulation; ns-3: of all)"))
         channel: int = Field(1, ge=1, le=196, description="its number: who is on different ones "
                                                           "does not hear the other (the first)")
         channels: dict[str, int] = Field({}, description="by host, instead of channel (none)")

@@ -1,10 +1,10 @@
 """Sets of parameters under one name.
 
 ``ns3_3_44`` is what ns-3 3.44 does with the error model of NIST and without QoS. It differs from
-the defaults, which follow IEEE 802.11-2016, in two rules: a receiver is not aware of interference
-that began with the frame (``reception.unaware``), and a frame that is given up leaves the
-contention window as wide as it was (``window_failures``). The first gives two pairs 20 m apart 27.0
-instead of 25.3 Mb/s at 54 Mb/s, the second thirty saturated stations 1.5 % more.
+the defaults in three rules. A receiver is not aware of interference that began with the frame
+(``reception.unaware``): two pairs 20 m apart carry 27.0 instead of 25.3 Mb/s at 54 Mb/s. A frame
+that is given up leaves the contention window as wide as it was (``window_failures``): thirty
+saturated stations carry 1.5 % more. And broadcasts of 802.11g go at its lowest rate, 1 Mb/s.
 """
 
 from __future__ import annotations
@@ -31,4 +31,5 @@ def filled(given: Any) -> Any:
     reception = given.get("reception", {})
     if isinstance(reception, dict):
         given = {**given, "reception": preset["reception"] | reception}
-    return preset | given
+    lowest = "6 Mb/s" if given.get("standard") == "11a" else "1 Mb/s"
+    return {"broadcast_rate": lowest, **preset, **given}

@@ -8,8 +8,9 @@ Nothing takes time to propagate: over 50 m it would be 0.17 us, a 50th of a slot
 
 from __future__ import annotations
 
-from numba import int64, njit, void
+from numba import int64, void
 
+from netmodels.kernels import lean
 from netmodels.radio.dcf.contention.kernels import draw, plan, sense
 from netmodels.radio.dcf.reception.kernels import account, arrive, survives
 from netmodels.radio.dcf.records.kernels import (
@@ -48,7 +49,7 @@ _i8 = int64
 _places = int64[:, :, ::1]  # of the arrays: ``view`` of the present, ``view`` of the future
 
 
-@njit(void(a_dcf, a_station, _i8), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station, _i8))
 def transmit(d, s, now):
     """Station s goes on the air. What it was receiving is lost."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
@@ -69,7 +70,7 @@ def transmit(d, s, now):
         r.signals += 1
 
 
-@njit(void(a_dcf, a_station, _i8, _i8), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station, _i8, _i8))
 def send(d, s, now, kind):
     """Station s transmits a frame of the exchange that it or its peer began."""
     setup = d.setup[0]
@@ -93,7 +94,7 @@ def send(d, s, now, kind):
     transmit(d, s, now)
 
 
-@njit(void(a_dcf, a_station, _i8), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station, _i8))
 def detect(d, s, now):
     """The beginning of station s's preamble is over: who hears it well enough, and was not sending
     when it came, receives it. Not before now does anybody know that the medium is busy."""
@@ -113,7 +114,7 @@ def detect(d, s, now):
         sense(setup, due, r, now, setup.difs_ns)
 
 
-@njit(void(a_dcf, _i8, _i8, a_station, _i8), cache=True, error_model="numpy")
+@lean(void(a_dcf, _i8, _i8, a_station, _i8))
 def tell(d, now, what, s, receiver):
     """Note an outcome of the first frame of station s's queue."""
     outcome = d.outcomes[d.setup[0].outcomes]
@@ -122,7 +123,7 @@ def tell(d, now, what, s, receiver):
     d.setup[0].outcomes += 1
 
 
-@njit(void(a_setup, all_due, a_station, _i8), cache=True, error_model="numpy")
+@lean(void(a_setup, all_due, a_station, _i8))
 def next_packet(setup, due, s, now):
     """The present packet of station s is through, one way or the other."""
     s.role, s.tries, s.got, s.expired, s.ready = IDLE, 0, 0, 0, now
@@ -130,7 +131,7 @@ def next_packet(setup, due, s, now):
     plan(setup, due, s)
 
 
-@njit(void(a_dcf, a_station), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station))
 def leave(d, s):
     """The first frame leaves station s's queue."""
     s.head = (s.head + 1) % d.frames.shape[1]
@@ -138,7 +139,7 @@ def leave(d, s):
     s.part = 0
 
 
-@njit(void(a_dcf, a_station), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station))
 def packet_done(d, s):
     """The present packet of station s has arrived."""
     s.part += 1
@@ -146,7 +147,7 @@ def packet_done(d, s):
         leave(d, s)
 
 
-@njit(void(a_dcf, a_station, _i8), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station, _i8))
 def succeed(d, s, now):
     """The packet of station s was acknowledged, or needs no acknowledgement."""
     frame = d.frames[s.index, s.head]
@@ -157,7 +158,7 @@ def succeed(d, s, now):
     next_packet(d.setup[0], d.due, s, now)
 
 
-@njit(void(a_dcf, a_station, _i8), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station, _i8))
 def fail(d, s, now):
     """No reply came. The window doubles up to its largest; what resets it, besides a success, is
     the station's ``reset_at``-th failure in a row, and not that a packet is given up."""
@@ -184,7 +185,7 @@ def fail(d, s, now):
     next_packet(setup, d.due, s, now)
 
 
-@njit(void(a_setup, all_due, a_station, a_station, _i8, _i8), cache=True, error_model="numpy")
+@lean(void(a_setup, all_due, a_station, a_station, _i8, _i8))
 def answer(setup, due, r, peer, now, kind):
     """Station r will send ``kind`` to ``peer`` after a short interframe space."""
     r.peer, r.reply = peer.index, kind
@@ -192,7 +193,7 @@ def answer(setup, due, r, peer, now, kind):
     schedule(due, r)
 
 
-@njit(void(a_dcf, a_station, a_station, _i8), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station, a_station, _i8))
 def take(d, r, s, now):
     """Station r has received station s's frame without errors."""
     setup, due = d.setup[0], d.due
@@ -218,7 +219,7 @@ def take(d, r, s, now):
             succeed(d, r, now)
 
 
-@njit(void(a_dcf, a_station, _i8), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station, _i8))
 def finish(d, s, now):
     """Station s's transmission ends. Who could not make it out waits longer than the others."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
@@ -253,7 +254,7 @@ def finish(d, s, now):
     sense(setup, due, s, now, setup.difs_ns)
 
 
-@njit(void(a_dcf, a_station, _i8), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station, _i8))
 def expire(d, s, now):
     """The first frame of station s's queue has waited too long; the next one's turn is now."""
     tell(d, now, EXPIRED, s, -1)
@@ -262,7 +263,7 @@ def expire(d, s, now):
     plan(d.setup[0], d.due, s)
 
 
-@njit(void(a_dcf, a_station, _i8, _i8), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station, _i8, _i8))
 def happen(d, s, now, what):
     """What is due at station s happens: to it, and to those who hear it."""
     touch(d, s)
@@ -290,7 +291,7 @@ def happen(d, s, now, what):
             fail(d, s, now)
 
 
-@njit(void(a_dcf, _i8), cache=True, error_model="numpy")
+@lean(void(a_dcf, _i8))
 def run(d, until):
     """Let happen what is due up to ``until``, or up to the first instant with an outcome."""
     d.setup[0].outcomes = 0
@@ -304,13 +305,13 @@ def run(d, until):
             until = what // KINDS
 
 
-@njit(void(_places, _i8, _i8), cache=True, error_model="numpy")
+@lean(void(_places, _i8, _i8))
 def advance(where, present, until):
     """Let happen what is due up to ``until``, or up to the first instant with an outcome."""
     run(view(where[present]), until)
 
 
-@njit(void(_places, _i8, _i8), cache=True, error_model="numpy")
+@lean(void(_places, _i8, _i8))
 def settle(where, present, now):
     """Before the links change: let happen what is due up to now, and account for all receptions."""
     d = view(where[present])
@@ -321,7 +322,7 @@ def settle(where, present, now):
             account(d.setup[0], d.rates, d.table, r, d.stations[r.lock], now)
 
 
-@njit(void(_places, _i8, _i8), cache=True, error_model="numpy")
+@lean(void(_places, _i8, _i8))
 def relink(where, present, now):
     """The links have changed: what everybody hears, from who is on the air. Whoever can no longer
     hear what it was receiving has lost it."""
@@ -349,7 +350,7 @@ def relink(where, present, now):
         sense(setup, d.due, r, now, setup.eifs_ns)
 
 
-@njit(_i8(_places, _i8), cache=True, error_model="numpy")
+@lean(_i8(_places, _i8))
 def foresee(where, present):
     """Try out the future, up to the first outcome if nobody sends anything more. Returns when that
     is, ``NEVER`` if there is none."""
@@ -365,8 +366,7 @@ def foresee(where, present):
     return future.outcomes[0].time_ns if future.setup[0].outcomes > 0 else NEVER
 
 
-@njit(_i8(_places, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8),
-      cache=True, error_model="numpy")
+@lean(_i8(_places, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8))
 def enqueue(where, present, now, expires, i, dest, packets, air_ns, last_ns, rate, ack_ns, ack_rate,
             rts_ns, cts_ns, rts_rate):
     """Station i gets a frame to send, after what is due before now. Returns its position in the

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import int64, njit, void
+from numba import int64, void
 
-from netmodels.kernels import uniform
+from netmodels.kernels import lean, uniform
 from netmodels.radio.dcf.records.kernels import (
     IDLE,
     KINDS,
@@ -20,14 +20,14 @@ from netmodels.radio.dcf.records.kernels import (
 _i8 = int64
 
 
-@njit(void(a_station), cache=True, error_model="numpy")
+@lean(void(a_station))
 def draw(s):
     """A new backoff, uniform in 0..window."""
     s.count = np.int64(uniform(s.key, np.uint64(s.draws)) * (s.window + 1))
     s.draws += 1
 
 
-@njit(void(a_setup, all_due, a_station), cache=True, error_model="numpy")
+@lean(void(a_setup, all_due, a_station))
 def plan(setup, due, s):
     """When station s will transmit if the medium stays idle."""
     if s.role != IDLE:
@@ -40,7 +40,7 @@ def plan(setup, due, s):
         schedule(due, s)
 
 
-@njit(void(a_setup, all_due, a_station, _i8, _i8), cache=True, error_model="numpy")
+@lean(void(a_setup, all_due, a_station, _i8, _i8))
 def sense(setup, due, s, now, ifs):
     """Station s looks at the medium. If it has become busy, the counter stops; only whole idle
     slots count, and a station that was to begin at this very instant has not noticed. If it has

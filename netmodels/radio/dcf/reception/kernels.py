@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import boolean, float64, int64, njit, void
+from numba import boolean, float64, int64, void
 
-from netmodels.kernels import exp, log, uniform
+from netmodels.kernels import exp, lean, log, uniform
 from netmodels.radio.dcf.records.kernels import a_setup, a_station, a_table, all_rates
 
 _i8, _f8, _b1 = int64, float64, boolean
 
 
-@njit(_f8(a_setup, a_table, _i8, _f8), cache=True, error_model="numpy")
+@lean(_f8(a_setup, a_table, _i8, _f8))
 def log_success(setup, table, rate, ratio):
     """Log of the chance that a bit at ``rate`` has no error, at this signal to noise ratio."""
     at = (10.0 / 2.302585092994046 * log(ratio) - setup.table_db) / setup.step_db
@@ -22,7 +22,7 @@ def log_success(setup, table, rate, ratio):
     return -exp(table[rate, j] + part * (table[rate, j + 1] - table[rate, j]))
 
 
-@njit(void(a_setup, all_rates, a_table, a_station, a_station, _i8), cache=True, error_model="numpy")
+@lean(void(a_setup, all_rates, a_table, a_station, a_station, _i8))
 def account(setup, rates, table, r, source, now):
     """What happened to what station r receives since its interference changed last."""
     begin, r.until = r.until, now
@@ -42,7 +42,7 @@ def account(setup, rates, table, r, source, now):
         r.chance += bits * log_success(setup, table, source.rate, ratio)
 
 
-@njit(void(a_setup, a_station, _i8, _i8, _f8), cache=True, error_model="numpy")
+@lean(void(a_setup, a_station, _i8, _i8, _f8))
 def arrive(setup, r, i, now, mw):
     """Station i's signal comes to station r, which receives nothing yet.
 
@@ -60,7 +60,7 @@ def arrive(setup, r, i, now, mw):
             r.unaware = r.heard - r.before
 
 
-@njit(_b1(a_station, a_station), cache=True, error_model="numpy")
+@lean(_b1(a_station, a_station))
 def survives(r, source):
     """Whether what station r was receiving has no error."""
     if r.chance == 0.0:

@@ -8,7 +8,7 @@ import numpy as np
 from numba import carray, float64, from_dtype, int64, njit, types, void
 from numba.extending import intrinsic
 
-from netmodels.kernels import uniform
+from netmodels.kernels import lean, uniform
 
 NEVER = np.int64(1) << 62
 
@@ -130,8 +130,8 @@ def _pointer(typing_context, address):
 @njit(a_dcf(_i8[:, ::1]), cache=True)
 def view(at):
     """The arrays at addresses: ``at`` has a row for each field of ``Dcf``, address and shape.
-    Python's arrays would do as well, but they would be unpacked at each call and their references
-    counted at each use, which takes longer than all the rest."""
+    Python's arrays would do as well, but to unpack them at each call takes longer than many a
+    call."""
     return Dcf(carray(_pointer(at[0, 0]), (at[0, 1],), STATION),
                carray(_pointer(at[1, 0]), (at[1, 1],), np.int64),
                carray(_pointer(at[2, 0]), (at[2, 1], at[2, 2]), np.int64),
@@ -143,7 +143,7 @@ def view(at):
                carray(_pointer(at[8, 0]), (at[8, 1],), OUTCOME))
 
 
-@njit(void(a_dcf, a_station), cache=True, error_model="numpy")
+@lean(void(a_dcf, a_station))
 def touch(d, s):
     """Station s may have changed."""
     touched = d.touched
@@ -153,7 +153,7 @@ def touch(d, s):
         touched[touched[0, 0], 0] = s.index
 
 
-@njit(void(all_due, a_station), cache=True, error_model="numpy")
+@lean(void(all_due, a_station))
 def schedule(due, s):
     """What is due next at station s has changed."""
     b, place = s.index // BLOCK, due.size // (1 + BLOCK) + s.index
@@ -165,7 +165,7 @@ def schedule(due, s):
         due[b] = -1
 
 
-@njit(_i8(all_due), cache=True, error_model="numpy")
+@lean(_i8(all_due))
 def soonest(due):
     """The block with what is due first."""
     first, blocks = 0, due.size // (1 + BLOCK)
@@ -180,7 +180,7 @@ def soonest(due):
     return first
 
 
-@njit(_i8(all_due, _i8), cache=True, error_model="numpy")
+@lean(_i8(all_due, _i8))
 def pick(due, b):
     """The station of a block whose turn it is; if there are several, from either end, so that
     nobody is always the first in an instant."""
