@@ -223,6 +223,31 @@ def test_heartbeats_with_wrong_symbols():
     assert heard(30, 50, standard=replace(A, rates=longer)) < 0.9312 - 0.01
 
 
+def in_a_disc(radius_m, hz):
+    """Thirty stations at random places, 12 times."""
+    delivered = []
+    for seed in range(12):
+        draw = np.random.default_rng(seed)
+        distance_m = radius_m * np.sqrt(draw.uniform(size=30))
+        angle = draw.uniform(0, 2 * np.pi, 30)
+        places = np.column_stack([distance_m * np.cos(angle), distance_m * np.sin(angle)])
+        delivered.append(heartbeats(air(A, by_distance(*places)), poisson(30, hz, 2, seed), 264,
+                                    A.rate(6), 30))
+    return np.mean(delivered)
+
+
+@pytest.mark.parametrize("radius_m", [20, 50])
+@pytest.mark.parametrize("hz", [10, 50])
+def test_heartbeats_in_a_disc(reference, radius_m, hz):
+    """The table has two layouts of its own; 50 m is about as far as a frame can be found."""
+    table = rows(reference / "ns3" / "s4_broadcast_heartbeats.csv", placement="disc", n="30",
+                 R_m=str(radius_m), hz=str(hz))
+    expected = np.mean([float(row["delivery_ratio"]) for row in table])
+    assert in_a_disc(radius_m, hz) == pytest.approx(expected, abs=0.03)
+    if radius_m == 50:  # the same as a reach that is 7 % too short
+        assert in_a_disc(1.075 * radius_m, hz) < expected - 0.03
+
+
 def overloaded(lifetime_ns):
     """Thirty stations, 50 Hz, at the rate that ns-3's 802.11g broadcasts with by default."""
     stations = air(G, same_power(30), lifetime_ns=lifetime_ns)
@@ -288,6 +313,18 @@ def test_a_train_goes_on_when_only_acknowledgements_are_lost():
     stations.enqueue(0, 0, 1, 1536, A.rate(24), packets=2)
     assert [what for _, what, *_ in everything(stations)] == [RECEIVED]
     assert stations.counts(10 ** 10).transmitted.tolist() == [14, 0]
+
+
+@pytest.mark.parametrize(("answered", "earliest_ns"), [(False, 576_000), (True, 2_670_000)])
+def test_who_hears_an_rts_keeps_off_if_it_is_answered(answered, earliest_ns):
+    """52 us of RTS, then 44 of CTS, 2.07 ms of data, 44 us of acknowledgement, or nothing; the
+    neighbour's own frame takes 376 us, and its window is 15 slots of 9 us."""
+    stations = air(A, by_distance((0, 0), (10, 0), (20 if answered else 1000, 0)), tries=1)
+    stations.enqueue(0, 0, 2, 1536, A.rate(6), rts=True)
+    stations.enqueue(10_000, 1, -1, 264, A.rate(6))
+    done_ns, = (time_ns for time_ns, what, source, *_ in everything(stations)
+                if what == DONE and source == 1)
+    assert earliest_ns <= done_ns <= earliest_ns + 15 * A.slot_ns
 
 
 def test_a_full_queue_takes_no_more():

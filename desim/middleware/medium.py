@@ -69,6 +69,16 @@ class Nowhere:
         return self._positions
 
 
+class Still(Nowhere):
+    """The place of hosts that stay where they are, in the open: ``positions`` [hosts, 2] x, y in m
+    (NaN: it has none)."""
+
+    def __init__(self, positions: np.ndarray) -> None:
+        super().__init__(len(positions))
+        self._positions = positions
+        self._positions.flags.writeable = False
+
+
 class RuleContext:
     """What a rule may know: a ``ports.Context`` without the means to act."""
 
@@ -196,7 +206,8 @@ class Medium:
 
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
                  broadcast: bool, carrier: Carrier, token: Any) -> None:
-        """Take a frame; ``carrier`` hears of its fate at each receiver, with ``token``."""
+        """Take a frame for ``receivers`` (ascending); ``carrier`` hears of its fate at each, with
+        ``token``."""
         self.frames = number = self.frames + 1
         self.intended += len(receivers)
         self.tx_bytes[source] += size_bytes

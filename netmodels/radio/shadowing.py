@@ -21,6 +21,7 @@ from desim import ports
 from desim.units import Decibels, Length
 
 _WAVES = 64
+_CHUNK = 256  # links at a time: what is gathered for them stays in the cache
 LIMIT = 3  # sigmas; so that there is a distance beyond which nobody is heard
 
 
@@ -53,7 +54,10 @@ class Shadows:
         ``places`` [hosts, 2] m; those without a place stand at the origin."""
         near, far = (self._at(np.nan_to_num(places), end) for end in (0, 1))
         near[:, _WAVES:] *= -1  # cos(a + b) = cos a cos b - sin a sin b
-        total = np.einsum("ij,ij->i", near[one], far[other])
+        total = np.empty(len(one))
+        for k in range(0, len(one), _CHUNK):
+            those = slice(k, k + _CHUNK)
+            np.einsum("ij,ij->i", near[one[those]], far[other[those]], out=total[those])
         return np.clip(self._sigma_db * np.sqrt(2 / _WAVES) * total, -self.best_db, self.best_db)
 
     def _at(self, places: np.ndarray, end: int) -> np.ndarray:

@@ -2,8 +2,6 @@
 
 The next event of all stations is found among minima of blocks of them, and what happens changes
 nobody but those who hear it: the work for a frame hardly grows with the stations out of reach.
-
-Nothing takes time to propagate: over 50 m it would be 0.17 us, a 50th of a slot.
 """
 
 from __future__ import annotations
@@ -12,32 +10,15 @@ from numba import int64, void
 
 from netmodels.kernels import lean
 from netmodels.radio.dcf.contention.kernels import draw, plan, sense
-from netmodels.radio.dcf.reception.kernels import account, arrive, survives
+from netmodels.radio.dcf.exchange.kernels import happen
+from netmodels.radio.dcf.reception.kernels import account
 from netmodels.radio.dcf.records.kernels import (
-    ACK,
-    ANSWER,
-    AWAITING,
     BLOCK,
-    CTS,
-    DATA,
-    DETECT,
-    DONE,
-    DROPPED,
-    END,
-    EXPIRED,
     IDLE,
     KINDS,
-    MISSED,
     NEVER,
-    RECEIVED,
-    RTS,
-    SENDING,
-    START,
     TIMEOUT,
     a_dcf,
-    a_setup,
-    a_station,
-    all_due,
     pick,
     schedule,
     soonest,
@@ -47,248 +28,6 @@ from netmodels.radio.dcf.records.kernels import (
 
 _i8 = int64
 _places = int64[:, :, ::1]  # of the arrays: ``view`` of the present, ``view`` of the future
-
-
-@lean(void(a_dcf, a_station, _i8))
-def transmit(d, s, now):
-    """Station s goes on the air. What it was receiving is lost."""
-    setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    s.lock = -1
-    s.on, s.begun = 1, now
-    s.number += 1
-    s.air = (now + setup.detection_ns) * KINDS + DETECT
-    schedule(due, s)
-    sense(setup, due, s, now, setup.difs_ns)
-    for k in range(s.first, s.last):
-        r = stations[links[k].station]
-        touch(d, r)
-        if r.lock >= 0:
-            account(setup, d.rates, d.table, r, stations[r.lock], now)
-        else:
-            arrive(setup, r, s.index, now, links[k].mw)
-        r.heard += links[k].mw
-        r.signals += 1
-
-
-@lean(void(a_dcf, a_station, _i8, _i8))
-def send(d, s, now, kind):
-    """Station s transmits a frame of the exchange that it or its peer began."""
-    setup = d.setup[0]
-    owner = s if kind in (RTS, DATA) else d.stations[s.peer]
-    frame = d.frames[owner.index, owner.head]
-    data = frame.last_ns if owner.part == frame.packets - 1 else frame.air_ns
-    s.kind, s.rate, s.reserve = kind, frame.rts_rate, 0
-    s.to = s.peer if kind in (CTS, ACK) else frame.dest
-    if kind == RTS:
-        airtime, s.reserve = frame.rts_ns, 3 * setup.sifs_ns + frame.cts_ns + data + frame.ack_ns
-    elif kind == CTS:
-        airtime, s.reserve = frame.cts_ns, 2 * setup.sifs_ns + data + frame.ack_ns
-    elif kind == DATA:
-        airtime, s.rate = data, frame.rate
-        s.transmitted += 1
-        if frame.dest >= 0:
-            s.reserve = setup.sifs_ns + frame.ack_ns
-    else:
-        airtime, s.rate = frame.ack_ns, frame.ack_rate
-    s.ends = now + airtime
-    transmit(d, s, now)
-
-
-@lean(void(a_dcf, a_station, _i8))
-def detect(d, s, now):
-    """The beginning of station s's preamble is over: who hears it well enough, and was not sending
-    when it came, receives it. Not before now does anybody know that the medium is busy."""
-    setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    s.air = s.ends * KINDS + END
-    schedule(due, s)
-    for k in range(s.first, s.last):
-        r, power = stations[links[k].station], links[k].mw
-        if power < setup.signal_mw and r.heard < setup.energy_mw:
-            continue  # to it this is noise
-        touch(d, r)
-        found = power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0))
-        if found and power >= setup.signal_mw and r.lock < 0 and r.ends <= s.begun:
-            r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
-            if r.strongest != s.index:
-                r.unaware = 0.0
-        sense(setup, due, r, now, setup.difs_ns)
-
-
-@lean(void(a_dcf, _i8, _i8, a_station, _i8))
-def tell(d, now, what, s, receiver):
-    """Note an outcome of the first frame of station s's queue."""
-    outcome = d.outcomes[d.setup[0].outcomes]
-    outcome.time_ns, outcome.what, outcome.station = now, what, s.index
-    outcome.position, outcome.receiver = s.head, receiver
-    d.setup[0].outcomes += 1
-
-
-@lean(void(a_setup, all_due, a_station, _i8))
-def next_packet(setup, due, s, now):
-    """The present packet of station s is through, one way or the other."""
-    s.role, s.tries, s.got, s.expired, s.ready = IDLE, 0, 0, 0, now
-    draw(s)
-    plan(setup, due, s)
-
-
-@lean(void(a_dcf, a_station))
-def leave(d, s):
-    """The first frame leaves station s's queue."""
-    s.head = (s.head + 1) % d.frames.shape[1]
-    s.length -= 1
-    s.part = 0
-
-
-@lean(void(a_dcf, a_station))
-def packet_done(d, s):
-    """The present packet of station s has arrived."""
-    s.part += 1
-    if s.part == d.frames[s.index, s.head].packets:
-        leave(d, s)
-
-
-@lean(void(a_dcf, a_station, _i8))
-def succeed(d, s, now):
-    """The packet of station s was acknowledged, or needs no acknowledgement."""
-    frame = d.frames[s.index, s.head]
-    s.window, s.failed = d.setup[0].cw_min, 0
-    if frame.dest < 0 and s.part == frame.packets - 1:
-        tell(d, now, DONE, s, -1)
-    packet_done(d, s)
-    next_packet(d.setup[0], d.due, s, now)
-
-
-@lean(void(a_dcf, a_station, _i8))
-def fail(d, s, now):
-    """No reply came. The window doubles up to its largest; what resets it, besides a success, is
-    the station's ``reset_at``-th failure in a row, and not that a packet is given up."""
-    setup = d.setup[0]
-    s.failures += 1
-    s.tries += 1
-    s.failed += 1
-    s.window = min(2 * s.window + 1, setup.cw_max)
-    if s.failed == setup.reset_at:
-        s.failed, s.window = 0, setup.cw_min
-    if s.busy == 0:
-        s.since = max(now, s.nav) + setup.difs_ns
-    if s.tries < setup.try_limit:
-        s.role, s.expired = IDLE, 0
-        draw(s)
-        plan(setup, d.due, s)
-        return
-    s.dropped += 1
-    if s.got == 1:  # only the acknowledgements were lost
-        packet_done(d, s)
-    else:
-        tell(d, now, DROPPED, s, d.frames[s.index, s.head].dest)
-        leave(d, s)
-    next_packet(setup, d.due, s, now)
-
-
-@lean(void(a_setup, all_due, a_station, a_station, _i8, _i8))
-def answer(setup, due, r, peer, now, kind):
-    """Station r will send ``kind`` to ``peer`` after a short interframe space."""
-    r.peer, r.reply = peer.index, kind
-    r.answer = (now + setup.sifs_ns) * KINDS + ANSWER
-    schedule(due, r)
-
-
-@lean(void(a_dcf, a_station, a_station, _i8))
-def take(d, r, s, now):
-    """Station r has received station s's frame without errors."""
-    setup, due = d.setup[0], d.due
-    if s.to == -1:
-        tell(d, now, RECEIVED, s, r.index)
-    elif s.to != r.index:
-        r.nav = max(r.nav, now + s.reserve)
-    elif s.kind == DATA:
-        answer(setup, due, r, s, now, ACK)
-        if s.got == 0 and s.part == d.frames[s.index, s.head].packets - 1:
-            tell(d, now, RECEIVED, s, r.index)
-        s.got = 1
-    elif s.kind == RTS:
-        if r.nav <= now:
-            answer(setup, due, r, s, now, CTS)
-    elif r.role == AWAITING and s.kind == (ACK if r.kind == DATA else CTS):
-        r.expired, r.contention = 0, NEVER
-        schedule(due, r)  # the timeout is off, also where nothing else is to be sent
-        if s.kind == CTS:
-            r.role = SENDING
-            answer(setup, due, r, s, now, DATA)
-        else:
-            succeed(d, r, now)
-
-
-@lean(void(a_dcf, a_station, _i8))
-def finish(d, s, now):
-    """Station s's transmission ends. Who could not make it out waits longer than the others."""
-    setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    s.on, s.air = 0, NEVER
-    for k in range(s.first, s.last):
-        r, ifs = stations[links[k].station], setup.difs_ns
-        touch(d, r)
-        if r.lock >= 0:
-            account(setup, d.rates, d.table, r, stations[r.lock], now)
-        else:
-            r.unaware = 0.0
-        r.signals -= 1
-        r.heard = r.heard - links[k].mw if r.signals > 0 else 0.0
-        if r.lock == s.index:
-            r.lock = -1
-            if survives(r, s):
-                take(d, r, s, now)
-            else:
-                ifs = setup.eifs_ns
-                if s.to == -1:
-                    tell(d, now, MISSED, s, r.index)
-            if r.expired == 1:
-                fail(d, r, now)
-        sense(setup, due, r, now, ifs)
-    if s.kind == DATA and s.to == -1:
-        succeed(d, s, now)
-    elif s.kind == DATA or s.kind == RTS:
-        rate = d.frames[s.index, s.head].ack_rate if s.kind == DATA else s.rate
-        wait = setup.sifs_ns + setup.slot_ns + d.rates[rate].payload_ns
-        s.role, s.contention = AWAITING, (now + wait) * KINDS + TIMEOUT
-    schedule(due, s)
-    sense(setup, due, s, now, setup.difs_ns)
-
-
-@lean(void(a_dcf, a_station, _i8))
-def expire(d, s, now):
-    """The first frame of station s's queue has waited too long; the next one's turn is now."""
-    tell(d, now, EXPIRED, s, -1)
-    leave(d, s)
-    s.ready = now
-    plan(d.setup[0], d.due, s)
-
-
-@lean(void(a_dcf, a_station, _i8, _i8))
-def happen(d, s, now, what):
-    """What is due at station s happens: to it, and to those who hear it."""
-    touch(d, s)
-    if what == END:
-        finish(d, s, now)
-    elif what == DETECT:
-        detect(d, s, now)
-    elif what == ANSWER:
-        s.answer = NEVER
-        schedule(d.due, s)
-        send(d, s, now, s.reply)
-    elif what == START:
-        frame = d.frames[s.index, s.head]
-        if now > frame.expires and s.part == 0 and s.tries == 0:
-            expire(d, s, now)
-        else:
-            s.role, s.contention = SENDING, NEVER
-            send(d, s, now, RTS if frame.rts_ns > 0 else DATA)
-    else:
-        s.contention = NEVER
-        schedule(d.due, s)
-        if s.lock >= 0:
-            s.expired = 1
-        else:
-            fail(d, s, now)
 
 
 @lean(void(a_dcf, _i8))

@@ -31,8 +31,9 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     ("heard", "f8"), ("power", "f8"), ("chance", "f8"), ("until", "i8"), ("search", "i8"),
     ("before", "f8"), ("unaware", "f8"),
     # Contention: from when on slots count (before that the medium has to be idle for DIFS or EIFS),
-    # until when the medium is reserved, since when the present packet is ready to go.
-    ("since", "i8"), ("nav", "i8"), ("ready", "i8"),
+    # until when the medium is reserved, since when the present packet is ready to go. Until when
+    # something should be heard of what an RTS has announced, and its reservation if it is.
+    ("since", "i8"), ("nav", "i8"), ("ready", "i8"), ("doubt", "i8"), ("announced", "i8"),
     # What is due next: of its contention (START, TIMEOUT), its transmission (DETECT, END), and the
     # answer that it owes.
     ("contention", "i8"), ("air", "i8"), ("answer", "i8"),
