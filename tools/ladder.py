@@ -2,8 +2,8 @@
 
     python tools/ladder.py [--seeds N] [--set KEY=VALUE ...]
 
-Prints the tables of docs/networks.md. The load is what the robots send, with headers and repetitions
-of the transport, but without those of the radio.
+Prints the tables of docs/networks.md. The load is what the robots send, with headers and
+repetitions of the transport, but without those of the radio.
 """
 
 from __future__ import annotations
