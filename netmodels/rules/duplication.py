@@ -10,9 +10,9 @@ from netmodels.rules.streams import PairStreams
 
 
 class Duplication:
-    """Each packet arrives twice with ``probability``, independently of all others (netem's
-    ``duplicate``), each ordered pair of hosts from its own stream. A train comes twice where all
-    its packets do: probability^segments.
+    """Each packet arrives twice with ``probability``, independently of all others. This is netem's
+    ``duplicate``; each ordered pair of hosts draws from its own stream. A train comes twice where
+    all its packets do: probability^segments.
 
     The copy is made behind the medium, as where something on the way repeats what has arrived
     after all: it takes no capacity, and where the original is lost there is none.

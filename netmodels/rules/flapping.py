@@ -36,8 +36,8 @@ class Spells:
 
 class Flapping:
     """The ``hosts``' interfaces and the ``links`` are up and down for exponentially distributed
-    times, each by itself, from its own stream (Gilbert's two states, in time): available for
-    up / (up + down) of it. A link is down in both directions at once."""
+    times. Each draws them from its own stream, and is available for up / (up + down) of the time. A
+    link is down in both directions at once."""
 
     class Params(Targets):
         up_ns: Pace = Field(description="mean time from coming up to going down")

@@ -10,9 +10,9 @@ from netmodels.rules.streams import PairStreams
 
 
 class GilbertElliott:
-    """Each ordered pair of hosts has a good and a bad state; a packet is lost with the chance of
-    its state, and after it the state changes with ``p`` (good to bad) or ``r`` (back). These are
-    netem's ``gemodel p r 1-h 1-k`` (Gilbert 1960, Elliott 1963).
+    """Packets get lost in bursts, by a good and a bad state of each ordered pair of hosts. A packet
+    is lost with the chance of the state, and after it the state changes with ``p`` (good to bad) or
+    ``r`` (back): netem's ``gemodel p r 1-h 1-k`` (Gilbert 1960, Elliott 1963).
 
     Of all packets p / (p + r) find the bad state, so that
     (p * loss_bad + r * loss_good) / (p + r) are lost; the bad state lasts for 1 / r packets on the

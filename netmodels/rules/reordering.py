@@ -10,10 +10,11 @@ from netmodels.rules.streams import PairStreams
 
 
 class Reordering:
-    """Each frame arrives ``delay`` later with ``probability``, independently of all others, each
-    ordered pair of hosts from its own stream. Whatever is sent meanwhile and is not held back
-    arrives before it. netem's ``delay 10ms reorder 25%``, where 25 % go at once, is a probability
-    of 75 % here. (``latency`` with jitter reorders, too.)
+    """Each frame arrives ``delay`` later with ``probability``, independently of all others.
+
+    Whatever is sent meanwhile and is not held back arrives before it. Each ordered pair of hosts
+    draws from its own stream. netem's ``delay 10ms reorder 25%``, where 25 % go at once, is a
+    probability of 75 % here. (``latency`` with jitter reorders, too.)
 
     A stream has one message on the wire at a time, which nothing overtakes: it becomes slower only.
     """
