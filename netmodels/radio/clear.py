@@ -38,8 +38,7 @@ class Neighbours:
         self._look()
         near = self._near.get(host)
         if near is None:
-            first, last = self._links.first[host:host + 2].tolist()
-            near = self._near[host] = self._links.hearer[first:last].tolist()
+            near = self._near[host] = self._links.finders(host)
         return near
 
     def _look(self) -> None:
