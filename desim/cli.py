@@ -235,7 +235,7 @@ def net(context: typer.Context,
 
 @app.command()
 def validate(only: Annotated[list[str], typer.Option(
-                 metavar="GROUP", help="this group of comparisons; can be given again")] = [],  # noqa: B006
+                 metavar="GROUP", help="one that desim plugins lists; can be given again")] = [],  # noqa: B006
              as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
              ) -> None:
     """Compare the network models with published numbers; exit code 1 if one is off."""
