@@ -360,7 +360,7 @@ def test_net_prints_one_json_object_with_the_same_keys_everywhere():
                       "'package.module:Class'"),
     (("hidden", "--spacng", 3), "--spacng: there is no such option (did you mean 'spacing'?); "
                                 "allowed: --spacing, --rts, --load, --standard, --rate, --payload, "
-                                "--duration, --seed, --json"),
+                                "--preset, --duration, --seed, --json"),
     (("hidden", "--spacing", "3 kg"), "--spacing: unknown unit 'kg' for a length; allowed: m, km, "
                                       "cm, mm, e.g. '200 m'"),
     (("saturation", "--rate", 10, "--standard", "11b"),

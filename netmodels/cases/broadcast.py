@@ -37,6 +37,8 @@ class Broadcast:
         radius_m: Length | None = Field(None, gt=0, examples=["20 m"], description=(
             "of the disc over which they are spread evenly (none: all hear each other equally "
             "well)"))
+        preset: Literal["ns3_3_44"] | None = Field("ns3_3_44", description=(
+            "what the standard leaves open, and where receivers differ from it (ns-3 reference)"))
         duration_ns: Period = Field("40 s", description="that is measured (a few thousand "
                                                         "heartbeats)")
 
@@ -51,7 +53,8 @@ class Broadcast:
             places, loss = [NOWHERE] * p.stations, SAME_POWER
         else:
             places, loss = sunflower(p.stations, p.radius_m), {"model": "log_distance"}
-        radio = CountedRadio(standard=p.standard, rate=rate, broadcast_rate=rate, path_loss=loss)
+        radio = CountedRadio(preset=p.preset, standard=p.standard, rate=rate,
+                             broadcast_rate=rate, path_loss=loss)
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
         every_ns = round(NS_PER_S / Fraction(p.hz))
         return Setup(radio, dict(zip(stations, places, strict=True)),

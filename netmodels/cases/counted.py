@@ -11,11 +11,10 @@ SAME_POWER = {"model": "fixed", "total": "66.0206 dB"}  # everybody is heard wit
 
 
 class CountedRadio(Radio):
-    """``Radio`` with keywords as in a scenario, and what they leave open as in the references
-    (``preset: ns3_3_44``); ``slot_ns`` instead of the standard's."""
+    """``Radio`` with keywords as in a scenario; ``slot_ns`` instead of the standard's."""
 
     def __init__(self, slot_ns: int | None = None, **params: Any) -> None:
-        super().__init__(Radio.Params(**{"preset": "ns3_3_44", **params}))
+        super().__init__(Radio.Params(**params))
         if slot_ns is not None:
             self._standard = replace(self._standard, slot_ns=slot_ns)
 

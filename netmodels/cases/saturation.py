@@ -37,6 +37,8 @@ class Saturation:
                                                                        "one each (ns-3 reference)")
         slot_ns: Period | None = Field(None, examples=["9 us"], description=(
             "of the backoff (the standard's: 9 us; 20 us with 11b and, where 11b may be, 11g)"))
+        preset: Literal["ns3_3_44"] | None = Field("ns3_3_44", description=(
+            "what the standard leaves open, and where receivers differ from it (ns-3 reference)"))
         duration_ns: Period | None = Field(None, examples=["10 s"], description=(
             "that is measured, after a tenth of it (what 50000 packets last at the rate)"))
 
@@ -55,8 +57,8 @@ class Saturation:
         senders = numbered("sender", p.stations)
         receivers = (numbered("receiver", p.stations) if p.topology == "pairs"
                      else ("sink",) * p.stations)
-        radio = CountedRadio(standard=p.standard, rate=f"{rate_bps} b/s", slot_ns=p.slot_ns,
-                             path_loss=SAME_POWER)
+        radio = CountedRadio(preset=p.preset, standard=p.standard, rate=f"{rate_bps} b/s",
+                             slot_ns=p.slot_ns, path_loss=SAME_POWER)
         return Setup(radio, dict.fromkeys((*senders, *receivers), NOWHERE),
                      [Flow(sender, (receiver,), size_bytes, p.payload_bytes)
                       for sender, receiver in zip(senders, receivers, strict=True)],

@@ -30,6 +30,8 @@ class TwoPairs:
         rate_bps: BitRate = Field("6 Mb/s", description="of data (ns-3 reference)")
         payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
             "of UDP (ns-3 reference)"))
+        preset: Literal["ns3_3_44"] | None = Field("ns3_3_44", description=(
+            "what the standard leaves open, and where receivers differ from it (ns-3 reference)"))
         duration_ns: Period = Field("10 s", description="that is measured, after half a second")
 
     def __init__(self, params: Params) -> None:
@@ -37,7 +39,7 @@ class TwoPairs:
 
     def setup(self) -> Setup:
         p = self._params
-        radio = CountedRadio(standard=p.standard, rate=f"{p.rate_bps} b/s")
+        radio = CountedRadio(preset=p.preset, standard=p.standard, rate=f"{p.rate_bps} b/s")
         places = {"sender_1": (0.0, 0.0), "receiver_1": (p.length_m, 0.0),
                   "sender_2": (0.0, p.distance_m), "receiver_2": (p.length_m, p.distance_m)}
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
