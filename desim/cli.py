@@ -198,6 +198,33 @@ def figure(path: RunPath,
         typer.echo(str(target))
 
 
+@app.command()
+def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
+                                                      help="a scenario's YAML file")],
+             at: Annotated[str | None, typer.Option(
+                 metavar="PLACE", help="a host, or a place as '3 m, -2.5 m' (the first host that "
+                                       "has a place)", show_default=False)] = None,
+             medium: Annotated[str | None, typer.Option(
+                 help="the name of a medium (the first)", show_default=False)] = None,
+             overrides: Annotated[list[str], typer.Option(
+                 "--set", metavar="A.B.C=VALUE", help="another value; can be given again")] = [],  # noqa: B006
+             to: Annotated[Path, typer.Option(help="file to write, png, pdf or svg")] = Path(
+                 "coverage.png")) -> None:
+    """A picture of what a radio reaches in a scenario's terrain, from one place and between the
+    hosts at the start."""
+    with _exits():
+        from desim.scenario.load import load
+
+        with _compiling(False):
+            loaded = load(scenario, overrides)
+            from desim.report.coverage import draw
+        try:
+            said = draw(loaded.scenario, at, medium, to)
+        except InputError as error:
+            raise loaded.placed(error) from error
+        typer.echo(f"{said}\n{to}")
+
+
 @app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True,
                                "help_option_names": []})
 def net(context: typer.Context,

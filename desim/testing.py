@@ -33,7 +33,7 @@ class Bench:
 
     ``places``: host name to x, y in m (NaN: none), or a number of hosts without a place, called
     ``host_1``, ``host_2``, ... ``log`` has (time_ns, label, source, receiver, fate), the fate being
-    ``"arrived"`` or the reason of a drop.
+    ``"arrived"`` or the reason of a drop; ``"repeated"`` for a copy behind an arrival.
     """
 
     def __init__(self, model: ports.NetworkModel,
@@ -77,6 +77,9 @@ class Bench:
         for receiver in receivers:
             self._note(token, receiver, reason)
 
+    def repeated(self, token: tuple[Any, str], receiver: int) -> None:
+        self._note(token, receiver, "repeated")
+
     def _note(self, token: tuple[Any, str], receiver: int, fate: str) -> None:
         self.log.append((self.kernel.now_ns, *token, self.hosts[receiver], fate))
 
@@ -96,7 +99,8 @@ class Instant:
 
 def check_network(cls: type, **params: Any) -> None:
     """Check a ``ports.NetworkModel``: declarations, one settlement per receiver, repeatability, no
-    luck but the context's, and that a silent host changes nothing."""
+    luck but the context's, that a silent host changes nothing, and that nothing arrives where
+    ``reach_m`` or ``separates`` says that nothing can."""
     _check_declarations(cls)
     _check_play(cls, lambda: Bench(cls(cls.Params(**params)), _HOSTS),
                 lambda: Bench(cls(cls.Params(**params)), _HOSTS | _SILENT))
@@ -212,16 +216,33 @@ def _check_play(cls: type, make: Callable[[], Bench], make_larger: Callable[[], 
     medium = bench.medium
     _need(not medium.in_flight(), cls, f"settle every frame at every receiver: an hour after the "
                                        f"last one {medium.in_flight()} were not")
-    _need(medium.intended == medium.delivered + sum(medium.dropped.values()) == len(log), cls,
+    fates = len(log) - medium.copies
+    _need(medium.intended == medium.delivered + sum(medium.dropped.values()) == fates, cls,
           "settle each receiver exactly once")
     _need(_play(make()) == log, cls, "give the same fates for the same seed: keep state in self, "
                                      "and iterate over no set")
+    _check_links(cls, make())
     _need(_play(make_larger()) == log, cls, "give the same fates when a host is added that says "
                                             "nothing: draw from streams named by host, not index")
 
 
-def _play(bench: Bench) -> list[tuple[int, Any, str, str, str]]:
-    """A seeded load of unicast and broadcast frames, single packets and trains."""
+def _check_links(cls: type, bench: Bench) -> None:
+    everybody, links = np.arange(len(bench.hosts)), {}
+
+    def look(label: int) -> None:
+        links[label] = bench.medium.linked(everybody)
+
+    for _, label, source, receiver, fate in _play(bench, look):
+        linked = links[label] is None or links[label][bench.hosts.index(source),
+                                                      bench.hosts.index(receiver)]
+        _need(linked or fate != "arrived", cls, "deliver nothing beyond reach_m and nothing "
+                                                "between hosts that it separates")
+
+
+def _play(bench: Bench, look: Callable[[int], None] | None = None
+          ) -> list[tuple[int, Any, str, str, str]]:
+    """A seeded load of unicast and broadcast frames, single packets and trains. ``look`` is called
+    with the label of each just before it is sent."""
     draw = random.Random(1)
     hosts = sorted(_HOSTS, key=ports.natural_key)
     for label in range(_FRAMES):
@@ -229,7 +250,10 @@ def _play(bench: Bench) -> list[tuple[int, Any, str, str, str]]:
         others = [host for host in hosts if host != source]
         broadcast = draw.random() < 0.3
         segments = draw.choice([1, 1, 1, 2, 10, 100])
-        bench.send(draw.randrange(2 * NS_PER_S), source,
+        time_ns = draw.randrange(2 * NS_PER_S)
+        if look is not None:
+            bench.kernel.at(time_ns, Phase.WORLD, 0, look, label)
+        bench.send(time_ns, source,
                    draw.sample(others, draw.randint(1, len(others))) if broadcast
                    else draw.choice(others), segments * draw.randint(64, 1518), segments, label,
                    broadcast)

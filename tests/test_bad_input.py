@@ -19,6 +19,7 @@ WANTED = ("it is not a plug-in for this place; wanted: a class with all methods 
           "desim.ports.")
 STRATEGIES = ", ".join(plugins.available("strategy"))  # other packages may bring their own
 NETWORKS = ", ".join(plugins.available("network"))
+RULES = ", ".join(plugins.available("rule"))
 
 # What follows "name: x\n", and the complaints without "case.yaml:" in front.
 WRONG = {
@@ -69,7 +70,7 @@ WRONG = {
     "mapping for a list": ("faults: {at: 5 s, host: robot_0}", [
         "2:9: faults: must be a list, got a mapping"]),
     "text for a mapping": ("network: lan", [
-        "2:10: network: must be a mapping with media, got 'lan'"]),
+        "2:10: network: must be a mapping with fidelity, media, got 'lan'"]),
     "not of the allowed words": ("robot: {localization: ground_truh}", [
         "2:23: robot.localization: 'ground_truh' is not allowed (did you mean 'ground_truth'?); "
         "allowed: ground_truth, odometry"]),
@@ -124,9 +125,50 @@ WRONG = {
     "unknown rule and parameter of a rule": (
         "network: {media: {lan: {model: ideal, rules: [{rule: rang}, {rule: range, dist: 3 m}]}}}",
         ["2:54: network.media.lan.rules.0.rule: unknown rule 'rang' (did you mean 'range'?); "
-         f"known: bandwidth, latency, loss, partition, range, {DOTTED}",
+         f"known: {RULES}, {DOTTED}",
          "2:75: network.media.lan.rules.1.dist: unknown key (did you mean 'distance'?); allowed: "
          "rule, distance"]),
+    "rules that cannot be": (
+        "network: {media: {lan: {model: ideal, rules: [\n"
+        "{rule: partition, groups: [[robot_0]], from: 5 s, until: 2 s},\n"
+        "{rule: outage, hosts: [robot_0], until: 5 s, every: 5 s},\n"
+        "{rule: outage, hosts: [robot_0], every: 5 s},\n"
+        "{rule: outage, from: 5 s},\n"
+        "{rule: flapping, links: [[robot_0]], up: 5 s, down: 1 us},\n"
+        "{rule: jamming, at: [0 m, 0 m], radius: 0 m},\n"
+        "{rule: gilbert_elliott, p: 0, r: 0 %},\n"
+        "{rule: latency, delay: 0 s, jitter: 1 ms, distribution: gamma},\n"
+        "{rule: latency, delay: 1 s, distribution: weibull},\n"
+        "{rule: reordering, probability: 110 %, delay: 0 s}]}}}", [
+            "3:1: network.media.lan.rules.0: until must be later than from, got 5 s to 2 s",
+            "4:1: network.media.lan.rules.1: every must be longer than what lies between from and "
+            "until, 5 s, got 5 s",
+            "5:1: network.media.lan.rules.2: what happens every so often needs until",
+            "6:1: network.media.lan.rules.3: hosts or links must be given",
+            "7:26: network.media.lan.rules.4.links.0: must be a list of 2, got a list of 1",
+            "7:53: network.media.lan.rules.4.down: '1 us' is too small; at least 1 ms",
+            "8:41: network.media.lan.rules.5.radius: must be above 0, got '0 m'",
+            "9:1: network.media.lan.rules.6: p or r must be above zero",
+            "10:1: network.media.lan.rules.7: gamma needs a delay above zero",
+            "11:43: network.media.lan.rules.8.distribution: 'weibull' is not allowed; allowed: "
+            "uniform, normal, exponential, gamma, pareto",
+            "12:33: network.media.lan.rules.9.probability: '110 %' is too large; at most 100 %",
+            "12:47: network.media.lan.rules.9.delay: '0 s' must be above zero"]),
+    "fidelity of a wire": ("network: {fidelity: disk}", [
+        "2:21: network.fidelity: no medium has one to choose: lan is a switch; allowed with a "
+        "model that has a parameter fidelity, as radio has"]),
+    "fidelity of other models": (
+        "network: {fidelity: mac, media: {air: {model: disk}, lan: {model: link}}}", [
+            "2:21: network.fidelity: no medium has one to choose: air is a disk, lan is a link; "
+            "allowed with a model that has a parameter fidelity, as radio has"]),
+    "fidelity that a model lacks": ("deployment: field\nnetwork: {fidelity: multihop}", [
+        "3:21: network.fidelity: 'multihop' is not allowed; allowed: ideal, disk, walls, mac"]),
+    "unknown fidelity": ("deployment: field\nnetwork: {fidelity: wall}", [
+        "3:21: network.fidelity: 'wall' is not allowed (did you mean 'walls'?); allowed: ideal, "
+        "disk, walls, mac, multihop"]),
+    "fidelity of an unknown model": ("network: {fidelity: mac, media: {air: {model: radoi}}}", [
+        "2:47: network.media.air.model: unknown network 'radoi' (did you mean 'radio'?); known: "
+        f"{NETWORKS}, {DOTTED}"]),
     "unknown strategy": ("coordination: {strategy: nearest}", [
         "2:26: coordination.strategy: unknown strategy 'nearest' (did you mean "
         f"'nearest_frontier'?); known: {STRATEGIES}, {DOTTED}"]),

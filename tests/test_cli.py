@@ -397,4 +397,4 @@ def test_validate_fails_where_a_comparison_does(monkeypatch):
 def test_validate_knows_its_groups():
     said = desim_("validate", "--only", "wating", code=2)
     assert said.startswith("--only: there is no group 'wating' (did you mean 'waiting'?); known: "
-                           "aloha, broadcast, bus, collisions, ")
+                           "aloha, broadcast, bursts, bus, collisions, delays, ")

@@ -29,7 +29,14 @@ NETWORKS = [("ideal", {}), ("ideal", {"delay": "3 ms"}), ("disk", {}), ("disk", 
             ("bus", {}), ("bus", {"arbitration": "csma"}), ("bus", {"arbitration": "fifo"})]
 RULES = [("range", {"distance": "50 m"}), ("latency", {"delay": "5 ms", "jitter": "2 ms"}),
          ("loss", {"probability": "10 %"}), ("bandwidth", {"rate": "1 Mb/s", "backlog": "50 kB"}),
-         ("partition", {"groups": [["host_1*"], ["nowhere"]], "from": "1 s", "until": "1.5 s"})]
+         ("partition", {"groups": [["host_1*"], ["nowhere"]], "from": "1 s", "until": "1.5 s"}),
+         ("latency", {"delay": "5 ms", "jitter": "2 ms", "distribution": "gamma"}),
+         ("gilbert_elliott", {"p": "5 %", "r": "20 %"}), ("duplication", {"probability": 0.3}),
+         ("reordering", {"probability": 0.3, "delay": "5 ms"}),
+         ("outage", {"hosts": ["host_1*"], "until": "100 ms", "every": "300 ms"}),
+         ("flapping", {"hosts": ["nowhere"], "links": [["host_1", "*"]], "up": "1 s",
+                       "down": "100 ms"}),
+         ("jamming", {"at": ["0 m", "0 m"], "radius": "5 m", "probability": 0.5})]
 
 
 @pytest.mark.parametrize(("name", "params"), NETWORKS)
@@ -184,6 +191,15 @@ class ByIndex(Broken):
         self._context.settle_many(frame, frame.receivers, ports.Deliver(int(draw.integers(1000))))
 
 
+class Overreaching(Broken):
+    reach_m = 50.0
+
+
+class Parted(Broken):
+    def separates(self, host, other):
+        return host == 0
+
+
 class Unsourced(Broken):
     class Params(ports.Params):
         rate: int = 3
@@ -202,6 +218,8 @@ class Reasonless(Broken):
     (Past, KernelError, "must be an int >= 0"),
     (Gambler, AssertionError, "not from random"),
     (ByIndex, AssertionError, "named by host, not index"),
+    (Overreaching, AssertionError, "deliver nothing beyond reach_m"),
+    (Parted, AssertionError, "nothing between hosts that it separates"),
     (Unsourced, AssertionError, "where the default of parameter 'rate' comes from"),
     (Reasonless, AssertionError, "a tuple of names"),
 ])
@@ -265,18 +283,36 @@ def test_a_rule_that_miscounts_or_turns_back_time_is_refused():
         def judge(self, frame, receivers):
             return [None] * len(receivers)
 
-    for cls, says in [(Short, "verdicts for"), (Early, "int >= 0"), (Vague, "no verdict")]:
+    class Copier(Curfew):
+        def judge(self, frame, receivers):
+            return [ports.Duplicate(-1)] * len(receivers)
+
+    for cls, says in [(Short, "verdicts for"), (Early, "int >= 0"), (Vague, "no verdict"),
+                      (Copier, "makes a copy after -1; wanted: an int >= 0")]:
         with pytest.raises(ModelError, match=says):
             check_rule(cls)
 
 
-def test_unknown_hosts_in_parameters_are_input_errors():
-    switch, partition = plugins.load("network", "switch"), plugins.load("rule", "partition")
-    for ports_, says in [({"node": ["host_7"]}, "no host 'host_7'"),
-                         ({"a": ["host_1"], "b": ["host_1"]}, "has a port already")]:
-        with pytest.raises(InputError, match=says):
-            Bench(switch(switch.Params(ports=ports_)))
-    for groups, says in [([["robot_*"]], "names no host"),
-                         ([["host_1"], ["host_?"]], "more than one group")]:
-        with pytest.raises(InputError, match=says):
-            Bench(Instant(), rules=[partition(partition.Params(groups=groups))])
+@pytest.mark.parametrize(("kind", "name", "params", "says"), [
+    ("network", "switch", {"ports": {"node": ["host_7"]}},
+     ".ports.node: no host 'host_7' (did you mean 'host_4'?); hosts are {hosts}"),
+    ("network", "switch", {"ports": {"a": ["host_1"], "b": ["host_1"]}},
+     ".ports.b: host 'host_1' has a port already"),
+    ("rule", "partition", {"groups": [["host_1"], ["host_2", "robot_*"]]},
+     ".rules.0.groups.1.1: 'robot_*' names no host; hosts are {hosts}"),
+    ("rule", "partition", {"groups": [["host_1"], ["host_?"]]},
+     ".rules.0.groups.1.0: host 'host_1' is in more than one group"),
+    ("rule", "outage", {"hosts": ["*", "host_5"]},
+     ".rules.0.hosts.1: 'host_5' names no host (did you mean 'host_4'?); hosts are {hosts}"),
+    ("rule", "flapping", {"links": [["*", "base"]], "up": "1 s", "down": "1 s"},
+     ".rules.0.links.0.1: 'base' names no host; hosts are {hosts}"),
+    ("rule", "outage", {"links": [["host_1", "host_1"]]},
+     ".rules.0.links.0: 'host_1' and 'host_1' name one host only"),
+])
+def test_unknown_hosts_in_parameters_are_input_errors(kind, name, params, says):
+    cls = plugins.load(kind, name)
+    plugin = cls(cls.Params(**params))
+    with pytest.raises(InputError) as caught:
+        Bench(*([plugin] if kind == "network" else [Instant()]),
+              rules=[plugin] if kind == "rule" else [])
+    assert str(caught.value) == says.format(hosts="host_1, host_2, host_3, host_4")

@@ -56,6 +56,44 @@ def test_defaults_of_the_field():
         "changed_tiles", "zlib")
 
 
+def rungs(scenario):
+    return {name: medium.parameters().get("fidelity", medium.model)
+            for name, medium in scenario.network.media.items()}
+
+
+def test_fidelity_chooses_the_rung_of_every_radio():
+    """Wires have none; what a medium says itself is for where the network says nothing."""
+    media = ("network: {media: {air: {model: radio, rate: 6 Mb/s, fidelity: disk}, "
+             "control: {model: radio}, lan: {model: link}}}")
+    assert rungs(scenario(media)) == {"air": "disk", "control": "mac", "lan": "link"}
+    walls = scenario(media, "network.fidelity=walls")
+    assert rungs(walls) == {"air": "walls", "control": "walls", "lan": "link"}
+    assert walls.network.media["air"].parameters()["rate"] == "6 Mb/s"
+
+
+def test_a_fidelity_laid_over_wires_takes_their_place():
+    """As another model takes the parameters of the one below it; what is laid over radios or beside
+    media of one's own leaves them."""
+    wires = "deployment: field\nnetwork: {media: {lan: {model: switch}, bus: {model: bus}}}"
+    assert rungs(scenario(wires, "network.fidelity=disk")) == {"air": "disk"}
+    assert rungs(scenario(wires, "network={fidelity: disk, media: {a: {model: radio}}}")) == {
+        "a": "disk"}
+    one = wires.replace("{model: bus}", "{model: radio}")
+    assert rungs(scenario(one, "network.fidelity=disk")) == {"bus": "disk", "lan": "switch"}
+    maze = load(SCENARIOS / "maze_30.yaml", ["deployment=field", "network.fidelity=walls"])
+    assert rungs(maze.scenario) == {"air": "walls"}
+
+
+def test_a_field_with_a_fidelity_has_radios():
+    text = resolved(scenario("deployment: field\nnetwork: {fidelity: disk}"))
+    data, _ = yaml12.parse(text, "text")
+    assert data["network"]["media"]["air"]["model"] == "radio"
+    assert resolved(from_mapping(data).scenario) == text
+    again = from_mapping(data, ["network.fidelity=mac"]).scenario
+    assert again == scenario("deployment: field\nnetwork: {fidelity: mac}")
+    assert rungs(again) == {"air": "mac"}
+
+
 def test_what_is_written_wins_over_the_deployments_defaults():
     field = scenario("deployment: field\ncoordination: {exchange: {content: full}}\n"
                      "network: {media: {air: {model: ideal}}}")
@@ -83,7 +121,8 @@ def test_a_resolved_scenario_leaves_nothing_to_be_decided():
     assert data["fleet"]["types"]["pioneer3dx"]["max_turn"] == "5.24 rad/s"
     assert data["coordination"]["exchange"]["period"] == "5 s"
     undecided = re.findall(r"^ *(\w+): null$", resolved(scenario()), re.MULTILINE)
-    assert undecided == ["when"]  # there is no such condition; all else has a value
+    # there is no such condition, and each medium says itself what it is; all else has a value
+    assert undecided == ["fidelity", "when"]
 
 
 def test_maze_30_is_table_4():

@@ -7,6 +7,7 @@ from desim.middleware.transports import datagram_frame, stream_frame
 from desim.ports import Deliver, Drop
 from desim.testing import Instant
 from netmodels.link import Link
+from netmodels.rules.duplication import Duplication
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition
 
@@ -99,6 +100,28 @@ def test_links_do_not_wait_for_each_other():
         rules=[partition("0 s", "1 s")]).run(2 * S)
     assert heard == [(0, "c", "a", "one"), (1, "c", "a", "two"),
                      (1_400 * MS, "b", "a", "one"), (1_400 * MS, "b", "a", "two")]
+
+
+def test_a_copy_is_a_datagram_s_message_again_and_nothing_to_a_stream():
+    for transport, times in ("datagram", 2), ("stream", 1):
+        heard = []
+        net = Net({"a": talker([(0, "one")], transport=transport), "b": listener(heard)},
+                  rules=[Duplication(Duplication.Params(probability=1.0))]).run(S)
+        counts = net.counts("/talk")
+        assert heard == [(0, "b", "a", "one"), (MS, "b", "a", "one")][:times]
+        assert (counts.intended, counts.delivered, counts.repeated) == (1, 1, 1)
+        assert counts.queued == counts.called == times and net.medium.copies == 1
+        assert len(net.rows("delivered")) == 1
+        assert net.rows("repeated") == [(MS, "repeated", "b", "a", 1, "/talk")]
+
+
+def test_nobody_gets_copies_who_was_down():
+    heard = []
+    net = Net({"a": talker([(0, "one")], transport="datagram"), "b": listener(heard)},
+              rules=[Duplication(Duplication.Params(probability=1.0, after="2 s"))])
+    net.at(S, net.graph.host("b").stop)
+    net.run(5 * S)
+    assert len(heard) == 1 and net.medium.copies == 0
 
 
 def test_a_datagram_that_is_lost_stays_lost():

@@ -10,13 +10,15 @@ import pytest
 from desim.experiment.netcase import play
 from desim.ports.cases import Check
 from netmodels import bus, link
-from netmodels.radio import pathloss
-from netmodels.radio.errors import packet_error
+from netmodels.radio import delivery, pathloss
+from netmodels.radio.errors import bit_error, packet_error
 from netmodels.radio.standards import STANDARDS
-from netmodels.validation import aloha, propagation, round_trip
+from netmodels.validation import aloha, chance, propagation, round_trip
 from netmodels.validation.aloha import RandomAccess
 from netmodels.validation.broadcast import Heartbeats
 from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
+from netmodels.validation.chance import Bursts, Delays, Spells
+from netmodels.validation.disk import DiskOfRadio
 from netmodels.validation.places import HiddenTerminals, Pairs
 from netmodels.validation.propagation import PacketErrors, Propagation
 from netmodels.validation.queues import FiniteQueue, PeriodicSenders, Waiting
@@ -74,6 +76,23 @@ def more_latency(monkeypatch):
     monkeypatch.setattr(round_trip, "DELAY", "525 ms")
 
 
+def more_bursts(monkeypatch):
+    monkeypatch.setattr(chance, "TO_BAD", 0.055)
+
+
+def longer_spells(monkeypatch):
+    monkeypatch.setattr(chance, "DOWN", "11 s")
+
+
+def more_jitter(monkeypatch):
+    monkeypatch.setattr(chance, "JITTER", "11 ms")
+
+
+def longer_disks(monkeypatch):
+    """Only where the range is computed."""
+    monkeypatch.setattr(delivery, "bit_error", lambda mbps, ratio: bit_error(mbps, 1.05 * ratio))
+
+
 # Group, how many of its comparisons are quick, what is made wrong.
 TWINS = [
     (SaturationOfOfdm, 2, longer_symbols), (SaturationOf11b, 1, longer_preambles),
@@ -82,6 +101,8 @@ TWINS = [
     (RandomAccess, 2, longer_frames), (Pairs, 8, less_loss), (HiddenTerminals, 6, less_loss),
     (Heartbeats, 1, longer_symbols),
     (Propagation, 20, less_loss), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
+    (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
+    (Delays, 8, more_jitter),
 ]
 
 

@@ -11,19 +11,24 @@ from typing import Any
 
 from desim.ports import Frame
 
+# What the rules say of a frame at one receiver: delay_ns to add, and how much later copies come.
+Terms = tuple[int, tuple[int, ...]]
+
+PLAIN: Terms = (0, ())  # the terms where no rule has anything to say
+
 
 class Broadcast:
-    """``carrier`` and ``token`` are its sender's; ``delays_ns`` by receiver are what rules add
-    (None: nothing). It is not settled yet at so many as are ``left``."""
+    """``carrier`` and ``token`` are its sender's; ``terms`` by receiver are those of the rules
+    (None: plain ones). It is not settled yet at so many as are ``left``."""
 
-    __slots__ = ("carrier", "token", "frame", "delays_ns", "left", "_settled")
+    __slots__ = ("carrier", "token", "frame", "terms", "left", "_settled")
 
     def __init__(self, carrier: Any, token: Any, frame: Frame,
-                 delays_ns: dict[int, int] | None) -> None:
+                 terms: dict[int, Terms] | None) -> None:
         self.carrier = carrier
         self.token = token
         self.frame = frame
-        self.delays_ns = delays_ns
+        self.terms = terms
         self.left = len(frame.receivers)
         self._settled: set[int] = set()
 
@@ -41,10 +46,10 @@ class Broadcast:
         self.left -= count
         return tuple(receivers)
 
-    def claim(self, receiver: int) -> tuple[Any, Any, int, int, int]:
+    def claim(self, receiver: int) -> tuple[Any, Any, int, int, Terms]:
         """A medium's ``Claim`` of one receiver."""
-        delay_ns = self.delays_ns[receiver] if self.delays_ns else 0
-        return self.carrier, self.token, receiver, self.frame.size_bytes, delay_ns
+        terms = PLAIN if self.terms is None else self.terms[receiver]
+        return self.carrier, self.token, receiver, self.frame.size_bytes, terms
 
 
 class Rest:

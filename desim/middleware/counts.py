@@ -51,17 +51,20 @@ class TopicCounts:
     Between hosts, one per message and receiving host: intended = delivered + dropped + in flight.
     Delivered means that the receiving host has it. What becomes of it there is a second account,
     one per message and subscription, loopback included: queued = called + overwritten (the queue
-    was full, its oldest went) + discarded (the host stopped) + still waiting.
+    was full, its oldest went) + discarded (the host stopped) + still waiting. ``repeated`` counts
+    copies that came after a delivery, which are not in the first account; those of datagrams are in
+    the second one, streams throw theirs away.
     """
 
-    __slots__ = ("intended", "dropped", "bytes", "latency", "queued", "called", "overwritten",
-                 "discarded")
+    __slots__ = ("intended", "dropped", "bytes", "latency", "repeated", "queued", "called",
+                 "overwritten", "discarded")
 
     def __init__(self) -> None:
         self.intended = 0
         self.dropped: dict[str, int] = {}
         self.bytes = 0  # delivered, without any header
         self.latency = LatencyHistogram()
+        self.repeated = 0
         self.queued = 0
         self.called = 0
         self.overwritten = 0

@@ -297,6 +297,12 @@ class Graph:
         if self._on_fate is not None:
             self._on_fate(message, host.index, now_ns, None, first_ns, last_ns)
 
+    def repeat(self, message: Message, host: Host) -> None:
+        """``message``, which ``host`` has had, comes there once more."""
+        message.about.counts.repeated += 1
+        self.trace.row(self.kernel.now_ns, self.names.id("repeated"), host.id, message.origin.id,
+                       message.seq, message.about.id)
+
     def drop(self, message: Message, receiver: int, reason: str, first_ns: int = -1,
              last_ns: int = -1) -> None:
         """``message`` will never be at host ``receiver``."""

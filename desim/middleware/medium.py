@@ -15,8 +15,8 @@ import numpy as np
 
 from desim.errors import ModelError, below
 from desim.kernel import Call, Kernel, Phase
-from desim.middleware.broadcast import Broadcast
-from desim.ports import Deliver, Drop, Frame, NetworkModel, Obstacles, Pass, Rule
+from desim.middleware.broadcast import PLAIN, Broadcast, Terms
+from desim.ports import Deliver, Drop, Duplicate, Frame, NetworkModel, Obstacles, Pass, Rule
 from desim.streams import Streams
 from desim.trace import Names
 
@@ -33,8 +33,11 @@ class Carrier(Protocol):
         """One fate of several receivers of a broadcast frame. They are best counted: who they are
         may have to be found out."""
 
+    def repeated(self, token: Any, receiver: int) -> None:
+        """A copy of a frame that has arrived, where a rule makes them."""
 
-Claim = tuple[Carrier, Any, int, int, int]  # and token, receiver, size_bytes, rules' delay_ns
+
+Claim = tuple[Carrier, Any, int, int, Terms]  # and token, receiver, size_bytes
 
 _NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER  # cheaper than to look them up each time
 _new = tuple.__new__  # a Frame at half the price
@@ -103,12 +106,13 @@ class Medium:
     ``hosts`` are all host names in index order. Counted per frame and receiver: ``intended`` =
     ``delivered`` + ``dropped`` by reason + ``in_flight()``. ``bytes_on_air`` are those of frames
     that the rules let through to somebody, with headers; ``tx_bytes`` and ``rx_bytes`` by host.
+    ``copies`` that rules made of delivered frames are an account apart, but for ``rx_bytes``.
     """
 
-    __slots__ = ("name", "id", "model", "rules", "up", "frames", "intended", "delivered", "dropped",
-                 "tx_bytes", "rx_bytes", "_barred_bytes", "_kernel", "_after", "_send", "_streams",
-                 "_place", "positions", "_ids", "_open", "_broadcasts", "_awaited", "_flying",
-                 "_reasons", "_reach_m", "_separators", "_judges")
+    __slots__ = ("name", "id", "model", "rules", "up", "frames", "intended", "delivered", "copies",
+                 "dropped", "tx_bytes", "rx_bytes", "_barred_bytes", "_kernel", "_after", "_send",
+                 "_streams", "_place", "positions", "_ids", "_open", "_broadcasts", "_awaited",
+                 "_flying", "_reasons", "_reach_m", "_separators", "_judges")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
@@ -121,6 +125,7 @@ class Medium:
         self.frames = 0
         self.intended = 0
         self.delivered = 0
+        self.copies = 0
         self.dropped: dict[str, int] = {}
         self._barred_bytes = 0  # of frames that the rules let through to nobody
         self.tx_bytes = [0] * len(hosts)
@@ -170,14 +175,13 @@ class Medium:
         except KeyError:
             claim = self._claim(frame, receiver)
         if type(verdict) is Deliver:
-            delay_ns, ids = verdict.delay_ns, self._ids
-            if claim[4]:
-                if delay_ns < 0:
-                    raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
-                delay_ns += claim[4]
             self._flying += 1
-            self._after(delay_ns, _DELIVER, ids[frame.source] << 32 | ids[receiver],
-                        self._deliver, claim)
+            if claim[4] is PLAIN:
+                ids = self._ids
+                self._after(verdict.delay_ns, _DELIVER, ids[frame.source] << 32 | ids[receiver],
+                            self._deliver, claim)
+            else:
+                self._fly_on_terms(frame, claim, verdict.delay_ns)
         else:
             self._count(self._declared(verdict), 1)
             claim[0].lost(claim[1], receiver, verdict.reason)
@@ -208,25 +212,24 @@ class Medium:
         self.intended += len(receivers)
         self.tx_bytes[source] += size_bytes
         frame = _new(Frame, (number, source, receivers, size_bytes, segments, broadcast))
-        delays_ns: dict[int, int] | None = None  # of those that are left, as soon as a rule speaks
+        terms: dict[int, Terms] | None = None  # of those that are left, as soon as a rule speaks
         for rule, judge in self._judges:
             verdicts = judge(frame, receivers)
             if verdicts is not None:
-                delays_ns = self._obey(rule, verdicts, receivers, delays_ns, carrier, token)
-                if not delays_ns:
+                terms = self._obey(rule, verdicts, receivers, terms, carrier, token)
+                if not terms:
                     self._barred_bytes += size_bytes
                     return
-                if len(delays_ns) < len(receivers):
-                    receivers = tuple(delays_ns)
-        if delays_ns is not None:
-            frame = frame._replace(receivers=receivers)
+                if len(terms) < len(receivers):
+                    receivers = tuple(terms)
+                    frame = frame._replace(receivers=receivers)
         if broadcast:
-            self._broadcasts[number] = Broadcast(carrier, token, frame, delays_ns)
+            self._broadcasts[number] = Broadcast(carrier, token, frame, terms)
             self._awaited += len(receivers)
         else:
             (receiver,) = receivers
             self._open[number, receiver] = (carrier, token, receiver, size_bytes,
-                                            delays_ns[receiver] if delays_ns else 0)
+                                            PLAIN if terms is None else terms[receiver])
         self._send(frame)
 
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
@@ -269,22 +272,35 @@ class Medium:
     def _fly(self, frame: Frame, broadcast: Broadcast, receivers: Collection[int],
              delay_ns: int) -> None:
         """A broadcast is on its way to ``receivers``."""
-        carrier, token, size_bytes = broadcast.carrier, broadcast.token, frame.size_bytes
-        delays_ns, ids, after, deliver = broadcast.delays_ns, self._ids, self._after, self._deliver
-        if delays_ns and delay_ns < 0:
-            raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
-        source = ids[frame.source] << 32
         self._flying += len(receivers)
+        if broadcast.terms is not None:
+            for receiver in receivers:
+                self._fly_on_terms(frame, broadcast.claim(receiver), delay_ns)
+            return
+        carrier, token, size_bytes = broadcast.carrier, broadcast.token, frame.size_bytes
+        ids, after, deliver = self._ids, self._after, self._deliver
+        source = ids[frame.source] << 32
         for receiver in receivers:
-            extra_ns = delays_ns[receiver] if delays_ns else 0
-            after(delay_ns + extra_ns, _DELIVER, source | ids[receiver], deliver,
-                  (carrier, token, receiver, size_bytes, extra_ns))
+            after(delay_ns, _DELIVER, source | ids[receiver], deliver,
+                  (carrier, token, receiver, size_bytes, PLAIN))
+
+    def _fly_on_terms(self, frame: Frame, claim: Claim, delay_ns: int) -> None:
+        """What rules may have delayed or copied is on its way to one receiver."""
+        if delay_ns < 0:
+            raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
+        rules_ns, copies_ns = claim[4]
+        entity = self._ids[frame.source] << 32 | self._ids[claim[2]]
+        if copies_ns:
+            self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver_often, (entity, claim))
+        else:
+            self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver, claim)
 
     def _obey(self, rule: Rule, verdicts: list[Any], receivers: tuple[int, ...],
-              delays_ns: dict[int, int] | None, carrier: Carrier, token: Any) -> dict[int, int]:
-        """``delays_ns`` of ``receivers`` with the rule's delays added, without whom it drops."""
-        if delays_ns is None:
-            delays_ns = dict.fromkeys(receivers, 0)
+              terms: dict[int, Terms] | None, carrier: Carrier, token: Any) -> dict[int, Terms]:
+        """``terms`` of ``receivers`` with the rule's delays and copies added, without whom it
+        drops."""
+        if terms is None:
+            terms = dict.fromkeys(receivers, PLAIN)
         if len(verdicts) != len(receivers):
             raise ModelError(f"{_class(rule)} gave {len(verdicts)} verdicts for "
                              f"{len(receivers)} receivers")
@@ -293,16 +309,23 @@ class Medium:
                 if type(verdict.delay_ns) is not int or verdict.delay_ns < 0:
                     raise ModelError(f"{_class(rule)} delays by {verdict.delay_ns!r}; a delay "
                                      "is an int >= 0 of nanoseconds")
-                delays_ns[receiver] += verdict.delay_ns
+                delay_ns, copies = terms[receiver]
+                terms[receiver] = delay_ns + verdict.delay_ns, copies
             elif type(verdict) is Drop:
                 if verdict.reason not in rule.reasons:
                     raise _undeclared(rule, verdict.reason)
-                del delays_ns[receiver]
+                del terms[receiver]
                 self._count(verdict.reason, 1)
                 carrier.lost(token, receiver, verdict.reason)
+            elif type(verdict) is Duplicate:
+                if type(verdict.after_ns) is not int or verdict.after_ns < 0:
+                    raise ModelError(f"{_class(rule)} makes a copy after {verdict.after_ns!r}; "
+                                     "wanted: an int >= 0 of nanoseconds")
+                delay_ns, copies = terms[receiver]
+                terms[receiver] = delay_ns, (*copies, verdict.after_ns)
             elif type(verdict) is not Pass:
                 raise ModelError(f"{_class(rule)} gave {verdict!r}, which is no verdict")
-        return delays_ns
+        return terms
 
     def _deliver(self, claim: Claim) -> None:
         carrier, token, receiver, size_bytes, _ = claim
@@ -314,6 +337,21 @@ class Medium:
         else:
             self._count("host_down", 1)
             carrier.lost(token, receiver, "host_down")
+
+    def _deliver_often(self, arrival: tuple[int, Claim]) -> None:
+        """A frame that has copies: they come after it, if it comes."""
+        entity, claim = arrival
+        if self.up[claim[2]]:
+            for after_ns in claim[4][1]:
+                self._after(after_ns, _DELIVER, entity, self._repeat, claim)
+        self._deliver(claim)
+
+    def _repeat(self, claim: Claim) -> None:
+        carrier, token, receiver, size_bytes, _ = claim
+        if self.up[receiver]:
+            self.copies += 1
+            self.rx_bytes[receiver] += size_bytes
+            carrier.repeated(token, receiver)
 
     def _unexpected(self, frame: Frame, receiver: int | Sequence[int]) -> ModelError:
         return ModelError(f"{self._model()} settled {frame} at receiver {receiver}, which is "

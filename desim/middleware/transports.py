@@ -156,6 +156,10 @@ class StreamLink:
                                       self._entity, self._again)
         self._rto_ns = min(2 * self._rto_ns, RTO_MAX_NS)
 
+    def repeated(self, message: Message, receiver: int) -> None:
+        """TCP knows by its sequence number what it has already, and throws it away."""
+        self._graph.repeat(message, self._host)
+
     def close(self, reason: str) -> None:
         """Drop what waits. A frame that is on its way meets its own fate."""
         self._closed = reason
@@ -241,6 +245,12 @@ class Datagram:
     def lost(self, message: Message, receiver: int, reason: str) -> None:
         self._flying -= 1
         self._graph.drop(message, receiver, reason, message.born_ns, message.born_ns)
+
+    def repeated(self, message: Message, receiver: int) -> None:
+        """UDP does not know what it has already: the message arrives again."""
+        host = self._graph.hosts[receiver]
+        self._graph.repeat(message, host)
+        host.receive(message)
 
     def missed(self, message: Message, receivers: Collection[int], reason: str,
                medium: Medium) -> None:

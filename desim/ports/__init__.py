@@ -88,8 +88,15 @@ class Drop(NamedTuple):
     reason: str
 
 
+class Duplicate(NamedTuple):
+    """From a rule: where the frame is delivered, a copy is ``after_ns`` (int >= 0) later. A stream
+    ignores it, a datagram's message arrives once more. Copies of several rules add up."""
+
+    after_ns: int
+
+
 PASS = Pass()
-Verdict = Pass | Deliver | Drop
+Verdict = Pass | Deliver | Drop | Duplicate
 
 
 @dataclass(frozen=True)
@@ -163,13 +170,23 @@ class Rule(Protocol):
         """One verdict for each of ``receivers``, in their order; None: all of them pass."""
 
 
+class Signal(NamedTuple):
+    """``power_dbm`` [n] received, and ``delivery`` [n], the share of full packets (1518 B with
+    Ethernet's headers) that get through when each is sent once and nobody else is on the air."""
+
+    power_dbm: np.ndarray
+    delivery: np.ndarray
+
+
 class NetworkModel(Protocol):
     """Decides each frame's fate at each intended receiver: when it arrives, or why it does not.
 
     ``reasons`` are the drop reasons it may give. Built as ``Model(params)`` with an instance of
     its ``Params``; ``start`` as a rule's. One host may send several frames in one instant: to queue
-    them is the model's task. It may have ``reach_m`` and ``separates`` as a rule may, and
-    ``attempts() -> (int, int)``: transmissions so far, and how many of them failed.
+    them is the model's task. It may have ``reach_m`` and ``separates`` as a rule may,
+    ``attempts() -> (int, int)``: transmissions so far, and how many of them failed, and
+    ``signal(from_m, to_m) -> Signal``: what comes in now at ``to_m`` [n, 2] m of somebody who sends
+    at ``from_m`` [2] m.
     """
 
     reasons: ClassVar[tuple[str, ...]]

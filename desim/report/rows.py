@@ -16,7 +16,8 @@ _SMALLEST_ID = 1 << 16  # below it a value is a number, although it might be the
 
 # Rows about a message: its source is the entity, or column a; column b is its number there.
 _AT_SOURCE = ("sent", "frame")
-_AT_OTHERS = ("lost", "delivered", "dropped", "callback", "overwritten")
+_AT_OTHERS = ("lost", "delivered", "dropped", "callback", "overwritten",
+               "repeated")
 
 
 def text(row: np.void, names: Mapping[int, str]) -> str:
@@ -81,5 +82,6 @@ def _step(row: np.void, names: Mapping[int, str]) -> Step:
         "dropped": lambda: names[c],
         "callback": lambda: names[c],
         "overwritten": lambda: "the queue was full",
+        "repeated": lambda: "a copy",
     }.get(kind, lambda: f"{c} receivers")()
     return Step(int(row["t_ns"]), kind, where, detail)

@@ -8,9 +8,10 @@ from itertools import pairwise
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
-from desim.scenario import expression
+from desim.scenario import expression, pluginchoices
 from desim.scenario.communication import Fault
-from desim.scenario.complaints import Complaint
+from desim.scenario.complaints import Complaint, validated
+from desim.scenario.complete import media
 from desim.scenario.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.experiment import QUANTITIES
 from desim.scenario.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
@@ -177,6 +178,27 @@ def _condition(scenario: Scenario, _: Folder) -> Found:
         yield ("stop", "when"), str(error)
 
 
+def _fidelity(scenario: Scenario, _: Folder) -> Found:
+    path, fidelity = ("network", "fidelity"), scenario.network.fidelity
+    if fidelity is None:
+        return
+    chosen = media(scenario)
+    try:
+        rungs = [medium for medium in chosen.values() if pluginchoices.has_fidelity(medium)]
+    except InputError:
+        return  # there is no such model, which is complained of where it is named
+    if not rungs:
+        models = ", ".join(f"{name} is a {medium.model}" for name, medium in chosen.items())
+        yield path, (f"no medium has one to choose: {models}; allowed with a model that has a "
+                     "parameter fidelity, as radio has")
+    for medium in rungs:
+        result = validated(plugins.parameters("network", medium.model),
+                           {**medium.parameters(), "fidelity": fidelity})
+        if isinstance(result, list):
+            yield from ((path, complaint.text) for complaint in result
+                        if complaint.path == ("fidelity",))
+
+
 def _world(scenario: Scenario, _: Folder) -> Found:
     name = scenario.physics.model
     if name == Physics.model_fields["model"].default:
@@ -197,5 +219,6 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("robot", "laser"),), _laser),
     ((("robot", "navigation"),), _local_window),
     ((("stop", "when"),), _condition),
+    ((("network",), ("deployment",)), _fidelity),
     ((("physics", "model"),), _world),
 )

@@ -39,9 +39,12 @@ class Medium(PluginChoice):
 class Network(Params):
     """What carries the messages."""
 
+    fidelity: Literal["ideal", "disk", "walls", "mac", "multihop"] | None = Field(
+        None, description="of every medium whose model has this parameter, as radio has, in place "
+                          "of what it says itself; one of them must have it (null: as they say)")
     media: dict[Name, Medium] = Field({}, description=(
         "media by name (default: in testbed one switched Gigabit LAN called lan, in field one air "
-        "of 200 m range; the paper)"))
+        "of 200 m range; the paper. In field with a fidelity: one air of radios)"))
 
 
 class MiddlewareChoice(PluginChoice):

@@ -125,7 +125,7 @@ def _wanted(annotation: Any) -> str:
             texts.append(f"a list of {len(inside)}")
         else:
             texts.append({str: "text", int: "a whole number", float: "a number",
-                          bool: "true or false", dict: "a mapping", tuple: "a list",
+                          bool: "true or false", dict: "a mapping", tuple: "a list", list: "a list",
                           }.get(origin or shape, "something else"))
     return ", or ".join(texts)
 
@@ -142,6 +142,8 @@ def _annotation(block: type[Params], location: tuple) -> Any:
         inside = get_args(here)
         if get_origin(here) is dict:
             here = inside[1]
+        elif get_origin(here) is list:
+            here = inside[0]
         elif get_origin(here) is tuple:
             here = inside[0] if inside[-1] is Ellipsis else inside[min(step, len(inside) - 1)]
         else:

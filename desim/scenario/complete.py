@@ -19,6 +19,7 @@ from desim.scenario.schema import Scenario
 # The paper's testbed is a switched Gigabit LAN; its robots communicate over 200 m.
 _MEDIA = {"testbed": {"lan": Medium(model="switch")},
           "field": {"air": Medium(model="disk", range="200 m")}}
+_RADIOS = {"air": Medium(model="radio")}
 _EXCHANGE = {"testbed": {"content": "full", "encoding": "raw"},
              "field": {"content": "changed_tiles", "encoding": "zlib"}}
 
@@ -68,12 +69,24 @@ def _robot(robot: Robot) -> Robot:
                     passive=tuple(sorted(robot.passive, key=natural_key)))
 
 
+def media(scenario: Scenario) -> dict[str, Medium]:
+    """Those of the scenario, or of its deployment if it names none."""
+    radios = scenario.deployment == "field" and scenario.network.fidelity is not None
+    return scenario.network.media or (_RADIOS if radios else _MEDIA[scenario.deployment])
+
+
 def _network(scenario: Scenario) -> Network:
-    network = scenario.network
-    media = _sorted(network.media or _MEDIA[scenario.deployment])
+    own = {name: _at_fidelity(medium, scenario.network.fidelity)
+           for name, medium in _sorted(media(scenario)).items()}
     if scenario.deployment == "testbed":
-        media = {name: _with_nodes(medium, scenario) for name, medium in media.items()}
-    return _changed(network, media=media)
+        own = {name: _with_nodes(medium, scenario) for name, medium in own.items()}
+    return _changed(scenario.network, media=own)
+
+
+def _at_fidelity(medium: Medium, fidelity: str | None) -> Medium:
+    if fidelity is None or not pluginchoices.has_fidelity(medium):
+        return medium
+    return _changed(medium, fidelity=fidelity)
 
 
 def _with_nodes(medium: Medium, scenario: Scenario) -> Medium:

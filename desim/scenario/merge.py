@@ -1,7 +1,8 @@
 """``extends`` and ``--set``: one mapping laid over another, keeping the place of every part.
 
 Mappings merge, everything else is replaced. Where the upper mapping makes another choice (another
-plug-in, another shape of terrain), what belongs to the lower one's choice is not inherited.
+plug-in, another shape of terrain, a fidelity where all media are wires), what belongs to the lower
+one's choice is not inherited.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
+from desim import plugins
 from desim.errors import InputError
 from desim.scenario import yaml12
 from desim.scenario.communication import Coordination, Medium, MiddlewareChoice, PluginChoice
@@ -107,12 +109,24 @@ def _inherited(lower: dict, upper: dict, path: Path) -> dict:
         _, key, block = choice
         if key in upper and upper[key] != lower.get(key):
             return {k: v for k, v in lower.items() if k in keys(block)}
+    if path == ("network",) and upper.get("fidelity") and not _rungs(lower):
+        return {k: v for k, v in lower.items() if k != "media"}
     if path in _SHAPES:
         shapes = tuple(alternatives(_SHAPES[path].annotation).values())
         shape = alternatives(_SHAPES[path].annotation)[which(shapes, lower)]
         if which(shapes, upper) != which(shapes, lower) and not upper.keys() <= {*keys(shape)}:
             return {}
     return dict(lower)
+
+
+def _rungs(network: dict) -> bool:
+    """Whether there is a medium with a fidelity to choose, as far as installed models go."""
+    media = network.get("media")
+    models = [medium.get("model") if isinstance(medium, dict) else None
+              for medium in (media.values() if isinstance(media, dict) else [media])]
+    return not all(isinstance(model, str) and model in plugins.available("network")
+                   and "fidelity" not in plugins.parameters("network", model).model_fields
+                   for model in models)
 
 
 def _put(node: Any, steps: Path, value: Any, path: Path, source: str) -> Any:

@@ -51,6 +51,11 @@ def named(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any], str]]:
     return (place for place in places if isinstance(place[1].get(place[2]), str))
 
 
+def has_fidelity(medium: Medium) -> bool:
+    """Whether its model is one of several rungs: it has a parameter ``fidelity``."""
+    return "fidelity" in plugins.parameters("network", medium.model).model_fields
+
+
 def spelled_out(scenario: Scenario) -> Scenario:
     """The scenario with every parameter of its plug-ins. Its parameters must be right."""
     media = {name: _spelled("network", medium.model, medium).model_copy(update={

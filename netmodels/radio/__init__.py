@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from desim import ports
-from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
+from netmodels.radio.channels import channels_of
 from netmodels.radio.dcf import DROPPED, EXPIRED, MISSED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.pathloss import PathLossParams, reach_m
 from netmodels.radio.presets import filled
+from netmodels.radio.rates import chosen_rates
 from netmodels.radio.shadowing import Shadowing, Shadows
 from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.radio.walls import Walls
@@ -44,6 +44,10 @@ class Thresholds(ports.Params):
     unaware: bool = Field(False, description=(
         "interference that began within 4 us of a frame does it no harm (no receiver is like that, "
         "but ns-3's)"))
+
+    def for_stations(self) -> Reception:
+        return Reception(_THERMAL_DBM + self.noise_figure_db, self.energy_dbm, self.preamble_dbm,
+                         self.preamble_above_db, unaware=self.unaware)
 
 
 class Waiting:
@@ -126,27 +130,20 @@ class Radio:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params, standard = self._params, self._standard
         self._context = context
-        self._check_channels(hosts)
-        self._rate = self._index("rate", params.rate_bps)
-        self._broadcast_rate = (
-            self._index("broadcast_rate", params.broadcast_rate_bps) if params.broadcast_rate_bps
-            else min(k for k, rate in enumerate(standard.rates)
-                     if rate.ofdm == standard.rates[self._rate].ofdm))
+        self._rate, self._broadcast_rate = chosen_rates(
+            params.standard, params.rate_bps, params.broadcast_rate_bps)
         if params.walls is not None:
             params.walls.check(context.obstacles.materials)
         self._budget = Budget(
             params.power_dbm, params.path_loss.chosen(), params.walls,
             params.shadowing and Shadows(params.shadowing, hosts, context.stream),
             params.reception.heard_dbm, params.reception.preamble_dbm,
-            np.array([params.channels.get(host, params.channel) for host in hosts]))
+            channels_of(hosts, params.channel, params.channels, standard.channels_apart))
         keys = np.array([context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
                          for host in hosts], np.uint64)
-        thresholds = params.reception
-        reception = Reception(_THERMAL_DBM + thresholds.noise_figure_db, thresholds.energy_dbm,
-                              thresholds.preamble_dbm, thresholds.preamble_above_db,
-                              unaware=thresholds.unaware)
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
-        self._stations = Stations(standard, keys, errors, reception, params.queue, params.retries,
+        self._stations = Stations(standard, keys, errors, params.reception.for_stations(),
+                                  params.queue, params.retries,
                                   params.window_failures or params.retries, params.lifetime_ns)
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
@@ -157,25 +154,6 @@ class Radio:
 
     def _on_different_channels(self, host: int, other: int) -> bool:
         return self._budget.channels[host] != self._budget.channels[other]
-
-    def _check_channels(self, hosts: tuple[str, ...]) -> None:
-        given, apart = self._params.channels, self._standard.channels_apart
-        for host in given:
-            if host not in hosts:
-                raise InputError(f".channels: no host {host!r}{did_you_mean(host, hosts)}")
-        used = sorted({*given.values(), self._params.channel})
-        for one, other in pairwise(used):
-            if other - one < apart:
-                raise InputError(f".channels: {one} and {other} overlap, which this model knows "
-                                 f"nothing of; allowed: the same, or {apart} and more apart")
-
-    def _index(self, key: str, rate_bps: int) -> int:
-        rates = self._standard.rates
-        for index, rate in enumerate(rates):
-            if round(rate.mbps * 1e6) == rate_bps:
-                return index
-        raise InputError(f".{key}: {rate_bps / 1e6:g} Mb/s is no rate of {self._params.standard}; "
-                         f"allowed: {', '.join(f'{rate.mbps:g} Mb/s' for rate in rates)}")
 
     def send(self, frame: ports.Frame) -> None:
         context = self._context

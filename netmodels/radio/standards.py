@@ -67,6 +67,10 @@ class Standard:
         """The index of a rate. Raises ValueError if there is none of that many Mb/s."""
         return [rate.mbps for rate in self.rates].index(mbps)
 
+    def lowest(self, rate: int) -> int:
+        """The lowest rate of the same modulation: of headers, and of what everybody is to hear."""
+        return next(k for k, other in enumerate(self.rates) if other.ofdm == self.rates[rate].ofdm)
+
     def airtime_ns(self, psdu_bytes: int, rate: int) -> int:
         """Of a frame of ``psdu_bytes`` at ``rates[rate]``; OFDM adds 16 service and 6 tail bits."""
         how = self.rates[rate]

@@ -1,38 +1,74 @@
-"""Everything arrives later."""
+"""Everything arrives later, by a time that differs from frame to frame."""
 
 from __future__ import annotations
 
-from pydantic import Field
+import math
+from collections.abc import Callable
+from typing import Literal
+
+from pydantic import Field, model_validator
+from scipy.special import gammainccinv, ndtri
 
 from desim import ports
 from desim.units import Duration
+from netmodels.rules.streams import PairStreams
+
+# Which delay is exceeded with chance u, in jitters from the mean. The same u is a late frame in all
+# of them.
+_QUANTILES: dict[str, Callable[[float], float]] = {
+    "uniform": lambda u: 1.0 - 2.0 * u,
+    "normal": lambda u: -ndtri(u),
+    "exponential": lambda u: -math.log(u) - 1.0,
+    "pareto": lambda u: (u ** (-1 / 3) - 1.5) / math.sqrt(0.75),
+}
 
 
 class Latency:
-    """Adds ``delay``, and where ``jitter`` is set a uniform part of it more, drawn for each ordered
-    pair of hosts from its own stream. Frames may overtake each other by their jitter."""
+    """All arrives later, by ``delay`` on the average, with the standard deviation ``jitter``.
+
+    As with netem, ``uniform`` goes from delay - jitter to delay + jitter. ``exponential`` begins at
+    delay - jitter, ``gamma`` at 0 with the shape (delay / jitter)^2, and ``pareto`` has the
+    exponent 3 (netem's; its table is 4/3 * 0.866 = 1.155 times as wide). What would be earlier than
+    at once is at once.
+
+    Each frame at each receiver draws its own delay, each ordered pair of hosts from its own stream:
+    frames overtake each other by their jitter.
+    """
 
     class Params(ports.Params):
         delay_ns: Duration = Field(description="one way")
-        jitter_ns: Duration = Field("0 ns", description="upper end of the uniform addition (none)")
+        jitter_ns: Duration = Field("0 ns", description="(none)")
+        distribution: Literal["uniform", "normal", "exponential", "gamma", "pareto"] = Field(
+            "uniform", description="of the delay (netem)")
+
+        @model_validator(mode="after")
+        def _has_a_shape(self) -> Latency.Params:
+            if self.distribution == "gamma" and self.jitter_ns and not self.delay_ns:
+                raise ValueError("gamma needs a delay above zero")
+            return self
 
     reasons = ()
 
     def __init__(self, params: Params) -> None:
-        self._delay_ns = params.delay_ns
-        self._jitter_ns = params.jitter_ns
+        self._delay_ns, self._jitter_ns = params.delay_ns, params.jitter_ns
         self._fixed = ports.Deliver(params.delay_ns)
+        self._quantile = _QUANTILES.get(params.distribution, self._gamma)
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        self._context = context
-        self._hosts = hosts
+        self._streams = PairStreams(context, "jitter", hosts)
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
         if not self._jitter_ns:
             return [self._fixed] * len(receivers)
-        return [ports.Deliver(self._delay_ns + self._draw(frame.source, receiver))
-                for receiver in receivers]
+        return [ports.Deliver(self._draw_ns(frame.source, receiver)) for receiver in receivers]
 
-    def _draw(self, source: int, receiver: int) -> int:
-        stream = self._context.stream("jitter", self._hosts[source], self._hosts[receiver])
-        return int(stream.random() * (self._jitter_ns + 1))
+    def _draw_ns(self, source: int, receiver: int) -> int:
+        """Rounded down or up by the same luck: from end to end of a uniform law, each nanosecond is
+        as likely as any other."""
+        luck = self._streams(source, receiver).random()
+        late_ns = max(self._jitter_ns * self._quantile(1.0 - luck), -self._delay_ns)
+        return self._delay_ns + math.floor(late_ns + luck)
+
+    def _gamma(self, u: float) -> float:
+        ratio = self._delay_ns / self._jitter_ns
+        return gammainccinv(ratio ** 2, u) / ratio - ratio

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import Ratio
+from netmodels.rules.streams import PairStreams
 
 
 class Loss:
@@ -22,13 +23,9 @@ class Loss:
         self._survival = 1.0 - params.probability
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        self._context = context
-        self._hosts = hosts
+        self._streams = PairStreams(context, "loss", hosts)
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
         survival = self._survival ** frame.segments
-        return [ports.PASS if self._draw(frame.source, receiver) < survival
+        return [ports.PASS if self._streams(frame.source, receiver).random() < survival
                 else ports.Drop("random_loss") for receiver in receivers]
-
-    def _draw(self, source: int, receiver: int) -> float:
-        return self._context.stream("loss", self._hosts[source], self._hosts[receiver]).random()

@@ -45,7 +45,15 @@ CASES = {
     "rules": (
         HELLO, f"{LAN}={{model: link, rules: [{{rule: bandwidth, rate: 2 Mb/s, backlog: 16 kB}}, "
         "{rule: partition, groups: [[robot_0]], from: 5 s, until: 12 s}, "
-        "{rule: range, distance: 9 m}, {rule: latency, delay: 2 ms, jitter: 5 ms}]}"),
+        "{rule: range, distance: 9 m}, {rule: latency, delay: 4500 us, jitter: 2500 us}]}"),
+    "rules of chance": (
+        HELLO, "coordination.exchange={via: broadcast, period: 300 ms}",
+        f"{LAN}={{model: link, rules: [{{rule: gilbert_elliott, p: 2 %, r: 20 %}}, "
+        "{rule: duplication, probability: 90 %}, {rule: reordering, probability: 20 %, "
+        "delay: 400 ms}, {rule: flapping, hosts: [robot_0], up: 3 s, down: 500 ms}, "
+        "{rule: jamming, at: [0 m, 0 m], radius: 5 m, probability: 5 %}]}"),
+    "radios on the rung of walls": (
+        HELLO, "deployment=field", "network.media.lan=null", "network.fidelity=walls"),
     "two media": (
         HELLO, "deployment=field",
         "network.media={lan: {model: link, rate: 1 Mb/s}, air: {model: disk, range: 8 m}}"),
@@ -83,6 +91,8 @@ def test_the_trace_says_what_the_counters_say(case):
     assert rows["sent"] == simulation.graph.messages
     assert rows["delivered"] == sum(topic.counts.delivered for topic in topics)
     assert rows["callback"] == sum(topic.counts.called for topic in topics)
+    assert rows["repeated"] == sum(topic.counts.repeated for topic in topics)
+    assert rows["repeated"] == sum(medium.copies for medium in media)
     assert rows["overwritten"] == sum(topic.counts.overwritten for topic in topics)
     assert rows["frame"] == sum(medium.frames for medium in media)
     assert ledger.frame_bytes == sum(sum(medium.tx_bytes) for medium in media)
@@ -105,8 +115,9 @@ def fastest_ns(simulation, message, receiver):
         return 0  # it stays inside its cluster node
     cables = {"switch": 2 * getattr(params, "propagation_ns", 0),
               "link": getattr(params, "latency_ns", 0)}.get(choice.model, 0)
-    rules = sum(2_000_000 if rule.parameters()["delay"] == "2 ms" else 1_000_000
-                for rule in choice.rules if rule.rule == "latency")
+    latencies = [plugins.load("rule", "latency").Params(**rule.parameters())
+                 for rule in choice.rules if rule.rule == "latency"]
+    rules = sum(latency.delay_ns - latency.jitter_ns for latency in latencies)
     return message.size_bytes * 8 * NS_PER_S // params.rate_bps + cables + rules
 
 
@@ -124,9 +135,10 @@ def test_the_cases_know_every_reason():
             reasons.update(medium.dropped)
         for topic in simulation.graph.topics.values():
             reasons.update(topic.counts.dropped)
-    assert reasons == {"channel_error", "collision", "host_down", "link_closed", "out_of_range",
-                       "out_of_reach", "outbox_full", "partitioned", "queue_full", "random_loss",
-                       "rate_limited", "retry_limit", "sender_down"}
+    assert reasons == {"burst_loss", "channel_error", "collision", "host_down", "jammed",
+                       "link_closed", "out_of_range", "out_of_reach", "outage", "outbox_full",
+                       "partitioned", "queue_full", "random_loss", "rate_limited", "retry_limit",
+                       "sender_down"}
 
 
 def test_a_wrong_account_is_seen():

@@ -1,0 +1,145 @@
+"""Radios that never get in each other's way."""
+
+from __future__ import annotations
+
+from collections import deque
+from functools import lru_cache
+
+from desim import ports
+from netmodels.radio import Radio
+from netmodels.radio.budget import Budget
+from netmodels.radio.channels import channels_of
+from netmodels.radio.delivery import sensitivity_dbm
+from netmodels.radio.pathloss import reach_m
+from netmodels.radio.rates import chosen_rates
+from netmodels.radio.shadowing import Shadows
+from netmodels.radio.standards import (
+    ACK_BYTES,
+    CTS_BYTES,
+    RTS_BYTES,
+    STANDARDS,
+    Standard,
+    psdu_bytes,
+)
+
+FULL_BYTES = 1518  # IEEE 802.3: 1500 B payload, 14 B header, 4 B check sequence
+SHARE = 0.9
+
+
+class Neighbours:
+    """Who is near enough to whom, as of a moment at most ``update_ns`` ago."""
+
+    def __init__(self, budget: Budget, context: ports.Context, update_ns: int) -> None:
+        self._budget, self._context, self._update_ns = budget, context, update_ns
+        self._looked_ns, self._places, self._epoch = 0, None, None
+
+    def of(self, host: int) -> list[int]:
+        """The hosts near to this one, ascending."""
+        self._look()
+        near = self._near.get(host)
+        if near is None:
+            near = self._near[host] = self._links.finders(host)
+        return near
+
+    def _look(self) -> None:
+        now_ns = self._context.now_ns
+        places, obstacles = self._context.positions(now_ns), self._context.obstacles
+        if obstacles.epoch == self._epoch and (
+                places is self._places or now_ns < self._looked_ns + self._update_ns):
+            return
+        self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
+        self._links = self._budget.links(places, obstacles)
+        self._near: dict[int, list[int]] = {}
+
+
+class Clear:
+    """Radios with the parameters, times and queues of ``Radio``, each with the air to itself: no
+    contention, no collisions, no losses. What ``Radio`` would deliver to 90 % of the receivers at
+    such a received power arrives, all else does not. ``open_air``: as if there were neither walls
+    nor shadowing.
+
+    A packet takes as long as ``Radio``'s in an idle medium, and the next one of the same sender
+    waits for acknowledgement, DIFS and a backoff of the mean length. Who is near enough is seen
+    when a frame is given to the sender: of unicast frames who would get a full packet (1518 B with
+    Ethernet's headers) at 90 % within its ``retries``, of broadcast ones the same at once.
+    """
+
+    reasons = ("expired", "out_of_range", "out_of_reach", "queue_full")
+
+    def __init__(self, params: Radio.Params, open_air: bool) -> None:
+        standard = STANDARDS[params.standard]
+        self._params, self._lifetime_ns = params, params.lifetime_ns
+        self._walls, self._shadowing = (None, None) if open_air else (params.walls,
+                                                                      params.shadowing)
+        self._rates = chosen_rates(params.standard, params.rate_bps, params.broadcast_rate_bps)
+        full_bytes, reception = psdu_bytes(FULL_BYTES, 1), params.reception.for_stations()
+        self.sensitivity_dbm = tuple(  # of unicast and of broadcast
+            max(params.reception.heard_dbm,
+                sensitivity_dbm(SHARE, standard, rate, full_bytes, reception, tries))
+            for rate, tries in zip(self._rates, (params.retries, 1), strict=True))
+        path_loss = params.path_loss.chosen()
+        self.range_m = tuple(reach_m(path_loss, params.power_dbm - level_dbm)
+                             for level_dbm in self.sensitivity_dbm)
+        best_db = self._shadowing.best_db if self._shadowing else 0.0
+        self.reach_m = reach_m(path_loss, params.power_dbm + best_db - min(self.sensitivity_dbm))
+        self._times = lru_cache(1 << 12)(lambda size_bytes, segments, broadcast: times_ns(
+            standard, self._rates[broadcast], psdu_bytes(size_bytes, segments), segments, broadcast,
+            params.rts_bytes))
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        params = self._params
+        self._context = context
+        if self._walls is not None:
+            self._walls.check(context.obstacles.materials)
+        shadows = self._shadowing and Shadows(self._shadowing, hosts, context.stream)
+        channels = channels_of(hosts, params.channel, params.channels,
+                               STANDARDS[params.standard].channels_apart)
+        self._near = [
+            Neighbours(Budget(params.power_dbm, params.path_loss.chosen(), self._walls, shadows,
+                              level_dbm, level_dbm, channels), context, params.update_ns)
+            for level_dbm in self.sensitivity_dbm]
+        self._ends_ns: list[deque[int]] = [deque() for _ in hosts]  # of what waits, at each sender
+
+    def send(self, frame: ports.Frame) -> None:
+        context, ends_ns = self._context, self._ends_ns[frame.source]
+        now_ns = context.now_ns
+        while ends_ns and ends_ns[0] <= now_ns:
+            ends_ns.popleft()
+        if len(ends_ns) == self._params.queue:
+            context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
+            return
+        wait_ns = ends_ns[-1] - now_ns if ends_ns else 0
+        if self._lifetime_ns is not None and wait_ns > self._lifetime_ns:
+            context.settle_many(frame, frame.receivers, ports.Drop("expired"))
+            return
+        arrives_ns, free_ns = self._times(frame.size_bytes, frame.segments, frame.broadcast)
+        ends_ns.append(now_ns + wait_ns + free_ns)
+        near = self._near[frame.broadcast].of(frame.source)
+        arrive = ports.Deliver(wait_ns + arrives_ns)
+        if frame.broadcast:
+            context.settle_many(frame, frame.among(near), arrive)
+            context.settle_many(frame, None, ports.Drop("out_of_reach"))
+        else:
+            receiver, = frame.receivers
+            context.settle(frame, receiver, arrive if receiver in near
+                           else ports.Drop("out_of_range"))
+
+    def separates(self, host: int, other: int) -> bool:
+        """Whether no frame gets between the two now."""
+        return not any(other in near.of(host) for near in self._near)
+
+
+def times_ns(standard: Standard, rate: int, psdu_bytes: int, packets: int, broadcast: bool,
+             rts_bytes: int | None) -> tuple[int, int]:
+    """From the beginning of a frame to its arrival, and to the beginning of the next one."""
+    airtime_ns, lowest = standard.airtime_ns, standard.lowest(rate)
+    before_ns = after_ns = 0
+    if not broadcast:
+        after_ns = standard.sifs_ns + airtime_ns(ACK_BYTES, standard.reply_rate(rate))
+        if rts_bytes is not None and psdu_bytes > rts_bytes:
+            before_ns = (airtime_ns(RTS_BYTES, lowest) + airtime_ns(CTS_BYTES, lowest)
+                         + 2 * standard.sifs_ns)
+    packet_ns = before_ns + airtime_ns(psdu_bytes, rate)
+    backoff_ns = standard.cw_min * standard.slot_ns // 2
+    cycle_ns = packet_ns + after_ns + standard.difs_ns + backoff_ns
+    return (packets - 1) * cycle_ns + packet_ns, packets * cycle_ns

@@ -1,0 +1,55 @@
+"""One radio, as true to life as is wanted."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from netmodels.ideal import Ideal
+from netmodels.radio import Radio
+from netmodels.radio.clear import Clear
+
+_RUNGS = {
+    "ideal": lambda params: Ideal(Ideal.Params()),
+    "disk": lambda params: Clear(params, open_air=True),
+    "walls": lambda params: Clear(params, open_air=False),
+}
+
+
+class Ladder(Radio):
+    """Wi-Fi without an access point (802.11a, b or g), from the same parameters on each rung of a
+    ladder:
+
+    ``mac``: carrier sense, backoff, acknowledgements and retries of unicast frames, none of
+    broadcast ones; hidden terminals, capture of the stronger frame, errors; walls weaken what goes
+    through them.
+    ``walls``: everybody has the air to himself, and whatever 90 % would get at its received power,
+    through walls, arrives.
+    ``disk``: the same without walls and shadowing; its range is where ``mac`` delivers 90 % in the
+    open, computed from path loss and errors.
+    ``ideal``: everything arrives at once and everywhere.
+
+    Times of a sender alone are the same on all of them but ``ideal``. A broadcast fails at a
+    receiver that is too far to find it (``out_of_reach``), that was sending or listening to
+    somebody else or found it under others (``collision``), or that made out its beginning but not
+    all of it (``channel_error``); a unicast frame after its last attempt (``retry_limit``), or
+    where there are no attempts, beyond the range (``out_of_range``). Propagation (0.7 us over 200
+    m) is left out.
+
+    Received powers are those of the places at a moment at most ``update`` ago, and of the present
+    walls and doors. A host without a place hears nobody, and nobody hears it, unless the path loss
+    is ``fixed``.
+    """
+
+    class Params(Radio.Params):
+        fidelity: Literal["ideal", "disk", "walls", "mac"] = Field("mac", description=(
+            "the rung; network.fidelity sets it for all media (the whole model)"))
+
+    reasons = (*Radio.reasons, "out_of_range")
+
+    def __new__(cls, params: Params) -> Any:
+        """The model of the rung: what is above it costs nothing."""
+        if params.fidelity == "mac":
+            return super().__new__(cls)
+        return _RUNGS[params.fidelity](params)

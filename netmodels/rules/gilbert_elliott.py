@@ -1,0 +1,60 @@
+"""Packets get lost in bursts."""
+
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+
+from desim import ports
+from desim.units import Ratio
+from netmodels.rules.streams import PairStreams
+
+
+class GilbertElliott:
+    """Packets get lost in bursts, by a good and a bad state of each ordered pair of hosts. A packet
+    is lost with the chance of the state, and after it the state changes with ``p`` (good to bad) or
+    ``r`` (back): netem's ``gemodel p r 1-h 1-k`` (Gilbert 1960, Elliott 1963).
+
+    Of all packets p / (p + r) find the bad state, so that
+    (p * loss_bad + r * loss_good) / (p + r) are lost; the bad state lasts for 1 / r packets on the
+    average. The first packet finds either state with these chances. A train with one lost packet is
+    lost. The states change with packets, not with time.
+    """
+
+    class Params(ports.Params):
+        p: Ratio = Field(description="chance that the good state ends with a packet")
+        r: Ratio = Field(description="chance that the bad state ends with a packet")
+        loss_bad: Ratio = Field(1.0, description="1-h, loss in the bad state (netem)")
+        loss_good: Ratio = Field(0.0, description="1-k, loss in the good state (netem)")
+
+        @model_validator(mode="after")
+        def _moves(self) -> GilbertElliott.Params:
+            if not self.p + self.r:
+                raise ValueError("p or r must be above zero")
+            return self
+
+    reasons = ("burst_loss",)
+
+    def __init__(self, params: Params) -> None:
+        self._loss = params.loss_good, params.loss_bad
+        self._change = params.p, params.r
+        self._bad_share = params.p / (params.p + params.r)
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._streams = PairStreams(context, "gilbert_elliott", hosts)
+        self._bad: dict[tuple[int, int], bool] = {}
+
+    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
+        return [ports.Drop("burst_loss") if self._loses(frame, receiver) else ports.PASS
+                for receiver in receivers]
+
+    def _loses(self, frame: ports.Frame, receiver: int) -> bool:
+        link = frame.source, receiver
+        stream = self._streams(*link)
+        bad = self._bad[link] if link in self._bad else bool(stream.random() < self._bad_share)
+        lost = False
+        luck = iter(stream.random(2 * frame.segments).tolist())
+        for loses, changes in zip(luck, luck, strict=True):
+            lost |= loses < self._loss[bad]
+            bad ^= changes < self._change[bad]
+        self._bad[link] = bad
+        return lost

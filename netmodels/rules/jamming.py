@@ -1,0 +1,62 @@
+"""A jammer drowns whatever is sent or received near it."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+
+from desim import ports
+from desim.units import Length, Position, Ratio
+from netmodels.rules.streams import PairStreams
+from netmodels.rules.window import Window
+
+_JAMMED = ports.Drop("jammed")
+
+
+class Jamming:
+    """From ``from`` until ``until`` each packet whose sender or receiver stands no farther than
+    ``radius`` from ``at`` is lost with ``probability``; a train with one lost packet is lost. Walls
+    do not matter, and a host without a place is nowhere near. Each ordered pair of hosts draws from
+    its own stream for each frame, jammed or not: with a larger disc only more is lost."""
+
+    class Params(Window):
+        at_m: tuple[Position, Position] = Field(description="x and y of the middle of the disc")
+        radius_m: Length = Field(gt=0, description="of the disc, its edge included")
+        probability: Ratio = Field(1.0, description="of one packet at one receiver (all)")
+
+    reasons = ("jammed",)
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+        self._survival = 1.0 - params.probability
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+        self._streams = PairStreams(context, "jamming", hosts)
+        self._positions = None  # until somebody moves they are the same object
+
+    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
+        survival = self._survival ** frame.segments
+        source = frame.source
+        unlucky = [self._streams(source, receiver).random() >= survival for receiver in receivers]
+        jams = self._jams()
+        return [_JAMMED if lost and (jams[source] or jams[receiver]) else ports.PASS
+                for receiver, lost in zip(receivers, unlucky, strict=True)]
+
+    def separates(self, host: int, other: int) -> bool:
+        """Whether no frame gets between the two now."""
+        jams = self._jams()
+        return not self._survival and (jams[host] or jams[other])
+
+    def _jams(self) -> list[bool]:
+        """At which hosts it is felt now."""
+        now_ns = self._context.now_ns
+        positions = self._context.positions(now_ns)
+        if not self._params.holds(now_ns):
+            return [False] * len(positions)
+        if positions is not self._positions:
+            self._positions = positions
+            apart = positions - np.array(self._params.at_m)
+            self._inside = (np.einsum("ij,ij->i", apart, apart)
+                            <= self._params.radius_m ** 2).tolist()  # False for NaN
+        return self._inside

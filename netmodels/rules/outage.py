@@ -1,0 +1,38 @@
+"""Interfaces and links that are down at set times."""
+
+from __future__ import annotations
+
+from desim import ports
+from netmodels.rules.targets import Targets
+from netmodels.rules.window import Window
+
+
+class Outage:
+    """From ``from`` until ``until`` nothing gets out of or into the ``hosts``, and nothing over the
+    ``links``. The hosts themselves go on; ``faults`` stop them."""
+
+    class Params(Window, Targets):
+        pass
+
+    reasons = ("outage",)
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+        self._hosts, self._links = map(frozenset, self._params.resolved(hosts))
+
+    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
+        if not self._params.holds(self._context.now_ns):
+            return None
+        return [ports.Drop("outage") if self._cuts(frame.source, receiver) else ports.PASS
+                for receiver in receivers]
+
+    def separates(self, host: int, other: int) -> bool:
+        """Whether no frame gets between the two now."""
+        return self._params.holds(self._context.now_ns) and self._cuts(host, other)
+
+    def _cuts(self, one: int, other: int) -> bool:
+        return (one in self._hosts or other in self._hosts
+                or (min(one, other), max(one, other)) in self._links)

@@ -1,0 +1,44 @@
+"""Where the rung ``disk`` of a radio ends, the whole radio delivers nine frames of ten."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from desim.ports.cases import Check, Flow, Play, Setup
+from desim.units import NS_PER_S
+from netmodels.radio.clear import FULL_BYTES, SHARE
+from netmodels.radio.ladder import Ladder
+
+RADIOS: dict[str, dict[str, Any]] = {
+    "11g 54 Mb/s": {},
+    "11g 36 Mb/s": {"rate": "36 Mb/s"},
+    "11g 54 Mb/s, one attempt": {"retries": 1},
+    "11a 54 Mb/s, 20 dBm, free space": {
+        "standard": "11a", "rate": "54 Mb/s", "power": "20 dBm",
+        "path_loss": {"model": "free_space", "frequency": "5180 MHz"}},
+}
+
+_FRAMES = 3000
+_EVERY_NS = NS_PER_S // 5  # longer than seven attempts take
+
+
+class DiskOfRadio:
+    """The range of ``network.fidelity: disk``, computed from path loss and error model, against
+    what ``mac`` delivers there to a single receiver: within 3.3 standard errors."""
+
+    source = "our own definition: 90 % of full packets, within the retries"
+
+    def checks(self, play: Play) -> Iterator[Check]:
+        tolerance = 3.3 * math.sqrt(SHARE * (1 - SHARE) / _FRAMES)
+        for name, params in RADIOS.items():
+            range_m = _rung("disk", params).range_m[False]
+            flow = Flow("a", ("b",), FULL_BYTES, FULL_BYTES, "zero", _EVERY_NS)
+            found = play(Setup(_rung("mac", params), {"a": (0.0, 0.0), "b": (range_m, 0.0)},
+                               [flow], _FRAMES * _EVERY_NS))
+            yield Check(f"{name}, {range_m:.1f} m: delivered", 1 - found["loss"], SHARE, tolerance)
+
+
+def _rung(fidelity: str, params: dict[str, Any]) -> Any:
+    return Ladder(Ladder.Params(fidelity=fidelity, **params))
