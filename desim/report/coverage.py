@@ -20,6 +20,7 @@ from desim.simulation import Simulation
 from desim.units import POSITION
 
 SHARE = 0.9  # of packets: the line that is drawn around a place
+WEAK_DBM = -110.0  # below all noise: no shades are spent on it
 MOST_POINTS = 250_000  # beyond that, not every cell is looked at
 _WALL = ListedColormap(["#2b2f36"])
 
@@ -93,7 +94,8 @@ def _around(axes: Axes, medium: Medium, grid: GridSpec, solid: np.ndarray, reach
     points = np.stack(np.meshgrid(x_m, y_m), axis=-1)
     power_dbm, delivery = (values.reshape(points.shape[:2])
                            for values in medium.model.signal(place, points.reshape(-1, 2)))
-    shown = axes.imshow(power_dbm, origin="lower", extent=_extent(grid), cmap="viridis")
+    shown = axes.imshow(power_dbm, origin="lower", extent=_extent(grid), cmap="viridis",
+                        vmin=max(float(power_dbm.min()), WEAK_DBM))
     axes.figure.colorbar(shown, ax=axes, label="received power [dBm]", shrink=0.8)
     if delivery.min() < SHARE <= delivery.max():
         axes.contour(x_m, y_m, delivery, [SHARE], colors="white", linewidths=1.4)

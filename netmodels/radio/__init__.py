@@ -12,6 +12,7 @@ from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
 from netmodels.radio.dcf import DROPPED, EXPIRED, MISSED, NEVER, RECEIVED, Reception, Stations
+from netmodels.radio.delivery import FULL_BYTES, delivery
 from netmodels.radio.errors import error_table
 from netmodels.radio.pathloss import PathLossParams, reach_m
 from netmodels.radio.presets import filled
@@ -151,6 +152,14 @@ class Radio:
         self._look_booked = False
         self._wake: Any = None
         self._wake_ns = NEVER
+
+    def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
+        """``ports.NetworkModel``: of unicast packets, one attempt each."""
+        params = self._params
+        power_dbm = self._budget.received_dbm(from_m, to_m, self._context.obstacles)
+        return ports.Signal(power_dbm, delivery(
+            power_dbm, self._standard, self._rate, psdu_bytes(FULL_BYTES, 1),
+            params.reception.for_stations()))
 
     def _on_different_channels(self, host: int, other: int) -> bool:
         return self._budget.channels[host] != self._budget.channels[other]

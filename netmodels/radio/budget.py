@@ -59,6 +59,16 @@ class Budget:
             loss_db += self._walls_db(places[one], places[other], obstacles)
         return self._sorted(one, other, self.power_dbm - loss_db, len(places))
 
+    def received_dbm(self, from_m: np.ndarray, to_m: np.ndarray,
+                     obstacles: ports.Obstacles) -> np.ndarray:
+        """[n] dBm at ``to_m`` [n, 2] m of who sends at ``from_m`` [2] m. Without shadowing, which
+        belongs to pairs of hosts."""
+        starts = np.broadcast_to(from_m, to_m.shape)
+        loss_db = self.path_loss.loss_db(np.hypot(*(to_m - starts).T))
+        if self.walls is not None:
+            loss_db = loss_db + self._walls_db(starts, to_m, obstacles)
+        return self.power_dbm - loss_db
+
     def _pairs(self, places: np.ndarray, best_db: float) -> tuple[np.ndarray, np.ndarray]:
         """Hosts who may hear each other, the smaller index first."""
         heard_m = reach_m(self.path_loss, self.power_dbm + best_db - self.heard_dbm)

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections import deque
 from functools import lru_cache
 
+import numpy as np
+
 from desim import ports
 from netmodels.radio import Radio
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
-from netmodels.radio.delivery import sensitivity_dbm
+from netmodels.radio.delivery import FULL_BYTES, sensitivity_dbm
 from netmodels.radio.pathloss import reach_m
 from netmodels.radio.rates import chosen_rates
 from netmodels.radio.shadowing import Shadows
@@ -22,7 +24,6 @@ from netmodels.radio.standards import (
     psdu_bytes,
 )
 
-FULL_BYTES = 1518  # IEEE 802.3: 1500 B payload, 14 B header, 4 B check sequence
 SHARE = 0.9
 
 
@@ -30,7 +31,7 @@ class Neighbours:
     """Who is near enough to whom, as of a moment at most ``update_ns`` ago."""
 
     def __init__(self, budget: Budget, context: ports.Context, update_ns: int) -> None:
-        self._budget, self._context, self._update_ns = budget, context, update_ns
+        self.budget, self._context, self._update_ns = budget, context, update_ns
         self._looked_ns, self._places, self._epoch = 0, None, None
 
     def of(self, host: int) -> list[int]:
@@ -48,7 +49,7 @@ class Neighbours:
                 places is self._places or now_ns < self._looked_ns + self._update_ns):
             return
         self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
-        self._links = self._budget.links(places, obstacles)
+        self._links = self.budget.links(places, obstacles)
         self._near: dict[int, list[int]] = {}
 
 
@@ -123,6 +124,11 @@ class Clear:
             receiver, = frame.receivers
             context.settle(frame, receiver, arrive if receiver in near
                            else ports.Drop("out_of_range"))
+
+    def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
+        """``ports.NetworkModel``: all or nothing."""
+        power_dbm = self._near[0].budget.received_dbm(from_m, to_m, self._context.obstacles)
+        return ports.Signal(power_dbm, 1.0 * (power_dbm >= self.sensitivity_dbm[0]))
 
     def separates(self, host: int, other: int) -> bool:
         """Whether no frame gets between the two now."""
