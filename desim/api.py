@@ -52,12 +52,14 @@ class Run:
     def scenario(self) -> Scenario:
         """What was run, every value spelled out. It is not checked again: its plug-ins and its map
         need not be there any more."""
-        return Scenario.model_validate(yaml12.read(str(self._file("scenario.resolved.yaml")))[0])
+        with self._readable("scenario.resolved.yaml") as file:
+            return Scenario.model_validate(yaml12.read(str(file))[0])
 
     @cached_property
     def metrics(self) -> dict[str, Any]:
         """The summary."""
-        return json.loads(self._file("summary.json").read_text())
+        with self._readable("summary.json") as file:
+            return json.loads(file.read_text())
 
     @cached_property
     def samples(self) -> dict[str, np.ndarray]:
@@ -88,8 +90,18 @@ class Run:
     def table(self, name: str) -> dict[str, np.ndarray]:
         """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column. What is not
         there is None among words and NaN among numbers."""
-        table = pq.read_table(self._file(f"{name}.parquet"))
+        with self._readable(f"{name}.parquet") as file:
+            table = pq.read_table(file)
         return {column: _array(table[column]) for column in table.column_names}
+
+    @contextmanager
+    def _readable(self, name: str) -> Iterator[Path]:
+        """The file, whatever may be wrong inside of it."""
+        file = self._file(name)
+        try:
+            yield file
+        except (ValueError, OSError) as error:  # JSON's, pydantic's and pyarrow's among them
+            raise InputError(f"{file}: damaged: {str(error).splitlines()[0]}") from error
 
     def _file(self, name: str) -> Path:
         path = self.path / name

@@ -105,8 +105,9 @@ def imported(kind: str, path: str) -> Any:
     place, _, attribute = path.rpartition(":")
     try:
         return attrgetter(attribute)(_module(*os.path.split(place)))
-    except Exception as error:  # a stranger's module may fail in any way
-        raise InputError(f"cannot load {kind} {bare(path)!r}: {error}") from error
+    except (Exception, SystemExit) as error:  # a stranger's module may fail in any way
+        reason = error if isinstance(error, Exception) else repr(error)
+        raise InputError(f"cannot load {kind} {bare(path)!r}: {reason}") from error
 
 
 def _module(folder: str, name: str) -> Any:

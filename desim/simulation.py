@@ -146,7 +146,7 @@ class Simulation:
             with below(path):
                 self.graph.attach(Medium(
                     name, model, rules, kernel=self.kernel, names=self.names,
-                    streams=self.streams, hosts=hosts, place=places))
+                    streams=self.streams, hosts=hosts, place=places), choice.hosts)
 
     def _speaking(self) -> Iterator[Driver]:
         """The drivers of the hosts that are up, in the order of hosts."""

@@ -121,7 +121,14 @@ WRONG = {
         f"{NETWORKS}, {DOTTED}"]),
     "unknown parameter of a model": ("network: {media: {air: {model: disk, rang: 5 m}}}", [
         "2:38: network.media.air.rang: unknown key (did you mean 'range'?); allowed: model, rules, "
-        "range, rate"]),
+        "hosts, range, rate"]),
+    "a medium of nobody": ("network: {media: {air: {model: disk, hosts: [robot_0, robot_9]}}}", [
+        "2:55: network.media.air.hosts.1: unknown host 'robot_9' (did you mean 'robot_0'?); "
+        "allowed: robot_0, workstation"]),
+    "a robot called like another host": (
+        "fleet: {start: {poses: [{x: 1 m, y: 1 m, name: workstation}]}}", [
+            "2:16: fleet.start: a robot is called 'workstation', which is the name of another host "
+            "in a testbed"]),
     "unknown rule and parameter of a rule": (
         "network: {media: {lan: {model: ideal, rules: [{rule: rang}, {rule: range, dist: 3 m}]}}}",
         ["2:54: network.media.lan.rules.0.rule: unknown rule 'rang' (did you mean 'range'?); "
@@ -319,7 +326,7 @@ def test_wrong_scenario(here, case):
     (b"name: " + b"[" * 5000, "case.yaml: nested too deeply"),
     (b"seed: 1\n", "case.yaml:1:1: the key 'name' is missing"),
     (b"name: a b\n", "case.yaml:1:7: name: 'a b' is not allowed; allowed: text that matches "
-                     "^[A-Za-z0-9][A-Za-z0-9_.-]*$"),
+                     "^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"),
 ])
 def test_wrong_file(here, content, complaint):
     (here / "case.yaml").write_bytes(content)

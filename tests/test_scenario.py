@@ -121,8 +121,8 @@ def test_a_resolved_scenario_leaves_nothing_to_be_decided():
     assert data["fleet"]["types"]["pioneer3dx"]["max_turn"] == "5.24 rad/s"
     assert data["coordination"]["exchange"]["period"] == "5 s"
     undecided = re.findall(r"^ *(\w+): null$", resolved(scenario()), re.MULTILINE)
-    # there is no such condition, and each medium says itself what it is; all else has a value
-    assert undecided == ["fidelity", "when"]
+    # each medium says itself what it is, and has all hosts; no condition, no such update
+    assert undecided == ["fidelity", "hosts", "temporal_update", "when"]
 
 
 def test_maze_30_is_table_4():

@@ -211,6 +211,4 @@ class Monitor:
     def _links(self) -> np.ndarray | None:
         """Between which explorers that are up frames can get now."""
         up = [host.index for host in self.hosts if host.up and host.name in self.beliefs]
-        # All hosts are attached to all media, and messages take the first.
-        media = self.graph.media[:1]
-        return media[0].linked(np.array(up, np.int64)) if media else None
+        return self.graph.linked(np.array(up, np.int64))

@@ -17,6 +17,8 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from desim.errors import InputError, KernelError, below, did_you_mean
 from desim.kernel import Kernel, Phase
 from desim.middleware.node import Node
@@ -262,6 +264,20 @@ class Graph:
         """The first of the source's media that the receiver is attached to as well."""
         others = self.hosts[receiver].media
         return next((medium for medium in source.media if medium in others), None)
+
+    def linked(self, hosts: np.ndarray) -> np.ndarray | None:
+        """``Medium.linked`` of ``hosts``, each pair over the medium that its messages take."""
+        links = np.zeros((len(hosts), len(hosts)), bool)
+        open_ = np.ones_like(links)  # pairs that have no medium yet
+        for medium in self.media:
+            attached = np.array([medium in self.hosts[host].media for host in hosts.tolist()], bool)
+            pairs = open_ & attached[:, None] & attached[None, :]
+            reached = medium.linked(hosts)
+            if reached is None and pairs.all():
+                return None
+            links |= pairs if reached is None else pairs & reached
+            open_ &= ~pairs
+        return links
 
     def start(self) -> None:
         """Start every host."""

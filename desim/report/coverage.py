@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from desim.errors import InputError, did_you_mean
 from desim.middleware.medium import Medium
 from desim.ports import GridSpec
+from desim.report.figure import save
 from desim.scenario.schema import Scenario
 from desim.simulation import Simulation
 from desim.units import POSITION
@@ -80,7 +81,7 @@ def _drawn(simulation: Simulation, medium: Medium, names: list[str], places: np.
     all_.set_title(f"(b) Start of the fleet: {linked} of {pairs} links at {SHARE:.0%} or better")
     figure.suptitle(f"{simulation.scenario.name}: medium {medium.name}, nobody else on the air",
                     fontsize=13)
-    figure.savefig(path)
+    save(figure, path)
     return (f"{share:.1%} of the reachable area gets {SHARE:.0%} of packets from {label}; "
             f"{linked} of {pairs} links between hosts at the start do")
 

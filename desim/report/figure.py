@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 
 from desim.api import Run
+from desim.errors import InputError
 from desim.experiment.maps import OccupancyMap
 from desim.experiment.metrics import EXPLORED
 
@@ -47,7 +48,19 @@ def draw(run: Run, path: Path) -> None:
                     f"{metrics['simulated_s']:.1f} s, {metrics['stop_reason']}"
                     f"{'' if manifest['status'] == 'finished' else ', ' + manifest['status']}",
                     fontsize=13)
-    figure.savefig(path)
+    save(figure, path)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write ``figure``. Raises ``InputError`` for an ending that is no picture's, and for a file
+    that cannot be written."""
+    endings = figure.canvas.get_supported_filetypes()
+    if path.suffix.removeprefix(".").lower() not in endings:
+        raise InputError(f"--to: {path} does not end like a picture; allowed: .png, .pdf, .svg")
+    try:
+        figure.savefig(path)
+    except OSError as error:
+        raise InputError(f"--to: {path} cannot be written: {error.strerror or error}") from error
 
 
 def _palette(robots: int) -> np.ndarray:

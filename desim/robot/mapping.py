@@ -21,7 +21,8 @@ STILL_M, STILL_RAD = 0.001, 0.001  # a smaller step between two poses is standin
 
 class Mapping(Node):
     """Integrates a scan after the robot has driven or turned far enough since the last one, and one
-    more where it has come to rest (gmapping: linearUpdate, angularUpdate).
+    more where it has come to rest (gmapping: linearUpdate, angularUpdate); where that is asked for
+    also when the last one is old (temporalUpdate).
 
     Publishes the belief itself on the local topic ``map`` whenever it changed it.
     """
@@ -72,6 +73,9 @@ class Mapping(Node):
         moved_m, turned_rad = step(self._integrated, pose)
         if (moved_m >= self._mapping.linear_update_m
                 or turned_rad >= self._mapping.angular_update_rad):
+            return True
+        old_ns = self._mapping.temporal_update_ns
+        if old_ns is not None and pose.stamp_ns - self._integrated.stamp_ns >= old_ns:
             return True
         if moved_m <= STILL_M and turned_rad <= STILL_RAD:
             return False

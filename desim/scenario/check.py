@@ -111,7 +111,12 @@ def _start_list(start: StartList, size: int | None) -> Found:
 
 
 def _hosts(scenario: Scenario, _: Folder) -> Found:
-    taken = {*robot_names(scenario), *([WORKSTATION] if scenario.deployment == "testbed" else [])}
+    robots = robot_names(scenario)
+    testbed = [WORKSTATION] if scenario.deployment == "testbed" else []
+    if WORKSTATION in robots and testbed:
+        yield ("fleet", "start"), (f"a robot is called {WORKSTATION!r}, which is the name of "
+                                   "another host in a testbed")
+    taken = {*robots, *testbed}
     for name in scenario.hosts:
         if name in taken:
             yield ("hosts", name), f"{name!r} is the name of another host"
@@ -178,6 +183,14 @@ def _condition(scenario: Scenario, _: Folder) -> Found:
         yield ("stop", "when"), str(error)
 
 
+def _attached(scenario: Scenario, _: Folder) -> Found:
+    hosts = host_names(scenario)
+    for medium, choice in scenario.network.media.items():
+        for i, name in enumerate(choice.hosts or ()):
+            if name not in hosts:
+                yield ("network", "media", medium, "hosts", i), _unknown("host", name, hosts)
+
+
 def _fidelity(scenario: Scenario, _: Folder) -> Found:
     path, fidelity = ("network", "fidelity"), scenario.network.fidelity
     if fidelity is None:
@@ -219,6 +232,7 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("robot", "laser"),), _laser),
     ((("robot", "navigation"),), _local_window),
     ((("stop", "when"),), _condition),
+    ((("network", "media"), ("fleet",), ("hosts",), ("deployment",)), _attached),
     ((("network",), ("deployment",)), _fidelity),
     ((("physics", "model"),), _world),
 )

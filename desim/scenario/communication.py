@@ -34,6 +34,8 @@ class Medium(PluginChoice):
 
     model: str = Field(description="a network plug-in: ideal, disk, link, switch, radio, ...")
     rules: tuple[RuleChoice, ...] = Field((), description="asked in this order")
+    hosts: tuple[str, ...] | None = Field(None, min_length=2, description="who is attached to it "
+                                                                          "(null: all)")
 
 
 class Network(Params):
@@ -43,8 +45,9 @@ class Network(Params):
         None, description="of every medium whose model has this parameter, as radio has, in place "
                           "of what it says itself; one of them must have it (null: as they say)")
     media: dict[Name, Medium] = Field({}, description=(
-        "media by name (default: in testbed one switched Gigabit LAN called lan, in field one air "
-        "of 200 m range; the paper. In field with a fidelity: one air of radios)"))
+        "media by name; two hosts take the first by name that both are attached to (default: in "
+        "testbed one switched Gigabit LAN called lan, in field one air of 200 m range; the paper. "
+        "In field with a fidelity: one air of radios)"))
 
 
 class MiddlewareChoice(PluginChoice):

@@ -50,7 +50,7 @@ def extended(path: str, below: tuple[str, ...] = ()) -> Document:
     if os.path.realpath(parent) in loop:
         start = loop.index(os.path.realpath(parent))
         raise InputError(f"{where}: a circle: {' -> '.join((*chain[start:], parent))}")
-    if not os.path.exists(parent):
+    if not os.path.isfile(parent):
         raise InputError(f"{where}: no such file: {parent}")
     lower, lower_places = extended(parent, chain)
     merged = _overlay(lower, data, ())

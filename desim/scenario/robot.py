@@ -51,6 +51,9 @@ class Mapping(Params):
     linear_update_m: Length = Field("1 m", description="a scan is taken in after driving so far "
                                                      "(gmapping linearUpdate)")
     angular_update_rad: Angle = Field("0.5 rad", ge=0, description="or turning so far (gmapping)")
+    temporal_update_ns: Period | None = Field(None, description=(
+        "or when the last one is so old: with this a robot that stands still sees doors open and "
+        "close (null: never; gmapping temporalUpdate)"))
     usable_range_m: Length = Field("25 m", gt=0, description=(
         "a longer beam clears space up to here and marks nothing (the paper's maxUrange)"))
 

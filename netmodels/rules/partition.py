@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import Field
 
 from desim import ports
@@ -9,13 +11,15 @@ from desim.errors import InputError
 from netmodels.rules.targets import matching
 from netmodels.rules.window import Window
 
+Group = Annotated[list[str], Field(min_length=1)]
+
 
 class Partition:
     """From ``from`` until ``until`` hosts reach only those of their own group. Hosts that no
     pattern names are one more group."""
 
     class Params(Window):
-        groups: list[list[str]] = Field(min_length=1, description="host names or patterns with * "
+        groups: list[Group] = Field(min_length=1, description="host names or patterns with * "
                                                                   "and ?, group by group")
 
     reasons = ("partitioned",)

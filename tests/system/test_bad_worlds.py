@@ -110,12 +110,12 @@ WORLDS = {
         "2:53: environment.terrain.drawing: it is 1 cells of 8 m wide, 8 m, but size[0] is 10 m"),
     "partition of nobody": (
         "network: {media: {lan: {model: ideal, rules: [{rule: partition, groups: [['robt_*']]}]}}}",
-        "2:47: network.media.lan.rules.0: partition: 'robt_*' names no host (did you mean "
+        "2:75: network.media.lan.rules.0.groups.0.0: 'robt_*' names no host (did you mean "
         "'robot_0'?); hosts are robot_0, workstation"),
     "a host in two parts": (
         "network: {media: {lan: {model: link, rules: [{rule: loss, probability: 1 %}, "
         "{rule: partition, groups: [[robot_0], ['robot_*']]}]}}}",
-        "2:78: network.media.lan.rules.1: partition: host 'robot_0' is in more than one group"),
+        "2:117: network.media.lan.rules.1.groups.1.0: host 'robot_0' is in more than one group"),
     "a port of nobody": (
         "network: {media: {lan: {model: switch, ports: {p: [robt_0]}}}}",
         "2:51: network.media.lan.ports.p: no host 'robt_0' (did you mean 'robot_0'?); hosts are "

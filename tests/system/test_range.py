@@ -2,8 +2,9 @@
 
 from bisect import bisect_left
 
+import numpy as np
 import pytest
-from runs import MAZE_8, audited, built, finished, look_on
+from runs import HELLO, MAZE_8, audited, built, finished, look_on
 
 from desim.experiment.summary import summarize
 from desim.units import NS_PER_S
@@ -73,3 +74,19 @@ def test_robots_carry_on_alone(way):
             assert known[last][2][i] > known[first][2][i] + 1.0, (name, begin_ns, end_ns)
             spells += 1
     assert spells >= 4
+
+
+def test_media_of_some_hosts_carry_what_is_theirs():
+    """Two radios on robot_1, and no way from robot_0 to robot_2; no host relays."""
+    simulation = built(HELLO, "deployment=field", "stop.elapsed=10 s", (
+        "network.media={lan: null, left: {model: disk, hosts: [robot_0, robot_1]}, "
+        "right: {model: disk, hosts: [robot_1, robot_2]}}"))
+    simulation.run()
+    graph = simulation.graph
+    left, right = graph.media
+    assert left.delivered > 0 < right.delivered
+    assert (left.tx_bytes[2], left.rx_bytes[2], right.tx_bytes[0], right.rx_bytes[0]) == (0,) * 4
+    assert graph.linked(np.arange(3)).tolist() == [
+        [True, True, False], [True, True, True], [False, True, True]]
+    assert {reason for topic in graph.topics.values() for reason in topic.counts.dropped} == {
+        "no_route"}
