@@ -257,13 +257,13 @@ class Listener(Node):
         self.subscribe("map", lambda message: self._log.append(self.now_ns // MS))
 
 
-def drive(where, until_ms, scan_hz=25, pose_hz=10, scan_first=True):
+def drive(where, until_ms, scan_hz=25, pose_hz=10, scan_first=True, **mapping):
     """(what was integrated, when ``map`` came, stamps of the scans that were computed)"""
     kernel, names = Kernel(), Names()
     graph = Graph(kernel, names, Trace(names), Streams(0), Direct(), ["robot_1"])
     belief, maps, computed = Notebook(), [], []
     graph.host("robot_1").software = lambda host: [
-        Mapping(host, parameters.Mapping(), belief),
+        Mapping(host, parameters.Mapping(**mapping), belief),
         Sensors(host, where, scan_hz, pose_hz, scan_first, computed), Listener(host, maps)]
     graph.start()
     kernel.run(until_ms * MS)
@@ -291,6 +291,11 @@ def test_a_turn_counts_across_the_half_turn():
     log, _, _ = drive(lambda t: (0.0, 0.0, math.remainder(3.0 + 1.0 * t / 1e9, math.tau)), 1300)
     assert [(yaw, scan_ms) for _, yaw, scan_ms in log] == [
         (3.0, 0), (round(3.6 - math.tau, 6), 600), (round(4.2 - math.tau, 6), 1200)]
+
+
+def test_a_robot_that_stands_looks_again_where_that_is_asked_for():
+    log, _, _ = drive(lambda t: (1.0, 2.0, 3.0), 3000, temporal_update="900 ms")
+    assert [scan_ms for _, _, scan_ms in log] == [0, 1000, 2000, 3000]
 
 
 def test_a_robot_that_stands_computes_one_scan():

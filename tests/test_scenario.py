@@ -122,7 +122,7 @@ def test_a_resolved_scenario_leaves_nothing_to_be_decided():
     assert data["coordination"]["exchange"]["period"] == "5 s"
     undecided = re.findall(r"^ *(\w+): null$", resolved(scenario()), re.MULTILINE)
     # each medium says itself what it is, and has all hosts; no condition, no such update
-    assert undecided == ["fidelity", "hosts", "temporal_update", "when"]
+    assert undecided == ["temporal_update", "fidelity", "hosts", "when"]
 
 
 def test_maze_30_is_table_4():
