@@ -14,8 +14,9 @@ import numpy as np
 from numba import njit
 
 # For a kernel that makes no arrays, but only borrows those that it is given: nobody counts who
-# holds them, which takes two atomic instructions for each array that a function is called with.
-lean = partial(njit, cache=True, _nrt=False)
+# holds them, which takes two atomic instructions for each array that a function is called with. And
+# nobody looks whether a divisor is zero: what comes of it is inf or NaN, as in numpy.
+lean = partial(njit, cache=True, _nrt=False, error_model="numpy")
 
 TWO_PI = 2.0 * math.pi
 

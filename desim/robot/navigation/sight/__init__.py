@@ -49,9 +49,10 @@ class Sight:
         if len(self._beams) != len(scan.ranges):
             angles = scan.angle_min_rad + scan.angle_increment_rad * np.arange(len(scan.ranges))
             self._beams = np.array([(math.cos(a), math.sin(a)) for a in angles])
-        self.seen_from[:] = x_m, y_m, yaw_rad
+        here = self.seen_from
+        here[0], here[1], here[2] = x_m, y_m, yaw_rad
         # float32, as the ranges are: no return must not turn into a hit by rounding.
         self._remembered, self.yield_m = kernels.look(
             scan.ranges, self._beams, float(np.float32(scan.range_max_m)), seconds(scan.stamp_ns),
-            self._cell_m, self._reach_m, _YIELD_M, self.seen_from, self.flat, self.frame,
+            self._cell_m, self._reach_m, _YIELD_M, here, self.flat, self.frame,
             self._memory, self._remembered, self.near2)
