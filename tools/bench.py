@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import airload
 import simpy
@@ -212,25 +213,39 @@ SCENARIOS = {"hello": ["hello.yaml"], "maze_8": ["maze_30.yaml", "--set", "fleet
 
 
 def scenarios() -> list[Row]:
-    """Whole runs to their end, each in a process of its own, with the CPU time by part."""
+    """desim run to the end, the best of three; and the CPU time by part, of one more run."""
     rows = []
     for name, (file, *options) in SCENARIOS.items():
-        done = subprocess.run([sys.executable, str(TOOLS / "profile_run.py"), "--json",
-                               str(TOOLS.parent / "scenarios" / file), *options],
-                              check=True, capture_output=True, text=True)
-        run = json.loads(done.stdout)
+        what = [str(TOOLS.parent / "scenarios" / file), *options]
+        run = min((manifest_of(what, repetition) for repetition in range(3)),
+                  key=lambda manifest: manifest["cpu_s"])
+        parts = json.loads(output_of(str(TOOLS / "profile_run.py"), "--json", *what))
         rows.append({"what": name, "simulated s": round(run["simulated_s"], 1),
                      "CPU s": run["cpu_s"], "times real time": run["real_time_factor"],
                      "peak MB": run["peak_memory_mb"], "events": run["events"],
                      "parts, % of CPU": ", ".join(f"{part} {percent:g}" for part, percent
-                                                  in run["parts_percent"].items())})
+                                                  in parts["parts_percent"].items())})
     return rows
+
+
+def manifest_of(what: list[str], repetition: int) -> dict[str, Any]:
+    """What a run in a process of its own says about itself."""
+    out = Path(_scratch.name) / f"run {repetition}"
+    output_of("-m", "desim.cli", "run", *what, "--quiet", "--out", str(out))
+    newest = max(out.glob("*/*/manifest.json"), key=lambda path: path.stat().st_mtime_ns)
+    return json.loads(newest.read_text())
+
+
+def output_of(*arguments: str) -> str:
+    return subprocess.run([sys.executable, *arguments], check=True, capture_output=True,
+                          text=True).stdout
 
 
 # ------------------------------------------------------------------------------------------ report
 
-PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "laser": laser, "w": w,
-                                             "network": network, "scenarios": scenarios}
+# Scenarios early: a process that is started reports no less memory than the one that starts it.
+PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "scenarios": scenarios,
+                                             "laser": laser, "w": w, "network": network}
 
 
 def show(title: str, rows: list[Row]) -> None:
