@@ -126,6 +126,8 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
             simulation = Simulation(scenario, trace_sink=_both(folder.trace_sink, rows),
                                     on_fate=folder.on_fate)
         folder.begin(simulation.names, tuple(host.name for host in simulation.graph.hosts))
+        with _blamed(loaded):
+            simulation.graph.start()
         with _interruptible(simulation), watch(simulation, folder) if watch else nullcontext():
             simulation.run()
         interrupted = simulation.monitor.stop_reason == INTERRUPTED

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from desim import plugins
+from desim.errors import below
 from desim.middleware.graph import Host, Node
 from desim.robot.exploration import Explore
 from desim.robot.localization import GroundTruth, OdometryLocalization
@@ -22,8 +23,9 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, belief: Belie
     """The nodes of one robot, in the order in which they start. ``peers`` are the names of the
     other robots that carry software; ``monitored``: some host collects maps and distances."""
     robot, coordination = scenario.robot, scenario.coordination
-    strategy_class = plugins.load("strategy", coordination.strategy)
-    strategy = strategy_class(strategy_class.Params(**coordination.parameters()))
+    with below("coordination"):
+        strategy_class = plugins.load("strategy", coordination.strategy)
+        strategy = strategy_class(strategy_class.Params(**coordination.parameters()))
     nodes = [
         LOCALIZATION[robot.localization](host),
         Mapping(host, robot.mapping, belief),

@@ -238,6 +238,22 @@ def test_what_an_override_spoils_is_said_of_the_override(here):
         f"outside the terrain; {MAZE}\n")
 
 
+def test_a_strategy_that_cannot_be_made_is_said_at_its_place(here, monkeypatch):
+    """Strategies are made when their robots start, which is after the run's folder was begun."""
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    (here / "picky.py").write_text(
+        "from desim import errors, ports\n"
+        "class Picky:\n"
+        "    Params = ports.Params\n"
+        "    def __init__(self, params): raise errors.InputError('.strategy: wants another body')\n"
+        "    def choose(self, view): return None\n")
+    (here / "case.yaml").write_text("name: x\ncoordination:\n  strategy: picky:Picky\n")
+    assert complaint_about() == "case.yaml:3:13: coordination.strategy: wants another body\n"
+    (here / "picky.py").unlink()
+    (here / "case.yaml").unlink()
+    assert nothing_left(here)
+
+
 def test_nothing_is_left_of_a_wrong_scenario_beside_a_good_run(here):
     (here / "case.yaml").write_text("name: x\n")
     good = api.run("case.yaml", overrides=["stop.elapsed=1 s"])
