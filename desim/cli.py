@@ -198,5 +198,70 @@ def figure(path: RunPath,
         typer.echo(str(target))
 
 
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True,
+                               "help_option_names": []})
+def net(context: typer.Context,
+        case: Annotated[str | None, typer.Argument(
+            metavar="CASE", show_default=False, help="a name that desim net lists")] = None,
+        seed: Annotated[int, typer.Option(min=0, help="of all luck")] = 1,
+        as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
+        usage: Annotated[bool, typer.Option("--help", help="the options of the case")] = False,
+        ) -> None:
+    """Play a standard network case without robots; its options are --key value."""
+    with _exits():
+        from desim.report import cases
+
+        if usage or case is None:
+            with _compiling(False):
+                typer.echo(cases.overview() if case is None else cases.usage(case))
+            return
+        from desim import options, plugins
+
+        with _compiling(as_json):
+            from desim.experiment.netcase import play
+            params = options.parsed(context.args, plugins.parameters("case", case),
+                                    ("seed", "json"))
+        with options.as_options():
+            measures = play(plugins.load("case", case)(params).setup(), seed)
+        settings = params.model_dump(mode="json", by_alias=True)
+        if as_json:
+            _echo_json({"case": case, "seed": seed, "settings": settings, **measures})
+            return
+        from rich.console import Console
+
+        typer.echo(cases.title(case, seed, settings))
+        Console().print(cases.measures_table(measures))
+
+
+@app.command()
+def validate(only: Annotated[list[str], typer.Option(
+                 metavar="GROUP", help="this group of comparisons; can be given again")] = [],  # noqa: B006
+             as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
+             ) -> None:
+    """Compare the network models with published numbers; exit code 1 if one is off."""
+    with _exits():
+        with _compiling(as_json):
+            from desim.report import validating
+        groups = validating.chosen(only)
+        rows = validating.compared(groups, _say_nothing if as_json else typer.echo)
+        failed = sum(not row["holds"] for row in rows)
+        if as_json:
+            _echo_json({"checks": len(rows), "failed": failed, "rows": rows})
+        else:
+            typer.echo(f"{len(rows) - failed} of {len(rows)} within tolerance")
+        if failed:
+            raise typer.Exit(1)
+
+
+def _say_nothing(_: str) -> None:
+    pass
+
+
+def _echo_json(value: Any) -> None:
+    import json
+
+    typer.echo(json.dumps(value, indent=2))
+
+
 if __name__ == "__main__":
     app()

@@ -13,6 +13,7 @@ from typing import Any
 
 from desim import ports
 from desim.errors import InputError, did_you_mean
+from desim.ports.cases import Case, Validation
 
 GROUPS = {
     "network": "desim.networks",
@@ -31,6 +32,8 @@ CONTRACTS = {
     "strategy": ports.Strategy,
     "middleware": ports.Middleware,
     "world": ports.World,
+    "case": Case,
+    "validation": Validation,
 }
 
 
@@ -52,7 +55,7 @@ def load(kind: str, name: str) -> Any:
     if missing:
         raise InputError(f"the {kind} {bare(name)!r} has no {', '.join(missing)}: it is not a "
                          "plug-in for this place; wanted: a class with all methods of "
-                         f"desim.ports.{CONTRACTS[kind].__name__}")
+                         f"{CONTRACTS[kind].__module__}.{CONTRACTS[kind].__name__}")
     return cls
 
 

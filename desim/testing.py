@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from desim import ports
+from desim.experiment.netcase import play
 from desim.kernel import Kernel, Phase
-from desim.middleware.medium import Medium, Nowhere
+from desim.middleware.medium import Medium, Still
 from desim.streams import Streams
 from desim.trace import Names
 from desim.units import NS_PER_S
@@ -44,7 +45,7 @@ class Bench:
         self.kernel = Kernel()
         self.names = Names()
         self.log: list[tuple[int, Any, str, str, str]] = []
-        place = _Fixed(np.array([places[host] for host in self.hosts]))
+        place = Still(np.array([places[host] for host in self.hosts]))
         self.medium = Medium("bench", model, rules, kernel=self.kernel, names=self.names,
                              streams=Streams(seed), hosts=self.hosts, place=place)
 
@@ -78,15 +79,6 @@ class Bench:
 
     def _note(self, token: tuple[Any, str], receiver: int, fate: str) -> None:
         self.log.append((self.kernel.now_ns, *token, self.hosts[receiver], fate))
-
-
-class _Fixed(Nowhere):
-    """Hosts that stay where they are, in the open."""
-
-    def __init__(self, positions: np.ndarray) -> None:
-        super().__init__(len(positions))
-        self._positions = positions
-        self._positions.flags.writeable = False
 
 
 class Instant:
@@ -174,6 +166,25 @@ class _View:
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return Streams(0)("view", *name)
+
+
+def check_case(cls: type, **params: Any) -> None:
+    """Check a ``ports.cases.Case``: its options are described, its setup fits together, something
+    becomes of what is sent, and the same seed gives the same measures."""
+    _check_parameters(cls)
+    case = cls(cls.Params(**params))
+    setup = case.setup()
+    for flow in setup.flows:
+        strangers = {flow.source, *flow.receivers} - set(setup.places)
+        _need(not strangers, cls, f"give a place to {', '.join(sorted(strangers))}")
+        _need(flow.source not in flow.receivers, cls, f"not let {flow.source} send to itself")
+    _need(0 <= setup.warm_up_ns < setup.duration_ns, cls, "measure after the warm-up, not "
+          f"{setup.duration_ns - setup.warm_up_ns} ns")
+    measures = play(setup)
+    _need(measures["delivered"] + sum(measures["lost"].values()) > 0, cls,
+          "last so long that frames are settled")
+    _need(play(case.setup()) == measures, cls, "give the same measures for the same seed: make the "
+                                               "setup anew, and draw from context.stream(name)")
 
 
 def _check_declarations(cls: type) -> None:

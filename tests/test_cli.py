@@ -311,3 +311,90 @@ def test_where_kernels_cannot_be_kept_the_way_out_is_said():
     with pytest.raises(typer.Exit) as left:
         fail()
     assert left.value.exit_code == 2
+
+
+# --------------------------------------------------------------------- networks without robots
+
+
+IDLE_LINE = ("bottleneck", "--senders", 1, "--load", 0.5, "--arrivals", "periodic", "--duration", 3)
+
+
+def test_net_lists_the_cases():
+    said = desim_("net")
+    assert said == desim_("net", "--help")
+    assert "  saturation  Saturated stations of 802.11 that all hear each other equally" in said
+
+
+def test_net_shows_the_options_of_a_case():
+    said = desim_("net", "saturation", "--help")
+    assert "Usage: desim net saturation [--key value ...] [--seed N] [--json]" in said
+    assert "  --stations N            that send (a fleet); default 10\n" in said
+
+
+def test_net_prints_a_table():
+    said = desim_("net", *IDLE_LINE)
+    assert said.splitlines()[0] == (
+        "bottleneck: senders 1, capacity 10 Mb/s, load 0.5, queue 100, arrivals periodic, payload "
+        "1472 B, latency 1 ms, duration 3 s, seed 1")
+    rows = [line.split() for line in said.splitlines()]
+    assert ["delay", "2.202", "ms", "mean,", "standard", "error", "0.000", "ms"] in rows
+    assert ["delivered", "1249", "1.0000", "of", "what", "was", "settled"] in rows
+
+
+def test_net_prints_one_json_object_with_the_same_keys_everywhere():
+    line = json.loads(desim_("net", *IDLE_LINE, "--json", "--seed", 4))
+    assert (line["case"], line["seed"], line["settings"]["capacity"]) == (
+        "bottleneck", 4, "10 Mb/s")
+    assert line["goodput_mbps"] == pytest.approx(4.9, rel=0.001)
+    hidden = json.loads(desim_("net", "hidden", "--spacing", 30, "--rts", "--duration", "1 s",
+                               "--json"))
+    assert (hidden["settings"]["rts"], hidden["settings"]["spacing"]) == (True, "30 m")
+    assert set(line) == set(hidden) >= {
+        "goodput_mbps", "delay_mean_ms", "delay_p50_ms", "delay_p95_ms", "delay_p99_ms", "lost",
+        "attempts", "failure_rate", "drop_rate"}
+
+
+@pytest.mark.parametrize(("words", "says"), [
+    (("saturatoin",), "unknown case 'saturatoin' (did you mean 'saturation'?); known: bottleneck, "
+                      "broadcast, bus, hidden, saturation, two_pairs, or a dotted path "
+                      "'package.module:Class'"),
+    (("hidden", "--spacng", 3), "--spacng: there is no such option (did you mean 'spacing'?); "
+                                "allowed: --spacing, --rts, --load, --standard, --rate, --payload, "
+                                "--duration, --seed, --json"),
+    (("hidden", "--spacing", "3 kg"), "--spacing: unknown unit 'kg' for a length; allowed: m, km, "
+                                      "cm, mm, e.g. '200 m'"),
+    (("saturation", "--rate", 10, "--standard", "11b"),
+     "--rate: 10 Mb/s is no rate of 11b; allowed: 1 Mb/s, 2 Mb/s, 5.5 Mb/s, 11 Mb/s"),
+    (("bus", "--mode", "csma_cd", "--propagation", "30 us"),
+     "--propagation: twice 30000 ns and the jam of 3200 ns must fit into a slot of 512 bits, 51200 "
+     "ns at this rate"),
+])
+def test_net_complains_once_and_exits_with_2(words, says):
+    assert desim_("net", *words, code=2) == f"{says}\n"
+
+
+def test_validate_compares():
+    said = desim_("validate", "--only", "round_trip", "--only", "packet_errors")
+    assert "round_trip: ROS-NetSim, README: 500 ms one way\n" in said
+    assert "ok     1000.000000   1000.000000      0.000000  ms    round trip: mean\n" in said
+    assert said.endswith("14 of 14 within tolerance\n")
+
+
+def test_validate_fails_where_a_comparison_does(monkeypatch):
+    from netmodels.validation import round_trip
+
+    monkeypatch.setattr(round_trip, "DELAY", "501 ms")
+    said = desim_("validate", "--only", "round_trip", code=1)
+    assert "FAIL   1002.000000   1000.000000      0.000000  ms    round trip: mean\n" in said
+    found = json.loads(desim_("validate", "--only", "round_trip", "--json", code=1))
+    assert (found["checks"], found["failed"]) == (2, 2)
+    assert found["rows"][0] == {
+        "group": "round_trip", "source": "ROS-NetSim, README: 500 ms one way",
+        "what": "round trip: mean", "measured": 1002.0, "published": 1000.0, "tolerance": 0.0,
+        "unit": "ms", "holds": False}
+
+
+def test_validate_knows_its_groups():
+    said = desim_("validate", "--only", "wating", code=2)
+    assert said.startswith("--only: there is no group 'wating' (did you mean 'waiting'?); known: "
+                           "aloha, broadcast, bus, collisions, ")

@@ -85,6 +85,18 @@ def test_collisions_cost_a_jam_and_a_random_number_of_slots():
         (9400 + 51_200 + one_ns, "arrived"), (9400 + 51_200 + 2 * one_ns, "arrived")]
 
 
+@pytest.mark.parametrize(("mode", "attempts"), [("csma", (3, 0)), ("fifo", (3, 0)),
+                                                ("csma_cd", (7, 4))])
+def test_attempts_are_counted(mode, attempts):
+    """Two who begin together: with collisions they do so twice (see above). And a third packet."""
+    bench = bench_of(arbitration=mode, gap="0 B")
+    for host in ("host_1", "host_2"):
+        bench.send(0, host, "host_3", 1518)
+    bench.send(100 * MB, "host_1", "host_3", 1518)
+    bench.run()
+    assert bench.medium.model.attempts() == attempts
+
+
 def test_who_has_won_wins_again():
     """The capture effect (Molle 1994): the winner counts its collisions from 0 again, the loser
     goes on counting, up to 16. A train that wins once keeps the bus for most of its packets."""

@@ -41,6 +41,27 @@ def test_link_queue_drops_the_tail():
         (3, 2, "arrived"), (4, "later", "arrived")]
 
 
+def test_link_queue_can_be_counted_in_packets():
+    """1 ms for each packet of 125 B: of four at once the first is being sent, two wait, and the
+    queue is full. A millisecond later there is room for a train, which is let in whole."""
+    bench = Bench(link(rate="1 Mb/s", queue_packets=2), 2)
+    for label in range(4):
+        bench.send(0, "host_1", "host_2", 125, label=label)
+    bench.send(MS, "host_1", "host_2", 1250, 10, label="train")
+    bench.send(MS + 1, "host_1", "host_2", 125, label="behind it")
+    assert [(time_ns // MS, label, fate) for time_ns, label, _, _, fate in bench.run()] == [
+        (0, 3, "queue_full"), (1, 0, "arrived"), (1, "behind it", "queue_full"), (2, 1, "arrived"),
+        (3, 2, "arrived"), (13, "train", "arrived")]
+
+
+def test_link_queues_are_each_hosts_own():
+    bench = Bench(link(rate="1 Mb/s", queue_packets=0), 3)
+    for source in ("host_1", "host_2", "host_1"):
+        bench.send(0, source, "host_3", 125)
+    assert sorted((source, fate) for _, _, source, _, fate in bench.run()) == [
+        ("host_1", "arrived"), ("host_1", "queue_full"), ("host_2", "arrived")]
+
+
 def test_a_frame_larger_than_the_queue_passes_an_idle_link():
     bench = Bench(link(rate="1 Mb/s", queue="250 B"), 2)
     bench.send(0, "host_1", "host_2", 12_500)

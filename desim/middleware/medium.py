@@ -66,6 +66,16 @@ class Nowhere:
         return self._positions
 
 
+class Still(Nowhere):
+    """The place of hosts that stay where they are, in the open: ``positions`` [hosts, 2] x, y in m
+    (NaN: it has none)."""
+
+    def __init__(self, positions: np.ndarray) -> None:
+        super().__init__(len(positions))
+        self._positions = positions
+        self._positions.flags.writeable = False
+
+
 class RuleContext:
     """What a rule may know: a ``ports.Context`` without the means to act."""
 

@@ -22,7 +22,7 @@ def listing() -> str:
         if points:
             lines.append(f"{kind} ({group})")
             width = max(map(len, points))
-            lines += [f"  {name:<{width}}  {_first_sentence(kind, name)}" for name in points]
+            lines += [f"  {name:<{width}}  {first_sentence(kind, name)}" for name in points]
     return "\n".join(lines)
 
 
@@ -42,7 +42,8 @@ def description(name: str) -> str:
     return "\n\n".join(_about(name, kind, plugins.load(kind, name)) for kind in kinds)
 
 
-def _first_sentence(kind: str, name: str) -> str:
+def first_sentence(kind: str, name: str) -> str:
+    """What a plug-in says of itself, in short."""
     try:
         text = " ".join((inspect.getdoc(plugins.load(kind, name)) or "").split())
     except (ImportError, AttributeError, InputError) as error:

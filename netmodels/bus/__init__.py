@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 from pydantic import Field
@@ -16,6 +17,7 @@ from netmodels.bus.stations import Cable
 
 LEAST_BYTES = 64  # IEEE 802.3, minFrameSize: shorter packets are padded
 
+Arbitration = CarrierSense | CollisionDetection | Fifo
 ARBITRATIONS = {"csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fifo}
 
 
@@ -61,11 +63,18 @@ class Bus:
         cable = Cable(params.propagation_ns, gap_ns, slot_ns, jam_ns, params.queue_packets,
                       self._wire_ns)
         self._context = context
-        self._arbitration = ARBITRATIONS[params.arbitration](cable, context, hosts)
+        self._arbitration = self._discipline()(cable, context, hosts)
 
     def send(self, frame: ports.Frame) -> None:
         if not self._arbitration.take(frame):
             self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
+
+    def attempts(self) -> tuple[int, int]:
+        """Packets that were begun so far, and how many of them collided."""
+        return self._arbitration.transmissions, self._arbitration.collisions
+
+    def _discipline(self) -> Callable[[Cable, ports.Context, tuple[str, ...]], Arbitration]:
+        return ARBITRATIONS[self._params.arbitration]
 
     def _wire_ns(self, size_bytes: int, segments: int) -> int:
         params = self._params

@@ -38,11 +38,13 @@ class CollisionDetection(Stations):
         """The first sender's signal is everywhere: nobody else will begin."""
         senders, self._senders = self._senders, []
         station, first_ns = senders[0]
+        self.transmissions += len(senders)
         if len(senders) == 1:
             end_ns = first_ns + station.packet.wire_ns
             self._idle_ns = end_ns + self._cable.propagation_ns
             self._context.at(end_ns, self._sent, station)
             return
+        self.collisions += len(senders)
         heard_ns = self._cable.propagation_ns + self._cable.jam_ns
         stop_ns = senders[1][1] + heard_ns
         self._idle_ns = stop_ns + self._cable.propagation_ns

@@ -17,6 +17,7 @@ class Fifo:
         self._free_ns = 0
         self._waiting: deque[tuple[int, int]] = deque()  # when a frame begins, its packets
         self._packets = 0  # in all that waits
+        self.transmissions = self.collisions = 0
 
     def take(self, frame: ports.Frame) -> bool:
         """False if the queue is full."""
@@ -25,6 +26,7 @@ class Fifo:
             self._packets -= waiting.popleft()[1]
         if self._packets >= cable.queue_packets:
             return False
+        self.transmissions += frame.segments
         begin_ns = max(now_ns, self._free_ns)
         if begin_ns > now_ns:
             waiting.append((begin_ns, frame.segments))

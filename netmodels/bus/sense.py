@@ -23,6 +23,7 @@ class CarrierSense(Stations):
         """What a station will draw while the bus is certain to be busy is drawn at once."""
         now_ns = self._context.now_ns
         if now_ns >= self._free_ns:
+            self.transmissions += 1
             end_ns = now_ns + station.packet.wire_ns
             self._free_ns = end_ns + self._cable.propagation_ns
             self._context.at(end_ns, self._sent, station)

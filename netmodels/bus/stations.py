@@ -48,6 +48,7 @@ class Stations:
     def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._cable = cable
         self._context = context
+        self.transmissions = self.collisions = 0
         self._arrive = ports.Deliver(cable.propagation_ns)
         self._stations = [Station(context.stream("backoff", host).random) for host in hosts]
 

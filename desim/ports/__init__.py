@@ -168,7 +168,8 @@ class NetworkModel(Protocol):
 
     ``reasons`` are the drop reasons it may give. Built as ``Model(params)`` with an instance of
     its ``Params``; ``start`` as a rule's. One host may send several frames in one instant: to queue
-    them is the model's task. It may have ``reach_m`` and ``separates`` as a rule may.
+    them is the model's task. It may have ``reach_m`` and ``separates`` as a rule may, and
+    ``attempts() -> (int, int)``: transmissions so far, and how many of them failed.
     """
 
     reasons: ClassVar[tuple[str, ...]]

@@ -1,0 +1,89 @@
+"""The contracts of ``desim net`` and ``desim validate``: networks without robots, and published
+numbers to compare them with. A case says what there is and who sends what; desim plays it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol
+
+from desim.ports import NetworkModel, Params, Rule
+
+NOWHERE = (float("nan"), float("nan"))
+
+Arrivals = Literal["saturated", "poisson", "periodic", "zero"]
+
+
+class Flow(NamedTuple):
+    """What one host says: frames of ``size_bytes`` with all headers, each a packet that carries
+    ``payload_bytes``.
+
+    There is one every ``every_ns``, on average (``poisson``) or exactly: from a random phase
+    (``periodic``) or from time 0 (``zero``). Unicast flows may also be ``saturated``: two frames
+    are in the network at any time. A ``backlog`` of so many frames is sent at time 0 beside. An
+    ``echo`` is sent back by its receiver, and has arrived when it is there again.
+    """
+
+    source: str
+    receivers: tuple[str, ...]
+    size_bytes: int
+    payload_bytes: int
+    arrivals: Arrivals = "saturated"
+    every_ns: int = 0
+    backlog: int = 0
+    broadcast: bool = False
+    echo: bool = False
+
+
+class Setup(NamedTuple):
+    """A network without robots. ``places``: host to x, y in m (``NOWHERE``: it has none). What
+    becomes of frames in the first ``warm_up_ns`` is not counted."""
+
+    model: NetworkModel
+    places: Mapping[str, tuple[float, float]]
+    flows: Sequence[Flow]
+    duration_ns: int
+    warm_up_ns: int = 0
+    rules: Sequence[Rule] = ()
+
+
+class Case(Protocol):
+    """A network to try out: ``desim net NAME --key value``, the keys being those of its ``Params``.
+    Built as ``Case(params)``.
+
+    A number without a unit has that of the parameter's default, or of its first example where the
+    default has none: ``Field(None, examples=["54 Mb/s"], description=...)``.
+    """
+
+    Params: ClassVar[type[Params]]
+
+    def setup(self) -> Setup:
+        """Made anew each time. Raises ``InputError`` for parameters that do not fit each other; a
+        line begins with a dot and the parameter, ``.rate: ...``."""
+
+
+# Plays a setup, ``play(setup, seed=1)``: the measures that ``desim net --json`` prints, by name.
+Play = Callable[..., Mapping[str, Any]]
+
+
+class Check(NamedTuple):
+    """One comparison. It holds if measured and published differ by ``tolerance`` at most."""
+
+    what: str
+    measured: float
+    published: float
+    tolerance: float
+    unit: str = ""
+
+    @property
+    def holds(self) -> bool:
+        return abs(self.measured - self.published) <= self.tolerance  # not if it is NaN
+
+
+class Validation(Protocol):
+    """A group of ``desim validate``. ``source`` says who published the numbers. Built without
+    arguments."""
+
+    source: ClassVar[str]
+
+    def checks(self, play: Play) -> Iterator[Check]:
+        """Each is measured when it is asked for."""

@@ -1,0 +1,84 @@
+"""Network cases and what they came to, for the terminal."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+from desim import plugins
+from desim.options import told
+from desim.report.catalogue import first_sentence
+
+
+def overview() -> str:
+    """How to use ``desim net``, and which cases there are."""
+    points = plugins.available("case")
+    width = max(map(len, points), default=0)
+    return "\n".join([
+        "Usage: desim net CASE [--key value ...] [--seed N] [--json]", "",
+        "Play a standard network case without robots. Cases:",
+        *(f"  {case:<{width}}  {first_sentence('case', case)}" for case in points), "",
+        "desim net CASE --help shows the options of one."])
+
+
+def usage(case: str) -> str:
+    """What a case is, and its options. Raises ``InputError`` if there is no such case."""
+    options = [*told(plugins.parameters("case", case)),
+               ("--seed N", "of all luck; default 1"), ("--json", "one JSON object")]
+    width = max(len(option) for option, _ in options)
+    return "\n".join([f"Usage: desim net {case} [--key value ...] [--seed N] [--json]", "",
+                      inspect.getdoc(plugins.load("case", case)) or "", "",
+                      *(f"  {option:<{width}}  {about}" for option, about in options), "",
+                      "A number without a unit has the one that is shown."])
+
+
+def title(case: str, seed: int, settings: dict[str, Any]) -> str:
+    """What was played, in the words of the command."""
+    given = (f"{key} {_word(value)}" for key, value in settings.items() if value is not None)
+    return f"{case}: {', '.join((*given, f'seed {seed}'))}"
+
+
+def _word(value: Any) -> str:
+    return ("yes" if value else "no") if isinstance(value, bool) else str(value)
+
+
+def measures_table(measures: dict[str, Any]) -> Table:
+    """What ``desim.experiment.netcase.play`` measured."""
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    table.add_column(style="cyan", no_wrap=True)
+    table.add_column(no_wrap=True, justify="right")
+    table.add_column(style="dim")
+    for row in _rows(measures):
+        table.add_row(*(Text(cell) for cell in row))
+    return table
+
+
+def _rows(m: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
+    offered = m["offered_mbps"]
+    yield ("goodput", f"{m['goodput_mbps']:.3f} Mb/s",
+           "of payload" + ("" if offered is None else f"; offered {offered:.3f} Mb/s"))
+    yield "throughput", f"{m['throughput_mbps']:.3f} Mb/s", "with headers"
+    if m["delay_mean_ms"] is not None:
+        error = m["delay_error_ms"]
+        yield ("delay", f"{m['delay_mean_ms']:.3f} ms",
+               "mean" + ("" if error is None else f", standard error {error:.3f} ms"))
+        for share in (50, 95, 99):
+            yield "", f"{m[f'delay_p{share}_ms']:.3f} ms", f"{share} % arrive within"
+    yield "delivered", str(m["delivered"]), _share(m["delivery_ratio"], "of what was settled")
+    for reason, count in m["lost"].items():
+        yield "lost", str(count), reason
+    if m["attempts"] is not None:
+        yield "attempts", str(m["attempts"]), _share(m["failure_rate"], "failed (failure_rate)")
+    if m["drop_rate"] is not None:
+        yield "drop rate", f"{m['drop_rate']:.5f}", "given up, of those that were not refused"
+    if m["fairness"] is not None:
+        yield "fairness", f"{m['fairness']:.4f}", "Jain's index of the flows"
+    yield "measured", f"{m['measured_s']:.3f} s", "simulated, without the warm-up"
+
+
+def _share(value: float | None, of: str) -> str:
+    return "" if value is None else f"{value:.4f} {of}"

@@ -1,0 +1,1 @@
+"""Standard network cases without robots, one a file. ``desim net`` plays them."""

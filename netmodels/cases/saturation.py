@@ -1,0 +1,63 @@
+"""How much stations of 802.11 carry together that always have something to send."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from desim import ports
+from desim.ports.cases import NOWHERE, Flow, Setup
+from desim.units import BitRate, ByteSize, Period, airtime_ns
+from netmodels.cases.counted import SAME_POWER, CountedRadio
+from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.senders import numbered
+from netmodels.radio.standards import STANDARDS
+
+_FRAMES = 50_000  # that the rate could carry in the time that is measured
+_WARM_UP = 0.1  # of that time
+
+
+class Saturation:
+    """Saturated stations of 802.11 that all hear each other equally well: goodput, collisions and
+    drops of the distributed coordination function. Nobody's frame is stronger, so that of two that
+    begin together both are lost."""
+
+    class Params(ports.Params):
+        standard: Literal["11a", "11b", "11g"] = Field("11g", description="timing and rates (as "
+                                                                          "the radio)")
+        rate_bps: BitRate | None = Field(None, examples=["54 Mb/s"], description=(
+            "of data (the standard's highest)"))
+        stations: int = Field(10, ge=1, le=1000, description="that send (a fleet)")
+        payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
+            "of a packet (ns-3 reference)"))
+        headers_bytes: ByteSize | None = Field(None, examples=["28 B"], description=(
+            "between payload and 802.11 (28 B of UDP and IP; 11b: 0 B, as in its published table)"))
+        topology: Literal["sink", "pairs"] = Field("sink", description="one receiver for all, or "
+                                                                       "one each (ns-3 reference)")
+        slot_ns: Period | None = Field(None, examples=["9 us"], description=(
+            "of the backoff (the standard's: 9 us; 20 us with 11b and, where 11b may be, 11g)"))
+        duration_ns: Period | None = Field(None, examples=["10 s"], description=(
+            "that is measured, after a tenth of it (what 50000 packets last at the rate)"))
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+
+    def setup(self) -> Setup:
+        p = self._params
+        rate_bps = p.rate_bps or round(STANDARDS[p.standard].rates[-1].mbps * 1e6)
+        headers_bytes = p.headers_bytes
+        if headers_bytes is None:
+            headers_bytes = 0 if p.standard == "11b" else UDP_IP_BYTES
+        size_bytes = p.payload_bytes + headers_bytes + ETHERNET_BYTES
+        duration_ns = p.duration_ns or _FRAMES * airtime_ns(size_bytes, rate_bps)
+        warm_up_ns = round(_WARM_UP * duration_ns)
+        senders = numbered("sender", p.stations)
+        receivers = (numbered("receiver", p.stations) if p.topology == "pairs"
+                     else ("sink",) * p.stations)
+        radio = CountedRadio(standard=p.standard, rate=f"{rate_bps} b/s", slot_ns=p.slot_ns,
+                             path_loss=SAME_POWER)
+        return Setup(radio, dict.fromkeys((*senders, *receivers), NOWHERE),
+                     [Flow(sender, (receiver,), size_bytes, p.payload_bytes)
+                      for sender, receiver in zip(senders, receivers, strict=True)],
+                     warm_up_ns + duration_ns, warm_up_ns)

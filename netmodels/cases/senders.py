@@ -1,0 +1,40 @@
+"""Many that send to one at a given load, and how long to watch them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from desim.ports.cases import Arrivals, Flow
+
+_SETTLING = 2000  # packets until a queue that can carry its load is as full as it usually is
+
+
+def numbered(name: str, count: int) -> tuple[str, ...]:
+    """``sender_1``, ``sender_2``, ..."""
+    return tuple(f"{name}_{number}" for number in range(1, count + 1))
+
+
+def flows(sources: tuple[str, ...], receiver: str, size_bytes: int, payload_bytes: int,
+          arrivals: Arrivals, every_ns: float = 0, backlog: int = 0) -> list[Flow]:
+    """Alike, from each of ``sources``."""
+    return [Flow(source, (receiver,), size_bytes, payload_bytes, arrivals, round(every_ns), backlog)
+            for source in sources]
+
+
+class Watch(NamedTuple):
+    """How long to watch senders, in ns: the whole, and its first part, which is not counted. Under
+    overload they begin with a ``backlog`` of packets each, so that queues are full at once."""
+
+    duration_ns: int
+    warm_up_ns: int
+    backlog: int
+
+
+def watch(packet_ns: float, load: float, queue: int, queues: int, senders: int,
+          packets: int, measured_ns: int | None) -> Watch:
+    """Until so many ``queues``, which have room for ``queue`` packets each, are in a steady state,
+    and what they had at the beginning is gone; then for ``packets``, or as long as it is said."""
+    each_ns, room = packet_ns / min(load, 1), queue * queues if load > 1 else 0
+    warm_up_ns = round((_SETTLING + room) * each_ns)
+    return Watch(warm_up_ns + (measured_ns or round(packets * each_ns)), warm_up_ns,
+                 -(-room // senders))

@@ -1,0 +1,22 @@
+"""The programs in docs/networks.md do what stands there."""
+
+import re
+
+
+def programs(repository):
+    return re.findall(r"```python\n(.*?)```", (repository / "docs" / "networks.md").read_text(),
+                      re.S)
+
+
+def test_a_case_of_your_own(repository, capsys):
+    exec(programs(repository)[0], {"__name__": "example"})
+    (slow, *wait), (full, *long) = (line.rsplit(" ", 2) for line in
+                                    capsys.readouterr().out.splitlines())
+    assert (slow, full) == ("1 Mb/s", "1.8 Mb/s")
+    assert 5.784 < float(wait[0]) < float(long[0])  # 1446 B at 2 Mb/s
+
+
+def test_radios_in_a_plain_simpy_program(repository, capsys):
+    exec(programs(repository)[1], {})
+    assert capsys.readouterr().out.splitlines() == [
+        "382000 ns: hello arrived at b", "43762000 ns: hello did not arrive at c: retry_limit"]

@@ -1,0 +1,102 @@
+"""Every group of ``desim validate`` agrees where it is quick to see, and has a twin: with one
+constant of physics 5 to 10 % off the same comparisons fail. The whole is what the command is for.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import pytest
+
+from desim.experiment.netcase import play
+from desim.ports.cases import Check
+from netmodels import bus, link
+from netmodels.radio import pathloss
+from netmodels.radio.errors import packet_error
+from netmodels.radio.standards import STANDARDS
+from netmodels.validation import aloha, propagation, round_trip
+from netmodels.validation.aloha import RandomAccess
+from netmodels.validation.broadcast import Heartbeats
+from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
+from netmodels.validation.places import HiddenTerminals, Pairs
+from netmodels.validation.propagation import PacketErrors, Propagation
+from netmodels.validation.queues import FiniteQueue, PeriodicSenders, Waiting
+from netmodels.validation.round_trip import RoundTrip
+from netmodels.validation.saturation import SaturationOfOfdm
+from netmodels.validation.saturation_11b import SaturationOf11b
+
+
+@dataclass(frozen=True)
+class Spreading(pathloss.LogDistance):
+    def loss_db(self, distance_m):
+        return pathloss.LogDistance(0.95 * self.exponent, self.reference_db).loss_db(distance_m)
+
+
+def slower_rates(monkeypatch):
+    """Links 5 % slower than they say."""
+    monkeypatch.setattr(link, "airtime_ns", lambda size_bytes, rate_bps: (
+        size_bytes * 8 * 10**9 * 21 // (20 * rate_bps)))
+
+
+def slower_bus(monkeypatch):
+    monkeypatch.setattr(bus, "airtime_ns", lambda size_bytes, rate_bps: (
+        size_bytes * 8 * 10**9 * 11 // (10 * rate_bps)))
+
+
+def longer_frames(monkeypatch):
+    monkeypatch.setattr(aloha, "RATE", "22.8 kb/s")
+
+
+def longer_slots(monkeypatch):
+    monkeypatch.setattr(bus, "SLOT_BITS", 563)
+
+
+def longer_symbols(monkeypatch):
+    rates = tuple(rate._replace(symbol_ns=4_400) for rate in STANDARDS["11a"].rates)
+    monkeypatch.setitem(STANDARDS, "11a", replace(STANDARDS["11a"], rates=rates))
+
+
+def longer_preambles(monkeypatch):
+    rates = tuple(rate._replace(payload_ns=211_200) for rate in STANDARDS["11b"].rates)
+    monkeypatch.setitem(STANDARDS, "11b", replace(STANDARDS["11b"], rates=rates))
+
+
+def less_loss(monkeypatch):
+    monkeypatch.setitem(pathloss._MODELS, "log_distance", Spreading)
+    monkeypatch.setattr(propagation, "LogDistance", Spreading)
+
+
+def more_signal(monkeypatch):
+    monkeypatch.setattr(propagation, "packet_error", lambda mbps, ratio, size_bytes: (
+        packet_error(mbps, 1.05 * ratio, size_bytes)))
+
+
+def more_latency(monkeypatch):
+    monkeypatch.setattr(round_trip, "DELAY", "525 ms")
+
+
+# Group, how many of its comparisons are quick, what is made wrong.
+TWINS = [
+    (SaturationOfOfdm, 2, longer_symbols), (SaturationOf11b, 1, longer_preambles),
+    (Waiting, 1, slower_rates), (FiniteQueue, 1, slower_rates), (PeriodicSenders, 4, slower_rates),
+    (CarrierSenseOfNs3, 6, slower_bus), (CollisionsOfEthernet, 3, longer_slots),
+    (RandomAccess, 2, longer_frames), (Pairs, 8, less_loss), (HiddenTerminals, 6, less_loss),
+    (Heartbeats, 1, longer_symbols),
+    (Propagation, 20, less_loss), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
+]
+
+
+def first(group, count):
+    return list(islice(group().checks(play), count))
+
+
+@pytest.mark.parametrize(("group", "count", "wrong"), TWINS)
+def test_group_agrees_and_its_twin_does_not(monkeypatch, group, count, wrong):
+    assert [check for check in first(group, count) if not check.holds] == []
+    wrong(monkeypatch)
+    assert not all(check.holds for check in first(group, count))
+
+
+@pytest.mark.parametrize(("measured", "holds"), [(9.0, True), (11.0, True), (11.1, False),
+                                                 (float("nan"), False)])
+def test_a_check_holds_within_its_tolerance(measured, holds):
+    assert Check("it", measured, 10.0, 1.0).holds is holds
