@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import NamedTuple
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from desim import ports
@@ -63,8 +64,8 @@ class IdealMac:
         self._air: dict[int, _Sending] = {}
         self._booked = False
 
-    def links(self):
-        """As ``Neighbourhood.links``."""
+    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """From whom [k] to whom [k] a frame gets now, with chance 1 [k]."""
         return self._around.links()
 
     def send(self, frame: ports.Frame) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import deque
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from desim import ports
@@ -74,8 +75,8 @@ class Tdma:
         self._queues: list[deque[_Waiting]] = [deque() for _ in hosts]
         self._senders: dict[int, list[int]] = {}  # by number of the slot since time 0
 
-    def links(self):
-        """As ``Neighbourhood.links``."""
+    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """From whom [k] to whom [k] a frame gets now, with chance 1 [k]."""
         return self._around.links()
 
     def send(self, frame: ports.Frame) -> None:

@@ -13,13 +13,14 @@ from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.dcf import DROPPED, EXPIRED, MISSED, NEVER, RECEIVED, Reception, Stations
-from netmodels.radio.errors import error_table
+from netmodels.radio.errors import error_table, packet_error
 from netmodels.radio.pathloss import PathLossParams, reach_m
 from netmodels.radio.presets import filled
 from netmodels.radio.shadowing import Shadowing, Shadows
 from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.radio.walls import Walls
 
+_FULL_BYTES = 1518  # IEEE 802.3: 1500 B payload, 14 B header, 4 B check sequence
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 
 _ARRIVED = ports.Deliver(0)
@@ -176,6 +177,19 @@ class Radio:
                 return index
         raise InputError(f".{key}: {rate_bps / 1e6:g} Mb/s is no rate of {self._params.standard}; "
                          f"allowed: {', '.join(f'{rate.mbps:g} Mb/s' for rate in rates)}")
+
+    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """From whom [k] to whom [k] a full packet gets that is sent once, and with which chance [k]
+        while nobody else is on the air. (Errors in the header, which is more robust, are left
+        out.)"""
+        context, seen, rate = self._context, self._params.reception, self._standard.rates[self._rate]
+        links = self._budget.links(context.positions(context.now_ns), context.obstacles)
+        dbm = 10 * np.log10(links.mw)
+        above_db = dbm - _THERMAL_DBM - seen.noise_figure_db
+        found = (dbm >= seen.preamble_dbm) & (above_db >= seen.preamble_above_db)
+        right = 1 - packet_error(rate.mbps, 10 ** (above_db / 10), psdu_bytes(_FULL_BYTES, 1))
+        source = np.repeat(np.arange(len(links.first) - 1), np.diff(links.first))
+        return source[found], links.hearer[found], right[found]
 
     def send(self, frame: ports.Frame) -> None:
         context = self._context
