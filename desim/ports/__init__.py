@@ -169,7 +169,9 @@ class NetworkModel(Protocol):
     ``reasons`` are the drop reasons it may give. Built as ``Model(params)`` with an instance of
     its ``Params``; ``start`` as a rule's. One host may send several frames in one instant: to queue
     them is the model's task. It may have ``reach_m`` and ``separates`` as a rule may, and
-    ``attempts() -> (int, int)``: transmissions so far, and how many of them failed.
+    ``attempts() -> (int, int)``: transmissions so far, and how many of them failed; ``control() ->
+    (int, int)``: frames and bytes that its protocols have sent so far; ``switched(host, up)``,
+    which is called when a host starts or stops, all being up before.
     """
 
     reasons: ClassVar[tuple[str, ...]]

@@ -39,10 +39,7 @@ class Flow(NamedTuple):
 class Setup(NamedTuple):
     """A network without robots. ``places``: host to x, y in m (``NOWHERE``: it has none). What
     becomes of frames in the first ``warm_up_ns`` is not counted. ``compared``: another network, of
-    whose goodput this one's is a share.
-
-    The model may have ``attempts() -> (transmissions, how many of them failed)`` and ``control() ->
-    (frames, bytes)`` that its protocols have sent, both so far."""
+    whose goodput this one's is a share."""
 
     model: NetworkModel
     places: Mapping[str, tuple[float, float]]

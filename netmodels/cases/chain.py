@@ -14,10 +14,11 @@ from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYT
 from netmodels.cases.senders import numbered
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
+from netmodels.multihop.batman import BatmanParams
 from netmodels.radio import Radio
 from netmodels.tdma import Tdma
 
-SPACING_M = 22.0  # carrier sense reaches 51.4 m, and 36 Mb/s (90 % of 1500 B) 36 m
+SPACING_M = 25.0  # carrier sense reaches 51.4 m, and 24 Mb/s (90 % of 1500 B) 45 m
 RANGE_M, INTERFERENCE_M = 1.1 * SPACING_M, 2.1 * SPACING_M
 _ASIDE_M = 1.0  # the spare host
 _REUSE = 4  # hops from a sender to the next one whom it may send with: the interference and two
@@ -26,39 +27,44 @@ _LEARNING_NS = 5_000_000_000  # until a protocol knows its routes
 
 
 class _Deserted(Multihop):
-    """A host leaves and does not come back."""
+    """Whoever passes frames from ``host`` for ``dest`` on leaves, and does not come back."""
 
-    def __init__(self, params: Multihop.Params, host: str, leaves_ns: int) -> None:
+    def __init__(self, params: Multihop.Params, host: str, dest: str, leaves_ns: int) -> None:
         super().__init__(params)
-        self._leaves = host, leaves_ns
+        self._way, self._leaves_ns = (host, dest), leaves_ns
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         super().start(context, hosts)
-        host, leaves_ns = self._leaves
-        context.at(leaves_ns, lambda index: self.switched(index, False), hosts.index(host))
+        context.at(self._leaves_ns, self._leave, tuple(map(hosts.index, self._way)))
+
+    def _leave(self, way: tuple[int, int]) -> None:
+        relay = self.routing.next_hop(*way)
+        if relay is not None:
+            self.switched(relay, False)
 
 
 class Chain:
-    """A chain of hops, 22 m each, that carries one saturated flow: two frames for each hop are on
+    """A chain of hops, 25 m each, that carries one saturated flow: two frames for each hop are on
     the way at any time. A host cannot send while one of the next two does, so that no more than
     every fourth can: a quarter of the single-hop rate is the most that a long chain carries, and
     carrier sense achieves less (Li, Blake, De Couto, Lee, Morris 2001). ``goodput_share`` is of the
-    goodput of one such hop."""
+    goodput of one such hop. With ``dcf`` the protocol's messages are as long as packets: shorter
+    ones would get over two hops, which packets do not."""
 
     class Params(ports.Params):
         hops: int = Field(4, ge=1, le=100, description="from the first host to the last one (the "
                                                        "first chain that sends twice at once)")
         mac: Literal["ideal", "tdma", "dcf"] = Field("ideal", description=(
-            "who sends when: as an all-knowing one says, in slots that every fourth host shares, or "
-            "by carrier sense of 802.11a (the bound)"))
+            "who sends when: as somebody says who knows everything, in slots that every fourth "
+            "host shares, or by carrier sense of 802.11a (the bound)"))
         routing: Literal["static", "batman"] = Field("static", description=(
             "known to everybody for nothing, or a protocol on the same air (the bound)"))
-        rate_bps: BitRate = Field("36 Mb/s", description="of all frames (reaches one hop, not two)")
+        rate_bps: BitRate = Field("24 Mb/s", description="of all frames (reaches one hop, not two)")
         payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
             "of UDP (ns-3 reference)"))
         leave_ns: Period | None = Field(None, examples=["10 s"], description=(
-            "after the start of the flow the host in the middle leaves, and one beside it is there "
-            "to take its place (nobody leaves, nobody is there)"))
+            "after the start of the flow; of two hosts in the middle the one in use leaves, and "
+            "the other one is to take its place (nobody leaves, and there is one only)"))
         duration_ns: Period = Field("10 s", description="that is measured, after two seconds of "
                                                         "the flow")
 
@@ -76,14 +82,17 @@ class Chain:
         p = self._params
         hosts = numbered("host", hops + 1)
         places = {host: (SPACING_M * k, 0.0) for k, host in enumerate(hosts)}
-        middle = hosts[hops // 2]
         if leave_ns is not None:
             places["spare"] = SPACING_M * (hops // 2), _ASIDE_M
         begin_ns = _LEARNING_NS if p.routing == "batman" else 0
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
-        params = Multihop.Params(routing=p.routing, **self._hop(hosts, size_bytes, leave_ns))
+        batman = BatmanParams()
+        if p.mac == "dcf":  # a short message would get farther than the packets
+            batman = BatmanParams(message=f"{size_bytes} B")
+        params = Multihop.Params(routing=p.routing, batman=batman,
+                                 **self._hop(hosts, size_bytes, leave_ns))
         model = (Multihop(params) if leave_ns is None
-                 else _Deserted(params, middle, begin_ns + leave_ns))
+                 else _Deserted(params, hosts[hops // 2 - 1], hosts[-1], begin_ns + leave_ns))
         flow = Flow(hosts[0], (hosts[-1],), size_bytes, p.payload_bytes, backlog=2 * hops - 2,
                     begin_ns=begin_ns)
         warm_up_ns = begin_ns + _WARM_UP_NS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
@@ -122,7 +123,8 @@ class Multihop:
         self._hops.send(host, (next_hop,), frame.size_bytes, frame.segments, False, self._told,
                         journey)
 
-    def _told(self, journey: _Journey, leg: ports.Frame, receivers, verdict) -> None:
+    def _told(self, journey: _Journey, leg: ports.Frame, _: Sequence[int],
+              verdict: ports.Deliver | ports.Drop) -> None:
         frame, (host,) = journey.frame, leg.receivers
         dest = frame.receivers[0]
         if host == dest or type(verdict) is ports.Drop:

@@ -8,6 +8,7 @@ batman-adv), whose constants are the defaults.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from pydantic import Field
@@ -55,7 +56,7 @@ class Router:
 
     __slots__ = ("number", "neighbours", "ways", "draw")
 
-    def __init__(self, draw) -> None:
+    def __init__(self, draw: Callable[[], float]) -> None:
         self.number = 0  # of its own last message
         self.draw = draw  # its own luck
         self.forget()
@@ -70,11 +71,13 @@ class Batman:
 
     A link's quality: the share of this host's own messages that come back from the neighbour as
     echoes, to the share of the neighbour's that arrive, over the last ``window`` ones; less where
-    few arrive (batman-adv's asymmetry penalty). A way's quality through a neighbour: that of its
-    messages times the link's, mean of the last ``memory`` numbers, those not heard counting 0. The
-    next hop is the neighbour with the best way; a better one replaces it, an equal one does not. So
-    a broken route is left as soon as another one is heard more of. batman-adv's aggregation of
-    messages and its 10 B of header on routed frames are left out.
+    few arrive (batman-adv's asymmetry penalty, here of those that were sent since the neighbour was
+    heard first, so that a new link is not taken for a bad one). A way's quality through a
+    neighbour: that of its messages times the link's, mean of the last ``memory`` numbers before the
+    newest, those not heard counting 0. The next hop is the neighbour with the best way; a better
+    one replaces it, an equal one does not. So a broken route is left as soon as another one is
+    heard more of.
+    batman-adv's aggregation of messages and its 10 B of header on routed frames are left out.
 
     ``frames`` and ``bytes`` count what was sent. A host that stops forgets all but its number.
     """
@@ -118,15 +121,16 @@ class Batman:
         self.bytes += size_bytes
         self._hops.send(host, self._others[host], size_bytes, 1, True, self._told, message)
 
-    def _told(self, message: Message, frame: ports.Frame, receivers, verdict) -> None:
-        if type(verdict) is ports.Deliver and receivers:
+    def _told(self, message: Message, frame: ports.Frame, receivers: Sequence[int],
+              verdict: ports.Deliver | ports.Drop) -> None:
+        if type(verdict) is ports.Deliver:
             heard = frame.source, receivers, message
             if verdict.delay_ns:
                 self._hops.at(self._hops.now_ns + verdict.delay_ns, self._heard, heard)
             else:
                 self._heard(heard)
 
-    def _heard(self, heard: tuple[int, tuple[int, ...], Message]) -> None:
+    def _heard(self, heard: tuple[int, Sequence[int], Message]) -> None:
         sender, receivers, message = heard
         up = self._hops.up
         for host in receivers:

@@ -10,8 +10,8 @@ import numpy as np
 
 from desim import ports
 
-# What became of a hop at some receivers; None: at all of whom nothing was said before.
-Told = Callable[[Any, ports.Frame, Sequence[int] | None, ports.Deliver | ports.Drop], None]
+# What became of a frame at some receivers of one hop.
+Told = Callable[[Any, ports.Frame, Sequence[int], ports.Deliver | ports.Drop], None]
 
 
 class Hops:
@@ -27,7 +27,7 @@ class Hops:
         self._model = model
         self.up = [True] * hosts
         self._last = 0
-        self._open: dict[int, tuple[Told, Any, int]] = {}  # and receivers that are left
+        self._open: dict[int, tuple[Told, Any, list[int]]] = {}  # and who is settled
         self._places: np.ndarray | None = None
         self._seen: np.ndarray | None = None
         self.at, self.stream = context.at, context.stream
@@ -40,7 +40,7 @@ class Hops:
         """``told(arg, frame, receivers, verdict)`` hears of it: once of a unicast frame, of a
         broadcast as often as there are different fates."""
         self._last -= 1
-        self._open[self._last] = told, arg, len(receivers)
+        self._open[self._last] = told, arg, []
         self._model.send(ports.Frame(self._last, source, receivers, size_bytes, segments,
                                      broadcast))
 
@@ -54,8 +54,7 @@ class Hops:
         if places is not self._seen:
             self._seen, self._places = places, places
             if not all(self.up):
-                self._places = places.copy()
-                self._places[~np.array(self.up)] = np.nan
+                self._places = np.where(np.array(self.up)[:, None], places, np.nan)
                 self._places.flags.writeable = False
         return self._places
 
@@ -74,9 +73,12 @@ class Hops:
             told, arg, _ = self._open.pop(frame.id)
             told(arg, frame, frame.receivers, verdict)
             return
-        if frame.id in self._open:  # else there is nobody left
-            told, arg, left = self._open.pop(frame.id)
-            left -= left if receivers is None else len(receivers)
-            if left:
-                self._open[frame.id] = told, arg, left
-            told(arg, frame, receivers, verdict)
+        if frame.id not in self._open:
+            return  # the rest is nobody
+        told, arg, known = self._open[frame.id]
+        if receivers is None:
+            receivers = [receiver for receiver in frame.receivers if receiver not in known]
+        known.extend(receivers)
+        if len(known) == len(frame.receivers):
+            del self._open[frame.id]
+        told(arg, frame, receivers, verdict)

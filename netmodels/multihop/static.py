@@ -37,7 +37,7 @@ class Static:
         self._params, self._links = params, links
 
     def start(self, hops: Hops, hosts: tuple[str, ...]) -> None:
-        self._hops, self._count = hops, len(hosts)
+        self._hops = hops
         self._looked_ns, self._places, self._epoch = 0, None, None
 
     def next_hop(self, host: int, dest: int) -> int | None:
@@ -54,7 +54,7 @@ class Static:
         hops = self._hops
         self._looked_ns = now_ns = hops.now_ns
         self._places, self._epoch = hops.positions(now_ns), hops.obstacles.epoch
-        self._graph = _graph(self._params, self._count, *self._links())
+        self._graph = _graph(self._params, np.array(hops.up), *self._links())
         self._towards: dict[int, dict[int, int]] = {}
 
     def switched(self, host: int, up: bool) -> None:
@@ -75,13 +75,14 @@ class Static:
         return {host: min(nearer) for host, nearer in before.items() if nearer}
 
 
-def _graph(params: StaticParams, hosts: int, one: np.ndarray, other: np.ndarray,
+def _graph(params: StaticParams, up: np.ndarray, one: np.ndarray, other: np.ndarray,
            delivery: np.ndarray) -> networkx.Graph:
-    chance = np.zeros((hosts, hosts))
-    chance[one, other] = np.where(delivery >= params.usable, delivery, 0.0)
+    chance = np.zeros((len(up), len(up)))
+    usable = (delivery >= params.usable) & up[one] & up[other]
+    chance[one[usable], other[usable]] = delivery[usable]
     both = np.triu(chance * chance.T)
     graph = networkx.Graph()
-    graph.add_nodes_from(range(hosts))
+    graph.add_nodes_from(range(len(up)))
     for a, b in np.argwhere(both).tolist():
         graph.add_edge(a, b, weight=1.0 if params.metric == "hops" else 1 / float(both[a, b]))
     return graph

@@ -182,7 +182,8 @@ class Radio:
         """From whom [k] to whom [k] a full packet gets that is sent once, and with which chance [k]
         while nobody else is on the air. (Errors in the header, which is more robust, are left
         out.)"""
-        context, seen, rate = self._context, self._params.reception, self._standard.rates[self._rate]
+        context, seen = self._context, self._params.reception
+        rate = self._standard.rates[self._rate]
         links = self._budget.links(context.positions(context.now_ns), context.obstacles)
         dbm = 10 * np.log10(links.mw)
         above_db = dbm - _THERMAL_DBM - seen.noise_figure_db
