@@ -151,6 +151,11 @@ class Medium:
     def bytes_on_air(self) -> int:
         return sum(self.tx_bytes) - self._barred_bytes
 
+    @property
+    def control_bytes(self) -> int:
+        """Sent by the model's own protocols, beside the others."""
+        return self.model.control()[1] if hasattr(self.model, "control") else 0
+
     # What models may know and do: ports.Context.
 
     now_ns = property(attrgetter("_kernel.now_ns"))
