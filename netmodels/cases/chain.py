@@ -47,9 +47,9 @@ class Chain:
     """A chain of hops, 25 m each, that carries one saturated flow: two frames for each hop are on
     the way at any time. A frame hinders whoever is two hops from its sender or nearer, so that of
     four hosts in a row one sends: a quarter of the single-hop rate is the most that a long chain
-    carries, and carrier sense achieves less (Li, Blake, De Couto, Lee, Morris 2001). ``goodput_share`` is of the
-    goodput of one such hop. With ``dcf`` the protocol's messages are as long as packets: shorter
-    ones would get over two hops, which packets do not."""
+    carries, and carrier sense achieves less (Li, Blake, De Couto, Lee, Morris 2001).
+    ``goodput_share`` is of the goodput of one such hop. With ``dcf`` the protocol's messages are as
+    long as packets: shorter ones would get over two hops, which packets do not."""
 
     class Params(ports.Params):
         hops: int = Field(4, ge=1, le=100, description="from the first host to the last one (the "
