@@ -394,3 +394,12 @@ def test_nobody_can_leave_a_single_hop():
     with pytest.raises(InputError) as error:
         Chain(Chain.Params(hops=1, leave="1 s")).setup()
     assert str(error.value) == ".leave: in a single hop there is no host in the middle"
+
+
+def test_a_rung_is_built_from_the_parameters_of_the_radio():
+    """Two hops of 40 m: each by itself is one of the radio's; 80 m are not."""
+    radio = Radio.Params(standard="11a", rate="6 Mb/s")
+    bench = Bench(Multihop(Multihop.Params(), Radio(radio)), row(3, spacing_m=40.0))
+    bench.send(5 * S, "h0", "h2", 1046)
+    assert [fate for *_, fate in bench.run(6 * S)] == ["arrived"]
+    assert set(Radio.reasons) < set(bench.medium.model.reasons)
