@@ -390,6 +390,20 @@ def test_slots_are_those_of_the_hosts(slots, line):
     assert str(error.value) == line
 
 
+def test_what_is_wrong_with_a_hop_is_said_under_its_name():
+    with pytest.raises(InputError) as error:
+        Bench(multihop("batman", "radio", rate="7 Mb/s"), row(2))
+    assert str(error.value).startswith(".radio.rate: 7 Mb/s is no rate of 11g; allowed: 1 Mb/s, ")
+
+
+def test_who_hears_a_message_gets_packets():
+    """54 Mb/s: 40 m are two hops, though broadcasts at 6 Mb/s would get over them."""
+    for params, next_hop in ({}, 1), ({"broadcast_rate": "6 Mb/s"}, 2):
+        model = multihop("batman", "radio", **params)
+        Bench(model, row(3, spacing_m=20.0)).run(6 * S)
+        assert model.routing.next_hop(0, 2) == next_hop
+
+
 def test_nobody_can_leave_a_single_hop():
     with pytest.raises(InputError) as error:
         Chain(Chain.Params(hops=1, leave="1 s")).setup()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
 from desim import ports
+from desim.errors import below
 from netmodels.disk import Disk
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop.batman import Batman, BatmanParams
@@ -44,7 +46,9 @@ class Multihop:
     class Params(ports.Params):
         hop: Literal["radio", "disk", "ideal_mac", "tdma"] = Field("radio", description=(
             "the model of single hops; its parameters stand under its name (Wi-Fi)"))
-        radio: Radio.Params | None = Field(None, description="of hop: radio (its own defaults)")
+        radio: Radio.Params | None = Field(None, description=(
+            "of hop: radio (its own defaults, but broadcasts are as fast as unicast frames: who "
+            "hears a routing message should get packets, too)"))
         disk: Disk.Params | None = Field(None, description="of hop: disk (its own defaults)")
         ideal_mac: IdealMac.Params | None = Field(None, description="of hop: ideal_mac (its own "
                                                                     "defaults)")
@@ -77,8 +81,9 @@ class Multihop:
     def __init__(self, params: Params, hop: ports.NetworkModel | None = None) -> None:
         """``hop``: a single-hop model that is made already, instead of the one in ``params``. With
         routing ``static`` it has ``links() -> from whom [k], to whom [k], delivery [k]``."""
+        self._block = "" if hop else f".{params.hop}"
         if hop is None:
-            hop = HOPS[params.hop](getattr(params, params.hop))
+            hop = HOPS[params.hop](_as_fast(getattr(params, params.hop)))
         else:
             self.reasons = (*hop.reasons, "hop_limit", "no_path", "relay_down")
         self._hop, self._limit = hop, params.hop_limit
@@ -88,7 +93,8 @@ class Multihop:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._hops = Hops(self._hop, context, len(hosts))
-        self._hop.start(self._hops, hosts)
+        with below(self._block) if self._block else nullcontext():
+            self._hop.start(self._hops, hosts)
         self.routing.start(self._hops, hosts)
 
     def send(self, frame: ports.Frame) -> None:
@@ -146,3 +152,10 @@ class Multihop:
             self._context.settle(journey.frame, dest, _RELAY_DOWN)
         else:
             self._context.settle(journey.frame, dest, _NO_PATH if next_hop is None else _HOP_LIMIT)
+
+
+def _as_fast(params: ports.Params) -> ports.Params:
+    """A radio's parameters with its broadcasts at the rate of unicast frames, if they have none."""
+    if not isinstance(params, Radio.Params) or params.broadcast_rate_bps is not None:
+        return params
+    return params.model_copy(update={"broadcast_rate_bps": params.rate_bps})
