@@ -33,6 +33,15 @@ class Disk:
         self._context = context
         self._free_ns = [0] * len(hosts)
 
+    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """From whom [k] to whom [k] a frame gets now, with chance 1 [k]."""
+        places = self._context.positions(self._context.now_ns)
+        apart = places[:, None] - places[None]
+        near = ~(np.einsum("ijk,ijk->ij", apart, apart) > self._range_m2)
+        np.fill_diagonal(near, False)
+        one, other = np.nonzero(near)
+        return one, other, np.ones(len(one))
+
     def send(self, frame: ports.Frame) -> None:
         context, source = self._context, frame.source
         now_ns = context.now_ns

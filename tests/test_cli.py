@@ -356,7 +356,7 @@ def test_net_prints_one_json_object_with_the_same_keys_everywhere():
 
 @pytest.mark.parametrize(("words", "says"), [
     (("saturatoin",), "unknown case 'saturatoin' (did you mean 'saturation'?); known: bottleneck, "
-                      "broadcast, bus, hidden, saturation, two_pairs, or a dotted path "
+                      "broadcast, bus, chain, hidden, saturation, two_pairs, or a dotted path "
                       "'package.module:Class'"),
     (("hidden", "--spacng", 3), "--spacng: there is no such option (did you mean 'spacing'?); "
                                 "allowed: --spacing, --rts, --load, --standard, --rate, --payload, "
@@ -397,4 +397,5 @@ def test_validate_fails_where_a_comparison_does(monkeypatch):
 def test_validate_knows_its_groups():
     said = desim_("validate", "--only", "wating", code=2)
     assert said.startswith("--only: there is no group 'wating' (did you mean 'waiting'?); known: "
-                           "aloha, broadcast, bursts, bus, collisions, delays, ")
+                           "aloha, broadcast, bursts, bus, chain, collisions, "
+                           "delays, ")

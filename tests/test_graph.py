@@ -380,3 +380,19 @@ def test_software_may_differ_from_host_to_host():
     host.software = lambda host: [Own(host, "own"), Life(host, "life", silent)]
     host.start()
     assert [row[1] for row in net.rows()] == ["host_started", "host_stopped", "host_started", "own"]
+
+
+def test_a_model_that_wants_to_know_is_told_who_stops_and_starts():
+    told = []
+
+    class Listening(Ideal):
+        def switched(self, host, up):
+            told.append((host, up))
+
+    net = Net({"a": lambda node: None, "b": lambda node: None}, Listening(Ideal.Params()))
+    host = net.graph.host("b")
+    net.at(MS, host.stop)
+    net.at(2 * MS, host.stop)
+    net.at(3 * MS, host.start)
+    net.run(S)
+    assert told == [(0, True), (1, True), (1, False), (1, True)]

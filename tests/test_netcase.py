@@ -80,7 +80,16 @@ def test_all_measures_of_an_idle_line():
         "offered_mbps": pytest.approx(0.08), "fairness": 1.0, "frames": 100, "delivered": 100,
         "lost": {}, "delivery_ratio": 1.0, "loss": 0.0, "drop_rate": 0.0, "attempts": None,
         "failure_rate": None, "delay_mean_ms": 1.0, "delay_error_ms": None, "delay_p50_ms": 1.0,
-        "delay_p95_ms": 1.0, "delay_p99_ms": 1.0, "measured_s": 1.0}
+        "delay_p95_ms": 1.0, "delay_p99_ms": 1.0, "control_frames": None, "control_bytes": None,
+        "goodput_share": None, "measured_s": 1.0}
+
+
+def test_a_flow_may_begin_later_and_a_setup_be_compared_with_another_one():
+    """Half of what the other one carries; the last frame is sent at the end."""
+    late = Flow("a", ("b",), 125, 100, "zero", 10 * MS, begin_ns=500 * MS)
+    whole = link_setup(late._replace(begin_ns=0))
+    found = play(link_setup(late)._replace(compared=whole))
+    assert (found["frames"], found["goodput_share"]) == (51, 0.5)
 
 
 def test_those_who_begin_at_zero_queue_in_the_order_of_flows():

@@ -72,8 +72,8 @@ def test_the_contract(finished):
         "stop_reason", "exploration_time_s", "union_time_s", "fleet_time_s", "exploration_cost_m",
         "exploration_efficiency_m2_per_m", "safety", "collisions", "recoveries",
         "map_completeness", "map_quality", "explored_area_m2", "messages_sent",
-        "messages_delivered", "messages_dropped", "bytes_on_air", "digest", "partitions",
-        "traffic", "latency_by_topic"}
+        "messages_delivered", "messages_dropped", "bytes_on_air", "control_bytes", "digest",
+        "partitions", "traffic", "latency_by_topic"}
     assert set(finished.metrics["robots"]) == {"robot_0", "robot_1", "robot_2"}
     assert set(finished.metrics["robots"]["robot_0"]) >= {"rx_kBps", "tx_kBps"}
 

@@ -10,6 +10,7 @@ import pytest
 from desim.experiment.netcase import play
 from desim.ports.cases import Check
 from netmodels import bus, link
+from netmodels.cases import chain
 from netmodels.radio import delivery, pathloss
 from netmodels.radio.errors import bit_error, packet_error
 from netmodels.radio.standards import STANDARDS
@@ -17,6 +18,7 @@ from netmodels.validation import aloha, chance, propagation, round_trip
 from netmodels.validation.aloha import RandomAccess
 from netmodels.validation.broadcast import Heartbeats
 from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
+from netmodels.validation.chain import Chains
 from netmodels.validation.chance import Bursts, Delays, Spells
 from netmodels.validation.disk import DiskOfRadio
 from netmodels.validation.places import HiddenTerminals, Pairs
@@ -50,6 +52,10 @@ def longer_frames(monkeypatch):
 
 def longer_slots(monkeypatch):
     monkeypatch.setattr(bus, "SLOT_BITS", 563)
+
+
+def shorter_interference(monkeypatch):
+    monkeypatch.setattr(chain, "INTERFERENCE_M", 0.905 * chain.INTERFERENCE_M)
 
 
 def longer_symbols(monkeypatch):
@@ -99,7 +105,7 @@ TWINS = [
     (Waiting, 1, slower_rates), (FiniteQueue, 1, slower_rates), (PeriodicSenders, 4, slower_rates),
     (CarrierSenseOfNs3, 6, slower_bus), (CollisionsOfEthernet, 3, longer_slots),
     (RandomAccess, 2, longer_frames), (Pairs, 8, less_loss), (HiddenTerminals, 6, less_loss),
-    (Heartbeats, 1, longer_symbols),
+    (Heartbeats, 1, longer_symbols), (Chains, 6, shorter_interference),
     (Propagation, 20, less_loss), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
     (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
     (Delays, 8, more_jitter),

@@ -33,8 +33,18 @@ def play(setup: Setup, seed: int = 1) -> dict[str, Any]:
     | ``drop_rate``: lost by other reasons than a full queue, among those that were let in (None:
     broadcast) | ``attempts``: transmissions, where the model counts them | ``failure_rate``: the
     share of them that failed | ``delay_mean_ms``, ``_p50_``, ``_p95_``, ``_p99_``: from sending to
-    arriving | ``delay_error_ms``: standard error of the mean, of 20 batches | ``measured_s``.
+    arriving | ``delay_error_ms``: standard error of the mean, of 20 batches | ``control_frames``,
+    ``control_bytes``: sent by the model's own protocols, where it counts them | ``goodput_share``:
+    of the goodput of the setup that this one is compared with | ``measured_s``.
     """
+    measures = _play(setup, seed)
+    compared = setup.compared and play(setup.compared, seed)
+    measures["goodput_share"] = compared and _share(measures["goodput_mbps"],
+                                                    compared["goodput_mbps"])
+    return measures
+
+
+def _play(setup: Setup, seed: int) -> dict[str, Any]:
     hosts = tuple(sorted(setup.places, key=ports.natural_key))
     kernel, names = Kernel(), Names()
     medium = Medium("case", setup.model, setup.rules, kernel=kernel, names=names,
@@ -45,16 +55,16 @@ def play(setup: Setup, seed: int = 1) -> dict[str, Any]:
         source = Source(flow, hosts, kernel, medium, names.id(f"{flow.source} {number}"))
         source.begin(streams("case", "flow", number))
         sources.append(source)
-    before = (0, 0)
+    before: dict[str, tuple[int, int]] = {}
     if setup.warm_up_ns:
         kernel.run(setup.warm_up_ns)
-        before = _attempts(setup.model) or before
+        before = _counted(setup.model)
         for source in sources:
             source.forget()
     kernel.run(setup.duration_ns)
-    after = _attempts(setup.model)
-    attempts = None if after is None else (after[0] - before[0], after[1] - before[1])
-    return _measures(sources, attempts, (setup.duration_ns - setup.warm_up_ns) / NS_PER_S)
+    counts = {name: tuple(np.subtract(count, before.get(name, 0)).tolist())
+              for name, count in _counted(setup.model).items()}
+    return _measures(sources, counts, (setup.duration_ns - setup.warm_up_ns) / NS_PER_S)
 
 
 class Source:
@@ -82,10 +92,10 @@ class Source:
     def begin(self, luck: np.random.Generator) -> None:
         after, flow = self._kernel.after, self.flow
         for _ in range(flow.backlog + 2 * self._saturated):
-            after(0, Phase.CONTROL, self._entity, self._send)
+            after(flow.begin_ns, Phase.CONTROL, self._entity, self._send)
         if not self._saturated:
             self._gaps = _gaps(flow, luck)
-            after(next(self._gaps), Phase.CONTROL, self._entity, self._next)
+            after(flow.begin_ns + next(self._gaps), Phase.CONTROL, self._entity, self._next)
 
     def _next(self, _: Any) -> None:
         self._send(None)
@@ -128,12 +138,13 @@ def _gaps(flow: Flow, luck: np.random.Generator) -> Iterator[int]:
         yield flow.every_ns
 
 
-def _attempts(model: ports.NetworkModel) -> tuple[int, int] | None:
-    """Transmissions so far, and how many of them failed."""
-    return model.attempts() if hasattr(model, "attempts") else None
+def _counted(model: ports.NetworkModel) -> dict[str, tuple[int, int]]:
+    """What the model counts itself, so far."""
+    return {name: getattr(model, name)() for name in ("attempts", "control")
+            if hasattr(model, name)}
 
 
-def _measures(sources: list[Source], attempts: tuple[int, int] | None,
+def _measures(sources: list[Source], counts: dict[str, tuple[int, int]],
               seconds: float) -> dict[str, Any]:
     lost: dict[str, int] = {}
     for source in sources:
@@ -144,7 +155,8 @@ def _measures(sources: list[Source], attempts: tuple[int, int] | None,
     let_in = settled - lost.get("queue_full", 0)
     by_flow = [source.flow.payload_bytes * len(source.delays_ns) for source in sources]
     unicast = not any(source.flow.broadcast for source in sources)
-    transmitted, failed = attempts or (None, None)
+    transmitted, failed = counts.get("attempts", (None, None))
+    control_frames, control_bytes = counts.get("control", (None, None))
     megabits_per_s = 8e-6 / seconds
     return {
         "goodput_mbps": sum(by_flow) * megabits_per_s,
@@ -162,8 +174,10 @@ def _measures(sources: list[Source], attempts: tuple[int, int] | None,
         "loss": _share(settled - delivered, settled),
         "drop_rate": _share(let_in - delivered, let_in) if unicast else None,
         "attempts": transmitted,
-        "failure_rate": _share(failed, transmitted) if unicast and attempts else None,
+        "failure_rate": _share(failed, transmitted) if unicast and transmitted else None,
         **_delays(sources),
+        "control_frames": control_frames,
+        "control_bytes": control_bytes,
         "measured_s": seconds,
     }
 

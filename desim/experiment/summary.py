@@ -53,6 +53,7 @@ def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
         "messages_dropped": dict(sorted(traffic.dropped.items())),
         "messages_in_flight": traffic.in_flight,
         "bytes_on_air": traffic.bytes_on_air,
+        "control_bytes": sum(medium.control_bytes for medium in monitor.graph.media),
         "partitions": monitor.splits.summary(),
         "traffic": by_kind(monitor.graph),
         "latency_by_topic": monitor.families.latency(),

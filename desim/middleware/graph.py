@@ -87,6 +87,7 @@ class Host:
             return
         graph = self.graph
         graph.up[self.index] = True
+        self._tell_media(True)
         graph.trace.row(graph.kernel.now_ns, graph.names.id("host_started"), self.id)
         self.nodes = self.software(self)
         for node in self.nodes:
@@ -99,6 +100,7 @@ class Host:
             return
         graph = self.graph
         graph.up[self.index] = False
+        self._tell_media(False)
         graph.trace.row(graph.kernel.now_ns, graph.names.id("host_stopped"), self.id)
         for node in self.nodes:
             node.stop()
@@ -112,6 +114,10 @@ class Host:
         self._ends = {}
         self._inbox.clear()
         graph.middleware.forget(self.index)
+
+    def _tell_media(self, up: bool) -> None:
+        for medium in self.media:
+            medium.switched(self.index, up)
 
     def absolute(self, topic: str) -> str:
         """``scan`` on ``robot_3`` is ``/robot_3/scan``; with a leading slash it is absolute."""

@@ -112,7 +112,7 @@ class Medium:
     __slots__ = ("name", "id", "model", "rules", "up", "frames", "intended", "delivered", "copies",
                  "dropped", "tx_bytes", "rx_bytes", "_barred_bytes", "_kernel", "_after", "_send",
                  "_streams", "_place", "positions", "_ids", "_open", "_broadcasts", "_awaited",
-                 "_flying", "_reasons", "_reach_m", "_separators", "_judges")
+                 "_flying", "_reasons", "_switched", "_reach_m", "_separators", "_judges")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
@@ -142,6 +142,7 @@ class Medium:
         self._awaited = 0  # settlements of those
         self._flying = 0
         self._reasons = frozenset(model.reasons)
+        self._switched = getattr(model, "switched", None)
         parts = (model, *self.rules)
         self._reach_m = min(getattr(part, "reach_m", math.inf) for part in parts)
         self._separators = [part.separates for part in parts if hasattr(part, "separates")]
@@ -154,6 +155,11 @@ class Medium:
     @property
     def bytes_on_air(self) -> int:
         return sum(self.tx_bytes) - self._barred_bytes
+
+    @property
+    def control_bytes(self) -> int:
+        """Sent by the model's own protocols, beside the others."""
+        return self.model.control()[1] if hasattr(self.model, "control") else 0
 
     # What models may know and do: ports.Context.
 
@@ -231,6 +237,11 @@ class Medium:
             self._open[number, receiver] = (carrier, token, receiver, size_bytes,
                                             PLAIN if terms is None else terms[receiver])
         self._send(frame)
+
+    def switched(self, host: int, up: bool) -> None:
+        """A host has started or stopped: for a model that wants to know."""
+        if self._switched is not None:
+            self._switched(host, up)
 
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
         """[k, k] bool: between which of ``hosts`` [k] (indices) frames can get now, as far as the

@@ -184,7 +184,9 @@ class NetworkModel(Protocol):
     ``reasons`` are the drop reasons it may give. Built as ``Model(params)`` with an instance of
     its ``Params``; ``start`` as a rule's. One host may send several frames in one instant: to queue
     them is the model's task. It may have ``reach_m`` and ``separates`` as a rule may,
-    ``attempts() -> (int, int)``: transmissions so far, and how many of them failed, and
+    ``attempts() -> (int, int)``: transmissions so far, and how many of them failed,
+    ``control() -> (int, int)``: frames and bytes that its protocols have sent so far,
+    ``switched(host, up)``, which is called when a host starts or stops, all being up before, and
     ``signal(from_m, to_m) -> Signal``: what comes in now at ``to_m`` [n, 2] m of somebody who sends
     at ``from_m`` [2] m.
     """

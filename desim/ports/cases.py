@@ -18,9 +18,10 @@ class Flow(NamedTuple):
     ``payload_bytes``.
 
     There is one every ``every_ns``, on average (``poisson``) or exactly: from a random phase
-    (``periodic``) or from time 0 (``zero``). Unicast flows may also be ``saturated``: two frames
-    are in the network at any time. A ``backlog`` of so many frames is sent at time 0 beside. An
-    ``echo`` is sent back by its receiver, and has arrived when it is there again.
+    (``periodic``) or from the beginning (``zero``). Unicast flows may also be ``saturated``: two
+    frames are in the network at any time. A ``backlog`` of so many frames is sent at the beginning
+    beside. An ``echo`` is sent back by its receiver, and has arrived when it is there again. The
+    beginning is ``begin_ns``.
     """
 
     source: str
@@ -32,11 +33,13 @@ class Flow(NamedTuple):
     backlog: int = 0
     broadcast: bool = False
     echo: bool = False
+    begin_ns: int = 0
 
 
 class Setup(NamedTuple):
     """A network without robots. ``places``: host to x, y in m (``NOWHERE``: it has none). What
-    becomes of frames in the first ``warm_up_ns`` is not counted."""
+    becomes of frames in the first ``warm_up_ns`` is not counted. ``compared``: another network, of
+    whose goodput this one's is a share."""
 
     model: NetworkModel
     places: Mapping[str, tuple[float, float]]
@@ -44,6 +47,7 @@ class Setup(NamedTuple):
     duration_ns: int
     warm_up_ns: int = 0
     rules: Sequence[Rule] = ()
+    compared: Setup | None = None
 
 
 class Case(Protocol):

@@ -61,6 +61,8 @@ def _rows(m: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
     offered = m["offered_mbps"]
     yield ("goodput", f"{m['goodput_mbps']:.3f} Mb/s",
            "of payload" + ("" if offered is None else f"; offered {offered:.3f} Mb/s"))
+    if m["goodput_share"] is not None:
+        yield "", f"{m['goodput_share']:.4f}", "of what it is compared with (goodput_share)"
     yield "throughput", f"{m['throughput_mbps']:.3f} Mb/s", "with headers"
     if m["delay_mean_ms"] is not None:
         error = m["delay_error_ms"]
@@ -73,6 +75,8 @@ def _rows(m: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
         yield "lost", str(count), reason
     if m["attempts"] is not None:
         yield "attempts", str(m["attempts"]), _share(m["failure_rate"], "failed (failure_rate)")
+    if m["control_frames"] is not None:
+        yield "control", f"{m['control_bytes']} B", f"in {m['control_frames']} frames of protocols"
     if m["drop_rate"] is not None:
         yield "drop rate", f"{m['drop_rate']:.5f}", "given up, of those that were not refused"
     if m["fairness"] is not None:

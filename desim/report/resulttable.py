@@ -48,6 +48,8 @@ def _network(m: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("on the air", f"{m['bytes_on_air'] / 1e6:.1f} MB",
          f"{8e-6 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9):.2f} Mb/s on average"),
     ]
+    if m.get("control_bytes"):
+        rows.append(("", f"{m['control_bytes'] / 1e6:.1f} MB", "of routing protocols, beside"))
     split = m["partitions"]
     if split["count"]:
         rows.append(("partitions", str(split["count"]), f"{split['total_s']:.0f} s in all, the "

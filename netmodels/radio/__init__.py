@@ -164,6 +164,17 @@ class Radio:
     def _on_different_channels(self, host: int, other: int) -> bool:
         return self._budget.channels[host] != self._budget.channels[other]
 
+    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """From whom [k] to whom [k] a full packet gets that is sent once, and with which chance [k]
+        while nobody else is on the air."""
+        context = self._context
+        links = self._budget.links(context.positions(context.now_ns), context.obstacles)
+        share = delivery(10 * np.log10(links.mw), self._standard, self._rate,
+                         psdu_bytes(FULL_BYTES, 1), self._params.reception.for_stations())
+        source = np.repeat(np.arange(len(links.first) - 1), np.diff(links.first))
+        found = share > 0.0
+        return source[found], links.hearer[found], share[found]
+
     def send(self, frame: ports.Frame) -> None:
         context = self._context
         now_ns = context.now_ns

@@ -1,0 +1,118 @@
+"""Hosts in a row, each of which passes on what the first one says to the last one."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from desim import ports
+from desim.errors import InputError
+from desim.ports.cases import Flow, Setup
+from desim.units import BitRate, ByteSize, Period, airtime_ns
+from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.senders import numbered
+from netmodels.ideal_mac import IdealMac
+from netmodels.multihop import Multihop
+from netmodels.multihop.batman import BatmanParams
+from netmodels.radio import Radio
+from netmodels.tdma import Tdma
+
+SPACING_M = 25.0  # carrier sense reaches 51.4 m, and 24 Mb/s (90 % of 1500 B) 45 m
+RANGE_M, INTERFERENCE_M = 1.1 * SPACING_M, 2.1 * SPACING_M
+_ASIDE_M = 1.0  # the spare host
+_REUSE = 4  # hops from a sender to the next one whom it may send with: the interference and two
+_WARM_UP_NS = 2_000_000_000
+_LEARNING_NS = 5_000_000_000  # until a protocol knows its routes
+
+
+class _Deserted(Multihop):
+    """Whoever passes frames from ``host`` for ``dest`` on leaves, and does not come back."""
+
+    def __init__(self, params: Multihop.Params, host: str, dest: str, leaves_ns: int) -> None:
+        super().__init__(params)
+        self._way, self._leaves_ns = (host, dest), leaves_ns
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        super().start(context, hosts)
+        context.at(self._leaves_ns, self._leave, tuple(map(hosts.index, self._way)))
+
+    def _leave(self, way: tuple[int, int]) -> None:
+        relay = self.routing.next_hop(*way)
+        if relay is not None:
+            self.switched(relay, False)
+
+
+class Chain:
+    """A chain of hops, 25 m each, that carries one saturated flow: two frames for each hop are on
+    the way at any time. A frame hinders whoever is two hops from its sender or nearer, so that of
+    four hosts in a row one sends: a quarter of the single-hop rate is the most that a long chain
+    carries, and carrier sense achieves less (Li, Blake, De Couto, Lee, Morris 2001).
+    ``goodput_share`` is of the goodput of one such hop. With ``dcf`` the protocol's messages are as
+    long as packets: shorter ones would get over two hops, which packets do not."""
+
+    class Params(ports.Params):
+        hops: int = Field(4, ge=1, le=100, description="from the first host to the last one (the "
+                                                       "first chain that sends twice at once)")
+        mac: Literal["ideal", "tdma", "dcf"] = Field("ideal", description=(
+            "who sends when: as somebody says who knows everything, in slots that every fourth "
+            "host shares, or by carrier sense of 802.11a (the bound)"))
+        routing: Literal["static", "batman"] = Field("static", description=(
+            "known to everybody for nothing, or a protocol on the same air (the bound)"))
+        rate_bps: BitRate = Field("24 Mb/s", description="of all frames (reaches one hop, not two)")
+        payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
+            "of UDP (ns-3 reference)"))
+        leave_ns: Period | None = Field(None, examples=["10 s"], description=(
+            "after the start of the flow; of two hosts in the middle the one in use leaves, and "
+            "the other one is to take its place (nobody leaves, and there is one only)"))
+        duration_ns: Period = Field("10 s", description="that is measured, after two seconds of "
+                                                        "the flow")
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+
+    def setup(self) -> Setup:
+        p = self._params
+        if p.leave_ns is not None and p.hops < 2:
+            raise InputError(".leave: in a single hop there is no host in the middle")
+        one = None if p.hops == 1 else self._chain(1, None)
+        return self._chain(p.hops, p.leave_ns)._replace(compared=one)
+
+    def _chain(self, hops: int, leave_ns: int | None) -> Setup:
+        p = self._params
+        hosts = numbered("host", hops + 1)
+        places = {host: (SPACING_M * k, 0.0) for k, host in enumerate(hosts)}
+        if leave_ns is not None:
+            places["spare"] = SPACING_M * (hops // 2), _ASIDE_M
+        begin_ns = _LEARNING_NS if p.routing == "batman" else 0
+        size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
+        batman = BatmanParams()
+        if p.mac == "dcf":  # a short message would get farther than the packets
+            batman = BatmanParams(message=f"{size_bytes} B")
+        params = Multihop.Params(routing=p.routing, batman=batman,
+                                 **self._hop(hosts, size_bytes, leave_ns))
+        model = (Multihop(params) if leave_ns is None
+                 else _Deserted(params, hosts[hops // 2 - 1], hosts[-1], begin_ns + leave_ns))
+        flow = Flow(hosts[0], (hosts[-1],), size_bytes, p.payload_bytes, backlog=2 * hops - 2,
+                    begin_ns=begin_ns)
+        warm_up_ns = begin_ns + _WARM_UP_NS
+        return Setup(model, places, [flow], warm_up_ns + p.duration_ns, warm_up_ns)
+
+    def _hop(self, hosts: tuple[str, ...], size_bytes: int, leave_ns: int | None) -> dict:
+        """The parameters of single hops: a chain of n hops needs n slots, or as many as it takes
+        until a slot may be used again; the spare host has its own."""
+        p = self._params
+        rate = f"{p.rate_bps} b/s"
+        if p.mac == "dcf":
+            return {"hop": "radio", "radio": Radio.Params(standard="11a", rate=rate,
+                                                          broadcast_rate=rate)}
+        air = {"rate": rate, "range": f"{RANGE_M} m", "interference": f"{INTERFERENCE_M} m"}
+        if p.mac == "ideal":
+            return {"hop": "ideal_mac", "ideal_mac": IdealMac.Params(**air)}
+        cycle = min(len(hosts) - 1, _REUSE)
+        slots = {host: k % cycle for k, host in enumerate(hosts)}
+        if leave_ns is not None:
+            slots["spare"] = cycle
+            cycle += 1
+        return {"hop": "tdma", "tdma": Tdma.Params(
+            cycle=cycle, slots=slots, slot=f"{airtime_ns(size_bytes, p.rate_bps)} ns", **air)}

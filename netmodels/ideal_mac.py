@@ -1,0 +1,148 @@
+"""A medium access that nothing escapes: everybody knows who sends and who listens around him."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from desim import ports
+from desim.units import BitRate, Length, airtime_ns
+from netmodels.neighbourhood import Neighbourhood, mask
+
+_ARRIVED = ports.Deliver(0)
+
+
+class _Sending(NamedTuple):
+    """A frame on the air, and the hosts (bit masks) that get it, that cannot hear anything else
+    meanwhile, and that must not send."""
+
+    frame: ports.Frame
+    got: int
+    deaf: int
+    quiet: int
+
+
+class IdealMac:
+    """Radios that share the air without collisions, backoff or acknowledgements, as if somebody
+    told them when: a frame begins as soon as it hinders no other one and no other one hinders it
+    (the protocol model of Gupta and Kumar 2000), and of those who wait, whoever has been silent for
+    longest goes first.
+
+    A frame arrives within ``range`` after size * 8 / ``rate``, and hinders whoever listens to
+    somebody else within ``interference``. A train is one long frame. Who is where is seen when a
+    frame begins. A host without a place hears nobody, and nobody hears it.
+    """
+
+    class Params(ports.Params):
+        rate_bps: BitRate = Field("54 Mb/s", description="(802.11g nominal)")
+        range_m: Length = Field("200 m", description="(the paper)")
+        interference_m: Length = Field("400 m", description="of a frame with others, as far or "
+                                                            "farther (two hops; Li et al. 2001: "
+                                                            "2.2 ranges)")
+        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender (as "
+                                                              "the radio)")
+
+        @model_validator(mode="after")
+        def _reaches(self) -> IdealMac.Params:
+            return reaches(self)
+
+    reasons = ("out_of_range", "out_of_reach", "queue_full")
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+        self.reach_m = params.range_m
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+        self._around = Neighbourhood(context, self._params.range_m, self._params.interference_m)
+        self._queues: list[deque[ports.Frame]] = [deque() for _ in hosts]
+        self._since_ns = [0] * len(hosts)  # silent
+        self._waiting: set[int] = set()
+        self._air: dict[int, _Sending] = {}
+        self._booked = False
+
+    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """From whom [k] to whom [k] a frame gets now, with chance 1 [k]."""
+        return self._around.links()
+
+    def send(self, frame: ports.Frame) -> None:
+        queue, source = self._queues[frame.source], frame.source
+        if len(queue) == self._params.queue:
+            self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
+            return
+        queue.append(frame)
+        if source not in self._air:
+            self._waiting.add(source)
+            self._book()
+
+    def _book(self) -> None:
+        """Once for all that is sent in this instant, or over."""
+        if not self._booked:
+            self._booked = True
+            self._context.at(self._context.now_ns, self._begin)
+
+    def _begin(self, _: None) -> None:
+        self._booked = False
+        self._around.look()
+        deaf = quiet = 0
+        for sending in self._air.values():
+            deaf |= sending.deaf
+            quiet |= sending.quiet
+        since_ns = self._since_ns
+        for host in sorted(self._waiting, key=lambda host: (since_ns[host], host)):
+            sending = self._reserve(self._queues[host][0])
+            if not (quiet >> host & 1 or sending.got & deaf):
+                deaf |= sending.deaf
+                quiet |= sending.quiet
+                self._transmit(host, sending)
+
+    def _reserve(self, frame: ports.Frame) -> _Sending:
+        reached, disturbed = self._around.reached, self._around.disturbed
+        got = reached[frame.source] & mask(frame.receivers)
+        quiet = 0
+        for receiver in frame.receivers:
+            if got >> receiver & 1:
+                quiet |= disturbed[receiver]
+        return _Sending(frame, got, disturbed[frame.source], quiet)
+
+    def _transmit(self, host: int, sending: _Sending) -> None:
+        self._queues[host].popleft()
+        self._waiting.remove(host)
+        self._air[host] = sending
+        context = self._context
+        context.at(context.now_ns + airtime_ns(sending.frame.size_bytes, self._params.rate_bps),
+                   self._end, host)
+
+    def _end(self, host: int) -> None:
+        frame, got, _, _ = self._air.pop(host)
+        self._since_ns[host] = self._context.now_ns
+        if self._queues[host]:
+            self._waiting.add(host)
+        if self._waiting:
+            self._book()
+        tell(self._context, frame, got, 0)
+
+
+def tell(context: ports.Context, frame: ports.Frame, got: int, spoilt: int) -> None:
+    """Settle ``frame``: it has arrived at those in ``got``, and others spoilt it at ``spoilt``."""
+    if not frame.broadcast:
+        (receiver,) = frame.receivers
+        context.settle(frame, receiver, _ARRIVED if got else ports.Drop(
+            "collision" if spoilt else "out_of_range"))
+        return
+    for hosts, fate in (got, _ARRIVED), (spoilt, ports.Drop("collision")):
+        receivers = [receiver for receiver in frame.receivers if hosts >> receiver & 1]
+        if receivers:
+            context.settle_many(frame, receivers, fate)
+    context.settle_many(frame, None, ports.Drop("out_of_reach"))
+
+
+def reaches(params: ports.Params) -> ports.Params:
+    if params.interference_m < params.range_m:
+        raise ValueError(f"interference ({params.interference_m:g} m) is less than range "
+                         f"({params.range_m:g} m); who is near enough to get a frame is near "
+                         "enough to be disturbed")
+    return params

@@ -1,0 +1,161 @@
+"""Frames that find their way over several hops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from desim import ports
+from desim.errors import below
+from netmodels.disk import Disk
+from netmodels.ideal_mac import IdealMac
+from netmodels.multihop.batman import Batman, BatmanParams
+from netmodels.multihop.hops import Hops
+from netmodels.multihop.static import Static, StaticParams
+from netmodels.radio import Radio
+from netmodels.tdma import Tdma
+
+HOPS = {"radio": Radio, "disk": Disk, "ideal_mac": IdealMac, "tdma": Tdma}
+
+_HOP_LIMIT, _NO_PATH = ports.Drop("hop_limit"), ports.Drop("no_path")
+_RELAY_DOWN = ports.Drop("relay_down")
+
+
+class _Journey:
+    """A frame between two hops, and how many it has made."""
+
+    __slots__ = ("frame", "made")
+
+    def __init__(self, frame: ports.Frame) -> None:
+        self.frame, self.made = frame, 0
+
+
+class Multihop:
+    """Routes on top of single hops: each host passes frames on for others, whole frames (a train,
+    too, has to be there before it goes on), from the queue of its ``hop`` model. Routes are found
+    by ``routing``, whose messages are on the same air.
+
+    A frame is lost where a hop of it is, for that hop's reason; where a host knows no route
+    (``no_path``), where its next host is down (``relay_down``), and after ``hop_limit`` hops. A
+    broadcast goes one hop, as an IP router's does.
+    """
+
+    class Params(ports.Params):
+        hop: Literal["radio", "disk", "ideal_mac", "tdma"] = Field("radio", description=(
+            "the model of single hops; its parameters stand under its name (Wi-Fi)"))
+        radio: Radio.Params | None = Field(None, description=(
+            "of hop: radio (its own defaults, but broadcasts are as fast as unicast frames: who "
+            "hears a routing message should get packets, too)"))
+        disk: Disk.Params | None = Field(None, description="of hop: disk (its own defaults)")
+        ideal_mac: IdealMac.Params | None = Field(None, description="of hop: ideal_mac (its own "
+                                                                    "defaults)")
+        tdma: Tdma.Params | None = Field(None, description="of hop: tdma (its own defaults)")
+        routing: Literal["batman", "static"] = Field("batman", description=(
+            "a protocol on the air, or shortest paths that everybody knows for nothing (what such "
+            "networks do)"))
+        batman: BatmanParams = Field(BatmanParams(), description="of routing: batman (batman-adv)")
+        static: StaticParams = Field(StaticParams(), description="of routing: static (its own "
+                                                                 "defaults)")
+        hop_limit: int = Field(50, ge=1, le=255, description="hops that a frame may make "
+                                                             "(batman-adv)")
+
+        @model_validator(mode="before")
+        @classmethod
+        def _spelled_out(cls, given: Any) -> Any:
+            """The chosen model's parameters, and no other's."""
+            if not isinstance(given, dict):
+                return given
+            hop = given.get("hop", "radio")
+            for name in HOPS:
+                if name != hop and given.get(name) is not None:
+                    raise ValueError(f"{name} is given, but hop is {hop}: its parameters stand "
+                                     f"under {hop}")
+            return {hop: {}, **given} if hop in HOPS else given
+
+    reasons = tuple(sorted({"hop_limit", "no_path", "relay_down"}.union(
+        *(model.reasons for model in HOPS.values()))))
+
+    def __init__(self, params: Params, hop: ports.NetworkModel | None = None) -> None:
+        """``hop``: a single-hop model that is made already, instead of the one in ``params``. With
+        routing ``static`` it has ``links() -> from whom [k], to whom [k], delivery [k]``."""
+        self._block = "" if hop else f".{params.hop}"
+        if hop is None:
+            hop = HOPS[params.hop](_as_fast(getattr(params, params.hop)))
+        else:
+            self.reasons = (*hop.reasons, "hop_limit", "no_path", "relay_down")
+        self._hop, self._limit = hop, params.hop_limit
+        self.routing = (Batman(params.batman) if params.routing == "batman"
+                        else Static(params.static, hop.links))
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+        self._hops = Hops(self._hop, context, len(hosts))
+        with below(self._block) if self._block else nullcontext():
+            self._hop.start(self._hops, hosts)
+        self.routing.start(self._hops, hosts)
+
+    def send(self, frame: ports.Frame) -> None:
+        if frame.broadcast:
+            self._hop.send(frame)
+            return
+        dest = frame.receivers[0]
+        next_hop = self.routing.next_hop(frame.source, dest)
+        if next_hop == dest:
+            self._hop.send(frame)
+        elif next_hop is None:
+            self._context.settle(frame, dest, _NO_PATH)
+        else:
+            self._forward(_Journey(frame), frame.source, next_hop)
+
+    def switched(self, host: int, up: bool) -> None:
+        """A host has started or stopped."""
+        self._hops.switched(host, up)
+        self.routing.switched(host, up)
+
+    def separates(self, host: int, other: int) -> bool:
+        """Whether no frame gets from one to the other now, as far as the former knows."""
+        return self.routing.next_hop(host, other) is None
+
+    def control(self) -> tuple[int, int]:
+        """Frames and bytes that routing has sent so far."""
+        return getattr(self.routing, "frames", 0), getattr(self.routing, "bytes", 0)
+
+    def _forward(self, journey: _Journey, host: int, next_hop: int) -> None:
+        frame = journey.frame
+        journey.made += 1
+        self._hops.send(host, (next_hop,), frame.size_bytes, frame.segments, False, self._told,
+                        journey)
+
+    def _told(self, journey: _Journey, leg: ports.Frame, _: Sequence[int],
+              verdict: ports.Deliver | ports.Drop) -> None:
+        frame, (host,) = journey.frame, leg.receivers
+        dest = frame.receivers[0]
+        if host == dest or type(verdict) is ports.Drop:
+            self._context.settle(frame, dest, verdict)
+        elif verdict.delay_ns:
+            self._context.at(self._context.now_ns + verdict.delay_ns, self._arrived,
+                             (journey, host))
+        else:
+            self._arrived((journey, host))
+
+    def _arrived(self, arrived: tuple[_Journey, int]) -> None:
+        """At a host on the way."""
+        journey, host = arrived
+        dest = journey.frame.receivers[0]
+        next_hop = self.routing.next_hop(host, dest) if self._hops.up[host] else None
+        if next_hop is not None and journey.made < self._limit:
+            self._forward(journey, host, next_hop)
+        elif not self._hops.up[host]:
+            self._context.settle(journey.frame, dest, _RELAY_DOWN)
+        else:
+            self._context.settle(journey.frame, dest, _NO_PATH if next_hop is None else _HOP_LIMIT)
+
+
+def _as_fast(params: ports.Params) -> ports.Params:
+    """A radio's parameters with its broadcasts at the rate of unicast frames, if they have none."""
+    if not isinstance(params, Radio.Params) or params.broadcast_rate_bps is not None:
+        return params
+    return params.model_copy(update={"broadcast_rate_bps": params.rate_bps})

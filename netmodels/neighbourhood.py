@@ -1,0 +1,49 @@
+"""Who is near whom, on the unit disk: sets of hosts are bit masks, bit k for host k."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from desim import ports
+
+
+class Neighbourhood:
+    """A frame gets as far as ``range_m``, and disturbs others as far as ``interference_m``. A host
+    without a place is near nobody but itself."""
+
+    def __init__(self, context: ports.Context, range_m: float, interference_m: float) -> None:
+        self._context, self._limits_m = context, (range_m, interference_m)
+        self._places: np.ndarray | None = None
+
+    def look(self) -> None:
+        """Where everybody is now. To be called before ``reached`` and ``disturbed`` are read."""
+        places = self._context.positions(self._context.now_ns)
+        if places is self._places:
+            return
+        self._places = places
+        apart = places[:, None] - places[None]
+        apart_m2 = np.einsum("ijk,ijk->ij", apart, apart)
+        np.fill_diagonal(apart_m2, 0.0)
+        self._near, disturbed = (apart_m2 <= limit_m ** 2 for limit_m in self._limits_m)
+        self.reached, self.disturbed = _masks(self._near), _masks(disturbed | self._near)
+
+    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """From whom to whom, with which chance a frame gets: it does."""
+        self.look()
+        one, other = np.nonzero(self._near)
+        apart = one != other
+        return one[apart], other[apart], np.ones(int(apart.sum()))
+
+
+def _masks(near: np.ndarray) -> list[int]:
+    return [int.from_bytes(row.tobytes(), "little")
+            for row in np.packbits(near, axis=1, bitorder="little")]
+
+
+def mask(hosts: Iterable[int]) -> int:
+    found = 0
+    for host in hosts:
+        found |= 1 << host
+    return found

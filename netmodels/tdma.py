@@ -1,0 +1,125 @@
+"""Everybody has his own time to speak."""
+
+from __future__ import annotations
+
+import re
+from collections import deque
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from desim import ports
+from desim.errors import InputError, did_you_mean
+from desim.units import BitRate, Length, Period, airtime_ns
+from netmodels.ideal_mac import reaches, tell
+from netmodels.neighbourhood import Neighbourhood, mask
+
+
+class _Waiting:
+    """A frame in a queue: how many packets are left, and where one of them was spoilt."""
+
+    __slots__ = ("frame", "left", "spoilt")
+
+    def __init__(self, frame: ports.Frame) -> None:
+        self.frame, self.left, self.spoilt = frame, frame.segments, 0
+
+
+class Tdma:
+    """Time division: a cycle of slots, each long enough for one packet, and each host sends in its
+    own one. Who has the same slot sends at the same time: far apart that is reuse, and nearer it is
+    a ``collision`` at whoever hears both.
+
+    A packet arrives within ``range`` at the end of its slot, unless somebody else sends within
+    ``interference`` of the receiver, or the receiver does. A train takes as many of its sender's
+    slots as it has packets, and is lost with any of them. Clocks are in step; nothing is
+    acknowledged. Who is where is seen at the end of a slot. A host without a place hears nobody,
+    and nobody hears it.
+    """
+
+    class Params(ports.Params):
+        rate_bps: BitRate = Field("54 Mb/s", description="(802.11g nominal)")
+        slot_ns: Period = Field("250 us", description="(225 us of a full packet at 54 Mb/s, and "
+                                                      "10 % between them)")
+        cycle: int = Field(30, ge=1, le=10_000, description="slots until it is one's turn again "
+                                                             "(the paper's fleet)")
+        slots: dict[str, int] = Field({}, description="by host, 0 is the cycle's first (the number "
+                                                      "at the end of its name, modulo the cycle)")
+        range_m: Length = Field("200 m", description="(the paper)")
+        interference_m: Length = Field("400 m", description="of a frame with others, as far or "
+                                                            "farther (two hops)")
+        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender (as "
+                                                              "the radio)")
+
+        @model_validator(mode="after")
+        def _reaches(self) -> Tdma.Params:
+            return reaches(self)
+
+    reasons = ("collision", "out_of_range", "out_of_reach", "queue_full", "too_long")
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+        self.reach_m = params.range_m
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        """Raises ``InputError`` for slots that do not exist, or of hosts that do not."""
+        params = self._params
+        for host, slot in params.slots.items():
+            if host not in hosts:
+                raise InputError(f".slots: no host {host!r}{did_you_mean(host, hosts)}")
+            if not 0 <= slot < params.cycle:
+                raise InputError(f".slots.{host}: {slot} is no slot; allowed: 0 to "
+                                 f"{params.cycle - 1}")
+        self._context = context
+        self._slot = [params.slots.get(host, _number(host) % params.cycle) for host in hosts]
+        self._around = Neighbourhood(context, params.range_m, params.interference_m)
+        self._queues: list[deque[_Waiting]] = [deque() for _ in hosts]
+        self._senders: dict[int, list[int]] = {}  # by number of the slot since time 0
+
+    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """From whom [k] to whom [k] a frame gets now, with chance 1 [k]."""
+        return self._around.links()
+
+    def send(self, frame: ports.Frame) -> None:
+        params, queue = self._params, self._queues[frame.source]
+        if airtime_ns(-(-frame.size_bytes // frame.segments), params.rate_bps) > params.slot_ns:
+            self._context.settle_many(frame, frame.receivers, ports.Drop("too_long"))
+        elif len(queue) == params.queue:
+            self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
+        else:
+            queue.append(_Waiting(frame))
+            if len(queue) == 1:
+                self._book(frame.source, -(-self._context.now_ns // params.slot_ns))
+
+    def _book(self, host: int, earliest: int) -> None:
+        """The host's next slot from number ``earliest`` on is used."""
+        number = earliest + (self._slot[host] - earliest) % self._params.cycle
+        senders = self._senders.setdefault(number, [])
+        if not senders:
+            self._context.at((number + 1) * self._params.slot_ns, self._end, number)
+        senders.append(host)
+
+    def _end(self, number: int) -> None:
+        """All of a slot at once: who was disturbed, whose frame is over, who goes on. Then tell,
+        since whoever is told may send again."""
+        self._around.look()
+        reached, disturbed = self._around.reached, self._around.disturbed
+        senders, over = sorted(self._senders.pop(number)), []
+        for host in senders:
+            queue = self._queues[host]
+            waiting = queue[0]
+            for other in senders:
+                if other != host:
+                    waiting.spoilt |= disturbed[other]
+            waiting.left -= 1
+            if not waiting.left:
+                queue.popleft()
+                over.append((waiting, reached[host] & mask(waiting.frame.receivers)))
+            if queue:
+                self._book(host, number + 1)
+        for waiting, near in over:
+            tell(self._context, waiting.frame, near & ~waiting.spoilt, near & waiting.spoilt)
+
+
+def _number(host: str) -> int:
+    found = re.search(r"\d+$", host)
+    return int(found.group()) if found else 0
