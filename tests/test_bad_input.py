@@ -168,8 +168,6 @@ WRONG = {
         "network: {fidelity: mac, media: {air: {model: disk}, lan: {model: link}}}", [
             "2:21: network.fidelity: no medium has one to choose: air is a disk, lan is a link; "
             "allowed with a model that has a parameter fidelity, as radio has"]),
-    "fidelity that a model lacks": ("deployment: field\nnetwork: {fidelity: multihop}", [
-        "3:21: network.fidelity: 'multihop' is not allowed; allowed: ideal, disk, walls, mac"]),
     "unknown fidelity": ("deployment: field\nnetwork: {fidelity: wall}", [
         "3:21: network.fidelity: 'wall' is not allowed (did you mean 'walls'?); allowed: ideal, "
         "disk, walls, mac, multihop"]),

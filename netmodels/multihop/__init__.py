@@ -83,7 +83,7 @@ class Multihop:
         routing ``static`` it has ``links() -> from whom [k], to whom [k], delivery [k]``."""
         self._block = "" if hop else f".{params.hop}"
         if hop is None:
-            hop = HOPS[params.hop](_as_fast(getattr(params, params.hop)))
+            hop = HOPS[params.hop](as_fast(getattr(params, params.hop)))
         else:
             self.reasons = (*hop.reasons, "hop_limit", "no_path", "relay_down")
         self._hop, self._limit = hop, params.hop_limit
@@ -154,7 +154,7 @@ class Multihop:
             self._context.settle(journey.frame, dest, _NO_PATH if next_hop is None else _HOP_LIMIT)
 
 
-def _as_fast(params: ports.Params) -> ports.Params:
+def as_fast(params: ports.Params) -> ports.Params:
     """A radio's parameters with its broadcasts at the rate of unicast frames, if they have none."""
     if not isinstance(params, Radio.Params) or params.broadcast_rate_bps is not None:
         return params

@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from netmodels.ideal import Ideal
+from netmodels.multihop import Multihop, as_fast
 from netmodels.radio import Radio
 from netmodels.radio.clear import Clear
 
@@ -14,6 +15,7 @@ _RUNGS = {
     "ideal": lambda params: Ideal(Ideal.Params()),
     "disk": lambda params: Clear(params, open_air=True),
     "walls": lambda params: Clear(params, open_air=False),
+    "multihop": lambda params: Multihop(Multihop.Params(), Radio(as_fast(params))),
 }
 
 
@@ -21,6 +23,8 @@ class Ladder(Radio):
     """Wi-Fi without an access point (802.11a, b or g), from the same parameters on each rung of a
     ladder:
 
+    ``multihop``: ``mac``, and hosts pass on what others say to others, along routes that a protocol
+    finds on the same air (``netmodels.multihop``, with its defaults).
     ``mac``: carrier sense, backoff, acknowledgements and retries of unicast frames, none of
     broadcast ones; hidden terminals, capture of the stronger frame, errors; walls weaken what goes
     through them.
@@ -43,10 +47,10 @@ class Ladder(Radio):
     """
 
     class Params(Radio.Params):
-        fidelity: Literal["ideal", "disk", "walls", "mac"] = Field("mac", description=(
+        fidelity: Literal["ideal", "disk", "walls", "mac", "multihop"] = Field("mac", description=(
             "the rung; network.fidelity sets it for all media (the whole model)"))
 
-    reasons = (*Radio.reasons, "out_of_range")
+    reasons = (*Radio.reasons, "out_of_range", "hop_limit", "no_path", "relay_down")
 
     def __new__(cls, params: Params) -> Any:
         """The model of the rung: what is above it costs nothing."""
