@@ -42,7 +42,7 @@ def row(count, spacing_m=10.0):
         ("disk", {}), ("ideal_mac", {}), ("tdma", {}), ("radio", {}),
         ("disk", {"disk": {"range": "70 m"}, "static": {"metric": "hops"}}),
         ("disk", {"disk": {"range": "70 m"}, "hop_limit": 1})]
-] + [{"hop": "disk", "batman": {"interval": "600 s"}}], ids=str)
+], ids=str)
 def test_it_keeps_the_contract(params):
     check_network(Multihop, **params)
 

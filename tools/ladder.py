@@ -20,7 +20,7 @@ from desim.scenario.load import load
 from desim.simulation import Simulation
 
 FILE = Path(__file__).resolve().parent.parent / "scenarios" / "field_30.yaml"
-RUNGS = ("ideal", "disk", "walls", "mac")
+RUNGS = ("ideal", "disk", "walls", "mac", "multihop")
 SIZE = 30
 COLUMNS = ("rung", "explored after", "seeds", "delivered", "dropped messages", "lost frames",
            "Mb/s a robot", "real-time factor")

@@ -116,7 +116,7 @@ class Multihop:
         self.routing.switched(host, up)
 
     def separates(self, host: int, other: int) -> bool:
-        """Whether no frame gets from one to the other now, as far as the former knows."""
+        """Whether no unicast frame gets from one to the other now, as far as the former knows."""
         return self.routing.next_hop(host, other) is None
 
     def control(self) -> tuple[int, int]:

@@ -12,7 +12,8 @@ from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
 from netmodels.radio.dcf import DROPPED, EXPIRED, MISSED, NEVER, RECEIVED, Reception, Stations
-from netmodels.radio.delivery import FULL_BYTES, delivery
+from netmodels.radio.delivery import FULL_BYTES
+from netmodels.radio.delivery import delivery as delivered_share  # the module keeps its name
 from netmodels.radio.errors import error_table
 from netmodels.radio.pathloss import PathLossParams, reach_m
 from netmodels.radio.presets import filled
@@ -157,7 +158,7 @@ class Radio:
         """``ports.NetworkModel``: of unicast packets, one attempt each."""
         params = self._params
         power_dbm = self._budget.received_dbm(from_m, to_m, self._context.obstacles)
-        return ports.Signal(power_dbm, delivery(
+        return ports.Signal(power_dbm, delivered_share(
             power_dbm, self._standard, self._rate, psdu_bytes(FULL_BYTES, 1),
             params.reception.for_stations()))
 
@@ -169,8 +170,8 @@ class Radio:
         while nobody else is on the air."""
         context = self._context
         links = self._budget.links(context.positions(context.now_ns), context.obstacles)
-        share = delivery(10 * np.log10(links.mw), self._standard, self._rate,
-                         psdu_bytes(FULL_BYTES, 1), self._params.reception.for_stations())
+        share = delivered_share(10 * np.log10(links.mw), self._standard, self._rate,
+                                psdu_bytes(FULL_BYTES, 1), self._params.reception.for_stations())
         source = np.repeat(np.arange(len(links.first) - 1), np.diff(links.first))
         found = share > 0.0
         return source[found], links.hearer[found], share[found]
