@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
+
 import numpy as np
 import pytest
 from PIL import Image
 
 import desim
+from desim.errors import InputError
 from desim.report import figure
 
 
@@ -29,6 +32,28 @@ def test_four_panels_are_drawn(run, tmp_path):
         for columns in (slice(0, width // 2), slice(width // 2, width)):
             panel = image[rows, columns].reshape(-1, 3)
             assert len(np.unique(panel, axis=0)) > 20
+
+
+@pytest.mark.parametrize(("file", "complaint"), [
+    ("figure.txt", "{} does not end like a picture; allowed: .png, .pdf, .svg"),
+    ("no/figure.png", "{} cannot be written: No such file or directory"),
+])
+def test_a_file_that_cannot_be_a_picture(run, tmp_path, file, complaint):
+    path = tmp_path / file
+    with pytest.raises(InputError) as caught:
+        figure.draw(run, path)
+    assert str(caught.value) == f"--to: {complaint.format(path)}"
+
+
+def test_a_damaged_folder_is_named(run, tmp_path):
+    copy = shutil.copytree(run.path, tmp_path / run.path.name)
+    (copy / "robots.parquet").write_bytes(b"PAR1")
+    (copy / "summary.json").write_text("{")
+    damaged = desim.Run(copy)
+    with pytest.raises(InputError, match=r"robots\.parquet: damaged: "):
+        damaged.table("robots")
+    with pytest.raises(InputError, match=r"summary\.json: damaged: "):
+        damaged.metrics  # noqa: B018 - reading it is the test
 
 
 def test_many_robots_share_a_colour_bar(run, tmp_path, monkeypatch):

@@ -126,3 +126,11 @@ def test_two_modules_of_one_name_are_refused(here):
         f"../copy/case.yaml:2:32: network.media.lan.model: cannot load network 'my_twin:Slow': "
         f"{twin}",
         f"../copy/case.yaml:3:14: stop.when: cannot load function 'my_twin:enough': {twin}"]
+
+
+def test_a_module_that_exits_does_not_end_desim(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "exits_at_once.py").write_text("import sys\nsys.exit(0)\n")
+    with pytest.raises(InputError) as caught:
+        plugins.load("strategy", "exits_at_once:Any")
+    assert str(caught.value) == "cannot load strategy 'exits_at_once:Any': SystemExit(0)"
