@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 BATCH = 1 << 14
+LOOKED_BACK = 1 << 13
 COLUMNS = ("number", "topic", "source", "destination", "size_bytes", "born_ns", "first_ns",
            "last_ns", "reason", "end_ns")
 DELIVERED = "delivered"  # reason number 0
@@ -52,8 +53,9 @@ class MessageLog:
 
     def active_links(self, since_ns: int) -> int:
         """How many (source, destination) pairs had a message settled since then, as far back
-        as one batch."""
-        rows = _array(self._before + self._rows)
+        as ``LOOKED_BACK`` messages."""
+        before = max(LOOKED_BACK - len(self._rows), 0)
+        rows = _array(self._before[len(self._before) - before:] + self._rows[-LOOKED_BACK:])
         return len(np.unique(rows[rows[:, 9] >= since_ns, 2:4], axis=0))
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -87,7 +87,7 @@ class Pose:
     x_m: float
     y_m: float
     yaw_rad: float
-    size_bytes: int = ODOMETRY_BYTES
+    size_bytes: ClassVar[int] = ODOMETRY_BYTES
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class Twist:
     forward_mps: float
     left_mps: float
     turn_radps: float
-    size_bytes: int = TWIST_BYTES
+    size_bytes: ClassVar[int] = TWIST_BYTES
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +106,7 @@ class Goal:
 
     x_m: float
     y_m: float
-    size_bytes: int = POSE_STAMPED_BYTES
+    size_bytes: ClassVar[int] = POSE_STAMPED_BYTES
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class GoalResult:
     x_m: float
     y_m: float
     reached: bool
-    size_bytes: int = 48
+    size_bytes: ClassVar[int] = 48
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,4 +124,4 @@ class Number:
     """std_msgs/Float64: a travelled distance, say."""
 
     value: float
-    size_bytes: int = FLOAT64_BYTES
+    size_bytes: ClassVar[int] = FLOAT64_BYTES
