@@ -101,10 +101,9 @@ class Ticker:
 
     def _tick(self, _: Any) -> None:
         k = self._k
-        self._k = next_k = k + 1
+        self._k = k + 1
         # The next tick is booked first, so that the callback may cancel it.
-        self._kernel._book(self._start_ns + next_k * NS_PER_S * self._den // self._num,
-                           self._order, self._call)
+        self._kernel._book(self.time_ns(k + 1), self._order, self._call)
         self._fn(k)
 
     def cancel(self) -> None:

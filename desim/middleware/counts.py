@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 BINS_PER_DECADE = 20
+_BATCH = 4096
 _DECADES = 13  # 1 ns to 10**4 s
 
 # Left edges of all bins but the first, which holds 0 and 1 ns.
@@ -15,7 +16,7 @@ EDGES_NS = np.unique(np.ceil(10.0 ** (np.arange(1, _DECADES * BINS_PER_DECADE + 
 class LatencyHistogram:
     """Latencies in bins of a twentieth of a decade; bin i is [EDGES_NS[i-1], EDGES_NS[i]).
 
-    ``add(latency_ns)`` only notes; ``fold`` is to be called now and then, or the notes pile up.
+    ``add(latency_ns)`` only notes; ``look`` is to be called now and then, or the notes pile up.
     """
 
     __slots__ = ("add", "_bins", "_new", "_folded")
@@ -33,11 +34,15 @@ class LatencyHistogram:
 
     def bins(self) -> np.ndarray:
         """[len(EDGES_NS) + 1] int64 counts."""
-        self.fold()
+        self._fold()
         return self._bins.copy()
 
-    def fold(self) -> None:
-        """Sort what was noted into the bins."""
+    def look(self) -> None:
+        """Sort what was noted into the bins if it is enough."""
+        if len(self._new) >= _BATCH:
+            self._fold()
+
+    def _fold(self) -> None:
         if self._new:
             at = np.searchsorted(EDGES_NS, np.array(self._new, np.int64), side="right")
             self._bins += np.bincount(at, minlength=len(self._bins))

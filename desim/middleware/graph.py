@@ -34,8 +34,7 @@ __all__ = ["Graph", "Host", "Message", "Node"]
 
 MAX_CALLBACKS = 100_000  # on one host in one instant
 
-# A look at what gathers, after so many messages: as masks of their number.
-_SELDOM, _RARELY = (1 << 8) - 1, (1 << 14) - 1
+_SELDOM = (1 << 8) - 1  # a look at what gathers, after so many messages: a mask of their number
 
 _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
@@ -299,9 +298,8 @@ class Graph:
                       message.size_bytes))
         if not number & _SELDOM:
             self.trace.look()
-            if not number & _RARELY:
-                for topic in self.topics.values():
-                    topic.counts.latency.fold()
+            for topic in self.topics.values():
+                topic.counts.latency.look()
 
     def deliver(self, message: Message, host: Host, first_ns: int, last_ns: int) -> None:
         """``message`` is at ``host``."""
