@@ -122,7 +122,7 @@ def restricted_mean(times: ArrayLike, reached: ArrayLike, limit: float,
 
 
 def mean_of_successes(times: ArrayLike, reached: ArrayLike, level: float = 0.95) -> Interval:
-    """What the paper reports (Yan et al. 2017, section 4): the mean time of the runs that got
+    """What the paper reports (Yan et al. 2017): the mean time of the runs that got
     there, with its t interval. It says nothing of the others."""
     ends, there = _runs(times, reached)
     return t_interval(ends[there], level)
@@ -137,7 +137,7 @@ def log_rank(times: ArrayLike, reached: ArrayLike, other_times: ArrayLike,
         return LogRank(None, None)
     found = stats.logrank(*(stats.CensoredData.right_censored(ends, ~there)
                             for ends, there in (first, second)))
-    return LogRank(float(-found.statistic), float(found.pvalue))
+    return LogRank(float(found.statistic), float(found.pvalue))
 
 
 def restricted(times: ArrayLike, reached: ArrayLike, limit: float) -> np.ndarray:

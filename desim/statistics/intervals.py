@@ -11,7 +11,8 @@ from scipy import stats
 from desim.statistics.samples import sample, spread
 from desim.streams import Streams
 
-# Below, the bootstrap's intervals are too short; above, it costs much and differs from t by nothing.
+# Below, the bootstrap knows too little of the distribution; above, it costs much and says what t
+# says.
 BOOTSTRAP_FROM, BOOTSTRAP_TO = 30, 2000
 RESAMPLES = 9999
 
@@ -20,8 +21,8 @@ class Interval(NamedTuple):
     """A mean (or share) of ``n`` values and the bounds of its interval, in the values' unit.
 
     None is what does not exist: the mean of no value, the bounds for fewer than two. ``method`` is
-    ``t``, ``bca``, ``wilson``; ``equal`` if all values are the same, with both bounds on them, which
-    is no proof that the next one will be; ``none`` where there are no bounds.
+    ``t``, ``bca`` or ``wilson``; ``equal`` if all values are the same, with both bounds on them,
+    which is no proof that the next one will be; ``none`` where there are no bounds.
     """
 
     mean: float | None
@@ -36,7 +37,7 @@ class Interval(NamedTuple):
 
 
 def interval(values: ArrayLike, level: float = 0.95, seed: int = 0) -> Interval:
-    """The mean of ``values`` [n] with its interval: t below 30 values, BCa from there to 2000, and t
+    """The mean of ``values`` [n] with its interval: t below 30 values, BCa from 30 to 2000, above t
     again. Raises ``ValueError`` for values that are not finite."""
     if BOOTSTRAP_FROM <= np.size(values) <= BOOTSTRAP_TO:
         return bca_interval(values, level, seed)
@@ -56,19 +57,29 @@ def t_interval(values: ArrayLike, level: float = 0.95) -> Interval:
 
 def bca_interval(values: ArrayLike, level: float = 0.95, seed: int = 0,
                  resamples: int = RESAMPLES) -> Interval:
-    """Bootstrap, bias-corrected and accelerated (Efron 1987), for any distribution. The same
-    values and seed give the same interval, in whatever order the values stand."""
+    """Bootstrap, bias-corrected and accelerated (Efron 1987), for any distribution, at a level
+    that is widened from z to t and by the bootstrap's n instead of n - 1 (Hesterberg 2015);
+    without that it holds the mean of 30 normal values in 93 %, not 95 %. The same values and seed
+    give the same interval, in whatever order the values stand."""
     data = np.sort(sample(values))
     found = _degenerate(data)
     if found is None:
         # Resamples are drawn some at a time, which changes no draw and bounds the memory.
-        bounds = stats.bootstrap((data,), np.mean, confidence_level=level, n_resamples=resamples,
-                                 method="BCa", batch=max(1, 4_000_000 // len(data)),
+        bounds = stats.bootstrap((data,), np.mean, confidence_level=widened(level, len(data)),
+                                 n_resamples=resamples, method="BCa",
+                                 batch=max(1, 4_000_000 // len(data)),
                                  random_state=Streams(seed)("statistics", "bca"),
                                  ).confidence_interval
         found = Interval(float(data.mean()), float(bounds.low), float(bounds.high), len(data),
                          "bca")
     return found
+
+
+def widened(level: float, n: int) -> float:
+    """The level at which a bootstrap of ``n`` values is asked, so that it holds ``level``:
+    1 - 2 Phi(-sqrt(n / (n - 1)) t_{n-1})."""
+    quantile = (n / (n - 1))**0.5 * stats.t.ppf((1 + level) / 2, n - 1)
+    return float(1 - 2 * stats.norm.sf(quantile))
 
 
 def proportion(successes: int, n: int, level: float = 0.95) -> Interval:

@@ -50,7 +50,8 @@ def breakpoint_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: 
     Raises ``ValueError`` for fewer than 5 different loads, or, if ``log``, one that is not above
     zero.
     """
-    x, y = _points(load, metric, log)
+    points, y = aligned(load, metric)
+    x = _axis(points, log)
     loads = np.unique(x)
     if len(loads) < 5:
         raise ValueError(f"a knee wants at least 5 different loads, got {len(loads)}")
@@ -92,8 +93,9 @@ def kneedle(load: ArrayLike, metric: ArrayLike, log: bool = False,
     is a local maximum of y - x from which it falls by more than ``sensitivity`` mean steps of x
     before it rises again. Raises ``ValueError`` for a load that is not above zero, if ``log``.
     """
-    points, y = _points(load, metric, log)
-    x, which = np.unique(points, return_inverse=True)
+    points, y = aligned(load, metric)
+    loads, which = np.unique(points, return_inverse=True)
+    x = _axis(loads, log)
     y = np.bincount(which, y) / np.bincount(which)
     if len(x) < 3 or np.ptp(y) == 0.0:
         return None
@@ -106,7 +108,7 @@ def kneedle(load: ArrayLike, metric: ArrayLike, log: bool = False,
     peak = None
     for i in range(1, len(x)):
         if peak is not None and above[i] < above[peak] - fall:
-            return float(10.0**x[peak] if log else x[peak])
+            return float(loads[peak])
         if i + 1 < len(x):
             if above[i - 1] < above[i] >= above[i + 1]:
                 peak = i
@@ -115,13 +117,12 @@ def kneedle(load: ArrayLike, metric: ArrayLike, log: bool = False,
     return None
 
 
-def _points(load: ArrayLike, metric: ArrayLike, log: bool) -> tuple[np.ndarray, np.ndarray]:
-    x, y = aligned(load, metric)
+def _axis(loads: np.ndarray, log: bool) -> np.ndarray:
     if not log:
-        return x, y
-    if (x <= 0).any():
+        return loads
+    if (loads <= 0).any():
         raise ValueError("a load that is not above zero has no logarithm")
-    return np.log10(x), y
+    return np.log10(loads)
 
 
 def _strengths(own: np.ndarray, line: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -49,9 +49,9 @@ def indices(values: ArrayLike, dimensions: int, level: float = 0.95, seed: int =
 
     S_i = mean(f(B) (f(A_i) - f(A))) / V (Saltelli et al. 2010, table 2 b) and
     T_i = mean((f(A) - f(A_i))^2) / (2 V) (Jansen 1999), V the variance of f(A) and f(B) together,
-    f taken from its mean first, which makes S_i vary less. The bounds are percentiles of a bootstrap
-    over the points (Archer et al. 1997). Raises ``ValueError`` if there are not (dimensions + 2)
-    values for each of two points or more.
+    f taken from its mean first, which makes S_i vary less. The bounds are percentiles of a
+    bootstrap over the points (Archer et al. 1997). Raises ``ValueError`` if there are not
+    (dimensions + 2) values for each of two points or more.
     """
     flat = sample(values)
     if len(flat) % (dimensions + 2) or len(flat) < 2 * (dimensions + 2):
