@@ -25,6 +25,7 @@ from netmodels.validation.fading import Outage
 from netmodels.validation.places import HiddenTerminals, Pairs
 from netmodels.validation.propagation import PacketErrors, Propagation
 from netmodels.validation.queues import FiniteQueue, PeriodicSenders, Waiting
+from netmodels.validation.rate_control import FallbackOfRates
 from netmodels.validation.round_trip import RoundTrip
 from netmodels.validation.saturation import SaturationOfOfdm
 from netmodels.validation.saturation_11b import SaturationOf11b
@@ -115,6 +116,7 @@ TWINS = [
     (Propagation, 20, less_loss), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
     (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
     (Delays, 8, more_jitter), (Outage, 3, deafer_receivers),
+    (FallbackOfRates, 2, longer_symbols),
 ]
 
 

@@ -11,12 +11,23 @@ from desim import ports
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
-from netmodels.radio.dcf import DROPPED, EXPIRED, MISSED, NEVER, RECEIVED, Reception, Stations
+from netmodels.radio.dcf import (
+    ACKED,
+    DROPPED,
+    EXPIRED,
+    FAILED,
+    MISSED,
+    NEVER,
+    RECEIVED,
+    Reception,
+    Stations,
+)
 from netmodels.radio.delivery import FULL_BYTES, mean_delivery
 from netmodels.radio.errors import error_table
 from netmodels.radio.fading import Fades, Fading
 from netmodels.radio.pathloss import PathLossParams, reach_m
 from netmodels.radio.presets import filled
+from netmodels.radio.ratecontrol import Arf, RateControl
 from netmodels.radio.rates import chosen_rates
 from netmodels.radio.shadowing import Shadowing, Shadows
 from netmodels.radio.standards import STANDARDS, psdu_bytes
@@ -27,6 +38,7 @@ _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 _ARRIVED = ports.Deliver(0)
 _FATES = {RECEIVED: _ARRIVED, DROPPED: ports.Drop("retry_limit"), EXPIRED: ports.Drop("expired")}
 _CHANNEL_ERROR, _COLLISION = ports.Drop("channel_error"), ports.Drop("collision")
+_ATTEMPTS = {ACKED: Arf.acknowledged, FAILED: Arf.failed}
 _OUT_OF_REACH = ports.Drop("out_of_reach")
 
 
@@ -75,6 +87,10 @@ class Radio:
     beginning but not all of it (``channel_error``). Propagation (0.7 us over 200 m) is left out.
     A train's packets are of equal size, and the first one that is given up ends it.
 
+    Where links fade (``fading``), their gains change at the beginning of a block, also for what is
+    on the air then. With ``rate_control`` a rate belongs to a sender and a receiver, and packets
+    have it from the attempt on that follows the change.
+
     Received powers are those of the places at a moment at most ``update`` ago, and of the present
     walls and doors; they are looked at when something is sent or decided. A host without a place
     hears nobody, and nobody hears it, unless the path loss is ``fixed``.
@@ -89,6 +105,9 @@ class Radio:
         rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
         broadcast_rate_bps: BitRate | None = Field(None, description=(
             "of broadcast frames (the lowest of the same modulation; ns-3: of all)"))
+        rate_control: RateControl | None = Field(None, description=(
+            "learns from acknowledgements how fast to send to whom, of the rates of the same "
+            "modulation as rate, which is the first (none: always rate)"))
         channel: int = Field(1, ge=1, le=196, description="its number: who is on different ones "
                                                           "does not hear the other (the first)")
         channels: dict[str, int] = Field({}, description="by host, instead of channel (none)")
@@ -151,7 +170,10 @@ class Radio:
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
         self._stations = Stations(standard, keys, errors, params.reception.for_stations(),
                                   params.queue, params.retries,
-                                  params.window_failures or params.retries, params.lifetime_ns)
+                                  params.window_failures or params.retries, params.lifetime_ns,
+                                  first_rate=params.rate_control and self._rate)
+        self._arf = params.rate_control and Arf(params.rate_control, standard.alike(self._rate),
+                                                self._rate)
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
         self._settled_ns = -1
@@ -173,9 +195,11 @@ class Radio:
         return ports.Signal(power_dbm, self._share(power_dbm))
 
     def _share(self, power_dbm: np.ndarray) -> np.ndarray:
-        """Of full packets that get through, each sent once."""
+        """Of full packets that get through, each sent once; with rate control at the slowest rate
+        that there is to fall back to."""
         params = self._params
-        return mean_delivery(power_dbm, self._standard, self._rate, psdu_bytes(FULL_BYTES, 1),
+        rate = self._standard.lowest(self._rate) if params.rate_control else self._rate
+        return mean_delivery(power_dbm, self._standard, rate, psdu_bytes(FULL_BYTES, 1),
                              params.reception.for_stations(), params.fading)
 
     def _on_different_channels(self, host: int, other: int) -> bool:
@@ -240,6 +264,10 @@ class Radio:
         self._settled_ns = now_ns
         decided = []
         for _, what, station, position, receiver in self._stations.advance(now_ns):
+            if what in _ATTEMPTS:
+                self._stations.choose(station, receiver,
+                                      _ATTEMPTS[what](self._arf, station, receiver))
+                continue
             waiting = self._waiting[station, position]
             if what == RECEIVED and waiting.frame.broadcast:
                 waiting.got[receiver] = waiting.got.get(receiver, 0) + 1

@@ -72,9 +72,13 @@ class Standard:
         """The index of a rate. Raises ValueError if there is none of that many Mb/s."""
         return [rate.mbps for rate in self.rates].index(mbps)
 
+    def alike(self, rate: int) -> list[int]:
+        """The rates of the same modulation, the slowest first."""
+        return [k for k, other in enumerate(self.rates) if other.ofdm == self.rates[rate].ofdm]
+
     def lowest(self, rate: int) -> int:
         """The lowest rate of the same modulation: of headers, and of what everybody is to hear."""
-        return next(k for k, other in enumerate(self.rates) if other.ofdm == self.rates[rate].ofdm)
+        return self.alike(rate)[0]
 
     def airtime_ns(self, psdu_bytes: int, rate: int) -> int:
         """Of a frame of ``psdu_bytes`` at ``rates[rate]``; OFDM adds 16 service and 6 tail bits."""
