@@ -16,7 +16,7 @@ class RateControl(ports.Params):
     that it is time to try; slower after failures in a row. The first attempt at a faster rate is a
     probe: if it fails, back at once."""
 
-    model: Literal["arf"] = Field("arf", description="(the first there was)")
+    model: Literal["arf"] = Field("arf", description="(Kamerman and Monteban)")
     up_after: int = Field(10, ge=1, le=1000, description=(
         "acknowledgements in a row before the next faster rate (Kamerman and Monteban)"))
     down_after: int = Field(2, ge=1, le=1000, description=(
