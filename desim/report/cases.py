@@ -77,6 +77,9 @@ def _rows(m: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
         yield "attempts", str(m["attempts"]), _share(m["failure_rate"], "failed (failure_rate)")
     if m["control_frames"] is not None:
         yield "control", f"{m['control_bytes']} B", f"in {m['control_frames']} frames of protocols"
+    if m["utilisation"] is not None:
+        yield ("utilisation", f"{m['utilisation']['mean']:.4f}",
+               f"mean over hosts, ports or cables; the largest {m['utilisation']['max']:.4f}")
     if m["drop_rate"] is not None:
         yield "drop rate", f"{m['drop_rate']:.5f}", "given up, of those that were not refused"
     if m["fairness"] is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -161,6 +162,11 @@ class Radio:
         return ports.Signal(power_dbm, delivered_share(
             power_dbm, self._standard, self._rate, psdu_bytes(FULL_BYTES, 1),
             params.reception.for_stations()))
+
+    def busy_ns(self, hosts: Sequence[int]) -> list[int]:
+        """``ports.NetworkModel``: for how long each of ``hosts`` was sending, or carrier sense told
+        it that somebody was. What is merely reserved (802.11's NAV) is not busy."""
+        return self._stations.busy_ns(self._context.now_ns)[list(hosts)].tolist()
 
     def _on_different_channels(self, host: int, other: int) -> bool:
         return self._budget.channels[host] != self._budget.channels[other]
