@@ -157,7 +157,7 @@ def test_robots_anywhere():
 
 
 def test_topics_that_nobody_has_a_rate_for_are_named(monkeypatch):
-    monkeypatch.setattr(fleetload, "paces", lambda *_: {"scan": Pace(25, 797, "zero")})
+    monkeypatch.setattr(fleetload, "paces", lambda *_: {"scan": Pace(25, 797)})
     found = play(scenario())
     assert list(found["topics"]) == ["/*/scan"]
     assert found["left_out"] == ["/*/cmd_vel", "/*/distance", "/*/explored_map", "/*/true_pose",

@@ -92,27 +92,26 @@ class Reading(NamedTuple):
 
     tx_bytes: int
     rx_bytes: int
-    intended: int
+    delivered: int
     dropped: dict[str, int]
     busy_ns: np.ndarray | None
 
     @classmethod
     def of(cls, medium: Medium) -> Reading:
-        return cls(sum(medium.tx_bytes), sum(medium.rx_bytes), medium.intended,
+        return cls(sum(medium.tx_bytes), sum(medium.rx_bytes), medium.delivered,
                    dict(medium.dropped), busy_ns(medium))
 
     def measures(self, medium: Medium, duration_ns: int) -> dict[str, Any]:
         """Of ``medium`` since this reading, ``duration_ns`` ago; with all headers, and repetitions
-        of transports."""
+        of transports. ``frames`` are those whose fate was settled, per receiver."""
         now = Reading.of(medium)
-        frames = now.intended - self.intended
         lost = {reason: count - self.dropped.get(reason, 0)
                 for reason, count in sorted(now.dropped.items())}
         return {"offered_mbps": (now.tx_bytes - self.tx_bytes) * 8e3 / duration_ns,
                 "carried_mbps": (now.rx_bytes - self.rx_bytes) * 8e3 / duration_ns,
                 "utilisation": utilisation(medium, duration_ns, self.busy_ns),
-                "frames": frames, "lost": {reason: count for reason, count in lost.items() if count}
-                }
+                "frames": now.delivered - self.delivered + sum(lost.values()),
+                "lost": {reason: count for reason, count in lost.items() if count}}
 
 
 class Rehearsal:

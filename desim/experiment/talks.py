@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
 
-from desim.kernel import Kernel
+from desim.kernel import Kernel, Phase
 from desim.middleware.graph import Graph, Host, Message, Node
 from desim.middleware.messages import (
     FLOAT64_BYTES,
@@ -31,11 +31,12 @@ from desim.units import NS_PER_S
 
 
 class Pace(NamedTuple):
-    """A message of ``size_bytes`` at ``rate_hz``; ``start`` as ``Node.timer`` takes it."""
+    """A message of ``size_bytes`` at ``rate_hz``. ``turn`` of a sensor, which keeps the common grid
+    of time: its place among those of one instant; None: whenever its node's timer says."""
 
     rate_hz: Fraction
     size_bytes: int
-    start: str
+    turn: int | None = None
 
 
 class Talk(NamedTuple):
@@ -52,20 +53,20 @@ class Talk(NamedTuple):
 
 def paces(scenario: Scenario, grid: GridSpec, map_bytes: int) -> dict[str, Pace]:
     """How often and how large what robots say is, by ``kind_of``, while they all drive and have
-    always something new to tell. Sensors keep the common grid of time, as in a run."""
+    always something new to tell. Scans come before poses, as from ``WorldClock``."""
     robot, exchange = scenario.robot, scenario.coordination.exchange
-    pose = Pace(robot.odometry.rate_hz, ODOMETRY_BYTES, "zero")
+    pose = Pace(robot.odometry.rate_hz, ODOMETRY_BYTES, turn=2)
     monitor_hz = Fraction(NS_PER_S, scenario.testbed.monitor_period_ns)
     known = {
-        "scan": Pace(robot.laser.rate_hz, laser_scan_bytes(robot.laser.beams), "zero"),
+        "scan": Pace(robot.laser.rate_hz, laser_scan_bytes(robot.laser.beams), turn=1),
         "odom": pose,
         "true_pose": pose,
-        "cmd_vel": Pace(robot.navigation.control_rate_hz, TWIST_BYTES, "random"),
-        "explored_map": Pace(monitor_hz, occupancy_grid_bytes(grid.width * grid.height), "random"),
-        "distance": Pace(monitor_hz, FLOAT64_BYTES, "random"),
+        "cmd_vel": Pace(robot.navigation.control_rate_hz, TWIST_BYTES),
+        "explored_map": Pace(monitor_hz, occupancy_grid_bytes(grid.width * grid.height)),
+        "distance": Pace(monitor_hz, FLOAT64_BYTES),
     }
     if exchange is not None:
-        known["map_exchange"] = Pace(Fraction(NS_PER_S, exchange.period_ns), map_bytes, "random")
+        known["map_exchange"] = Pace(Fraction(NS_PER_S, exchange.period_ns), map_bytes)
     return known
 
 
@@ -111,10 +112,14 @@ class Speaker(Node):
     def start(self) -> None:
         by_timer: dict[tuple, list[tuple[Publisher, Word]]] = {}
         for talk in self._talks:
-            by_timer.setdefault((talk.pace.rate_hz, talk.pace.start), []).append(
+            by_timer.setdefault((talk.pace.rate_hz, talk.pace.turn), []).append(
                 (self.advertise(talk.topic, **talk.how), Word(talk.pace.size_bytes)))
-        for (rate_hz, start), words in by_timer.items():
-            self.timer(rate_hz, partial(self._say, words), start)
+        for (rate_hz, turn), words in by_timer.items():
+            say = partial(self._say, words)
+            if turn is None:
+                self.timer(rate_hz, say)
+            else:
+                self.host.graph.kernel.ticker(rate_hz, Phase.SENSE, turn, say, 0)
 
     def _say(self, words: list[tuple[Publisher, Word]], _: int) -> None:
         for publisher, word in words:
