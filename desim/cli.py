@@ -230,7 +230,7 @@ def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_d
 def net(context: typer.Context,
         case: Annotated[str | None, typer.Argument(
             metavar="CASE", show_default=False, help="a name that desim net lists")] = None,
-        seed: Annotated[int, typer.Option(min=0, help="of all luck")] = 1,
+        seed: Annotated[int | None, typer.Option(min=0, help="of all luck")] = None,
         as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
         usage: Annotated[bool, typer.Option("--help", help="the options of the case")] = False,
         ) -> None:
@@ -240,24 +240,54 @@ def net(context: typer.Context,
 
         if usage or case is None:
             with _compiling(False):
-                typer.echo(cases.overview() if case is None else cases.usage(case))
-            return
-        from desim import options, plugins
+                typer.echo(cases.overview() if case is None else cases.fleet_usage()
+                           if case == cases.FLEET else cases.usage(case))
+        elif case == cases.FLEET:
+            _net_fleet(context.args, seed, as_json)
+        else:
+            _net_case(case, context.args, 1 if seed is None else seed, as_json)
 
-        with _compiling(as_json):
-            from desim.experiment.netcase import play
-            params = options.parsed(context.args, plugins.parameters("case", case),
-                                    ("seed", "json"))
-        with options.as_options():
-            measures = play(plugins.load("case", case)(params).setup(), seed)
-        settings = params.model_dump(mode="json", by_alias=True)
-        if as_json:
-            _echo_json({"case": case, "seed": seed, "settings": settings, **measures})
-            return
-        from rich.console import Console
 
-        typer.echo(cases.title(case, seed, settings))
-        Console().print(cases.measures_table(measures))
+def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
+    from desim import options, plugins
+    from desim.report import cases
+
+    with _compiling(as_json):
+        from desim.experiment.netcase import play
+        params = options.parsed(words, plugins.parameters("case", case), ("seed", "json"))
+    with options.as_options():
+        measures = play(plugins.load("case", case)(params).setup(), seed)
+    settings = params.model_dump(mode="json", by_alias=True)
+    if as_json:
+        _echo_json({"case": case, "seed": seed, "settings": settings, **measures})
+        return
+    from rich.console import Console
+
+    typer.echo(cases.title(case, seed, settings))
+    Console().print(cases.measures_table(measures))
+
+
+def _net_fleet(words: list[str], seed: int | None, as_json: bool) -> None:
+    from desim import options
+    from desim.scenario.load import load
+
+    with _compiling(as_json):
+        from desim.experiment.fleetload import Question, play
+        from desim.report import fleetload
+    question = options.parsed(words, Question, ("seed", "json"))
+    loaded = load(question.scenario, question.overrides, seed)
+    try:
+        found = play(loaded.scenario, question)
+    except InputError as error:
+        raise loaded.placed(error) from error
+    carries, said = fleetload.verdict(found, question.enough)
+    if as_json:
+        _echo_json({"scenario": loaded.scenario.name, "seed": loaded.scenario.seed,
+                    "settings": question.model_dump(mode="json", by_alias=True), **found,
+                    "carries": carries, "verdict": said})
+        return
+    typer.echo(f"{loaded.scenario.name}, seed {loaded.scenario.seed}: {fleetload.told(found)}")
+    typer.echo(said)
 
 
 @app.command()

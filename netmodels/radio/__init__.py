@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -201,6 +202,11 @@ class Radio:
         rate = self._standard.lowest(self._rate) if params.rate_control else self._rate
         return mean_delivery(power_dbm, self._standard, rate, psdu_bytes(FULL_BYTES, 1),
                              params.reception.for_stations(), params.fading)
+
+    def busy_ns(self, hosts: Sequence[int]) -> list[int]:
+        """``ports.NetworkModel``: for how long each of ``hosts`` was sending, or carrier sense told
+        it that somebody was. What is merely reserved (802.11's NAV) is not busy."""
+        return self._stations.busy_ns(self._context.now_ns)[list(hosts)].tolist()
 
     def _on_different_channels(self, host: int, other: int) -> bool:
         return self._budget.channels[host] != self._budget.channels[other]
