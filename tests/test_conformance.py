@@ -24,7 +24,9 @@ from desim.units import BitRate, airtime_ns
 
 NETWORKS = [("ideal", {}), ("ideal", {"delay": "3 ms"}), ("disk", {}), ("disk", {"range": "50 m"}),
             ("distance", {"delivery": [["10 m", 1], ["60 m", "50 %"], ["200 m", 0.1]]}),
-            ("link", {}), ("link", {"rate": "1 Mb/s", "latency": "20 ms", "queue": "10 kB"}),
+            ("gz_rfcomms", {}), ("gz_rfcomms", {"range": "200 m", "capacity": "1 Mb/s"}),
+            ("subt", {}), ("link", {}),
+            ("link", {"rate": "1 Mb/s", "latency": "20 ms", "queue": "10 kB"}),
             ("switch", {}), ("switch", {"rate": "10 Mb/s", "queue": "20 kB"}),
             ("switch", {"per_segment": True, "ports": {"node": ["host_1", "host_10"]}}),
             ("bus", {}), ("bus", {"arbitration": "csma"}), ("bus", {"arbitration": "fifo"})]
