@@ -114,7 +114,8 @@ class Radio:
         channels: dict[str, int] = Field({}, description="by host, instead of channel (none)")
         power_dbm: Level = Field("16.0206 dBm", description="sent, antennas included (ns-3: 40 mW)")
         path_loss: PathLossParams = Field(PathLossParams(), description=(
-            "model: log_distance, free_space, two_ray or fixed, with its parameters (ns-3's)"))
+            "model: log_distance, free_space, two_ray, itu_p1238 or fixed, with its parameters "
+            "(ns-3's)"))
         walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
         shadowing: Shadowing | None = Field(None, description="log-normal, of what is not drawn "
                                                               "(none; ns-3)")
