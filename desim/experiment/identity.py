@@ -19,6 +19,9 @@ from desim.scenario.schema import Scenario
 # What computes results. Others (pyarrow, rich, typer, ...) only carry them.
 PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx", "pydantic")
 
+# What only shows results, or decides which runs are made.
+_SHOWS = frozenset({"report", "campaign", "statistics", "commands", "cli.py"})
+
 
 class Identity:
     """What names the runs of a scenario, whatever their seed."""
@@ -58,7 +61,7 @@ def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
 
 
 def source(scenario: Scenario) -> str:
-    """A hash of the Python source of desim (but for what only shows results) and of the packages
+    """A hash of the Python source of desim (but for what has no part in a run) and of the packages
     that the scenario's plug-ins come from: during development the version stays the same."""
     files = set(_package(Path(desim.__file__).parent))
     for kind, name in _chosen(scenario):
@@ -68,7 +71,7 @@ def source(scenario: Scenario) -> str:
             files |= set(_package(path.parent)) if path.name == "__init__.py" else {path}
     digest = hashlib.sha256()
     for file in sorted(files):
-        if "report" not in file.parts and file.name != "cli.py":
+        if not _SHOWS.intersection(file.parts):
             facts = file.stat()
             digest.update(_hash(file, facts.st_mtime_ns, facts.st_size))
     return digest.hexdigest()[:12]
