@@ -66,14 +66,12 @@ class Metrics:
             raise InputError("is the name of a metric of every run; choose another one")
         if _FUNCTION.fullmatch(text):
             return self._function(plugins.beside(text, folder), run)
-        known = (*self.names, *(found for found in _COUNTED.findall(text)
-                                if found not in self.names))
-        compiled = expression.compile(text, known)
+        counted = [found for found in _COUNTED.findall(text) if found not in self.names]
+        compiled = expression.compile(text, (*self.names, *counted))
 
         def evaluate(row: Row) -> float | None:
-            metrics = {found: 0 for found in known} | row["metrics"]
             try:
-                value = compiled.evaluate(metrics)
+                value = compiled.evaluate(dict.fromkeys(counted, 0) | row["metrics"])
             except TypeError:  # of a metric that this run has not, or of a word
                 return None
             return None if value is None else float(value)
