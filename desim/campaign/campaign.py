@@ -81,7 +81,7 @@ class Sweep:
     @property
     def progress(self) -> tuple[int, int, int]:
         """Runs that are done, those that failed among them, and all as far as that is known."""
-        runs = {run_id for _, _, run_id in self._agenda.runs}
+        runs = dict.fromkeys(run_id for _, _, run_id in self._agenda.runs)
         rows = [self.rows[run_id] for run_id in runs if run_id in self.rows]
         return len(rows), sum(row["status"] == FAILED for row in rows), len(runs)
 
