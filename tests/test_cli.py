@@ -365,6 +365,11 @@ def test_net_prints_one_json_object_with_the_same_keys_everywhere():
                                       "cm, mm, e.g. '200 m'"),
     (("saturation", "--rate", 10, "--standard", "11b"),
      "--rate: 10 Mb/s is no rate of 11b; allowed: 1 Mb/s, 2 Mb/s, 5.5 Mb/s, 11 Mb/s"),
+    (("saturation", "--standard", "11b", "--headers", 600000),
+     "--headers: 1000 B of payload and 600000 B of headers are too long for 802.11; at most 2296 B"
+     ),
+    (("saturation", "--payload", 2296),
+     "--payload: 2296 B of payload and 28 B of headers are too long for 802.11; at most 2296 B"),
     (("bus", "--mode", "csma_cd", "--propagation", "30 us"),
      "--propagation: twice 30000 ns and the jam of 3200 ns must fit into a slot of 512 bits, 51200 "
      "ns at this rate"),

@@ -12,8 +12,9 @@ from desim import ports
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Frequency, Length, Period
 from netmodels.cases.counted import SAME_POWER, CountedRadio
-from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
+from netmodels.radio.standards import ETHERNET_BYTES
 
 _TURN_RAD = math.pi * (3 - math.sqrt(5))  # the golden angle
 

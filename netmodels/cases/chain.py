@@ -10,12 +10,13 @@ from desim import ports
 from desim.errors import InputError
 from desim.ports.cases import Flow, Setup
 from desim.units import BitRate, ByteSize, Period, airtime_ns
-from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
 from netmodels.multihop.batman import BatmanParams
 from netmodels.radio import Radio
+from netmodels.radio.standards import ETHERNET_BYTES
 from netmodels.tdma import Tdma
 
 SPACING_M = 25.0  # carrier sense reaches 51.4 m, and 24 Mb/s (90 % of 1500 B) 45 m

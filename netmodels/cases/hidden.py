@@ -10,8 +10,9 @@ from desim import ports
 from desim.ports.cases import Setup
 from desim.units import BitRate, ByteSize, Length, Period
 from netmodels.cases.counted import CountedRadio
-from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import flows
+from netmodels.radio.standards import ETHERNET_BYTES
 
 _WARM_UP_NS = 500_000_000
 

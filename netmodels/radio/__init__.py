@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from desim import ports
+from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
@@ -31,7 +32,7 @@ from netmodels.radio.presets import filled
 from netmodels.radio.ratecontrol import Arf, RateControl
 from netmodels.radio.rates import chosen_rates
 from netmodels.radio.shadowing import Shadowing, Shadows
-from netmodels.radio.standards import STANDARDS, psdu_bytes
+from netmodels.radio.standards import MOST_BYTES, STANDARDS, psdu_bytes
 from netmodels.radio.walls import Walls
 
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
@@ -222,6 +223,10 @@ class Radio:
         return links.source()[found], links.hearer[found], share[found]
 
     def send(self, frame: ports.Frame) -> None:
+        """Raises ``InputError`` for a packet that 802.11 has no frame for."""
+        if frame.size_bytes > MOST_BYTES * frame.segments:
+            raise InputError(f"a packet of {-(-frame.size_bytes // frame.segments)} B is too long "
+                             f"for 802.11; at most {MOST_BYTES} B with Ethernet's headers")
         context = self._context
         now_ns = context.now_ns
         if self._settled_ns != now_ns:
