@@ -368,6 +368,13 @@ def test_net_prints_one_json_object_with_the_same_keys_everywhere():
     (("saturation", "--standard", "11b", "--headers", 600000),
      "--headers: 1000 B of payload and 600000 B of headers are too long for 802.11; at most 2296 B"
      ),
+    (("chain", "--mac", "dcf", "--rate", 7), "--rate: 7 Mb/s is no rate of 11a; allowed: 6 Mb/s, 9 "
+     "Mb/s, 12 Mb/s, 18 Mb/s, 24 Mb/s, 36 Mb/s, 48 Mb/s, 54 Mb/s"),
+    (("chain", "--mac", "dcf", "--rate", 54, "--hops", 2),
+     "--rate: 5% of packets at 54 Mb/s get over 25 m, too few for a hop; allowed: a slower rate, or "
+     "hosts nearer to each other (--spacing)"),
+    (("chain", "--leave", 100),
+     "--leave: 100 s is not before the end, which is 12 s after the start of the flow"),
     (("saturation", "--payload", 2296),
      "--payload: 2296 B of payload and 28 B of headers are too long for 802.11; at most 2296 B"),
     (("bus", "--mode", "csma_cd", "--propagation", "30 us"),

@@ -11,9 +11,10 @@ from pydantic import Field
 from desim import ports
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Frequency, Length, Period
-from netmodels.cases.counted import SAME_POWER, CountedRadio
+from netmodels.cases.equal_power import SAME_POWER
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
+from netmodels.radio import Radio
 from netmodels.radio.standards import ETHERNET_BYTES
 
 _TURN_RAD = math.pi * (3 - math.sqrt(5))  # the golden angle
@@ -54,8 +55,8 @@ class Broadcast:
             places, loss = [NOWHERE] * p.stations, SAME_POWER
         else:
             places, loss = sunflower(p.stations, p.radius_m), {"model": "log_distance"}
-        radio = CountedRadio(preset=p.preset, standard=p.standard, rate=rate,
-                             broadcast_rate=rate, path_loss=loss)
+        radio = Radio(Radio.Params(preset=p.preset, standard=p.standard, rate=rate,
+                                   broadcast_rate=rate, path_loss=loss))
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
         every_ns = round(NS_PER_S / Fraction(p.hz))
         return Setup(radio, dict(zip(stations, places, strict=True)),

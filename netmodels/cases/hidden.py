@@ -9,9 +9,9 @@ from pydantic import Field
 from desim import ports
 from desim.ports.cases import Setup
 from desim.units import BitRate, ByteSize, Length, Period
-from netmodels.cases.counted import CountedRadio
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import flows
+from netmodels.radio import Radio
 from netmodels.radio.standards import ETHERNET_BYTES
 
 _WARM_UP_NS = 500_000_000
@@ -42,8 +42,8 @@ class Hidden:
 
     def setup(self) -> Setup:
         p = self._params
-        radio = CountedRadio(preset=p.preset, standard=p.standard, rate=f"{p.rate_bps} b/s",
-                             rts="0 B" if p.rts else None)
+        radio = Radio(Radio.Params(preset=p.preset, standard=p.standard,
+                                   rate=f"{p.rate_bps} b/s", rts="0 B" if p.rts else None))
         places = {"sender_1": (0.0, 0.0), "receiver": (p.spacing_m, 0.0),
                   "sender_2": (2 * p.spacing_m, 0.0)}
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES

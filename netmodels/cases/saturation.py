@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 from pydantic import Field
@@ -10,9 +11,10 @@ from desim import ports
 from desim.errors import InputError
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import BitRate, ByteSize, Period, airtime_ns
-from netmodels.cases.counted import SAME_POWER, CountedRadio
+from netmodels.cases.equal_power import SAME_POWER
 from netmodels.cases.packets import MOST_80211_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
+from netmodels.radio import Radio
 from netmodels.radio.standards import ETHERNET_BYTES, STANDARDS
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured
@@ -62,8 +64,10 @@ class Saturation:
         senders = numbered("sender", p.stations)
         receivers = (numbered("receiver", p.stations) if p.topology == "pairs"
                      else ("sink",) * p.stations)
-        radio = CountedRadio(preset=p.preset, standard=p.standard, rate=f"{rate_bps} b/s",
-                             slot_ns=p.slot_ns, path_loss=SAME_POWER)
+        standard = STANDARDS[p.standard]
+        radio = Radio(Radio.Params(preset=p.preset, standard=p.standard, rate=f"{rate_bps} b/s",
+                                   path_loss=SAME_POWER),
+                      replace(standard, slot_ns=p.slot_ns or standard.slot_ns))
         return Setup(radio, dict.fromkeys((*senders, *receivers), NOWHERE),
                      [Flow(sender, (receiver,), size_bytes, p.payload_bytes)
                       for sender, receiver in zip(senders, receivers, strict=True)],
