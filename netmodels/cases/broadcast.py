@@ -9,6 +9,7 @@ from typing import Literal
 from pydantic import Field
 
 from desim import ports
+from desim.errors import InputError
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Frequency, Length, Period
 from netmodels.cases.equal_power import SAME_POWER
@@ -59,6 +60,9 @@ class Broadcast:
                                    broadcast_rate=rate, path_loss=loss))
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
         every_ns = round(NS_PER_S / Fraction(p.hz))
+        if every_ns > p.duration_ns:
+            raise InputError(f".hz: nobody says anything in {p.duration_ns / NS_PER_S:g} s; "
+                             "allowed: more often, or a longer --duration")
         return Setup(radio, dict(zip(stations, places, strict=True)),
                      [Flow(station, tuple(other for other in stations if other != station),
                            size_bytes, p.payload_bytes, p.arrivals, every_ns, broadcast=True)

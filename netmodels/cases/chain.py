@@ -100,7 +100,8 @@ class Chain:
         batman = BatmanParams()
         if p.mac == "dcf":  # a short message would get farther than the packets
             batman = BatmanParams(message=f"{size_bytes} B")
-        params = Multihop.Params(routing=p.routing, batman=batman, hop_limit=max(p.hops, _HOP_LIMIT),
+        params = Multihop.Params(routing=p.routing, batman=batman,
+                                 hop_limit=max(p.hops, _HOP_LIMIT),
                                  **self._hop(hosts, size_bytes, leave_ns))
         model = (Multihop(params) if leave_ns is None
                  else _Deserted(params, hosts[hops // 2 - 1], hosts[-1], begin_ns + leave_ns))
