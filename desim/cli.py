@@ -9,9 +9,11 @@ import typer
 
 from desim.commands import campaigns
 from desim.commands.ending import command_line, compiling, exits
+from desim.commands.usage import Commands
 from desim.errors import InputError
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
+app = typer.Typer(cls=Commands, no_args_is_help=True, add_completion=False,
+                  pretty_exceptions_enable=False,
                   help="Simulate a fleet of robots and the networks between them, on one clock.")
 
 RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False)]
