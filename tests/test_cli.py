@@ -265,6 +265,8 @@ def test_describe_says_what_a_plugin_does_and_takes():
     radio = desim_("describe", "netmodels.radio:Radio")
     assert ("  reception: of receivers (802.11-2016)\n"
             "    noise_figure: default '7 dB'.  noise") in radio
+    for slot in "  fading: default None.  by", "    speed: default '1.2 m/s'.  of":
+        assert slot in radio
     assert "did you mean 'switch'?" in desim_("describe", "swich", code=2)
 
 

@@ -115,7 +115,7 @@ TWINS = [
     (Heartbeats, 1, longer_symbols), (Chains, 6, shorter_interference),
     (Propagation, 20, less_loss), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
     (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
-    (Delays, 8, more_jitter), (Outage, 3, deafer_receivers),
+    (Delays, 8, more_jitter), (Outage, 1, deafer_receivers),
     (FallbackOfRates, 2, longer_symbols),
 ]
 
