@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -113,7 +114,8 @@ class Radio:
         channels: dict[str, int] = Field({}, description="by host, instead of channel (none)")
         power_dbm: Level = Field("16.0206 dBm", description="sent, antennas included (ns-3: 40 mW)")
         path_loss: PathLossParams = Field(PathLossParams(), description=(
-            "model: log_distance, free_space, two_ray or fixed, with its parameters (ns-3's)"))
+            "model: log_distance, free_space, two_ray, itu_p1238 or fixed, with its parameters "
+            "(ns-3's)"))
         walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
         shadowing: Shadowing | None = Field(None, description="log-normal, of what is not drawn "
                                                               "(none; ns-3)")
@@ -201,6 +203,11 @@ class Radio:
         rate = self._standard.lowest(self._rate) if params.rate_control else self._rate
         return mean_delivery(power_dbm, self._standard, rate, psdu_bytes(FULL_BYTES, 1),
                              params.reception.for_stations(), params.fading)
+
+    def busy_ns(self, hosts: Sequence[int]) -> list[int]:
+        """``ports.NetworkModel``: for how long each of ``hosts`` was sending, or carrier sense told
+        it that somebody was. What is merely reserved (802.11's NAV) is not busy."""
+        return self._stations.busy_ns(self._context.now_ns)[list(hosts)].tolist()
 
     def _on_different_channels(self, host: int, other: int) -> bool:
         return self._budget.channels[host] != self._budget.channels[other]

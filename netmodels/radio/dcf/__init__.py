@@ -170,3 +170,11 @@ class Stations:
         self._next_ns = None
         stations = self._stations[self._present]
         return Counts(*(stations[name].copy() for name in Counts._fields))
+
+    def busy_ns(self, now_ns: int) -> np.ndarray:
+        """[stations] for how long each was sending or found the medium busy, up to now. Takes no
+        outcomes."""
+        kernels.advance(self._where, self._present, min(now_ns, self.next_ns - 1))
+        self._next_ns = None
+        stations = self._stations[self._present]
+        return stations["occupied"] + np.where(stations["busy"], now_ns, 0)

@@ -39,6 +39,8 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     ("contention", "i8"), ("air", "i8"), ("answer", "i8"),
     # When its transmission has begun and will end.
     ("begun", "i8"), ("ends", "i8"),
+    # How long the medium was busy to it; while it is, less the time since 0 when it became so.
+    ("occupied", "i8"),
     # Counters: transmissions of data, failed ones (no reply), frames given up.
     ("transmitted", "i8"), ("failures", "i8"), ("dropped", "i8"),
     ("index", "i4"),  # its number
