@@ -14,7 +14,7 @@ from netmodels.cases import chain
 from netmodels.radio import delivery, pathloss
 from netmodels.radio.errors import bit_error, packet_error
 from netmodels.radio.standards import STANDARDS
-from netmodels.validation import aloha, chance, propagation, round_trip
+from netmodels.validation import aloha, chance, propagation, rfcomms, round_trip
 from netmodels.validation.aloha import RandomAccess
 from netmodels.validation.broadcast import Heartbeats
 from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
@@ -24,6 +24,7 @@ from netmodels.validation.disk import DiskOfRadio
 from netmodels.validation.places import HiddenTerminals, Pairs
 from netmodels.validation.propagation import PacketErrors, Propagation
 from netmodels.validation.queues import FiniteQueue, PeriodicSenders, Waiting
+from netmodels.validation.rfcomms import RadioOfGazebo
 from netmodels.validation.round_trip import RoundTrip
 from netmodels.validation.saturation import SaturationOfOfdm
 from netmodels.validation.saturation_11b import SaturationOf11b
@@ -99,6 +100,14 @@ def more_jitter(monkeypatch):
     monkeypatch.setattr(chance, "JITTER", "11 ms")
 
 
+def more_loss_in_gazebo(monkeypatch):
+    monkeypatch.setitem(rfcomms.WORLDS, "exponent", 2.625)
+
+
+def more_noise_in_gazebo(monkeypatch):
+    monkeypatch.setitem(rfcomms.WORLDS, "noise", "-85.5 dBm")
+
+
 def longer_disks(monkeypatch):
     """Only where the range is computed."""
     monkeypatch.setattr(delivery, "bit_error", lambda mbps, ratio: bit_error(mbps, 1.05 * ratio))
@@ -113,6 +122,7 @@ TWINS = [
     (Heartbeats, 1, longer_symbols), (Chains, 6, shorter_interference),
     (Propagation, 27, less_loss), (Propagation, 27, less_indoor_loss),
     (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
+    (RadioOfGazebo, 36, more_loss_in_gazebo), (RadioOfGazebo, 36, more_noise_in_gazebo),
     (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
     (Delays, 8, more_jitter),
 ]
