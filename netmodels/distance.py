@@ -57,7 +57,7 @@ class Distance:
         now_ns = self._context.now_ns
         places = self._context.positions(now_ns)
         apart = places[list(frame.receivers)] - places[frame.source]
-        distances_m = np.nan_to_num(np.sqrt(np.einsum("ij,ij->i", apart, apart)))
+        distances_m = np.fmax(np.sqrt(np.einsum("ij,ij->i", apart, apart)), 0.0)  # NaN: 0
         self._luck.settle(frame, self.chances(distances_m).tolist(),
                           self._outlets.delay_ns(frame, now_ns) + self._params.latency_ns)
 
