@@ -88,7 +88,9 @@ class Epidemic:
         """``hop``: a single-hop model that is made already, instead of the one in ``params``."""
         self._params = params
         self._block = "" if hop else f".{params.hop}"
-        self._hop = hop or params.chosen()
+        self._hop = hop = hop or params.chosen()
+        if hasattr(hop, "busy_ns"):
+            self.busy_ns = hop.busy_ns
         self._frames = self._bytes = 0
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:

@@ -81,6 +81,7 @@ def test_all_measures_of_an_idle_line():
         "lost": {}, "delivery_ratio": 1.0, "loss": 0.0, "drop_rate": 0.0, "attempts": None,
         "failure_rate": None, "delay_mean_ms": 1.0, "delay_error_ms": None, "delay_p50_ms": 1.0,
         "delay_p95_ms": 1.0, "delay_p99_ms": 1.0, "control_frames": None, "control_bytes": None,
+        "utilisation": {"mean": pytest.approx(0.05), "max": pytest.approx(0.1)},
         "goodput_share": None, "measured_s": 1.0}
 
 

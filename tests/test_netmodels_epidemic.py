@@ -161,6 +161,14 @@ def test_a_summary_a_request_and_a_copy_for_each_host_that_has_not_had_it():
     assert bench.medium.control_bytes == 50 * (len(summaries) + 5)
 
 
+def test_the_air_is_busy_with_it_as_far_as_the_hop_knows():
+    assert not hasattr(epidemic(), "busy_ns")
+    bench = Bench(Epidemic(Epidemic.Params()), {"a": (0.0, 0.0), "b": (5.0, 0.0)})
+    bench.send(0, "a", "b", 1000)
+    bench.run(2 * S)
+    assert 0 < bench.medium.model.busy_ns([0])[0] < 10 * MS
+
+
 def test_who_holds_nothing_says_nothing():
     bench = ferried(lifetime="3 s")
     bench.run(10 * S)

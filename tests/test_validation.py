@@ -14,16 +14,18 @@ from netmodels.cases import chain
 from netmodels.radio import delivery, pathloss
 from netmodels.radio.errors import bit_error, packet_error
 from netmodels.radio.standards import STANDARDS
-from netmodels.validation import aloha, chance, propagation, rfcomms, round_trip
+from netmodels.validation import aloha, chance, fading, propagation, rfcomms, round_trip
 from netmodels.validation.aloha import RandomAccess
 from netmodels.validation.broadcast import Heartbeats
 from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
 from netmodels.validation.chain import Chains
 from netmodels.validation.chance import Bursts, Delays, Spells
 from netmodels.validation.disk import DiskOfRadio
+from netmodels.validation.fading import Outage
 from netmodels.validation.places import HiddenTerminals, Pairs
 from netmodels.validation.propagation import PacketErrors, Propagation
 from netmodels.validation.queues import FiniteQueue, PeriodicSenders, Waiting
+from netmodels.validation.rate_control import FallbackOfRates
 from netmodels.validation.rfcomms import RadioOfGazebo
 from netmodels.validation.round_trip import RoundTrip
 from netmodels.validation.saturation import SaturationOfOfdm
@@ -108,6 +110,11 @@ def more_noise_in_gazebo(monkeypatch):
     monkeypatch.setitem(rfcomms.WORLDS, "noise", "-85.5 dBm")
 
 
+def deafer_receivers(monkeypatch):
+    """By 10 %."""
+    monkeypatch.setattr(fading, "PREAMBLE", "-81.586 dBm")
+
+
 def longer_disks(monkeypatch):
     """Only where the range is computed."""
     monkeypatch.setattr(delivery, "bit_error", lambda mbps, ratio: bit_error(mbps, 1.05 * ratio))
@@ -124,7 +131,8 @@ TWINS = [
     (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
     (RadioOfGazebo, 36, more_loss_in_gazebo), (RadioOfGazebo, 36, more_noise_in_gazebo),
     (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
-    (Delays, 8, more_jitter),
+    (Delays, 8, more_jitter), (Outage, 3, deafer_receivers),
+    (FallbackOfRates, 2, longer_symbols),
 ]
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from desim import ports
+from desim.experiment.utilisation import busy_ns, utilisation
 from desim.kernel import Kernel, Phase
 from desim.middleware.medium import Medium, Still
 from desim.ports.cases import Flow, Setup
@@ -34,8 +35,10 @@ def play(setup: Setup, seed: int = 1) -> dict[str, Any]:
     broadcast) | ``attempts``: transmissions, where the model counts them | ``failure_rate``: the
     share of them that failed | ``delay_mean_ms``, ``_p50_``, ``_p95_``, ``_p99_``: from sending to
     arriving | ``delay_error_ms``: standard error of the mean, of 20 batches | ``control_frames``,
-    ``control_bytes``: sent by the model's own protocols, where it counts them | ``goodput_share``:
-    of the goodput of the setup that this one is compared with | ``measured_s``.
+    ``control_bytes``: sent by the model's own protocols, where it counts them | ``utilisation``:
+    the share of time that the medium was busy, mean and max over its hosts, ports or cables, where
+    the model says it | ``goodput_share``: of the goodput of the setup that this one is compared
+    with | ``measured_s``.
     """
     measures = _play(setup, seed)
     compared = setup.compared and play(setup.compared, seed)
@@ -56,15 +59,18 @@ def _play(setup: Setup, seed: int) -> dict[str, Any]:
         source.begin(streams("case", "flow", number))
         sources.append(source)
     before: dict[str, tuple[int, int]] = {}
+    before_ns: Any = 0
     if setup.warm_up_ns:
         kernel.run(setup.warm_up_ns)
-        before = _counted(setup.model)
+        before, before_ns = _counted(setup.model), busy_ns(medium)
         for source in sources:
             source.forget()
     kernel.run(setup.duration_ns)
     counts = {name: tuple(np.subtract(count, before.get(name, 0)).tolist())
               for name, count in _counted(setup.model).items()}
-    return _measures(sources, counts, (setup.duration_ns - setup.warm_up_ns) / NS_PER_S)
+    measured_ns = setup.duration_ns - setup.warm_up_ns
+    return {**_measures(sources, counts, measured_ns / NS_PER_S),
+            "utilisation": utilisation(medium, measured_ns, before_ns)}
 
 
 class Source:

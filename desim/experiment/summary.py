@@ -10,6 +10,7 @@ import numpy as np
 from desim.experiment.metrics import Exploration, evaluate
 from desim.experiment.monitor import Monitor
 from desim.experiment.traffic import by_kind, totals
+from desim.experiment.utilisation import utilisation
 from desim.robot.tiles import raster
 from desim.units import NS_PER_S
 
@@ -53,13 +54,22 @@ def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
         "messages_dropped": dict(sorted(traffic.dropped.items())),
         "messages_in_flight": traffic.in_flight,
         "bytes_on_air": traffic.bytes_on_air,
+        "utilisation": {medium.name: utilisation(medium, now_ns)
+                        for medium in monitor.graph.media},
         "control_bytes": sum(medium.control_bytes for medium in monitor.graph.media),
         "partitions": monitor.splits.summary(),
+        "map_age_s": _mean_map_age_s(monitor.samples),
         "traffic": by_kind(monitor.graph),
         "latency_by_topic": monitor.families.latency(),
         **_fleet_means(robots),
         "robots": robots,
     }
+
+
+def _mean_map_age_s(samples: list[dict[str, Any]]) -> float | None:
+    """Over the samples."""
+    ages_s = [row["map_age_s"] for row in samples if row["map_age_s"] is not None]
+    return sum(ages_s) / len(ages_s) if ages_s else None
 
 
 def known_map(monitor: Monitor, robot: str | None) -> np.ndarray:

@@ -194,6 +194,9 @@ class NetworkModel(Protocol):
     them is the model's task. It may have ``reach_m`` and ``separates`` as a rule may,
     ``attempts() -> (int, int)``: transmissions so far, and how many of them failed,
     ``control() -> (int, int)``: frames and bytes that its protocols have sent so far,
+    ``busy_ns(hosts) -> Sequence[int]``: for how long so far each part of it was in use that is one
+    thing at a time, the air around each of ``hosts`` (those attached to it, indices), each of their
+    ports or the one cable,
     ``switched(host, up)``, which is called when a host starts or stops, all being up before, and
     ``signal(from_m, to_m) -> Signal``: what comes in now at ``to_m`` [n, 2] m of somebody who sends
     at ``from_m`` [2] m.
