@@ -189,7 +189,7 @@ class Epidemic:
     def _told(self, numbers: Sequence[int], frame: ports.Frame, receivers: Sequence[int],
               verdict: ports.Deliver | ports.Drop) -> None:
         if type(verdict) is ports.Deliver:
-            heard = self._asked if not frame.broadcast else self._heard
+            heard = self._heard if frame.broadcast else self._asked
             self._context.at(self._context.now_ns + verdict.delay_ns, heard,
                              (frame.source, receivers, numbers))
 
