@@ -14,7 +14,7 @@ from netmodels.cases import chain
 from netmodels.radio import delivery, pathloss
 from netmodels.radio.errors import bit_error, packet_error
 from netmodels.radio.standards import STANDARDS
-from netmodels.validation import aloha, chance, fading, propagation, round_trip
+from netmodels.validation import aloha, chance, fading, propagation, rfcomms, round_trip
 from netmodels.validation.aloha import RandomAccess
 from netmodels.validation.broadcast import Heartbeats
 from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
@@ -26,6 +26,7 @@ from netmodels.validation.places import HiddenTerminals, Pairs
 from netmodels.validation.propagation import PacketErrors, Propagation
 from netmodels.validation.queues import FiniteQueue, PeriodicSenders, Waiting
 from netmodels.validation.rate_control import FallbackOfRates
+from netmodels.validation.rfcomms import RadioOfGazebo
 from netmodels.validation.round_trip import RoundTrip
 from netmodels.validation.saturation import SaturationOfOfdm
 from netmodels.validation.saturation_11b import SaturationOf11b
@@ -101,6 +102,14 @@ def more_jitter(monkeypatch):
     monkeypatch.setattr(chance, "JITTER", "11 ms")
 
 
+def more_loss_in_gazebo(monkeypatch):
+    monkeypatch.setitem(rfcomms.WORLDS, "exponent", 2.625)
+
+
+def more_noise_in_gazebo(monkeypatch):
+    monkeypatch.setitem(rfcomms.WORLDS, "noise", "-85.5 dBm")
+
+
 def deafer_receivers(monkeypatch):
     """By 10 %."""
     monkeypatch.setattr(fading, "PREAMBLE", "-81.586 dBm")
@@ -120,6 +129,7 @@ TWINS = [
     (Heartbeats, 1, longer_symbols), (Chains, 6, shorter_interference),
     (Propagation, 27, less_loss), (Propagation, 27, less_indoor_loss),
     (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
+    (RadioOfGazebo, 36, more_loss_in_gazebo), (RadioOfGazebo, 36, more_noise_in_gazebo),
     (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
     (Delays, 8, more_jitter), (Outage, 1, deafer_receivers),
     (FallbackOfRates, 2, longer_symbols),
