@@ -2,74 +2,19 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
-import time
-import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from desim.commands import campaigns
+from desim.commands.ending import command_line, compiling, exits
 from desim.errors import InputError
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
                   help="Simulate a fleet of robots and the networks between them, on one clock.")
 
 RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False)]
-
-
-@contextmanager
-def _exits() -> Iterator[None]:
-    """2 for wrong input, 130 for Ctrl-C, 1 for a failure of ours with the way to repeat it."""
-    try:
-        yield
-    except typer.Exit:
-        raise
-    except InputError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(2) from None
-    except KeyboardInterrupt as stopped:
-        kept = f"; what there is until then: {stopped}" if str(stopped) else ""
-        typer.echo(f"interrupted{kept}", err=True)
-        raise typer.Exit(130) from None
-    except BrokenPipeError:
-        raise typer.Exit(1) from None
-    except Exception:
-        traceback.print_exc()
-        typer.echo(f"desim failed; this repeats it:\n  {_command()}", err=True)
-        raise typer.Exit(1) from None
-
-
-def _command() -> str:
-    return shlex.join(["desim", *sys.argv[1:]])
-
-
-@contextmanager
-def _compiling(quiet: bool) -> Iterator[None]:
-    """Around the first import of kernels: says so where some have to be compiled."""
-    from desim.report.compiling import announced
-
-    begin_s = None
-
-    def say() -> None:
-        nonlocal begin_s
-        begin_s = time.perf_counter()
-        if not quiet:
-            typer.echo("compiling numerical kernels (first run only)...", err=True)
-
-    try:
-        with announced(say):
-            yield
-    except RuntimeError as error:
-        if "cannot cache function" not in str(error):
-            raise
-        raise InputError("compiled kernels can be kept neither beside desim nor in the home "
-                         "folder; set NUMBA_CACHE_DIR to a folder that can be written") from error
-    if begin_s is not None and not quiet:
-        typer.echo(f"compiled in {time.perf_counter() - begin_s:.1f} s", err=True)
 
 
 @app.command()
@@ -86,11 +31,11 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
             "--check", help="run twice and name the first trace row that differs")] = False,
         ) -> None:
     """Run a scenario; the results are in a folder of their own afterwards."""
-    with _exits():
+    with exits():
         from desim.scenario.load import load
 
         changes = [*overrides, *([f"stop.elapsed={until}"] if until else [])]
-        with _compiling(quiet):
+        with compiling(quiet):
             # Complaints about the scenario come before anything is compiled but its plug-ins.
             loaded = load(scenario, changes, seed)
             from desim import api
@@ -103,9 +48,9 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
         if check:
             from desim.report.checking import checked
 
-            finished, parted = checked(loaded, out, watch, _command())
+            finished, parted = checked(loaded, out, watch, command_line())
         else:
-            finished = api.run(loaded, out=out, watch=watch, command=_command())
+            finished = api.run(loaded, out=out, watch=watch, command=command_line())
         if not quiet:
             _show(finished, console)
         if check and parted:
@@ -133,7 +78,7 @@ def describe(plugin: Annotated[str, typer.Argument(
         metavar="PLUGIN", show_default=False,
         help="a name that desim plugins lists, or package.module:Class")]) -> None:
     """What a plug-in does, and its parameters."""
-    with _exits():
+    with exits():
         from desim.report.catalogue import description
 
         typer.echo(description(plugin))
@@ -142,7 +87,7 @@ def describe(plugin: Annotated[str, typer.Argument(
 @app.command()
 def plugins() -> None:
     """All plug-ins that are installed, by kind."""
-    with _exits():
+    with exits():
         from desim.report.catalogue import listing
 
         typer.echo(listing())
@@ -151,7 +96,7 @@ def plugins() -> None:
 @app.command()
 def schema() -> None:
     """The JSON Schema of scenario files, for editors."""
-    with _exits():
+    with exits():
         import json
 
         from desim.scenario.schema import Scenario
@@ -165,8 +110,8 @@ def trace(path: RunPath,
               min=1, help="the number of a message between hosts, from 1 (messages.parquet)")],
           ) -> None:
     """The story of one message: every row about it, in order, and where the time went."""
-    with _exits():
-        with _compiling(False):
+    with exits():
+        with compiling(False):
             from desim.report.following import told
         typer.echo(told(path, message))
 
@@ -174,8 +119,8 @@ def trace(path: RunPath,
 @app.command()
 def diff(first: RunPath, second: RunPath) -> None:
     """The first trace row in which two runs differ, with the rows around it."""
-    with _exits():
-        with _compiling(False):
+    with exits():
+        with compiling(False):
             from desim.report.checking import difference
         text = difference(first, second)
         typer.echo(text or "the traces are equal")
@@ -189,8 +134,8 @@ def figure(path: RunPath,
                help="file to write, png, pdf or svg (default: figure.png in the run's folder)",
                show_default=False)] = None) -> None:
     """A picture of a run: terrain, trajectories, map, explored share and traffic over time."""
-    with _exits():
-        with _compiling(False):
+    with exits():
+        with compiling(False):
             from desim.api import Run
             from desim.report.figure import draw
         target = to or path / "figure.png"
@@ -212,10 +157,10 @@ def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_d
                  "coverage.png")) -> None:
     """A picture of what a radio reaches in a scenario's terrain, from one place and between the
     hosts at the start."""
-    with _exits():
+    with exits():
         from desim.scenario.load import load
 
-        with _compiling(False):
+        with compiling(False):
             loaded = load(scenario, overrides)
             from desim.report.coverage import draw
         try:
@@ -235,11 +180,11 @@ def net(context: typer.Context,
         usage: Annotated[bool, typer.Option("--help", help="the options of the case")] = False,
         ) -> None:
     """Play a standard network case without robots; its options are --key value."""
-    with _exits():
+    with exits():
         from desim.report import cases
 
         if usage or case is None:
-            with _compiling(False):
+            with compiling(False):
                 typer.echo(cases.overview() if case is None else cases.fleet_usage()
                            if case == cases.FLEET else cases.usage(case))
         elif case == cases.FLEET:
@@ -252,7 +197,7 @@ def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
     from desim import options, plugins
     from desim.report import cases
 
-    with _compiling(as_json):
+    with compiling(as_json):
         from desim.experiment.netcase import play
         params = options.parsed(words, plugins.parameters("case", case), ("seed", "json"))
     with options.as_options():
@@ -271,7 +216,7 @@ def _net_fleet(words: list[str], seed: int | None, as_json: bool) -> None:
     from desim import options
     from desim.scenario.load import load
 
-    with _compiling(as_json):
+    with compiling(as_json):
         from desim.experiment.fleetload import Question, play
         from desim.report import fleetload
     question = options.parsed(words, Question, ("seed", "json"))
@@ -296,8 +241,8 @@ def validate(only: Annotated[list[str], typer.Option(
              as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
              ) -> None:
     """Compare the network models with published numbers; exit code 1 if one is off."""
-    with _exits():
-        with _compiling(as_json):
+    with exits():
+        with compiling(as_json):
             from desim.report import validating
         groups = validating.chosen(only)
         rows = validating.compared(groups, _say_nothing if as_json else typer.echo)
@@ -319,6 +264,8 @@ def _echo_json(value: Any) -> None:
 
     typer.echo(json.dumps(value, indent=2))
 
+
+campaigns.add_to(app)
 
 if __name__ == "__main__":
     app()

@@ -136,6 +136,7 @@ def _file(place: str) -> str | None:
     return next((file for file in files if os.path.isfile(file)), None)
 
 
+@cache
 def reference(kind: str, name: str, cls: Any) -> str:
     """``package.module:Class``, with its distribution and version where it has one: what a run's
     identity records of a plug-in."""

@@ -14,8 +14,8 @@ import typer
 from typer.testing import CliRunner
 
 import desim
-from desim import cli
 from desim.cli import app
+from desim.commands import ending
 from desim.experiment.compare import kept
 from desim.kernel import Phase
 from desim.report import compiling, live
@@ -305,7 +305,7 @@ def test_cold_kernels_of_any_package_are_announced_once(tmp_path, monkeypatch):
 
 def test_where_kernels_cannot_be_kept_the_way_out_is_said():
     def fail():
-        with cli._exits(), cli._compiling(quiet=True):
+        with ending.exits(), ending.compiling(quiet=True):
             raise RuntimeError("cannot cache function 'sin': no locator available")
 
     with pytest.raises(typer.Exit) as left:

@@ -109,9 +109,9 @@ def test_the_resolved_scenario_finds_it_again_and_no_id_depends_on_the_folder(he
     (here / "results" / "scenario.resolved.yaml").write_text(text)
     assert load("../results/scenario.resolved.yaml").scenario == scenario
     written(here / "copy", "my_again")
-    assert scenario_id(load("../study/case.yaml").scenario, {}) == scenario_id(
+    assert scenario_id(load("../study/case.yaml").scenario, {})(1) == scenario_id(
         scenario.model_copy(update={"stop": scenario.stop.model_copy(
-            update={"when": f"{here}/copy/my_again:enough"})}), {})
+            update={"when": f"{here}/copy/my_again:enough"})}), {})(1)
 
 
 def test_two_modules_of_one_name_are_refused(here):

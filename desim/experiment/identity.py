@@ -6,18 +6,38 @@ import hashlib
 import platform
 import sys
 import zlib
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import desim
 from desim import plugins
+from desim.scenario.resolved import scenario_id
 from desim.scenario.schema import Scenario
 
 # What computes results. Others (pyarrow, rich, typer, ...) only carry them.
 PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx", "pydantic")
 
+# What only shows results, or decides which runs are made.
+_SHOWS = frozenset({"report", "campaign", "statistics", "commands", "cli.py"})
 
+
+class Identity:
+    """What names the runs of a scenario, whatever their seed."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.plugins = plugin_references(scenario)
+        self.source = source(scenario)
+        self._run_id = scenario_id(scenario, {**versions(), **self.plugins,
+                                              "source": self.source})
+
+    def run_id(self, seed: int) -> str:
+        """12 hex digits."""
+        return self._run_id(seed)
+
+
+@cache
 def versions() -> dict[str, str]:
     """Python's version and those of ``PACKAGES``."""
     return {"python": platform.python_version(),
@@ -41,21 +61,37 @@ def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
 
 
 def source(scenario: Scenario) -> str:
-    """A hash of the Python source of desim (but for what only shows results) and of the packages
+    """A hash of the Python source of desim (but for what has no part in a run) and of the packages
     that the scenario's plug-ins come from: during development the version stays the same."""
-    files = set(Path(desim.__file__).parent.rglob("*.py"))
+    files = set(_package(Path(desim.__file__).parent))
     for kind, name in _chosen(scenario):
         top = sys.modules[plugins.load(kind, name).__module__.partition(".")[0]].__file__
         if top is not None:
             path = Path(top)
-            files |= set(path.parent.rglob("*.py")) if path.name == "__init__.py" else {path}
+            files |= set(_package(path.parent)) if path.name == "__init__.py" else {path}
     digest = hashlib.sha256()
     for file in sorted(files):
-        if "report" not in file.parts and file.name != "cli.py":
-            digest.update(file.read_bytes())
+        if not _SHOWS.intersection(file.parts):
+            facts = file.stat()
+            digest.update(_hash(file, facts.st_mtime_ns, facts.st_size))
     return digest.hexdigest()[:12]
 
 
+# What is imported stays imported: a process looks for the files of a package once, and reads a
+# file again only where it was written to.
+
+
+@cache
+def _package(folder: Path) -> tuple[Path, ...]:
+    return tuple(folder.rglob("*.py"))
+
+
+@cache
+def _hash(file: Path, _modified_ns: int, _size_bytes: int) -> bytes:
+    return hashlib.sha256(file.read_bytes()).digest()
+
+
+@cache
 def machine() -> dict[str, Any]:
     """What sin, cos, exp and log came from: the promise of equal digests ends with these."""
     import llvmlite.binding as llvm

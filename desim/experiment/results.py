@@ -27,7 +27,7 @@ from desim.experiment.summary import (
     summarize,
 )
 from desim.experiment.traffic import latency_table
-from desim.scenario.resolved import resolved, scenario_id
+from desim.scenario.resolved import resolved
 from desim.scenario.schema import Scenario
 from desim.trace import Names
 
@@ -45,10 +45,8 @@ class RunFolder:
 
     def __init__(self, out: str | Path, scenario: Scenario) -> None:
         self.scenario = scenario
-        self.plugins = identity.plugin_references(scenario)
-        self.source = identity.source(scenario)
-        self.run_id = scenario_id(scenario, {**identity.versions(), **self.plugins,
-                                             "source": self.source})
+        self._identity = identity.Identity(scenario)
+        self.run_id = self._identity.run_id(scenario.seed)
         self.path = Path(out) / scenario.name / self.run_id
         self._partial = self.path.with_name(f"{self.run_id}.partial")
         keep = scenario.trace.keep
@@ -132,9 +130,8 @@ class RunFolder:
     def _publish(self, manifest: dict[str, Any]) -> Path | None:
         complete = {"desim_version": identity.versions()["desim"], "run_id": self.run_id,
                     "name": self.scenario.name, "seed": self.scenario.seed, **manifest,
-                    "versions": identity.versions(), "plugins": self.plugins,
-                    "source": self.source,
-                    "machine": identity.machine()}
+                    "versions": identity.versions(), "plugins": self._identity.plugins,
+                    "source": self._identity.source, "machine": identity.machine()}
         before = manifest_of(self.path)
         if before is not None and before["status"] == manifest["status"] == FINISHED \
                 and before["digest"] != manifest["digest"]:

@@ -12,7 +12,7 @@ import re
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
@@ -35,6 +35,14 @@ class Params(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True,
                               alias_generator=yaml_key, protected_namespaces=())
+
+
+class BesideScenario:
+    """Marks the path of a file: in a scenario it is relative to the file that names it, a plug-in
+    gets it absolute. What the file contains belongs to a run's identity."""
+
+
+File = Annotated[str, BesideScenario()]  # the type of a parameter
 
 
 def natural_key(name: str) -> tuple:

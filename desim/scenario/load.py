@@ -10,14 +10,14 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from desim.errors import InputError
 from desim.scenario import check, merge, pluginchoices
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.complete import complete
 from desim.scenario.fleet import StartFile
-from desim.scenario.places import Folder, Path, Place, Places
+from desim.scenario.places import Folder, Path, Place, Places, split
 from desim.scenario.schema import Scenario
 from desim.scenario.starts import listed
 
@@ -49,12 +49,29 @@ class Loaded:
         return f"{self.places.root.source}: {line}"
 
 
+class Change(NamedTuple):
+    """Another value at a dotted path, and where it was written."""
+
+    path: str
+    value: Any
+    place: Place
+
+
 def load(path: str | os.PathLike, overrides: Sequence[str] = (), seed: int | None = None) -> Loaded:
     """The scenario in a YAML file, with ``a.b.c=value`` overrides and another seed laid over it.
 
     Raises ``InputError`` with one line for each thing that is wrong.
     """
-    return _loaded(merge.extended(os.fspath(path)), overrides, seed)
+    return _loaded(_overridden(merge.extended(os.fspath(path)), overrides, seed))
+
+
+def varied(base: merge.Document, changes: Sequence[Change]) -> Loaded:
+    """The scenario of a document (``merge.extended`` reads one) with changes laid over it, in their
+    order; the document can be used again. Raises ``InputError`` as ``load`` does."""
+    document = copy.deepcopy(base[0]), base[1]
+    for change in changes:
+        document = merge.changed(document, split(change.path), change.value, change.place)
+    return _loaded(document)
 
 
 def from_mapping(data: Mapping[str, Any], overrides: Sequence[str] = (),
@@ -68,12 +85,17 @@ def from_mapping(data: Mapping[str, Any], overrides: Sequence[str] = (),
                          f"false and null: {error}") from None
     if not isinstance(copied, dict):
         raise InputError("scenario: must be a mapping")
-    return _loaded((copied, Places(Place("scenario"))), overrides, seed)
+    return _loaded(_overridden((copied, Places(Place("scenario"))), overrides, seed))
 
 
-def _loaded(document: merge.Document, overrides: Sequence[str], seed: int | None) -> Loaded:
+def _overridden(document: merge.Document, overrides: Sequence[str],
+                seed: int | None) -> merge.Document:
     for override in (*overrides, *([] if seed is None else [f"seed={seed}"])):
         document = merge.overridden(document, override)
+    return document
+
+
+def _loaded(document: merge.Document) -> Loaded:
     data, places = merge.without_removed(document)
 
     def folder(path: Path) -> str:

@@ -59,19 +59,23 @@ def extended(path: str, below: tuple[str, ...] = ()) -> Document:
 
 def overridden(document: Document, override: str) -> Document:
     """``a.b.c=value`` laid over the document; the value is YAML. Raises ``InputError``."""
-    data, places = document
     source = f"--set {override}"
     key, equals, text = override.partition("=")
     if not equals or not all(key.split(".")):
         raise InputError(f"{source}: must look like a.b.c=value, e.g. fleet.size=8")
-    value = yaml12.parse_value(text, source)
-    path = split(key.strip())
-    merged = _put(data, path, value, (), source)
+    return changed(document, split(key.strip()), yaml12.parse_value(text, source), Place(source))
+
+
+def changed(document: Document, path: Path, value: Any, place: Place) -> Document:
+    """``value``, which was written at ``place``, laid over what is at ``path``. The document stays
+    as it is. Raises ``InputError``."""
+    data, places = document
+    merged = _put(data, path, value, (), str(place))
     top = Places(places.root)  # what nobody wrote is still a default of the file
     for depth in range(1, len(path)):  # what it had to bring into being on the way
         if path[:depth] not in places:
-            top.put(path[:depth], Place(source), Place(source))
-    top.put_all(value, Place(source), path)
+            top.put(path[:depth], place, place)
+    top.put_all(value, place, path)
     return merged, places.under(top, merged)
 
 

@@ -31,7 +31,7 @@ class Ladder(Radio):
     ``walls``: everybody has the air to himself, and whatever 90 % would get at its received power,
     through walls, arrives.
     ``disk``: the same without walls and shadowing; its range is where ``mac`` delivers 90 % in the
-    open, computed from path loss and errors.
+    open, computed from path loss and errors. Like ``walls`` it learns no rates: all go at ``rate``.
     ``ideal``: everything arrives at once and everywhere.
 
     Times of a sender alone are the same on all of them but ``ideal``. A broadcast fails at a

@@ -1,0 +1,165 @@
+"""A campaign: its folder, and how what it lacks is run.
+
+``<out>/`` holds ``design.yaml``, ``runs/<scenario>/<run id>/``, ``index.jsonl`` and
+``runs.parquet``. A run is finished when its folder is in place; everything else follows from the
+folders, so that a campaign that was killed goes on where it was.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Callable
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Protocol
+
+from desim import api
+from desim.campaign.agenda import Agenda
+from desim.campaign.design import LoadedDesign
+from desim.campaign.index import Index
+from desim.campaign.metrics import Metrics
+from desim.campaign.plan import Plan, Vector
+from desim.campaign.table import write_table
+from desim.campaign.work import Row, Task, folder_of, row_of
+from desim.errors import InputError, did_you_mean
+from desim.experiment.results import FAILED
+
+
+class Workers(Protocol):
+    """Who runs tasks: a ``Crew`` of this machine's processes, or a cluster."""
+
+    has_room: bool
+    is_busy: bool
+
+    def begin(self, task: Task) -> None:
+        """Take a task on; there is room."""
+
+    def finished(self) -> list[tuple[Task, Row | Exception]]:
+        """Wait for something to be done, and return it."""
+
+
+class Sweep:
+    """One campaign being run in ``out``. Use it as a context: nobody else may run it meanwhile.
+
+    ``total`` and ``rows`` tell how far it is. Raises ``InputError`` where the folder cannot be
+    written, or another process runs the campaign.
+    """
+
+    def __init__(self, plan: Plan, metrics: Metrics, out: Path, *, only: tuple[str, ...] = (),
+                 retry_failed: bool = False) -> None:
+        self.plan, self.metrics, self.out = plan, metrics, out
+        self._only, self._retry_failed = only, retry_failed
+        self._scenario = plan.scenario(plan.vectors[0], 0).scenario.name
+
+    def __enter__(self) -> Sweep:
+        with _writing(self.out):
+            (self._runs / self._scenario).mkdir(parents=True, exist_ok=True)
+            self._lock = os.open(self.out / ".lock", os.O_CREAT | os.O_RDWR)
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(f"{self.out}: another process is running this campaign") from None
+            self._index = Index(self.out / "index.jsonl")
+            self._index.recover(self._present(), self._read)
+        self.rows = self._index.rows
+        if self._retry_failed:
+            self.rows = {run_id: row for run_id, row in self.rows.items()
+                         if row["status"] != FAILED}
+        self._agenda = Agenda(self.plan, self.rows, self._only, self._value)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._index.close()
+        os.close(self._lock)
+
+    @property
+    def runs(self) -> list[tuple[Vector, int, str]]:
+        """Vector, iteration and run id of every run, as far as these are known."""
+        return self._agenda.runs
+
+    @property
+    def progress(self) -> tuple[int, int, int]:
+        """Runs that are done, those that failed among them, and all as far as that is known."""
+        runs = dict.fromkeys(run_id for _, _, run_id in self._agenda.runs)
+        rows = [self.rows[run_id] for run_id in runs if run_id in self.rows]
+        return len(rows), sum(row["status"] == FAILED for row in rows), len(runs)
+
+    def run(self, workers: Workers, heard: Callable[[Row], Any] = lambda row: None) -> None:
+        """Run what is missing; ``heard`` is told of each run that ends. The table is written at
+        the end, whatever the end is. Raises ``InputError`` where results cannot be written."""
+        try:
+            while True:
+                while workers.has_room and (task := self._next()) is not None:
+                    workers.begin(task)
+                if not workers.is_busy:
+                    return
+                for _, outcome in workers.finished():
+                    if isinstance(outcome, Exception):
+                        raise outcome
+                    self._add(outcome)
+                    heard(outcome)
+        finally:
+            with _writing(self.out):
+                write_table(self.out / "runs.parquet", self.plan, self.metrics, self.rows,
+                            self._agenda.runs)
+
+    def _next(self) -> Task | None:
+        run = self._agenda.next()
+        if run is None:
+            return None
+        vector, iteration, run_id = run
+        return Task(run_id, self.plan.scenario(vector, iteration), str(self._runs),
+                    self.metrics.functions)
+
+    def _add(self, row: Row) -> None:
+        with _writing(self.out):
+            self._index.add(row)
+        self.rows[row["run_id"]] = row
+
+    def _value(self, row: Row) -> Any:
+        return self.metrics.value(self.plan.design.iterations.metric, row)
+
+    @property
+    def _runs(self) -> Path:
+        return self.out / "runs"
+
+    def _present(self) -> set[str]:
+        return {entry.name for entry in os.scandir(self._runs / self._scenario)
+                if "." not in entry.name}
+
+    def _read(self, run_id: str) -> Row | None:
+        """The row of a run whose folder is there but which the index does not know."""
+        try:
+            return row_of(api.Run(folder_of(self._runs, self._scenario, run_id)),
+                          self.metrics.functions)
+        except (InputError, KeyError):
+            return None  # damaged: it is run again
+
+
+@contextmanager
+def _writing(out: Path) -> Any:
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"cannot write to {out}: {error.strerror or error}; what is finished "
+                         "stays, and the same command goes on from there") from error
+
+
+def selected(plan: Plan, only: tuple[str, ...]) -> tuple[str, ...]:
+    """``only``, if every one of them is ``parameter=level`` of the plan. Raises ``InputError``."""
+    for text in only:
+        name, equals, label = map(str.strip, text.partition("="))
+        if not equals or name not in plan.parameters:
+            raise InputError(f"--only {text}: must be PARAMETER=LEVEL; parameters: "
+                             f"{', '.join(plan.parameters) or 'none'}")
+        labels = dict.fromkeys(vector.levels[name].label for vector in plan.vectors)
+        if label not in labels:
+            raise InputError(f"--only {text}: {name} has no level {label!r}"
+                             f"{did_you_mean(label, labels)}; allowed: {', '.join(labels)}")
+    return only
+
+
+def default_folder(loaded: LoadedDesign) -> Path:
+    """Where a campaign is, unless somebody says otherwise."""
+    return Path("results") / loaded.design.name

@@ -1,0 +1,93 @@
+"""Worker processes on this machine: each takes a run, gives back its row, and takes the next.
+
+They are started once, so that importing and loading compiled kernels is paid once. One that dies
+(out of memory, killed) is replaced, and its run is tried once more.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from multiprocessing.connection import Connection, wait
+
+from desim.campaign.work import Row, Task, failure
+
+_TRIES = 2
+
+
+class Crew:
+    """``jobs`` processes. Use it as a context; leaving it ends them, at work or not."""
+
+    def __init__(self, jobs: int) -> None:
+        self._idle = [_Worker() for _ in range(jobs)]
+        self._busy: dict[Connection, tuple[_Worker, Task, int]] = {}
+
+    def __enter__(self) -> Crew:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for worker in (*self._idle, *(worker for worker, *_ in self._busy.values())):
+            worker.end()
+
+    @property
+    def has_room(self) -> bool:
+        """Whether somebody is idle."""
+        return bool(self._idle)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether somebody is at work."""
+        return bool(self._busy)
+
+    def begin(self, task: Task, tries: int = 1) -> None:
+        """Give an idle worker something to do."""
+        worker = self._idle.pop()
+        try:
+            worker.connection.send(task)
+        except OSError:  # it died while it was idle, which costs nobody a try
+            worker.end()
+            worker = _Worker()
+            worker.connection.send(task)
+        self._busy[worker.connection] = worker, task, tries
+
+    def finished(self) -> list[tuple[Task, Row | Exception]]:
+        """Wait until something is done, and return it: rows, or what makes all further work
+        pointless."""
+        done: list[tuple[Task, Row | Exception]] = []
+        for connection in wait(list(self._busy)):
+            worker, task, tries = self._busy.pop(connection)
+            try:
+                done.append((task, connection.recv()))
+                self._idle.append(worker)
+            except (EOFError, OSError):
+                cause = worker.end()
+                self._idle.append(_Worker())
+                if tries < _TRIES:
+                    self.begin(task, tries + 1)
+                else:
+                    done.append((task, failure(task.run_id, f"its process died {tries} times "
+                                                            f"({cause})")))
+        return done
+
+
+class _Worker:
+    def __init__(self) -> None:
+        ours, theirs = socket.socketpair()
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "desim.campaign.worker", str(theirs.fileno())],
+                pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL,
+                start_new_session=True)  # Ctrl-C is for the campaign, which ends its workers
+        self.connection = Connection(ours.detach())
+
+    def end(self) -> str:
+        """Kill it if it lives; what it died of."""
+        if self._process.poll() is None:
+            # What it is writing stays a .partial folder, which the next try empties.
+            os.killpg(self._process.pid, signal.SIGKILL)
+        code = self._process.wait()
+        self.connection.close()
+        return signal.Signals(-code).name if code < 0 else f"exit code {code}"

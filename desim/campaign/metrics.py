@@ -1,0 +1,116 @@
+"""The metrics of a campaign: the numbers of each run's summary, and those that the design adds."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from desim import api, plugins
+from desim.campaign.plan import Plan
+from desim.campaign.work import Row, flat
+from desim.errors import InputError, did_you_mean
+from desim.scenario import expression
+
+# A rehearsal is long enough for everything to be measured once, and too short to be felt.
+_REHEARSAL_NS = 10_000_000
+# Which reasons there are shows only in a run: what did not happen happened 0 times.
+_COUNTED = re.compile(r"messages_dropped_\w+")
+_FUNCTION = re.compile(r"(.*/)?[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+
+
+class Metrics:
+    """``names`` of all metrics that each run of the plan has, in order; ``functions`` those of
+    them that look at a run's folder.
+
+    Raises ``InputError`` for an expression that names what no run has, or a function that fails:
+    one run is begun for that, and thrown away.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        loaded = plan.loaded
+        run, self.names = None, ()
+        with tempfile.TemporaryDirectory() as folder:
+            run = _rehearsed(plan, folder)
+            self.names = tuple(flat(run.metrics))
+            self._own: dict[str, Callable[[Row], float | None]] = {}
+            self.functions: tuple[str, ...] = ()
+            for name, text in loaded.design.metrics.items():
+                try:
+                    self._own[name] = self._made(
+                        name, text, loaded.folder(("metrics", name)), run)
+                except InputError as error:
+                    raise loaded.wrong(("metrics", name), str(error)) from None
+        self.names = (*self.names, *self._own)
+        for name in plan.parameters:
+            if name in self.names:
+                raise loaded.wrong(("parameters", name), "is the name of a metric, too; choose "
+                                                         "another one")
+        self._refuse_unknown(plan)
+
+    def of(self, row: Row) -> dict[str, Any]:
+        """All metrics of a finished run."""
+        return {**row["metrics"], **{name: own(row) for name, own in self._own.items()}}
+
+    def value(self, name: str, row: Row) -> Any:
+        """One metric of a run; None where it has none."""
+        if row["status"] != "finished":
+            return None
+        return self._own[name](row) if name in self._own else row["metrics"].get(name)
+
+    def _made(self, name: str, text: str, folder: str, run: api.Run,
+              ) -> Callable[[Row], float | None]:
+        if name in self.names:
+            raise InputError("is the name of a metric of every run; choose another one")
+        if _FUNCTION.fullmatch(text):
+            return self._function(plugins.beside(text, folder), run)
+        counted = [found for found in _COUNTED.findall(text) if found not in self.names]
+        compiled = expression.compile(text, (*self.names, *counted))
+
+        def evaluate(row: Row) -> float | None:
+            try:
+                value = compiled.evaluate(dict.fromkeys(counted, 0) | row["metrics"])
+            except TypeError:  # of a metric that this run has not, or of a word
+                return None
+            return None if value is None else float(value)
+
+        return evaluate
+
+    def _function(self, path: str, run: api.Run) -> Callable[[Row], float | None]:
+        function = plugins.imported("function", path)
+        try:
+            value = function(run)
+            if value is not None:
+                float(value)
+        except Exception as error:  # a stranger's function may fail in any way
+            raise InputError(f"{plugins.bare(path)} raised {type(error).__name__}: {error} (tried "
+                             "on a run of 0.01 s)") from error
+        self.functions += (path,)
+        return lambda row: row["functions"].get(path)
+
+    def _refuse_unknown(self, plan: Plan) -> None:
+        design = plan.design
+        asked = [(("report", "metrics", i), name) for i, name in enumerate(design.report.metrics)]
+        if hasattr(design.iterations, "metric"):
+            asked.append((("iterations", "metric"), design.iterations.metric))
+        for path, name in asked:
+            if name not in self.names and not _COUNTED.fullmatch(name):
+                raise plan.loaded.wrong(path, f"no run has a metric {name!r}"
+                                        f"{did_you_mean(name, self.names)}; allowed: "
+                                        f"{', '.join(self.names)}")
+        for key in ("against", "by"):
+            name = getattr(design.report, key)
+            if name is not None and name not in plan.parameters:
+                raise plan.loaded.wrong(("report", key), f"there is no parameter {name!r}"
+                                        f"{did_you_mean(name, plan.parameters)}; allowed: "
+                                        f"{', '.join(plan.parameters) or 'none'}")
+
+
+def _rehearsed(plan: Plan, folder: str) -> api.Run:
+    loaded = plan.scenario(plan.vectors[0], 0)
+    stop = loaded.scenario.stop.model_copy(update={"elapsed_ns": _REHEARSAL_NS})
+    return api.run(replace(loaded, scenario=loaded.scenario.model_copy(update={"stop": stop})),
+                   out=Path(folder))

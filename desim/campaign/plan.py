@@ -1,0 +1,137 @@
+"""The runs that a design asks for: each vector's scenario, checked before anything runs."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from desim.campaign.design import LoadedDesign, Until
+from desim.campaign.parameters import Level, Setting, parameters_of
+from desim.campaign.vectors import MOST_RUNS, Combination, combinations
+from desim.errors import did_you_mean
+from desim.experiment.identity import Identity
+from desim.scenario.load import Change, Loaded, varied
+from desim.scenario.places import Place
+
+# Rows of messages are for looking at one run; the digest is the same without them.
+_KEEP_NOTHING = Change("trace.keep", "none", Place("desim sweep"))
+
+
+class Vector(NamedTuple):
+    """One combination of values; ``run_id`` of a seed."""
+
+    number: int
+    levels: Combination
+    changes: tuple[Change, ...]
+    run_id: Callable[[int], str]
+
+
+class Plan:
+    """A design's vectors, and what each of their runs is.
+
+    ``checked`` is called with the number of vectors that were looked at so far. Raises
+    ``InputError`` for the first vector whose scenario is wrong.
+    """
+
+    def __init__(self, loaded: LoadedDesign, checked: Callable[[int, int], Any] | None = None,
+                 ) -> None:
+        self.loaded, self.design = loaded, loaded.design
+        if isinstance(self.design.iterations, int) and self.design.iterations < 1:
+            raise loaded.wrong(("iterations",), f"must be at least 1, got {self.design.iterations}")
+        parameters = parameters_of(loaded)
+        self.parameters = tuple(parameters)
+        _refuse_unused(loaded)
+        chosen = combinations(loaded, parameters)
+        if not chosen:
+            raise loaded.wrong(("vectors",), "there are none")
+        if len(chosen) * self.most_iterations > MOST_RUNS:
+            raise loaded.wrong(("iterations",), f"{len(chosen):,} vectors of "
+                               f"{self.most_iterations:,} iterations; at most {MOST_RUNS:,} runs")
+        self.vectors: list[Vector] = []
+        for number, levels in enumerate(chosen):
+            changes = _changes(loaded, levels)
+            scenario = varied(loaded.base, changes).scenario
+            self.vectors.append(Vector(number, levels, changes, Identity(scenario).run_id))
+            if checked is not None:
+                checked(number + 1, len(chosen))
+
+    @property
+    def most_iterations(self) -> int:
+        """Of one vector."""
+        iterations = self.design.iterations
+        return iterations.at_most if isinstance(iterations, Until) else iterations
+
+    @property
+    def least_iterations(self) -> int:
+        """Of one vector."""
+        iterations = self.design.iterations
+        return iterations.at_least if isinstance(iterations, Until) else iterations
+
+    def seed(self, vector: Vector, iteration: int) -> int:
+        """Of the run."""
+        if self.design.random_numbers == "common":
+            return self.design.seed + iteration
+        # By what the vector is, not where it stands: another value moves nobody's luck.
+        name = repr((self.design.seed, iteration, sorted(
+            (name, level.label) for name, level in vector.levels.items())))
+        return int.from_bytes(hashlib.sha256(name.encode()).digest()[:7], "big")
+
+    def run_id(self, vector: Vector, iteration: int) -> str:
+        """Of the run."""
+        return vector.run_id(self.seed(vector, iteration))
+
+    def scenario(self, vector: Vector, iteration: int) -> Loaded:
+        """Of the run."""
+        loaded = varied(self.loaded.base, vector.changes)
+        return replace(loaded, scenario=loaded.scenario.model_copy(
+            update={"seed": self.seed(vector, iteration)}))
+
+
+def _changes(loaded: LoadedDesign, levels: dict[str, Level]) -> tuple[Change, ...]:
+    design = loaded.design
+    settings = [Setting(key, value, ("set", key)) for key, value in design.set.items()]
+    for family in ("stop", "measure"):
+        settings += [Setting(f"{family}.{key}", value, (family, key))
+                     for key, value in getattr(design, family).items()]
+    settings += [setting for level in levels.values() for setting in level.settings]
+    return (_KEEP_NOTHING, *(
+        Change(setting.key, _filled(loaded, setting, setting.value, levels),
+               loaded.places.value(setting.path)) for setting in settings))
+
+
+def _filled(loaded: LoadedDesign, setting: Setting, value: Any, levels: dict[str, Level]) -> Any:
+    """``value`` with the values of parameters in place of ``$name``."""
+    if isinstance(value, dict):
+        return {key: _filled(loaded, setting, below, levels) for key, below in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_filled(loaded, setting, below, levels) for below in value]
+    if not (isinstance(value, str) and value.startswith("$")):
+        return value
+    name = value[1:]
+    if name not in levels:
+        raise loaded.wrong(setting.path, f"there is no parameter {name!r}"
+                           f"{did_you_mean(name, levels)}; allowed: "
+                           f"{', '.join('$' + known for known in levels) or 'none'}")
+    return levels[name].value
+
+
+def _refuse_unused(loaded: LoadedDesign) -> None:
+    """A parameter without a key that nobody refers to would change nothing."""
+    design = loaded.design
+    used = set(_references([design.set, design.stop, design.measure,
+                            *(getattr(shape, "levels", {}) for shape in
+                              design.parameters.values())]))
+    for name, shape in design.parameters.items():
+        if getattr(shape, "key", "levels") is None and name not in used:
+            raise loaded.wrong(("parameters", name), "sets nothing: give it a key, or use "
+                                                     f"${name} in set or in levels")
+
+
+def _references(value: Any) -> list[str]:
+    if isinstance(value, dict):
+        return [name for below in value.values() for name in _references(below)]
+    if isinstance(value, (list, tuple)):
+        return [name for below in value for name in _references(below)]
+    return [value[1:]] if isinstance(value, str) and value.startswith("$") else []

@@ -1,0 +1,75 @@
+"""``runs.parquet``: one row a run, with its parameters and its metrics.
+
+It holds results only, no times: the same design gives the same file, on whatever machine and
+however often it was interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from desim.campaign.agenda import Rows
+from desim.campaign.metrics import Metrics
+from desim.campaign.plan import Plan, Vector
+from desim.campaign.quantities import as_numbers
+
+FIXED = ("run_id", "vector", "iteration", "seed", "status", "error", "digest")
+
+
+def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
+                runs: list[tuple[Vector, int, str]]) -> None:
+    """Write it anew, by vector and iteration; runs that were not made are not in it."""
+    made = sorted(((vector, iteration, run_id) for vector, iteration, run_id in runs
+                   if run_id in rows), key=lambda run: (run[0].number, run[1]))
+    columns: dict[str, list[Any]] = {
+        "run_id": [run_id for _, _, run_id in made],
+        "vector": [vector.number for vector, _, _ in made],
+        "iteration": [iteration for _, iteration, _ in made],
+        "seed": [plan.seed(vector, iteration) for vector, iteration, _ in made],
+        **{name: [rows[run_id].get(name) for _, _, run_id in made]
+           for name in ("status", "error", "digest")},
+        **_parameters(plan, [vector for vector, _, _ in made])}
+    found = [metrics.of(rows[run_id]) if rows[run_id]["status"] == "finished" else {}
+             for _, _, run_id in made]
+    names = dict.fromkeys((*metrics.names, *sorted(
+        {name for values in found for name in values} - {*metrics.names})))
+    for name in names:
+        columns[name] = [values.get(name) for values in found]
+    table = pa.table({name: _column(values) for name, values in columns.items()})
+    beside = path.with_name(f".{path.name}.new")
+    pq.write_table(table, beside, compression="zstd")
+    os.replace(beside, path)
+
+
+def _parameters(plan: Plan, vectors: list[Vector]) -> dict[str, list[Any]]:
+    """A column of numbers where all levels are bare numbers; else one of words, and beside it, in
+    one unit, the numbers that these are (``bandwidth``, ``bandwidth_bps``)."""
+    out: dict[str, list[Any]] = {}
+    for name in plan.parameters:
+        words = [vector.levels[name].label for vector in vectors]
+        values = {vector.levels[name].label: vector.levels[name].value for vector in plan.vectors}
+        numbers = as_numbers(list(values.values()))
+        if numbers is None:
+            out[name] = words
+            continue
+        suffix, scaled = numbers
+        of = dict(zip(values, scaled, strict=True))
+        if suffix:
+            out[name] = words
+        out[name + suffix] = [of[word] for word in words]
+    return out
+
+
+def _column(values: list[Any]) -> pa.Array:
+    """Whole numbers stay whole; where there are others too, all become floats."""
+    kinds = {type(value) for value in values if value is not None}
+    if kinds == {int, float}:
+        values = [None if value is None else float(value) for value in values]
+    if kinds <= {str}:
+        return pa.array(values, pa.string())
+    return pa.array(values)

@@ -1,0 +1,119 @@
+"""Which combinations of values a design runs."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from desim import plugins
+from desim.campaign.design import Function, LatinHypercube, LoadedDesign, Saltelli, Sobol
+from desim.campaign.parameters import Level, Parameter
+from desim.errors import InputError, did_you_mean
+
+MOST_RUNS = 1_000_000
+Combination = dict[str, Level]
+
+
+def combinations(loaded: LoadedDesign, parameters: dict[str, Parameter]) -> list[Combination]:
+    """The design's vectors: a level of each parameter. Raises ``InputError``."""
+    vectors = loaded.design.vectors
+    try:
+        if isinstance(vectors, str):
+            return _listed(loaded, vectors, parameters)
+        if isinstance(vectors, (tuple, Function)):
+            given = vectors if isinstance(vectors, tuple) else _answered(loaded, vectors.function)
+            return [_named(number, one, parameters) for number, one in enumerate(given)]
+        return _sampled(loaded, _points(vectors, len(parameters), loaded.design.seed), parameters)
+    except InputError as error:
+        line = str(error)
+        raise error if line.startswith(loaded.file) else loaded.wrong(("vectors",), line) from None
+
+
+def _listed(loaded: LoadedDesign, which: str, parameters: dict[str, Parameter],
+            ) -> list[Combination]:
+    if which not in ("all", "zip"):
+        raise InputError(f"{which!r} is not allowed{did_you_mean(which, ('all', 'zip'))}; allowed: "
+                         "all, zip, a list of mappings, function, latin_hypercube, sobol, saltelli")
+    levels = {name: parameter.levels for name, parameter in parameters.items()}
+    for name, own in levels.items():
+        if not own:
+            raise loaded.wrong(("parameters", name), "has no values; give it values, a step or a "
+                                                     "count, or let the vectors name them")
+    count = math.prod(len(own) for own in levels.values())
+    if which == "all":
+        if count > MOST_RUNS:
+            raise InputError(f"all combinations are {count:,} ({_product(levels)}); at most "
+                             f"{MOST_RUNS:,}: leave out values, or take samples "
+                             "(latin_hypercube)")
+        return [dict(zip(levels, one, strict=True)) for one in itertools.product(*levels.values())]
+    lengths = {name: len(own) for name, own in levels.items()}
+    if len(set(lengths.values())) > 1:
+        raise InputError("zip needs as many values of each parameter, but there are "
+                         + ", ".join(f"{count} of {name}" for name, count in lengths.items()))
+    return [dict(zip(levels, one, strict=True)) for one in zip(*levels.values(), strict=True)]
+
+
+def _product(levels: dict[str, list[Level]]) -> str:
+    return " x ".join(f"{len(own)} of {name}" for name, own in levels.items())
+
+
+def _answered(loaded: LoadedDesign, name: str) -> Iterable[Any]:
+    """What a Python function says the vectors are."""
+    function = plugins.imported("function", plugins.beside(name, loaded.folder(
+        ("vectors", "function"))))
+    if not callable(function):
+        raise InputError(f"{name!r} is not a function")
+    try:
+        return list(itertools.islice(iter(function()), MOST_RUNS + 1))
+    except Exception as error:  # a stranger's function may fail in any way
+        raise InputError(f"{name} raised {type(error).__name__}: {error}") from error
+
+
+def _named(number: int, one: Any, parameters: dict[str, Parameter]) -> Combination:
+    if not isinstance(one, Mapping):
+        raise InputError(f"vector {number} is {one!r}; it must be a mapping from parameter to "
+                         "value")
+    for name in one:
+        if name not in parameters:
+            raise InputError(f"vector {number} has an unknown parameter {name!r}"
+                             f"{did_you_mean(str(name), parameters)}; allowed: "
+                             f"{', '.join(parameters)}")
+    missing = [name for name in parameters if name not in one]
+    if missing:
+        raise InputError(f"vector {number} has no {', '.join(missing)}")
+    made = {}
+    for name, parameter in parameters.items():
+        try:
+            made[name] = parameter.named(one[name])
+        except (InputError, TypeError) as error:  # TypeError: what JSON cannot hold
+            raise InputError(f"vector {number}: {name}: {error}") from None
+    return made
+
+
+def _points(samples: LatinHypercube | Sobol | Saltelli, dimensions: int, seed: int) -> np.ndarray:
+    """[samples, dimensions] in [0, 1)."""
+    from scipy.stats import qmc
+
+    if not dimensions:
+        raise InputError("there are no parameters to take samples of")
+    if isinstance(samples, LatinHypercube):
+        return qmc.LatinHypercube(dimensions, seed=seed).random(samples.latin_hypercube)
+    if isinstance(samples, Sobol):
+        return qmc.Sobol(dimensions, seed=seed).random(samples.sobol)
+    from desim.statistics.sensitivity import saltelli
+
+    return saltelli(samples.saltelli, dimensions, seed)
+
+
+def _sampled(loaded: LoadedDesign, points: np.ndarray, parameters: dict[str, Parameter],
+             ) -> list[Combination]:
+    for name, parameter in parameters.items():
+        if not parameter.levels and not hasattr(loaded.design.parameters[name], "to"):
+            raise loaded.wrong(("parameters", name), "has no values to take samples of; give it "
+                                                     "values, or from and to")
+    return [{name: parameter.sampled(u) for (name, parameter), u in
+             zip(parameters.items(), point.tolist(), strict=True)} for point in points]

@@ -1,0 +1,94 @@
+"""One run of a campaign, and the row that remains of it.
+
+A run that fails is a result: its row says why.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from desim import api, plugins
+from desim.errors import InputError
+from desim.experiment.results import FAILED, FINISHED
+from desim.scenario.load import Loaded
+
+Row = dict[str, Any]
+# Costs differ from machine to machine; they are not results.
+_COSTS = ("simulated_s", "wall_s", "cpu_s", "peak_memory_mb", "events")
+_NOT_NUMBERS = ("robots", "latency_by_topic", "digest")
+
+
+class Task(NamedTuple):
+    """A run to be done: ``functions`` are metrics that look at the run's folder."""
+
+    run_id: str
+    loaded: Loaded
+    out: str
+    functions: tuple[str, ...]
+
+
+class Unwritable(InputError):
+    """The results cannot be written: no run of the campaign would fare better."""
+
+
+def work(task: Task) -> Row:
+    """Run it. Raises ``Unwritable`` where results cannot be written."""
+    try:
+        run = api.run(task.loaded, out=task.out, command="desim sweep")
+    except InputError as error:
+        if isinstance(error.__cause__, OSError):
+            raise Unwritable(*error.args) from error
+        return failure(task.run_id, str(error))
+    except Exception as error:  # whatever a model or a plug-in does
+        return failure(task.run_id, f"{type(error).__name__}: {error}")
+    finally:
+        gc.collect()  # a run's arrays hang in circles
+    return row_of(run, task.functions)
+
+
+def failure(run_id: str, error: str) -> Row:
+    """The row of a run that came to nothing."""
+    return {"run_id": run_id, "status": FAILED, "error": error}
+
+
+def row_of(run: api.Run, functions: tuple[str, ...]) -> Row:
+    """The row of a run's folder."""
+    manifest = run.manifest
+    if manifest["status"] != FINISHED:
+        lines = str(manifest.get("error", "")).strip().splitlines()
+        return failure(manifest["run_id"], lines[-1] if lines else manifest["status"])
+    return {"run_id": manifest["run_id"], "status": FINISHED, "digest": manifest["digest"],
+            "cost": {name: manifest[name] for name in _COSTS},
+            "metrics": flat(run.metrics),
+            "functions": {name: evaluated(name, run) for name in functions}}
+
+
+def flat(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """The numbers and words of a summary by one name each: ``traffic_simulation_bytes``. What is
+    told robot by robot or topic by topic stays in the run's folder."""
+    out: dict[str, Any] = {}
+    for name, value in summary.items():
+        if not prefix and name in _NOT_NUMBERS:
+            continue
+        if isinstance(value, Mapping):
+            out |= flat(value, f"{prefix}{name}_")
+        elif not isinstance(value, list):
+            out[f"{prefix}{name}"] = value
+    return out
+
+
+def evaluated(name: str, run: api.Run) -> float | None:
+    """A metric that is a function of a run; None where it says so or fails."""
+    try:
+        value = plugins.imported("function", name)(run)
+        return None if value is None else float(value)
+    except Exception:  # one run without a metric; the rehearsal has shown the function to work
+        return None
+
+
+def folder_of(out: Path, name: str, run_id: str) -> Path:
+    """Where the run's results are."""
+    return out / name / run_id

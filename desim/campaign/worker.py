@@ -1,0 +1,38 @@
+"""A worker process of a ``Crew``: ``python -m desim.campaign.worker FD``."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+import threading
+from multiprocessing.connection import Connection
+
+
+def main(descriptor: int) -> None:
+    """Work on what comes in until nobody is at the other end."""
+    threading.Thread(target=_leave_with_parent, args=(descriptor,), daemon=True).start()
+    connection = Connection(descriptor)
+    from desim.campaign.work import Unwritable, work
+
+    while True:
+        try:
+            task = connection.recv()
+        except EOFError:
+            return
+        try:
+            connection.send(work(task))
+        except Unwritable as error:
+            connection.send(error)
+
+
+def _leave_with_parent(descriptor: int) -> None:
+    """A campaign that was killed leaves nobody behind who writes into its folder."""
+    hung_up = select.poll()
+    hung_up.register(descriptor, 0)  # POLLHUP is always told
+    hung_up.poll()
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))

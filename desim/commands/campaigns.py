@@ -1,0 +1,54 @@
+"""The commands about many runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from desim.commands.ending import compiling, exits
+
+DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False,
+                                            help="a design's YAML file")]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Make them commands of ``app``."""
+    app.command()(sweep)
+
+
+def sweep(design: DesignPath,
+          out: Annotated[Path | None, typer.Option(
+              help="the campaign's folder (default: results/<name>)", show_default=False)] = None,
+          jobs: Annotated[int | None, typer.Option(
+              min=1, help="worker processes (default: one for each core)",
+              show_default=False)] = None,
+          only: Annotated[list[str], typer.Option(
+              metavar="PARAMETER=LEVEL", help="a part of the vectors; can be given again")] = [],  # noqa: B006
+          retry_failed: Annotated[bool, typer.Option(
+              "--retry-failed", help="run again what failed")] = False,
+          dry_run: Annotated[bool, typer.Option(
+              "--dry-run", help="list the runs and predict the time, run nothing")] = False,
+          quiet: Annotated[bool, typer.Option("--quiet", help="print nothing but errors")] = False,
+          ) -> None:
+    """Run a design: all its runs that are not done yet. Stopped at any moment, the same command
+    goes on from there."""
+    with exits():
+        from desim.report.sweeping import Told
+
+        told = Told(quiet)
+        with compiling(quiet):
+            from desim.campaign import campaign
+            from desim.campaign.design import load_design
+
+            plan = told.planned(load_design(design))
+            chosen = campaign.selected(plan, tuple(only))
+            metrics = campaign.Metrics(plan)
+        folder = out or campaign.default_folder(plan.loaded)
+        with campaign.Sweep(plan, metrics, folder, only=chosen,
+                            retry_failed=retry_failed) as work:
+            if dry_run:
+                told.listed(work)
+            else:
+                told.carried_out(work, jobs)

@@ -1,0 +1,65 @@
+"""How a command begins and ends: exit codes, and what is compiled on the way."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import typer
+
+from desim.errors import InputError
+
+
+@contextmanager
+def exits() -> Iterator[None]:
+    """2 for wrong input, 130 for Ctrl-C, 1 for a failure of ours with the way to repeat it."""
+    try:
+        yield
+    except typer.Exit:
+        raise
+    except InputError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(2) from None
+    except KeyboardInterrupt as stopped:
+        kept = f"; what there is until then: {stopped}" if str(stopped) else ""
+        typer.echo(f"interrupted{kept}", err=True)
+        raise typer.Exit(130) from None
+    except BrokenPipeError:
+        raise typer.Exit(1) from None
+    except Exception:
+        traceback.print_exc()
+        typer.echo(f"desim failed; this repeats it:\n  {command_line()}", err=True)
+        raise typer.Exit(1) from None
+
+
+def command_line() -> str:
+    return shlex.join(["desim", *sys.argv[1:]])
+
+
+@contextmanager
+def compiling(quiet: bool) -> Iterator[None]:
+    """Around the first import of kernels: says so where some have to be compiled."""
+    from desim.report.compiling import announced
+
+    begin_s = None
+
+    def say() -> None:
+        nonlocal begin_s
+        begin_s = time.perf_counter()
+        if not quiet:
+            typer.echo("compiling numerical kernels (first run only)...", err=True)
+
+    try:
+        with announced(say):
+            yield
+    except RuntimeError as error:
+        if "cannot cache function" not in str(error):
+            raise
+        raise InputError("compiled kernels can be kept neither beside desim nor in the home "
+                         "folder; set NUMBA_CACHE_DIR to a folder that can be written") from error
+    if begin_s is not None and not quiet:
+        typer.echo(f"compiled in {time.perf_counter() - begin_s:.1f} s", err=True)

@@ -1,0 +1,97 @@
+"""How a campaign is getting on."""
+
+from __future__ import annotations
+
+import os
+import time
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from desim.campaign.campaign import Sweep
+from desim.campaign.crew import Crew
+from desim.campaign.design import LoadedDesign
+from desim.campaign.plan import Plan
+from desim.campaign.work import Row
+
+LINE_EVERY_S = 10.0  # where there is no terminal
+_MANY = 200  # scenarios take a while to check
+
+
+class Told:
+    """What people are told while a campaign is planned and run; nothing if ``quiet``."""
+
+    def __init__(self, quiet: bool) -> None:
+        self._console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+
+    def planned(self, loaded: LoadedDesign) -> Plan:
+        """The plan of a design."""
+        with self._progress() as progress:
+            bar = progress.add_task("checking scenarios", total=None, visible=False,
+                                    failed="")
+            return Plan(loaded, lambda done, total: progress.update(
+                bar, completed=done, total=total, visible=total > _MANY))
+
+    def listed(self, sweep: Sweep) -> None:
+        """Every run that is not done yet."""
+        for vector, iteration, run_id in sweep.runs:
+            levels = ", ".join(f"{name}={level.label}" for name, level in vector.levels.items())
+            state = sweep.rows[run_id]["status"] if run_id in sweep.rows else "to run"
+            self._console.print(f"{run_id}  {state:8}  {levels}, iteration {iteration}")
+        done, failed, total = sweep.progress
+        self._console.print(f"{total} runs, {done} done, {failed} of them failed")
+
+    def carried_out(self, sweep: Sweep, jobs: int | None) -> None:
+        """Run the campaign on this machine."""
+        done, failed, total = sweep.progress
+        jobs = min(jobs or _cores(), max(total - done, 1))
+        self._console.print(f"{total} runs, {done} done already; {jobs} at a time, in {sweep.out}")
+        with self._progress() as progress, Crew(jobs) as crew:
+            bar = progress.add_task("runs", total=total, completed=done, failed=_failed(failed))
+            lines = _Lines(self._console)
+
+            def heard(row: Row) -> None:
+                done, failed, total = sweep.progress
+                progress.update(bar, completed=done, total=total, failed=_failed(failed))
+                lines.tell(f"{done} of {total} runs{_failed(failed)}")
+                if row["status"] == "failed":
+                    progress.console.print(f"{row['run_id']} failed: {row['error']}")
+
+            sweep.run(crew, heard)
+        done, failed, total = sweep.progress
+        self._console.print(f"{done} of {total} runs{_failed(failed)}; table: "
+                            f"{sweep.out / 'runs.parquet'}")
+
+    def _progress(self) -> Progress:
+        return Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
+                        TextColumn("{task.fields[failed]}"), TimeElapsedColumn(),
+                        TextColumn("to go"), TimeRemainingColumn(), console=self._console,
+                        transient=True, disable=not self._console.is_terminal)
+
+
+class _Lines:
+    """A line now and then, for logs."""
+
+    def __init__(self, console: Console) -> None:
+        self._console, self._next_s = console, time.monotonic() + LINE_EVERY_S
+
+    def tell(self, text: str) -> None:
+        if not self._console.is_terminal and time.monotonic() >= self._next_s:
+            self._console.print(text)
+            self._next_s = time.monotonic() + LINE_EVERY_S
+
+
+def _failed(count: int) -> str:
+    return f", {count} failed" if count else ""
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0))
+
