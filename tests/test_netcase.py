@@ -3,6 +3,7 @@
 
 import pytest
 
+from desim.errors import InputError
 from desim.experiment.netcase import play
 from desim.ports import Params
 from desim.ports.cases import NOWHERE, Flow, Setup
@@ -168,6 +169,17 @@ def test_a_broadcast_counts_at_each_receiver():
     assert (found["frames"], found["delivered"], found["lost"], found["drop_rate"]) == (
         10, 10, {"out_of_reach": 10}, None)
     assert found["offered_mbps"] == pytest.approx(2 * found["goodput_mbps"])
+
+
+def test_no_packet_is_longer_than_80211_has_frames_for():
+    def played(size_bytes):
+        return play(Setup(Radio(Radio.Params(standard="11b", rate="1 Mb/s")),
+                          {"a": (0.0, 0.0), "b": (1.0, 0.0)},
+                          [Flow("a", ("b",), size_bytes, size_bytes)], S))
+
+    assert played(2314)["delivered"] > 0
+    with pytest.raises(InputError, match="2315 B is too long for 802.11; at most 2314 B"):
+        played(2315)
 
 
 # --------------------------------------------------------------------------------- our own cases

@@ -58,7 +58,7 @@ def longer_slots(monkeypatch):
 
 
 def shorter_interference(monkeypatch):
-    monkeypatch.setattr(chain, "INTERFERENCE_M", 0.905 * chain.INTERFERENCE_M)
+    monkeypatch.setattr(chain, "INTERFERENCE", 0.905 * chain.INTERFERENCE)
 
 
 def longer_symbols(monkeypatch):

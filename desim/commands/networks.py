@@ -41,20 +41,22 @@ def net(context: typer.Context,
 
 
 def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
+    from rich.console import Console
+
     from desim import options, plugins
     from desim.report import cases
 
     with compiling(as_json):
         from desim.experiment.netcase import play
         params = options.parsed(words, plugins.parameters("case", case), ("seed", "json"))
-    with options.as_options():
-        measures = play(plugins.load("case", case)(params).setup(), seed)
+    from desim.report.live import how_far
+
+    with options.as_options(), how_far(Console(stderr=True)) as watch:
+        measures = play(plugins.load("case", case)(params).setup(), seed, watch)
     settings = params.model_dump(mode="json", by_alias=True)
     if as_json:
         _echo_json({"case": case, "seed": seed, "settings": settings, **measures})
         return
-    from rich.console import Console
-
     typer.echo(cases.title(case, seed, settings))
     Console().print(cases.measures_table(measures))
 

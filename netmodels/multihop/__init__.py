@@ -60,8 +60,9 @@ class Multihop:
         else:
             self.reasons = (*hop.reasons, "hop_limit", "no_path", "relay_down")
         self._hop, self._limit = hop, params.hop_limit
-        if hasattr(hop, "busy_ns"):
-            self.busy_ns = hop.busy_ns
+        for told in "attempts", "busy_ns":
+            if hasattr(hop, told):
+                setattr(self, told, getattr(hop, told))
         self.routing = (Batman(params.batman) if params.routing == "batman"
                         else Static(params.static, hop.links))
 

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from desim import ports
+from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
@@ -31,7 +32,7 @@ from netmodels.radio.presets import filled
 from netmodels.radio.ratecontrol import Arf, RateControl
 from netmodels.radio.rates import chosen_rates
 from netmodels.radio.shadowing import Shadowing, Shadows
-from netmodels.radio.standards import STANDARDS, psdu_bytes
+from netmodels.radio.standards import MOST_BYTES, STANDARDS, Standard, psdu_bytes
 from netmodels.radio.walls import Walls
 
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
@@ -143,9 +144,10 @@ class Radio:
 
     reasons = ("channel_error", "collision", "expired", "out_of_reach", "queue_full", "retry_limit")
 
-    def __init__(self, params: Params) -> None:
+    def __init__(self, params: Params, standard: Standard | None = None) -> None:
+        """``standard``: its numbers, where they are not those of the one in ``params``."""
         self._params = params
-        self._standard = STANDARDS[params.standard]
+        self._standard = standard or STANDARDS[params.standard]
         best_db = sum(slot.best_db for slot in (params.shadowing, params.fading) if slot)
         self.reach_m = reach_m(params.path_loss.chosen(),
                                params.power_dbm + best_db - params.reception.preamble_dbm)
@@ -209,6 +211,14 @@ class Radio:
         it that somebody was. What is merely reserved (802.11's NAV) is not busy."""
         return self._stations.busy_ns(self._context.now_ns)[list(hosts)].tolist()
 
+    def attempts(self) -> tuple[int, int]:
+        """Transmissions of data so far, and how many transmissions had no reply (of RTS too)."""
+        now_ns = self._context.now_ns
+        if self._settled_ns != now_ns:
+            self._settle(now_ns)
+        counts = self._stations.counts(now_ns)
+        return int(counts.transmitted.sum()), int(counts.failures.sum())
+
     def _on_different_channels(self, host: int, other: int) -> bool:
         return self._budget.channels[host] != self._budget.channels[other]
 
@@ -222,6 +232,10 @@ class Radio:
         return links.source()[found], links.hearer[found], share[found]
 
     def send(self, frame: ports.Frame) -> None:
+        """Raises ``InputError`` for a packet that 802.11 has no frame for."""
+        if frame.size_bytes > MOST_BYTES * frame.segments:
+            raise InputError(f"a packet of {-(-frame.size_bytes // frame.segments)} B is too long "
+                             f"for 802.11; at most {MOST_BYTES} B with Ethernet's headers")
         context = self._context
         now_ns = context.now_ns
         if self._settled_ns != now_ns:

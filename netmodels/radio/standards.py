@@ -9,11 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+MSDU_BYTES = 2304  # the most that one packet carries (9.2.4.7.1), LLC included
 ETHERNET_BYTES = 14 + 4  # header and check sequence of what the host sends
 LLC_BYTES = 8  # logical link control and SNAP, in their place
 MAC_BYTES = 24 + 4  # header and check sequence of 802.11
 ACK_BYTES = CTS_BYTES = 14
 RTS_BYTES = 20
+MOST_BYTES = MSDU_BYTES - LLC_BYTES + ETHERNET_BYTES  # of a packet of the host, as that counts it
 
 
 class Rate(NamedTuple):
