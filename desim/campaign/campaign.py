@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from desim import api
-from desim.campaign.agenda import Agenda
+from desim.campaign.agenda import Agenda, Rows
 from desim.campaign.design import LoadedDesign
 from desim.campaign.index import Index
 from desim.campaign.metrics import Metrics
@@ -42,7 +42,7 @@ class Workers(Protocol):
 class Sweep:
     """One campaign being run in ``out``. Use it as a context: nobody else may run it meanwhile.
 
-    ``total`` and ``rows`` tell how far it is. Raises ``InputError`` where the folder cannot be
+    ``progress`` and ``rows`` tell how far it is. Raises ``InputError`` where the folder cannot be
     written, or another process runs the campaign.
     """
 
@@ -61,12 +61,11 @@ class Sweep:
             except BlockingIOError:
                 raise InputError(f"{self.out}: another process is running this campaign") from None
             self._index = Index(self.out / "index.jsonl")
-            self._index.recover(self._present(), self._read)
-        self.rows = self._index.rows
+            self._index.recover(self._present(), self._read, self.metrics.functions)
+        rows = self._index.rows
         if self._retry_failed:
-            self.rows = {run_id: row for run_id, row in self.rows.items()
-                         if row["status"] != FAILED}
-        self._agenda = Agenda(self.plan, self.rows, self._only, self._value)
+            rows = {run_id: row for run_id, row in rows.items() if row["status"] != FAILED}
+        self._agenda = Agenda(self.plan, rows, self._only, self._value)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -81,9 +80,17 @@ class Sweep:
     @property
     def progress(self) -> tuple[int, int, int]:
         """Runs that are done, those that failed among them, and all as far as that is known."""
-        runs = dict.fromkeys(run_id for _, _, run_id in self._agenda.runs)
-        rows = [self.rows[run_id] for run_id in runs if run_id in self.rows]
-        return len(rows), sum(row["status"] == FAILED for row in rows), len(runs)
+        return self._agenda.progress
+
+    @property
+    def rows(self) -> Rows:
+        """By run id, of the runs that are done."""
+        return self._agenda.rows
+
+    @property
+    def damaged(self) -> int:
+        """Lines of the index that could not be read; it was made again from the runs' folders."""
+        return self._index.damaged
 
     def run(self, workers: Workers, heard: Callable[[Row], Any] = lambda row: None) -> None:
         """Run what is missing; ``heard`` is told of each run that ends. The table is written at
@@ -115,7 +122,7 @@ class Sweep:
     def _add(self, row: Row) -> None:
         with _writing(self.out):
             self._index.add(row)
-        self.rows[row["run_id"]] = row
+        self._agenda.add(row)
 
     def _value(self, row: Row) -> Any:
         return self.metrics.value(self.plan.design.iterations.metric, row)
