@@ -44,6 +44,7 @@ class Agenda:
         rule = plan.design.iterations
         self._until = rule_of(rule) if isinstance(rule, Until) else None
         self._to_judge = vectors if self._until else []
+        self._extend()
 
     @property
     def progress(self) -> tuple[int, int, int]:
@@ -51,9 +52,12 @@ class Agenda:
         that two vectors ask for is one."""
         return self._done, self._failed, len(self._vectors_of)
 
+    def __contains__(self, run_id: str) -> bool:
+        """Whether the run belongs to the campaign."""
+        return run_id in self._vectors_of
+
     def next(self) -> tuple[Vector, int, str] | None:
         """A run to begin with now; None if there is none, yet or at all."""
-        self._extend()
         while self._next < len(self.runs):
             vector, iteration, run_id = self.runs[self._next]
             self._next += 1
@@ -68,6 +72,7 @@ class Agenda:
         self._count(row)
         if self._until:
             self._to_judge += self._vectors_of[row["run_id"]]
+            self._extend()
 
     def _append(self, vector: Vector, iteration: int) -> None:
         run_id = self._plan.run_id(vector, iteration)

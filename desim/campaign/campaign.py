@@ -17,13 +17,17 @@ from typing import Any, Protocol
 from desim import api
 from desim.campaign.agenda import Agenda, Rows
 from desim.campaign.design import LoadedDesign
-from desim.campaign.index import Index
+from desim.campaign.index import Index, read
 from desim.campaign.metrics import Metrics
 from desim.campaign.plan import Plan, Vector
+from desim.campaign.stored import refuse_another, store
 from desim.campaign.table import write_table
 from desim.campaign.work import Row, Task, folder_of, row_of
 from desim.errors import InputError, did_you_mean
 from desim.experiment.results import FAILED
+
+
+INDEX, TABLE = "index.jsonl", "runs.parquet"
 
 
 class Workers(Protocol):
@@ -60,12 +64,11 @@ class Sweep:
                 fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 raise InputError(f"{self.out}: another process is running this campaign") from None
-            self._index = Index(self.out / "index.jsonl")
+            store(self.plan.loaded, self.out)
+            self._index = Index(self.out / INDEX)
             self._index.recover(self._present(), self._read, self.metrics.functions)
-        rows = self._index.rows
-        if self._retry_failed:
-            rows = {run_id: row for run_id, row in rows.items() if row["status"] != FAILED}
-        self._agenda = Agenda(self.plan, rows, self._only, self._value)
+        self._agenda = _agenda(self.plan, self.metrics, self._index.rows, self._only,
+                               self._retry_failed)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -92,6 +95,12 @@ class Sweep:
         """Lines of the index that could not be read; it was made again from the runs' folders."""
         return self._index.damaged
 
+    @property
+    def others(self) -> int:
+        """Runs in the folder that do not belong to the campaign: they are of an earlier design, of
+        another scenario or another version of desim."""
+        return sum(run_id not in self._agenda for run_id in self._index.rows)
+
     def run(self, workers: Workers, heard: Callable[[Row], Any] = lambda row: None) -> None:
         """Run what is missing; ``heard`` is told of each run that ends. The table is written at
         the end, whatever the end is. Raises ``InputError`` where results cannot be written."""
@@ -108,7 +117,7 @@ class Sweep:
                     heard(outcome)
         finally:
             with _writing(self.out):
-                write_table(self.out / "runs.parquet", self.plan, self.metrics, self.rows,
+                write_table(self.out / TABLE, self.plan, self.metrics, self.rows,
                             self._agenda.runs)
 
     def _next(self) -> Task | None:
@@ -123,9 +132,6 @@ class Sweep:
         with _writing(self.out):
             self._index.add(row)
         self._agenda.add(row)
-
-    def _value(self, row: Row) -> Any:
-        return self.metrics.value(self.plan.design.iterations.metric, row)
 
     @property
     def _runs(self) -> Path:
@@ -151,6 +157,25 @@ def _writing(out: Path) -> Any:
     except OSError as error:
         raise InputError(f"cannot write to {out}: {error.strerror or error}; what is finished "
                          "stays, and the same command goes on from there") from error
+
+
+def foreseen(plan: Plan, metrics: Metrics, out: Path, only: tuple[str, ...] = (),
+             retry_failed: bool = False) -> Agenda:
+    """What a sweep would do now; nothing is written. Raises ``InputError`` as a sweep does."""
+    refuse_another(plan.loaded, out)
+    try:
+        rows = read(out / INDEX)[0]
+    except OSError as error:
+        raise InputError(f"cannot read {out / INDEX}: {error.strerror or error}") from error
+    return _agenda(plan, metrics, rows, only, retry_failed)
+
+
+def _agenda(plan: Plan, metrics: Metrics, rows: Rows, only: tuple[str, ...],
+            retry_failed: bool) -> Agenda:
+    if retry_failed:
+        rows = {run_id: row for run_id, row in rows.items() if row["status"] != FAILED}
+    return Agenda(plan, rows, only,
+                  lambda row: metrics.value(plan.design.iterations.metric, row))
 
 
 def selected(plan: Plan, only: tuple[str, ...]) -> tuple[str, ...]:

@@ -148,11 +148,17 @@ def load_design(path: str | os.PathLike) -> LoadedDesign:
     """The design in a YAML file. Raises ``InputError`` with one line for each thing that is wrong
     with it; whether its scenarios are right shows when its runs are planned."""
     file = os.fspath(path)
-    data, places = yaml12.read(file)
-    design = validated(Design, data)
-    if isinstance(design, list):
-        raise InputError(*dict.fromkeys(complaint.line(places) for complaint in design))
+    design, places = read_design(file)
     base = os.path.normpath(os.path.join(os.path.dirname(file), design.base))
     if not os.path.isfile(base):
         raise InputError(f"{places.where('base')}: no such file: {base}")
     return LoadedDesign(design, places, merge.extended(base), file)
+
+
+def read_design(file: str) -> tuple[Design, Places]:
+    """The design in a file by itself, whether or not its base is there. Raises ``InputError``."""
+    data, places = yaml12.read(file)
+    design = validated(Design, data)
+    if isinstance(design, list):
+        raise InputError(*dict.fromkeys(complaint.line(places) for complaint in design))
+    return design, places

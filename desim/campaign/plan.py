@@ -18,6 +18,9 @@ from desim.scenario.places import Place
 # Rows of messages are for looking at one run; the digest is the same without them.
 _KEEP_NOTHING = Change("trace.keep", "none", Place("desim sweep"))
 
+_OF_THE_DESIGN = {"name": "runs of all vectors lie in one folder",
+                  "seed": "see seed, iterations and random_numbers"}
+
 
 class Vector(NamedTuple):
     """One combination of values; ``run_id`` of a seed."""
@@ -96,6 +99,10 @@ def _changes(loaded: LoadedDesign, levels: dict[str, Level]) -> tuple[Change, ..
         settings += [Setting(f"{family}.{key}", value, (family, key))
                      for key, value in getattr(design, family).items()]
     settings += [setting for level in levels.values() for setting in level.settings]
+    for setting in settings:
+        if setting.key in _OF_THE_DESIGN:
+            raise loaded.wrong(setting.path, f"sets the scenario's {setting.key}, which is the "
+                                             f"design's: {_OF_THE_DESIGN[setting.key]}")
     return (_KEEP_NOTHING, *(
         Change(setting.key, _filled(loaded, setting, setting.value, levels),
                loaded.places.value(setting.path)) for setting in settings))

@@ -42,8 +42,12 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
         columns[name] = [values.get(name) for values in found]
     table = pa.table({name: _column(values) for name, values in columns.items()})
     beside = path.with_name(f".{path.name}.new")
-    pq.write_table(table, beside, compression="zstd")
-    os.replace(beside, path)
+    try:
+        pq.write_table(table, beside, compression="zstd")
+        os.replace(beside, path)
+    except OSError:
+        beside.unlink(missing_ok=True)
+        raise
 
 
 def _parameters(plan: Plan, vectors: list[Vector]) -> dict[str, list[Any]]:

@@ -9,7 +9,8 @@ from desim.campaign.work import Row, Task, work
 BASE = """\
 name: small
 environment: {terrain: {size: [12 m, 12 m], drawing: {cell: 4 m, lines: [
-  "+--+--+--+", "|     |  |", "+  +  +  +", "|  |     |", "+  +--+  +", "|        |", "+--+--+--+"]}}}
+  "+--+--+--+", "|     |  |", "+  +  +  +", "|  |     |",
+  "+  +--+  +", "|        |", "+--+--+--+"]}}}
 fleet: {size: 2, start: {from: [-4 m, 4 m], step: [2 m, 0 m]}}
 robot: {laser: {beams: 20}}
 stop: {elapsed: 100 ms}
