@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
+import pathlib
 from typing import Any
 
 from desim import plugins
-from desim.campaign.design import LoadedDesign, read_design
+from desim.campaign.design import LoadedDesign
 from desim.errors import InputError
 from desim.scenario import yaml12
+from desim.scenario.places import Path
 
 DESIGN = "design.yaml"
 _ABOUT = """\
@@ -18,7 +19,7 @@ _ABOUT = """\
 """
 
 
-def store(loaded: LoadedDesign, folder: Path) -> None:
+def store(loaded: LoadedDesign, folder: pathlib.Path) -> None:
     """Keep the design in ``folder``, in place of an earlier one of the same name: values may be
     added, runs that still belong are taken over. Raises ``InputError`` where another campaign is
     in the folder, ``OSError`` where nothing can be written."""
@@ -31,32 +32,34 @@ def store(loaded: LoadedDesign, folder: Path) -> None:
         os.replace(beside, file)
 
 
-def refuse_another(loaded: LoadedDesign, folder: Path) -> None:
+def refuse_another(loaded: LoadedDesign, folder: pathlib.Path) -> None:
     """Raises ``InputError`` where ``folder`` holds the campaign of a design of another name."""
     file = folder / DESIGN
     if not file.exists():
         return
-    name = read_design(os.fspath(file))[0].name
+    name = yaml12.read(os.fspath(file))[0].get("name")
     if name != loaded.design.name:
         raise InputError(f"{folder}: holds the campaign {name!r}, the design's name is "
                          f"{loaded.design.name!r}; choose another folder with --out")
 
 
 def _data(loaded: LoadedDesign, folder: str) -> dict[str, Any]:
-    here = os.path.realpath(loaded.folder)
-    data = _moved(loaded.design.model_dump(mode="json", by_alias=True), here, folder)
-    data["base"] = os.path.relpath(os.path.join(here, loaded.design.base), folder)
-    return data
+    def moved(value: Any, path: Path) -> Any:
+        if isinstance(value, dict):
+            return {key: moved(below, (*path, key)) for key, below in value.items()}
+        if isinstance(value, list):
+            return [moved(below, (*path, i)) for i, below in enumerate(value)]
+        here = os.path.realpath(loaded.folder(path))
+        return _relative(value, here, folder) if isinstance(value, str) else value
+
+    data = moved(loaded.design.model_dump(mode="json", by_alias=True), ())
+    base = os.path.join(os.path.realpath(loaded.folder(("base",))), loaded.design.base)
+    return {**data, "base": os.path.relpath(base, folder)}
 
 
-def _moved(value: Any, here: str, folder: str) -> Any:
-    """With each path of a file or a module that stands ``here`` relative to ``folder``."""
-    if isinstance(value, dict):
-        return {key: _moved(below, here, folder) for key, below in value.items()}
-    if isinstance(value, list):
-        return [_moved(below, here, folder) for below in value]
-    if not isinstance(value, str):
-        return value
+def _relative(value: str, here: str, folder: str) -> str:
+    """The path of a file or of a module that stands ``here``, relative to ``folder``; other text as
+    it is."""
     module = plugins.beside(value, here)
     if module != value:
         return os.path.relpath(module, folder)

@@ -13,7 +13,7 @@ from desim.streams import Streams
 
 # Below, the bootstrap knows too little of the distribution; above, it costs much and says what t
 # says.
-BOOTSTRAP_FROM, BOOTSTRAP_TO = 30, 2000
+BOOTSTRAP_FROM, BOOTSTRAP_TO = 30, 1000
 RESAMPLES = 9999
 
 
@@ -36,11 +36,12 @@ class Interval(NamedTuple):
         return None if self.low is None else (self.high - self.low) / 2
 
 
-def interval(values: ArrayLike, level: float = 0.95, seed: int = 0) -> Interval:
-    """The mean of ``values`` [n] with its interval: t below 30 values, BCa from 30 to 2000, above t
+def interval(values: ArrayLike, level: float = 0.95, seed: int = 0,
+             resamples: int = RESAMPLES) -> Interval:
+    """The mean of ``values`` [n] with its interval: t below 30 values, BCa from 30 to 1000, above t
     again. Raises ``ValueError`` for values that are not finite."""
     if BOOTSTRAP_FROM <= np.size(values) <= BOOTSTRAP_TO:
-        return bca_interval(values, level, seed)
+        return bca_interval(values, level, seed, resamples)
     return t_interval(values, level)
 
 

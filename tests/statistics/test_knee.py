@@ -16,7 +16,8 @@ def bent(knee, noise, seed):
 def test_the_interval_holds_the_knee(noise):
     """200 experiments, standard error 1.5 %; not below 91 %. The interval is worth something, too:
     it is less than two loads wide."""
-    found = [breakpoint_of(LOADS, bent(6.3, noise, seed), resamples=199) for seed in range(200)]
+    found = [breakpoint_of(LOADS, bent(6.3, noise, seed), seed=seed, resamples=299)
+             for seed in range(200)]
     assert None not in found
     assert np.mean([knee.low <= 6.3 <= knee.high for knee in found]) >= 0.91
     assert np.mean([knee.high - knee.low for knee in found]) < 2.0
@@ -27,17 +28,36 @@ def test_the_interval_holds_the_knee(noise):
 @pytest.mark.parametrize("noise", [0.5, 0.1 * LOADS], ids=["even", "growing"])
 def test_a_line_has_no_knee(noise):
     """200 experiments, standard error 1.5 %: 5 % are found by chance."""
-    found = [breakpoint_of(LOADS, bent(np.inf, noise, seed), resamples=199) for seed in range(200)]
+    found = [breakpoint_of(LOADS, bent(np.inf, noise, seed), seed=seed, resamples=199)
+             for seed in range(200)]
     assert sum(knee is not None for knee in found) / 200 <= 0.09
 
 
 def test_without_noise():
     knee = breakpoint_of(LOADS, 5.0 + np.minimum(LOADS, 6.0))
-    assert (knee.at, knee.low, knee.high) == (6.0, 6.0, 6.0)
+    assert knee.at == 6.0
+    assert (knee.low, knee.high) == pytest.approx((6.0, 6.0), abs=7 / 400)
     assert (knee.slope_before, knee.slope_after) == pytest.approx((1.0, 0.0), abs=1e-12)
     assert (knee.p, knee.n) == (1 / 2000, 100)
     for line in (2 * LOADS + 1, 0.1 * np.ones_like(LOADS), 0 * LOADS):
         assert breakpoint_of(LOADS, line) is None
+
+
+def test_common_random_numbers_narrow_the_interval():
+    """Seeds that differ by more than the knee bends; 200 experiments."""
+    seeds = np.tile(np.arange(10), 10)
+    held, narrower = [], []
+    for seed in range(200):
+        metric = bent(6.3, 0.5, seed) + np.random.default_rng([seed, 1]).normal(size=10)[seeds]
+        blocked, plain = (breakpoint_of(LOADS, metric, seed=seed, resamples=299, blocks=blocks)
+                          for blocks in (seeds, None))
+        held.append(blocked.low <= 6.3 <= blocked.high)
+        narrower.append((blocked.high - blocked.low) / (plain.high - plain.low))
+    assert np.mean(held) >= 0.91
+    assert np.mean(narrower) < 0.6
+    for wrong in (seeds[:-1], np.zeros(100)):
+        with pytest.raises(ValueError, match="block"):
+            breakpoint_of(LOADS, metric, blocks=wrong)
 
 
 def test_in_the_logarithm_of_the_load():
