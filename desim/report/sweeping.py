@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 
 from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
+    TaskID,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
 
-from desim.campaign.campaign import Sweep
+from desim.campaign.campaign import Sweep, Workers
+from desim.campaign.clustersettings import Settings
 from desim.campaign.crew import Crew
 from desim.campaign.design import LoadedDesign
 from desim.campaign.plan import Plan
@@ -48,14 +52,19 @@ class Told:
         done, failed, total = sweep.progress
         self._console.print(f"{total} runs, {done} done, {failed} of them failed")
 
-    def carried_out(self, sweep: Sweep, jobs: int | None) -> None:
-        """Run the campaign on this machine."""
+    def carried_out(self, sweep: Sweep, jobs: int | None, cluster: Settings | None) -> None:
+        """Run the campaign on this machine, or on a cluster."""
         done, failed, total = sweep.progress
         jobs = min(jobs or _cores(), max(total - done, 1))
-        self._console.print(f"{total} runs, {done} done already; {jobs} at a time, in {sweep.out}")
-        with self._progress() as progress, Crew(jobs) as crew:
+        where = f"{jobs} at a time" if cluster is None else f"{cluster.where}"
+        self._console.print(f"{total} runs, {done} done already; {where}, in {sweep.out}")
+        with self._progress() as progress, ExitStack() as stack:
             bar = progress.add_task("runs", total=total, completed=done, failed=_failed(failed))
             lines = _Lines(self._console)
+            if cluster is None:
+                workers: Workers = stack.enter_context(Crew(jobs))
+            else:
+                workers = stack.enter_context(self._clustered(cluster, progress, bar))
 
             def heard(row: Row) -> None:
                 done, failed, total = sweep.progress
@@ -64,10 +73,25 @@ class Told:
                 if row["status"] == "failed":
                     progress.console.print(f"{row['run_id']} failed: {row['error']}")
 
-            sweep.run(crew, heard)
+            sweep.run(workers, heard)
         done, failed, total = sweep.progress
         self._console.print(f"{done} of {total} runs{_failed(failed)}; table: "
                             f"{sweep.out / 'runs.parquet'}")
+
+    @contextmanager
+    def _clustered(self, settings: Settings, progress: Progress, bar: TaskID) -> Iterator[Workers]:
+        """Dask is imported only here: few have it, and it takes its time."""
+        from desim.campaign.cluster import Cluster
+        from desim.campaign.schedulers import connected
+
+        def up(count: int) -> None:
+            text = f"{count} worker{'s' * (count != 1)} up"
+            progress.update(bar, description=f"runs, {text}")
+            if not self._console.is_terminal:
+                self._console.print(text)
+
+        with connected(settings, _cores()) as client:
+            yield Cluster(client, up)
 
     def _progress(self) -> Progress:
         return Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
