@@ -151,6 +151,7 @@ def load_design(path: str | os.PathLike) -> LoadedDesign:
     file = os.fspath(path)
     design, places = read_design(file)
     folder = os.path.dirname(places.value(("base",)).source)
+    base = os.path.normpath(os.path.join(folder, design.base))
     if not os.path.isfile(base):
         raise InputError(f"{places.where('base')}: no such file: {base}")
     return LoadedDesign(design, places, merge.extended(base), file)
