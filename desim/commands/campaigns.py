@@ -22,8 +22,12 @@ def sweep(design: DesignPath,
           out: Annotated[Path | None, typer.Option(
               help="the campaign's folder (default: results/<name>)", show_default=False)] = None,
           jobs: Annotated[int | None, typer.Option(
-              min=1, help="worker processes (default: one for each core)",
-              show_default=False)] = None,
+              min=1, help="worker processes (default: one for each core), or jobs of a batch "
+                          "system", show_default=False)] = None,
+          cluster: Annotated[str | None, typer.Option(
+              metavar="local|slurm|pbs|ADDRESS|FILE", show_default=False,
+              help="run there, by Dask; ADDRESS: of a Dask scheduler, tcp://host:port; FILE: YAML "
+                   "about a cluster (docs/cluster.md)")] = None,
           only: Annotated[list[str], typer.Option(
               metavar="PARAMETER=LEVEL", help="a part of the vectors; can be given again")] = [],  # noqa: B006
           retry_failed: Annotated[bool, typer.Option(
@@ -40,15 +44,17 @@ def sweep(design: DesignPath,
         told = Told(quiet)
         with compiling(quiet):
             from desim.campaign import campaign
+            from desim.campaign.clustersettings import load_settings
             from desim.campaign.design import load_design
 
+            where = None if cluster is None else load_settings(cluster, jobs)
             plan = told.planned(load_design(design))
             chosen = campaign.selected(plan, tuple(only))
             metrics = campaign.Metrics(plan)
         folder = out or campaign.default_folder(plan.loaded)
+        if dry_run:
+            told.listed(campaign.foreseen(plan, metrics, folder, chosen, retry_failed))
+            return
         with campaign.Sweep(plan, metrics, folder, only=chosen,
                             retry_failed=retry_failed) as work:
-            if dry_run:
-                told.listed(work)
-            else:
-                told.carried_out(work, jobs)
+            told.carried_out(work, jobs, where)
