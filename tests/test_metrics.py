@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim.experiment.metrics import Coverage, Ground, Reached, evaluate, states
+from desim.experiment.metrics import Coverage, Ground, Reached, evaluate, map_age_s, states
 from desim.ports import GridSpec
 from desim.robot.tiles import FREE, OCCUPIED, raster, tiles_of
 
@@ -131,3 +132,14 @@ def test_who_never_moves_has_no_efficiency():
     assert result.exploration_efficiency_m2_per_m is None
     assert result.explored_area_m2 == 0.0
     assert not math.isnan(result.map_quality)
+
+
+def test_maps_are_as_old_as_the_newest_part_that_was_heard():
+    def belief(**newest_s):
+        return SimpleNamespace(received={name: SimpleNamespace(newest=seconds * 10**9)
+                                         for name, seconds in newest_s.items()})
+
+    beliefs = {"a": belief(b=30), "b": belief(a=20, c=35), "c": None}
+    assert map_age_s(beliefs, 40 * 10**9) == (10 + 20) / 2  # c is down: nobody waits for it
+    assert map_age_s({"a": belief(), "b": belief(a=40)}, 40 * 10**9) == (40 + 0) / 2
+    assert map_age_s({"a": belief()}, 40 * 10**9) is None

@@ -54,7 +54,8 @@ class Fleet:
             self.kernel, self.trace, self.scenario, robots=names, explorers=explorers,
             ground=Ground(GRID, np.zeros((32, 32), np.uint8), np.ones((32, 32), bool)),
             graph=graph, poses=lambda: self.poses, travelled_m=lambda: self.travelled_m)
-        self.beliefs = {name: SimpleNamespace(fused=np.zeros((1, 1024), np.int16), observers=[])
+        self.beliefs = {name: SimpleNamespace(fused=np.zeros((1, 1024), np.int16), observers=[],
+                                              received={})
                         for name in explorers}
         for name, belief in self.beliefs.items():
             self.monitor.watch(name, belief)

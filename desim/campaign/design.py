@@ -14,7 +14,7 @@ from pydantic import Field
 
 from desim.errors import InputError
 from desim.ports import Params
-from desim.scenario import merge, yaml12
+from desim.scenario import merge
 from desim.scenario.complaints import validated
 from desim.scenario.places import Path, Places, dotted
 from desim.scenario.shapes import by_shape
@@ -134,10 +134,10 @@ class LoadedDesign:
     base: merge.Document
     file: str
 
-    @property
-    def folder(self) -> str:
-        """Where the design file lies."""
-        return os.path.dirname(self.file)
+    def folder(self, path: Path) -> str:
+        """Of the file in which what is at ``path`` was written: with ``extends`` there are several.
+        """
+        return os.path.dirname(self.places.value(path).source)
 
     def wrong(self, path: Path, text: str) -> InputError:
         """An error about what stands at ``path`` of the design."""
@@ -145,14 +145,16 @@ class LoadedDesign:
 
 
 def load_design(path: str | os.PathLike) -> LoadedDesign:
-    """The design in a YAML file. Raises ``InputError`` with one line for each thing that is wrong
-    with it; whether its scenarios are right shows when its runs are planned."""
+    """The design in a YAML file, which may extend another one, as scenarios do. Raises
+    ``InputError`` with one line for each thing that is wrong with it; whether its scenarios are
+    right shows when its runs are planned."""
     file = os.fspath(path)
-    data, places = yaml12.read(file)
+    data, places = merge.extended(file)
     design = validated(Design, data)
     if isinstance(design, list):
         raise InputError(*dict.fromkeys(complaint.line(places) for complaint in design))
-    base = os.path.normpath(os.path.join(os.path.dirname(file), design.base))
+    folder = os.path.dirname(places.value(("base",)).source)
+    base = os.path.normpath(os.path.join(folder, design.base))
     if not os.path.isfile(base):
         raise InputError(f"{places.where('base')}: no such file: {base}")
     return LoadedDesign(design, places, merge.extended(base), file)

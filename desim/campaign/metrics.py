@@ -40,7 +40,8 @@ class Metrics:
             self.functions: tuple[str, ...] = ()
             for name, text in loaded.design.metrics.items():
                 try:
-                    self._own[name] = self._made(name, text, loaded.folder, run)
+                    self._own[name] = self._made(
+                        name, text, loaded.folder(("metrics", name)), run)
                 except InputError as error:
                     raise loaded.wrong(("metrics", name), str(error)) from None
         self.names = (*self.names, *self._own)

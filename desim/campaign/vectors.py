@@ -63,7 +63,8 @@ def _product(levels: dict[str, list[Level]]) -> str:
 
 def _answered(loaded: LoadedDesign, name: str) -> Iterable[Any]:
     """What a Python function says the vectors are."""
-    function = plugins.imported("function", plugins.beside(name, loaded.folder))
+    function = plugins.imported("function", plugins.beside(name, loaded.folder(
+        ("vectors", "function"))))
     if not callable(function):
         raise InputError(f"{name!r} is not a function")
     try:

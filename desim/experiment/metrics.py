@@ -9,7 +9,7 @@ the thresholds, so that a robot's count can also shrink; the union's never does.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from desim.experiment.kernels import recount
 from desim.ports import GridSpec
 from desim.robot.tiles import FREE, OCCUPIED, Belief, tiles_of
+from desim.units import NS_PER_S
 
 EXPLORED = 0.99  # the share at which the paper calls a terrain explored (3.3.1)
 SAFETY_SCALE = 100  # S of equation 4, unless set
@@ -44,6 +45,18 @@ def states(log_odds: np.ndarray) -> np.ndarray:
     out[log_odds <= FREE] = 0
     out[log_odds >= OCCUPIED] = 100
     return out
+
+
+def map_age_s(beliefs: Mapping[str, Belief | None], now_ns: int) -> float | None:
+    """How old the newest part is that a robot has of another one's map: the mean over all ordered
+    pairs of robots that are up; of whom it never heard, as old as the run. None without pairs."""
+    up = {name: belief for name, belief in beliefs.items() if belief is not None}
+    pairs = len(up) * (len(up) - 1)
+    if not pairs:
+        return None
+    heard_ns = sum(max(layer.newest, 0) for belief in up.values()
+                   for name, layer in belief.received.items() if name in up)
+    return (now_ns - heard_ns / pairs) / NS_PER_S
 
 
 class Coverage:

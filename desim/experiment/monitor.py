@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from desim.experiment.metrics import EXPLORED, Coverage, Ground, Reached
+from desim.experiment.metrics import EXPLORED, Coverage, Ground, Reached, map_age_s
 from desim.experiment.splits import Splits
 from desim.experiment.traffic import Families, totals
 from desim.kernel import Kernel, Phase
@@ -178,7 +178,8 @@ class Monitor:
             values["messages_delivered"], values["bytes_on_air"])
         row(now_ns, kind["sample_motion"], self._entity, values["collisions"],
             values["recoveries"], bits(values["distance_m"]))
-        self.samples.append({**values, "parts": self.splits.parts, "cause": cause,
+        self.samples.append({**values, "parts": self.splits.parts,
+                             "map_age_s": map_age_s(self.beliefs, now_ns), "cause": cause,
                              "bytes": self.families.bytes()})
         self._judge(values)
 

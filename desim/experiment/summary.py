@@ -55,11 +55,18 @@ def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
         "bytes_on_air": traffic.bytes_on_air,
         "control_bytes": sum(medium.control_bytes for medium in monitor.graph.media),
         "partitions": monitor.splits.summary(),
+        "map_age_s": _mean_map_age_s(monitor.samples),
         "traffic": by_kind(monitor.graph),
         "latency_by_topic": monitor.families.latency(),
         **_fleet_means(robots),
         "robots": robots,
     }
+
+
+def _mean_map_age_s(samples: list[dict[str, Any]]) -> float | None:
+    """Over the samples."""
+    ages_s = [row["map_age_s"] for row in samples if row["map_age_s"] is not None]
+    return sum(ages_s) / len(ages_s) if ages_s else None
 
 
 def known_map(monitor: Monitor, robot: str | None) -> np.ndarray:

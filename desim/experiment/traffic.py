@@ -11,6 +11,7 @@ from desim.middleware.counts import EDGES_NS
 from desim.middleware.graph import Graph
 from desim.units import NS_PER_S
 
+KINDS = ("coordination", "monitoring", "simulation")
 SENSORS = frozenset({"scan", "odom", "true_pose", "cmd_vel"})
 
 
@@ -91,13 +92,16 @@ class Families:
 
 
 def by_kind(graph: Graph, kind_of: Callable[[str], str] = kind) -> dict[str, dict[str, int]]:
-    """Messages sent, delivered and dropped between hosts, and bytes delivered, by kind."""
-    out: dict[str, dict[str, int]] = {}
+    """Messages sent, delivered and dropped between hosts, and bytes delivered, by kind; those of
+    ``KINDS`` also where there are none."""
+    def nothing() -> dict[str, int]:
+        return dict.fromkeys(("sent", "delivered", "dropped", "bytes"), 0)
+
+    out = {kind: nothing() for kind in KINDS}
     for name, topic in sorted(graph.topics.items()):
         counts = topic.counts
         if counts.intended:
-            own = out.setdefault(kind_of(name), dict.fromkeys(
-                ("sent", "delivered", "dropped", "bytes"), 0))
+            own = out.setdefault(kind_of(name), nothing())
             own["sent"] += counts.intended
             own["delivered"] += counts.delivered
             own["dropped"] += sum(counts.dropped.values())

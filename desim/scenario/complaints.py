@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import types
-from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from pydantic import ValidationError
 
@@ -134,6 +134,8 @@ def _annotation(block: type[Params], location: tuple) -> Any:
     """The type that stands at a location of a validation error."""
     here: Any = block
     for step in location:
+        if get_origin(here) is Annotated:  # inside of a mapping's or a list's type
+            here = get_args(here)[0]
         options = alternatives(here)
         if options:
             here = options[step]
