@@ -26,7 +26,6 @@ from desim.campaign.work import Row, Task, folder_of, row_of
 from desim.errors import InputError, did_you_mean
 from desim.experiment.results import FAILED
 
-
 INDEX, TABLE = "index.jsonl", "runs.parquet"
 
 
