@@ -98,7 +98,7 @@ class Sweep:
     def others(self) -> int:
         """Runs in the folder that do not belong to the campaign: they are of an earlier design, of
         another scenario or another version of desim."""
-        return sum(run_id not in self._agenda for run_id in self._index.rows)
+        return 0 if self._only else sum(run_id not in self._agenda for run_id in self._index.rows)
 
     def run(self, workers: Workers, heard: Callable[[Row], Any] = lambda row: None) -> None:
         """Run what is missing; ``heard`` is told of each run that ends. The table is written at

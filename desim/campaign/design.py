@@ -89,7 +89,8 @@ class Presentation(Params):
     """What the report shows first; everything else is in its tables."""
 
     metrics: tuple[str, ...] = Field(("exploration_time_s",), min_length=1,
-                                     description="in this order")
+                                     description="in this order; *_delivered draws all of the "
+                                                 "design's own that match in one figure")
     against: str | None = Field(None, description=(
         "the parameter along the axis (null: the first with numbers)"))
     by: str | None = Field(None, description="the parameter that tells the lines apart (null: the "
@@ -151,6 +152,7 @@ def load_design(path: str | os.PathLike) -> LoadedDesign:
     file = os.fspath(path)
     design, places = read_design(file)
     folder = os.path.dirname(places.value(("base",)).source)
+    base = os.path.normpath(os.path.join(folder, design.base))
     if not os.path.isfile(base):
         raise InputError(f"{places.where('base')}: no such file: {base}")
     return LoadedDesign(design, places, merge.extended(base), file)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import fnmatch
 import re
 import tempfile
 from collections.abc import Callable
@@ -17,6 +19,7 @@ from desim.scenario import expression
 
 # A rehearsal is long enough for everything to be measured once, and too short to be felt.
 _REHEARSAL_NS = 10_000_000
+_MOST_REHEARSALS = 8
 # Which reasons there are shows only in a run: what did not happen happened 0 times.
 _COUNTED = re.compile(r"messages_dropped_\w+")
 _FUNCTION = re.compile(r"(.*/)?[A-Za-z_][\w.]*:[A-Za-z_]\w*")
@@ -97,7 +100,7 @@ class Metrics:
         if hasattr(design.iterations, "metric"):
             asked.append((("iterations", "metric"), design.iterations.metric))
         for path, name in asked:
-            if name not in self.names and not _COUNTED.fullmatch(name):
+            if not fnmatch.filter(self.names, name) and not _COUNTED.fullmatch(name):
                 raise plan.loaded.wrong(path, f"no run has a metric {name!r}"
                                         f"{did_you_mean(name, self.names)}; allowed: "
                                         f"{', '.join(self.names)}")
@@ -110,7 +113,22 @@ class Metrics:
 
 
 def _rehearsed(plan: Plan, folder: str) -> api.Run:
-    loaded = plan.scenario(plan.vectors[0], 0)
-    stop = loaded.scenario.stop.model_copy(update={"elapsed_ns": _REHEARSAL_NS})
-    return api.run(replace(loaded, scenario=loaded.scenario.model_copy(update={"stop": stop})),
-                   out=Path(folder))
+    """A run of the first vector that can be run, of some that are spread over the design. Raises
+    ``InputError`` with what is wrong with the first if there is none."""
+    wrong: list[InputError] = []
+    for vector in plan.vectors[::math.ceil(len(plan.vectors) / _MOST_REHEARSALS)]:
+        loaded = plan.scenario(vector, 0)
+        stop = loaded.scenario.stop.model_copy(update={"elapsed_ns": _REHEARSAL_NS})
+        try:
+            return api.run(replace(loaded, scenario=loaded.scenario.model_copy(
+                update={"stop": stop})), out=Path(folder))
+        except InputError as error:
+            wrong.append(error)
+        except Exception as error:  # of a model or a plug-in
+            wrong.append(plan.loaded.wrong(("base",), "a run fails at once: "
+                                           f"{type(error).__name__}: {_first_line(error)}"))
+    raise wrong[0]
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).partition("\n")[0]

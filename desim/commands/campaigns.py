@@ -53,12 +53,12 @@ def sweep(design: DesignPath,
             chosen = campaign.selected(plan, tuple(only))
             metrics = campaign.Metrics(plan)
         folder = out or campaign.default_folder(plan.loaded)
+        if dry_run:
+            told.listed(campaign.foreseen(plan, metrics, folder, chosen, retry_failed))
+            return
         with campaign.Sweep(plan, metrics, folder, only=chosen,
                             retry_failed=retry_failed) as work:
-            if dry_run:
-                told.listed(work)
-            else:
-                told.carried_out(work, jobs, where)
+            told.carried_out(work, jobs, where)
 
 
 def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_default=False,

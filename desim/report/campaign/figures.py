@@ -83,8 +83,10 @@ class _Painter:
         self._limit = estimates.limit(metric)
         self._censored = any(one.times and (one.values >= one.times.limit).any() for one in found)
         values = np.concatenate([one.values for one in found] or [np.zeros(0)])
-        self._log = bool(len(values) and values.min() > 0
+        # Shares are read on a linear scale.
+        self._log = bool(len(values) and values.min() > 0 and values.max() > 1
                          and values.max() / values.min() > _WIDE_RANGE)
+        self._span = _span(values, self._log)
 
     def line(self, axes: Axes, line: Line, place: float) -> None:
         """``place`` in [-0.5, 0.5]: where it stands among the others, so that intervals at one
@@ -119,6 +121,8 @@ class _Painter:
             axes.axhline(self._limit, color=INK, linewidth=0.8, linestyle="--", alpha=0.6)
         if self._log:
             axes.set_yscale("log")
+        low, high = axes.get_ylim()
+        axes.set_ylim(max(low, self._span[0]), min(high, self._span[1]))
         along(axes, axis)
 
     def keys(self, with_knee: bool) -> list[Line2D]:
@@ -168,6 +172,17 @@ class _Painter:
         return _SMALL + (_LARGE - _SMALL) * successes / max(self._most, 1)
 
 
+def _span(values: np.ndarray, log: bool) -> tuple[float, float]:
+    """As far as an axis goes at most: intervals of very few runs may be many times as wide as all
+    of these lie apart."""
+    if not len(values):
+        return -np.inf, np.inf
+    if log:
+        return values.min() / 4.0, values.max() * 4.0
+    apart = np.ptp(values) or abs(values[0]) or 1.0
+    return values.min() - 0.4 * apart, values.max() + 0.4 * apart
+
+
 def along(axes: Axes, axis: Axis | None) -> None:
     """The horizontal axis of a parameter."""
     if axis is None:
@@ -176,10 +191,11 @@ def along(axes: Axes, axis: Axis | None) -> None:
     axes.set_xlabel(axis.name if len(axis.labels) <= _LABELLED else axis.title)
     if axis.log:
         axes.set_xscale("log")
-    if len(axis.labels) <= _LABELLED:
+    if len(axis.labels) <= _LABELLED:  # all of them at the axis
         axes.set_xticks(range(len(axis.labels)) if axis.numbers is None else axis.numbers,
                         axis.labels)
         if axis.log:
             axes.xaxis.set_minor_locator(NullLocator())
         if sum(map(len, axis.labels)) > 45:
-            axes.xaxis.set_tick_params(rotation=35)
+            for label in axes.get_xticklabels():
+                label.set(rotation=35, ha="right", rotation_mode="anchor")

@@ -109,9 +109,8 @@ def _onset_cells(study: Study, line: Line, at: int | None, knee: Bend | None) ->
     label = "nowhere" if at is None else axis.labels[line.vectors[at].levels[axis.name]]
     if knee is None or knee.knee is None:
         return [label, "none", ""]
-    found = knee.knee
-    return [label, wording.quantity(found.at, axis.unit),
-            f"{wording.quantity(found.low, axis.unit)} to {wording.quantity(found.high, axis.unit)}"]
+    at, low, high = (wording.quantity(value, axis.unit) for value in knee.knee[:3])
+    return [label, at, f"{low} to {high}"]
 
 
 def _first(study: Study, estimates: Estimates, group: Group, line: Line, place: str,

@@ -42,26 +42,45 @@ def bend(study: Study, estimates: Estimates, metric: str, line: Line) -> Bend:
         return Bend(line, None, "too many runs to look for one")
     knee = breakpoint_of(loads, values, log=axis.log, resamples=resamples,
                          blocks=iterations if study.is_paired and balanced else None)
-    return Bend(line, knee, "" if knee else "a straight line does as well")
+    return Bend(line, knee, "" if knee else "two lines that meet do no better than one")
 
 
-def sentence(bend: Bend, axis: Axis, metric: str) -> str:
-    """It in words."""
-    name = f"{bend.line.label}: " if bend.line.label else ""
-    if bend.knee is None:
-        return f"{name}no knee of {wording.titled(metric)} ({bend.reason})."
-    knee = bend.knee
-    # A bound at the second load, or the last but one, is as far as a knee is looked for.
-    low, high = (wording.quantity(value, axis.unit) for value in (knee.low, knee.high))
+def sentences(bends: list[Bend], axis: Axis, metric: str) -> list[str]:
+    """All of a metric's lines in words, those without a knee together."""
+    out = [_sentence(one, axis, metric) for one in bends if one.knee]
+    for reason in dict.fromkeys(one.reason for one in bends if not one.knee):
+        without = [one for one in bends if not one.knee and one.reason == reason]
+        where = "" if len(without) == len(bends) or not without[0].line.label \
+            else f" for {wording.listed([one.line.label for one in without])}"
+        out.append(f"No knee of {wording.titled(metric)}{where}: {reason}.")
+    return out
+
+
+def summary(bends: list[Bend], axis: Axis, metric: str) -> list[str]:
+    """The knees of a metric in one sentence; nothing if there are none."""
+    told = [f"{wording.quantity(one.knee.at, axis.unit)} (95 % interval {_interval(one, axis)}"
+            f"{', ' + one.line.label if one.line.label else ''})" for one in bends if one.knee]
+    return [f"Knee of {wording.titled(metric)} at {axis.name} {wording.listed(told)}."] \
+        if told else []
+
+
+def _sentence(bend: Bend, axis: Axis, metric: str) -> str:
+    knee, label = bend.knee, bend.line.label
     per = "decade" if axis.log else axis.unit or "1"
-    return (f"{name}knee of {wording.titled(metric)} at {axis.name} "
-            f"{wording.quantity(knee.at, axis.unit)} (95 % interval {low} to {high}"
-            f"{_open(knee, axis)}; slope {wording.number(knee.slope_before)} below and "
-            f"{wording.number(knee.slope_after)} above, per {per}; "
-            f"p of a straight line {wording.probability(knee.p)}).")
+    return (f"{label + ': k' if label else 'K'}nee of {wording.titled(metric)} at {axis.name} "
+            f"{wording.quantity(knee.at, axis.unit)}, 95 % interval {_interval(bend, axis)}; slope "
+            f"{wording.number(knee.slope_before)} below and {wording.number(knee.slope_after)} "
+            f"above, per {per}; p of a single straight line "
+            f"{wording.probability(knee.p)}.")
+
+
+def _interval(bend: Bend, axis: Axis) -> str:
+    low, high = (wording.quantity(value, axis.unit) for value in (bend.knee.low, bend.knee.high))
+    return f"{low} to {high}{_open(bend.knee, axis)}"
 
 
 def _open(knee: Knee, axis: Axis) -> str:
+    """A bound at the second load, or the last but one, is as far as a knee is looked for."""
     inner = axis.numbers[1], axis.numbers[-2]
     ends = [word for word, bound, edge in (("below", knee.low, inner[0]),
                                            ("above", knee.high, inner[1]))

@@ -88,11 +88,12 @@ def design_paragraph(study: Study) -> str:
                     f"was at most {rule.width}, at least {rule.at_least} and at most "
                     f"{rule.at_most} times (between {min(counts)} and {max(counts)} runs).")
     else:
-        text.append(f"Each vector was repeated {wording.counted(design.iterations, 'time')}.")
+        text.append(f"Each vector was run {wording.counted(design.iterations, 'time')}.")
     if study.is_paired:
         last = int(study.iterations.max()) + design.seed
+        seeds = f" (seeds {design.seed} to {last})" if last > design.seed else ""
         text.append(f"Common random numbers: iteration k of each vector had the seed "
-                    f"{design.seed} + k, k from 0 (seeds {design.seed} to {last}).")
+                    f"{design.seed} + k, k from 0{seeds}.")
     else:
         text.append(f"Each run had a seed of its own, derived from {design.seed} and its "
                     "parameters.")

@@ -95,8 +95,7 @@ class _Report:
     def _findings(self) -> Section:
         study, said = self._study, []
         for metric in self._single:
-            said += [knees.sentence(one, study.against, metric)
-                     for one in self._bends[metric] if one.knee]
+            said += knees.summary(self._bends[metric], study.against, metric)
         for group in self._groups:
             said += self._onsets[group][1]
         for metric in self._single:
@@ -110,6 +109,10 @@ class _Report:
                         f"{wording.counted(len(study.vectors), 'vector')}: {shown}.")
         body = page.items(said) if said else page.paragraph(
             "No knee and no significant difference was found with these runs.")
+        if max(len(vector.rows) for vector in study.vectors) == 1 and not study.is_sampled:
+            body += page.paragraph("One run a vector: there are no intervals and no comparisons, "
+                                   "and knees rest on how the points scatter around lines.",
+                                   "warn")
         return Section("findings", "In short", body + self._missing())
 
     def _missing(self) -> str:
@@ -160,8 +163,7 @@ class _Report:
                                           self._bends[metric])
             caption = self._caption(metric) + lines.left_out(self._panels, self._drawn)
             parts.append(self._figure(drawn, metric, caption))
-            parts.append(page.items([knees.sentence(one, study.against, metric)
-                                     for one in self._bends[metric]]))
+            parts.append(page.items(knees.sentences(self._bends[metric], study.against, metric)))
         parts.append(page.folded("By vector", self._written(
             overview.one_metric(study, estimates, metric))))
         if self._found[metric]:
