@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import fnmatch
+import math
 import re
 import tempfile
 from collections.abc import Callable
@@ -100,7 +100,9 @@ class Metrics:
         if hasattr(design.iterations, "metric"):
             asked.append((("iterations", "metric"), design.iterations.metric))
         for path, name in asked:
-            if not fnmatch.filter(self.names, name) and not _COUNTED.fullmatch(name):
+            known = fnmatch.filter(self.names, name) if path[0] == "report" \
+                else name in self.names
+            if not known and not _COUNTED.fullmatch(name):
                 raise plan.loaded.wrong(path, f"no run has a metric {name!r}"
                                         f"{did_you_mean(name, self.names)}; allowed: "
                                         f"{', '.join(self.names)}")
