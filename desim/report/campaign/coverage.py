@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from desim.campaign.agenda import rule_of
 from desim.campaign.design import Until
-from desim.campaign.quantities import quantity
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.study import Study, Vector
 from desim.report.campaign.tables import Table
-from desim.statistics.sequential import Coverage, Rule, coverage_of
+from desim.statistics.sequential import Coverage, coverage_of
 
 _DIGITS = 2  # of the spread, so that vectors alike are simulated once
 _MOST_SIMULATED = 24  # different ones
@@ -23,14 +23,6 @@ class Covered(NamedTuple):
     vector: Vector
     n: int
     coverage: Coverage
-
-
-def rule_of(until: Until) -> Rule:
-    """A design's rule as the statistics have it."""
-    width = quantity(until.width)
-    relative = width.unit == "%"
-    return Rule(float(width.number) / (100 if relative else 1), relative, until.at_least,
-                until.at_most)
 
 
 def measured(study: Study, estimates: Estimates) -> list[Covered]:

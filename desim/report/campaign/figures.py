@@ -80,8 +80,8 @@ class _Painter:
         self._successes = {one.reached for one in found}
         self._most = max(self._successes, default=0)
         self._every = max(1, sum(one.n for one in found) // _MOST_DOTS)
-        self._limit = estimates.limit(metric)
-        self._censored = any(one.times and (one.values >= one.times.limit).any() for one in found)
+        censored = any(one.times and one.times.successes.n < one.n for one in found)
+        self._limit = estimates.limit(metric) if censored else None
         values = np.concatenate([one.values for one in found] or [np.zeros(0)])
         # Shares are read on a linear scale.
         self._log = bool(len(values) and values.min() > 0 and values.max() > 1
@@ -106,7 +106,7 @@ class _Painter:
         faces = [shade if one.reached else "none" for one in found]
         axes.scatter(x, means, sizes, marker=symbol, facecolors=faces, edgecolors=shade,
                      linewidths=1.1, zorder=4)
-        if self._limit is not None and self._censored:
+        if self._limit is not None:
             successes = np.array([np.nan if one.times is None or one.times.successes.mean is None
                                   else one.times.successes.mean for one in found])
             axes.plot(x, successes, color=shade, linewidth=0.9, linestyle=":", marker="x",
@@ -117,7 +117,7 @@ class _Painter:
         axis = self._axis
         if title:
             axes.set_title(title)
-        if self._limit is not None and self._censored:
+        if self._limit is not None:
             axes.axhline(self._limit, color=INK, linewidth=0.8, linestyle="--", alpha=0.6)
         if self._log:
             axes.set_yscale("log")
@@ -137,7 +137,7 @@ class _Painter:
                 out.append(Line2D([], [], color=INK, linestyle="none", marker="o",
                                   markerfacecolor="none", markersize=_SMALL**0.5,
                                   label="none did"))
-        if self._limit is not None and self._censored:
+        if self._limit is not None:
             out.append(Line2D([], [], color=INK, linestyle=":", marker="x", markersize=4,
                               label="mean of the successes alone"))
             out.append(Line2D([], [], color=INK, linestyle="--", alpha=0.6,

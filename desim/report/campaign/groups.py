@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from desim.report.campaign import figures, wording
 from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.knees import ONSET, Bend, bend, onset
+from desim.report.campaign.knees import ONSET, Onset, bend, onset
 from desim.report.campaign.lines import Line, Panel
 from desim.report.campaign.study import Study
 from desim.report.campaign.style import colour, marker
@@ -87,52 +87,63 @@ def group_figure(study: Study, estimates: Estimates, group: Group, panels: list[
 def order_of_onset(study: Study, estimates: Estimates, group: Group, panels: list[Panel],
                    ) -> tuple[Table, list[str]]:
     """Who falls under 95 % of its best first, as a table and in words, line by line."""
-    axis, rows, sentences = study.against, [], []
+    rows, sentences = [], []
     for panel in panels:
         for line in panel.lines:
-            place = ", ".join(filter(None, [panel.title, line.label]))
-            found = [(metric, onset(estimates, metric, line),
-                      bend(study, estimates, metric, line) if axis.numbers is not None else None)
-                     for metric in group.metrics]
-            rows += [[place or "all", group.of(metric), *_onset_cells(study, line, at, knee)]
-                     for metric, at, knee in found]
-            sentences.append(_first(study, estimates, group, line, place,
-                                    {metric: at for metric, at, _ in found}))
-    head = ["line", "metric", f"under {ONSET:.0%} of its best from", "knee", "interval"]
-    table = Table(group.name, f"{group.common}: where each gives in, coming from the end where it "
-                  "is best.", head, rows, head, rows)
+            told = _Told(study, estimates, group, line,
+                         ", ".join(filter(None, [panel.title, line.label])))
+            rows += [told.row(metric) for metric in told.onsets]
+            sentences += told.sentence()
+    head = ["line", "metric", "best mean", "at", f"under {100 * ONSET:.0f} % of it from", "knee",
+            "95 % interval"]
+    table = Table(group.name, f"{group.common}: where each gives in, on the way from its best to "
+                  "the worse end.", head, rows, head, rows)
     return table, sentences
 
 
-def _onset_cells(study: Study, line: Line, at: int | None, knee: Bend | None) -> list[Cell]:
-    axis = study.against
-    label = "nowhere" if at is None else axis.labels[line.vectors[at].levels[axis.name]]
-    if knee is None or knee.knee is None:
-        return [label, "none", ""]
-    at, low, high = (wording.quantity(value, axis.unit) for value in knee.knee[:3])
-    return [label, at, f"{low} to {high}"]
+class _Told:
+    """What is said of one line; ``onsets`` by metric, of those that its runs have."""
 
+    def __init__(self, study: Study, estimates: Estimates, group: Group, line: Line, place: str,
+                 ) -> None:
+        self._study, self._estimates, self._group = study, estimates, group
+        self._line, self._place = line, place
+        found = {metric: onset(estimates, metric, line) for metric in group.metrics}
+        self.onsets: dict[str, Onset] = {metric: one for metric, one in found.items() if one}
 
-def _first(study: Study, estimates: Estimates, group: Group, line: Line, place: str,
-           begins: dict[str, int | None]) -> str:
-    falling = {metric: at for metric, at in begins.items() if at is not None}
-    prefix = f"{place}: " if place else ""
-    if not falling:
-        return f"{prefix}none of {wording.listed([group.of(m) for m in begins])} gives in."
-    # From which end the line is walked, its best says.
-    means = [estimates.of(next(iter(falling)), vector).mean for vector in line.vectors]
-    known = [mean for mean in means if mean is not None]
-    sign = -1 if known[-1] > known[0] else 1
-    order = sorted(falling, key=lambda metric: sign * falling[metric])
-    first = [metric for metric in order if falling[metric] == falling[order[0]]]
-    axis = study.against
+    def row(self, metric: str) -> list[Cell]:
+        one, axis = self.onsets[metric], self._study.against
+        mean = self._estimates.of(metric, self._line.vectors[one.best]).mean
+        row = [self._place or "all", self._group.of(metric), mean, self._label(one.best),
+               "nowhere" if one.at is None else self._label(one.at)]
+        knee = None if axis.numbers is None else bend(
+            self._study, self._estimates, metric, self._line).knee
+        if knee is None:
+            return [*row, "none", ""]
+        at, low, high = (wording.quantity(value, axis.unit) for value in knee[:3])
+        return [*row, at, f"{low} to {high}"]
 
-    def told(metric: str) -> str:
-        vector = line.vectors[falling[metric]]
-        return (f"{group.of(metric)} (at {axis.labels[vector.levels[axis.name]]}, mean "
-                f"{wording.number(estimates.of(metric, vector).mean, 3)})")
+    def sentence(self) -> list[str]:
+        """Nothing where there is nothing to compare."""
+        if len(self.onsets) < 2:
+            return []
+        prefix = f"{self._place}: " if self._place else ""
+        falling = {metric: one for metric, one in self.onsets.items() if one.at is not None}
+        if not falling:
+            names = [self._group.of(metric) for metric in self.onsets]
+            return [f"{prefix}none of {wording.listed(names)} gives in."]
+        order = sorted(falling, key=lambda metric: falling[metric].sign * falling[metric].at)
+        first = [metric for metric in order if falling[metric].at == falling[order[0]].at]
+        rest = [self._falls(metric) for metric in order if metric not in first]
+        return [f"{prefix}{wording.listed([self._falls(metric) for metric in first])} "
+                f"{'gives' if len(first) == 1 else 'give'} in first"
+                f"{', then ' + wording.listed(rest) if rest else ''}."]
 
-    rest = [told(metric) for metric in order if metric not in first]
-    return (f"{prefix}{wording.listed([told(metric) for metric in first])} "
-            f"{'gives' if len(first) == 1 else 'give'} in first"
-            f"{', then ' + wording.listed(rest) if rest else ''}.")
+    def _falls(self, metric: str) -> str:
+        at = self.onsets[metric].at
+        mean = self._estimates.of(metric, self._line.vectors[at]).mean
+        return f"{self._group.of(metric)} (at {self._label(at)}, mean {wording.number(mean, 3)})"
+
+    def _label(self, i: int) -> str:
+        axis = self._study.against
+        return axis.labels[self._line.vectors[i].levels[axis.name]]

@@ -88,14 +88,26 @@ def _open(knee: Knee, axis: Axis) -> str:
     return f", open {' and '.join(ends)}" if ends else ""
 
 
-def onset(estimates: Estimates, metric: str, line: Line) -> int | None:
-    """Going from the end of the line with the better (higher) mean to the other: the index of the
-    first of its vectors with a mean under 95 % of the best. None if there is none."""
-    means = [estimates.of(metric, vector).mean for vector in line.vectors]
-    known = [(i, mean) for i, mean in enumerate(means) if mean is not None]
-    if not known:
+class Onset(NamedTuple):
+    """Where a line gives in: from the vector with its ``best`` mean towards the worse end, the
+    first vector ``at`` which the mean is under 95 % of that; None if there is none. ``sign`` is the
+    direction of that way along the axis."""
+
+    best: int
+    at: int | None
+    sign: int
+
+
+def onset(estimates: Estimates, metric: str, line: Line) -> Onset | None:
+    """Of a metric of which more is better; None where no run has it."""
+    means = {i: mean for i, mean in enumerate(
+        estimates.of(metric, vector).mean for vector in line.vectors) if mean is not None}
+    if not means:
         return None
-    best = max(mean for _, mean in known)
-    if known[-1][1] > known[0][1]:
-        known.reverse()
-    return next((i for i, mean in known if mean < ONSET * best), None)
+    ends = list(means.values())
+    sign = -1 if ends[-1] >= ends[0] else 1
+    way = list(means)[::sign]
+    # Of equals, the last one on the way.
+    best = max(way, key=lambda i: (means[i], way.index(i)))
+    after = way[way.index(best):]
+    return Onset(best, next((i for i in after if means[i] < ONSET * means[best]), None), sign)

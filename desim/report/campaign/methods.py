@@ -84,8 +84,8 @@ def design_paragraph(study: Study) -> str:
     counts = [len(vector.rows) for vector in study.vectors]
     if isinstance(design.iterations, Until):
         rule = design.iterations
-        text.append(f"Each vector was repeated until half of the 95 % interval of {rule.metric} "
-                    f"was at most {rule.width}, at least {rule.at_least} and at most "
+        text.append(f"Each vector was repeated until the 95 % interval of {rule.metric} was at "
+                    f"most {rule.width} wide, at least {rule.at_least} and at most "
                     f"{rule.at_most} times (between {min(counts)} and {max(counts)} runs).")
     else:
         text.append(f"Each vector was run {wording.counted(design.iterations, 'time')}.")

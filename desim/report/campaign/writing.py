@@ -27,7 +27,7 @@ from desim.report.campaign import (
 )
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.page import Section
-from desim.report.campaign.study import TIMES, Study
+from desim.report.campaign.study import Study
 from desim.report.campaign.tables import Table
 
 _MOST_ERRORS = 10
@@ -180,10 +180,10 @@ class _Report:
         have = sum(one.n for one in found)
         text = f"{wording.titled(metric)} against {study.against.name}. " if study.against \
             else f"{wording.titled(metric)}. "
-        if metric in TIMES:
+        if any(one.times and one.times.successes.n < one.n for one in found):
             text += ("Mean restricted to the time limit: a run that was stopped counts with the "
                      "limit. Dotted: the mean of the successes, which leaves such runs out. ")
-        elif have < finished:
+        if have < finished:
             text += f"{finished - have} of {finished} finished runs have no such value. "
         return text
 
@@ -282,7 +282,8 @@ def _told(metric: str, clear: list[contrasts.Contrast], tested: int) -> str:
             f"significant after Holm's correction; the clearest: {one.axis} {one.first} minus "
             f"{one.second}{where}, {wording.number(pair.difference.mean)} "
             f"{wording.between(pair.difference.low, pair.difference.high)}, d_z "
-            f"{wording.number(pair.cohen_dz, 3)}, p {_p(one.p)}.")
+            f"{wording.number(pair.cohen_dz, 3)}, p {_p(one.p)} "
+            f"({wording.counted(pair.difference.n, 'seed')}).")
 
 
 def _p(p: float) -> str:
