@@ -57,10 +57,7 @@ class Distance:
         now_ns = self._context.now_ns
         places = self._context.positions(now_ns)
         apart = places[list(frame.receivers)] - places[frame.source]
-        distances_m = np.nan_to_num(np.sqrt(np.einsum("ij,ij->i", apart, apart)))
-        self._luck.settle(frame, self.chances(distances_m).tolist(),
+        distances_m = np.fmax(np.sqrt(np.einsum("ij,ij->i", apart, apart)), 0.0)  # NaN: 0
+        chances = np.interp(distances_m, self._distances_m, self._chances, right=0.0)
+        self._luck.settle(frame, chances.tolist(),
                           self._outlets.delay_ns(frame, now_ns) + self._params.latency_ns)
-
-    def chances(self, distances_m: np.ndarray) -> np.ndarray:
-        """Of one packet, [n] at ``distances_m`` [n]."""
-        return np.interp(distances_m, self._distances_m, self._chances, right=0.0)

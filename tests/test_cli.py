@@ -253,6 +253,16 @@ def test_plugins_lists_every_kind():
     said = desim_("plugins")
     for word in ("network (desim.networks)", "switch", "range", "nearest_frontier", "direct"):
         assert word in said
+    for line in ("  Time division: a cycle of slots, each long enough for one packet, and each host "
+                 "sends in its own one.\n",
+                 "  The range of ``network.fidelity: disk``, computed from path loss and error "
+                 "model, against what ``mac`` delivers there to a single receiver.\n"):
+        assert line in said
+
+
+def test_what_must_be_given_has_an_example():
+    assert "  delay: must be given, e.g. '20 ms'.  one way\n" in desim_("describe", "latency")
+    assert "  at: must be given, e.g. ['3 m', '-2.5 m'].  x and y" in desim_("describe", "jamming")
 
 
 def test_describe_says_what_a_plugin_does_and_takes():
@@ -265,6 +275,8 @@ def test_describe_says_what_a_plugin_does_and_takes():
     radio = desim_("describe", "netmodels.radio:Radio")
     assert ("  reception: of receivers (802.11-2016)\n"
             "    noise_figure: default '7 dB'.  noise") in radio
+    for slot in "  fading: default None.  by", "    speed: default '1.2 m/s'.  of":
+        assert slot in radio
     assert "did you mean 'switch'?" in desim_("describe", "swich", code=2)
 
 

@@ -1,61 +1,20 @@
-"""``gz_rfcomms`` and ``subt`` against what their sources make of the published settings."""
+"""``gz_rfcomms`` and ``subt``: their formulas are compared in ``desim validate``, here is what
+messages meet."""
 
 import math
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from desim.ports import Obstacles
 from desim.testing import Bench
 from desim.world.scenery import crossing
 from netmodels.compatible.gz_rfcomms import GzRfComms
-from netmodels.compatible.rf import RfParams, Window, delivery, deviation_db, received_dbm
+from netmodels.compatible.rf import RfParams, Window, delivery
 from netmodels.compatible.subt import Subt
+from netmodels.validation.rfcomms import DELIVERY, WORLDS
 
 MS, S = 10**6, 10**9
-
-SUBT = {"range": "500 m", "power": "20 dBm"}  # its worlds: exponent 2.5, 40 dB, 10, -90 dBm, QPSK
-
-# Of 1500 B by distance in m: without sigma, with its root (before gz-sim's pull request 1743) and
-# with sigma itself, each with bytes and with bits.
-DELIVERY = {
-    50: ((1, 1), (1, 1), (.9745, .9667)),
-    100: ((1, 1), (.9999, .9996), (.8853, .8608)),
-    200: ((1, 1), (.9177, .8496), (.6742, .6303)),
-    300: ((.5994, .0167), (.5160, .3700), (.5051, .4575)),
-    400: ((0, 0), (.1788, .0963), (.3826, .3378)),
-    500: ((0, 0), (.0478, .0198), (.2945, .2545)),
-}
-SIGMAS = ({"sigma": "0 dB"}, {"sigma_is": "variance"}, {})
-
-
-def expected(distance_m, **params):
-    """The chance of a message of 1500 B, over the powers that it may come in with."""
-    params = RfParams(**SUBT, **params)
-    mean_dbm = received_dbm(params, np.array([float(distance_m)]), np.array([params.exponent]))
-    off = np.linspace(-8, 8, 40_001)
-    weights = stats.norm.pdf(off)
-    chance = delivery(params, mean_dbm + deviation_db(params) * off, 1500)
-    return float(np.sum(weights * chance) / np.sum(weights))
-
-
-def as_published(**wrong):
-    return all(abs(expected(distance_m, errors=errors, **sigma | wrong) - chance) < 6e-5
-               for distance_m, row in DELIVERY.items()
-               for sigma, pair in zip(SIGMAS, row, strict=True)
-               for errors, chance in zip(("bytes", "bits"), pair, strict=True))
-
-
-def test_delivery_by_distance_is_that_of_the_sources():
-    assert as_published()
-
-
-@pytest.mark.parametrize("wrong", [{"exponent": 2.625}, {"reference": "42 dB"},
-                                   {"noise": "-85.5 dBm"}], ids=lambda wrong: next(iter(wrong)))
-def test_the_twin_with_another_constant_is_not(wrong):
-    assert not as_published(**wrong)
-
 
 def played(model, frames=4000, distance_m=300.0, every_ns=20 * MS, **options):
     """The fates of messages of 1500 B."""
@@ -70,16 +29,19 @@ def near(fates, chance):
     return abs(share - chance) < 3.3 * math.sqrt(chance * (1 - chance) / len(fates))
 
 
-@pytest.mark.parametrize(("params", "chance"), [({}, .5051), ({"errors": "bits"}, .4575),
-                                                ({"sigma_is": "variance"}, .5160)])
-def test_messages_meet_these_chances(params, chance):
-    model = GzRfComms(GzRfComms.Params(**SUBT, **params))
+(_, _), (AS_SUBT, _), (AS_GAZEBO, WITH_BITS) = DELIVERY[300]
+
+
+@pytest.mark.parametrize(("params", "chance"), [
+    ({}, AS_GAZEBO), ({"errors": "bits"}, WITH_BITS), ({"sigma_is": "variance"}, AS_SUBT)])
+def test_messages_meet_the_chances_that_the_formulas_give(params, chance):
+    model = GzRfComms(GzRfComms.Params(**WORLDS, **params))
     assert near(played(model), chance)
-    assert not near(played(GzRfComms(GzRfComms.Params(**SUBT, **params, exponent=2.625))), chance)
+    assert not near(played(GzRfComms(GzRfComms.Params(**WORLDS, **params, exponent=2.625))), chance)
 
 
 def test_subt_is_the_older_gazebo_with_the_challenges_settings():
-    assert near(played(Subt(Subt.Params())), .5160)
+    assert near(played(Subt(Subt.Params())), AS_SUBT)
 
 
 def across(walls):
@@ -99,7 +61,7 @@ def test_walls_make_subts_exponent_grow_until_nothing_gets_through():
             bench.send(label * 20 * MS, "a", "b", 1500, label=label)
         return [fate for *_, fate in bench.run()]
 
-    params = RfParams(**SUBT)
+    params = RfParams(**WORLDS)
     assert share(2) == ["arrived"] * 400
     assert near(share(3), float(delivery(params, -82.0, 1500)))
     assert not near(share(3, exponent_per_cost=0.22), float(delivery(params, -82.0, 1500)))

@@ -19,7 +19,7 @@ from netmodels.radio.ladder import Ladder
 from netmodels.radio.standards import A, B, G
 
 MS = 1_000_000
-FRAMES = 20_000
+FRAMES = 10_000
 ERRORS = 3.3  # standard errors: one chance in a thousand
 
 
@@ -179,8 +179,8 @@ def test_outage_is_that_of_a_threshold(mean_dbm, k_db):
 def test_retries_in_a_block_are_in_vain_and_later_ones_are_not():
     """The same link for all seven attempts, against one that is another one by the next."""
     long, short = ({"coherence": period} for period in ("1 s", "1 ms"))
-    share, error = math.exp(-1), math.sqrt(math.exp(-1) * (1 - math.exp(-1)) / 2000)
-    options = {"broadcast": False, "frames": 2000}
+    share, error = math.exp(-1), math.sqrt(math.exp(-1) * (1 - math.exp(-1)) / 1000)
+    options = {"broadcast": False, "frames": 1000}
     assert abs(delivered(-82.0, long, every_ns=1000 * MS, **options) - share) < ERRORS * error
     assert delivered(-82.0, short, every_ns=1000 * MS, **options) > 0.85
     assert delivered(-82.0, short, every_ns=1000 * MS, retries=100, **options) == 1.0
@@ -249,11 +249,11 @@ def test_the_disk_ends_where_nine_of_ten_frames_arrive(params):
     def share(factor):
         range_m = factor * Ladder(Ladder.Params(fidelity="disk", **params)).range_m[False]
         air = Bench(Ladder(Ladder.Params(**params)), {"a": (0, 0), "b": (range_m, 0)})
-        for k in range(8000):
+        for k in range(4000):
             air.send(k * 200 * MS, "a", "b", 1518)
-        return sum(fate == "arrived" for *_, fate in air.run()) / 8000
+        return sum(fate == "arrived" for *_, fate in air.run()) / 4000
 
-    tolerance = ERRORS * math.sqrt(0.9 * 0.1 / 8000)
+    tolerance = ERRORS * math.sqrt(0.9 * 0.1 / 4000)
     assert share(1) == pytest.approx(0.9, abs=tolerance)
     assert abs(share(1.1) - 0.9) > tolerance
 

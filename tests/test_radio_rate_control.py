@@ -12,6 +12,7 @@ from test_netmodels_radio import fates
 from desim.experiment.netcase import play
 from desim.ports.cases import Flow, Setup
 from desim.testing import Bench, check_network
+from netmodels.multihop import Multihop
 from netmodels.radio import Radio
 from netmodels.radio.dcf import ACKED, FAILED, Reception, Stations
 from netmodels.radio.errors import error_table
@@ -175,6 +176,10 @@ def test_the_chain_knows_what_happens_at_its_ends():
                                     {"fading": {}, "standard": "11g"}])
 def test_it_keeps_the_contract(params):
     check_network(Ladder, rate_control={}, **params)
+
+
+def test_routes_over_radios_that_adapt_keep_it_too():
+    check_network(Multihop, hop="radio", routing="static", radio={"rate_control": {}, "fading": {}})
 
 
 def test_coverage_is_that_of_the_slowest_rate():

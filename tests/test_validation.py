@@ -19,7 +19,7 @@ from netmodels.radio.standards import STANDARDS
 from netmodels.rules.flapping import Flapping
 from netmodels.rules.gilbert_elliott import GilbertElliott
 from netmodels.rules.latency import Latency
-from netmodels.validation import propagation
+from netmodels.validation import propagation, rfcomms
 from netmodels.validation.aloha import RandomAccess
 from netmodels.validation.broadcast import Heartbeats
 from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
@@ -31,6 +31,7 @@ from netmodels.validation.places import HiddenTerminals, Pairs
 from netmodels.validation.propagation import PacketErrors, Propagation
 from netmodels.validation.queues import FiniteQueue, PeriodicSenders, Waiting
 from netmodels.validation.rate_control import FallbackOfRates
+from netmodels.validation.rfcomms import RadioOfGazebo
 from netmodels.validation.round_trip import RoundTrip
 from netmodels.validation.saturation import SaturationOfOfdm
 from netmodels.validation.saturation_11b import SaturationOf11b
@@ -136,6 +137,14 @@ def more_jitter(monkeypatch):
     once_begun(monkeypatch, Latency, change)
 
 
+def more_loss_in_gazebo(monkeypatch):
+    monkeypatch.setitem(rfcomms.WORLDS, "exponent", 2.625)
+
+
+def more_noise_in_gazebo(monkeypatch):
+    monkeypatch.setitem(rfcomms.WORLDS, "noise", "-85.5 dBm")
+
+
 def deafer_receivers(monkeypatch):
     """By 10 %."""
     monkeypatch.setattr(Thresholds, "for_stations", lambda self: replace(
@@ -176,8 +185,9 @@ TWINS = [
     (Propagation, 27, less_loss), (Propagation, 27, less_indoor_loss),
     (SinglePair, 6, noisier_receivers), (SinglePair, 6, better_receivers),
     (Repairs, 2, nobody_leaves), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
+    (RadioOfGazebo, 36, more_loss_in_gazebo), (RadioOfGazebo, 36, more_noise_in_gazebo),
     (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
-    (Delays, 8, more_jitter), (Outage, 3, deafer_receivers),
+    (Delays, 8, more_jitter), (Outage, 1, deafer_receivers),
     (FallbackOfRates, 2, longer_symbols),
 ]
 

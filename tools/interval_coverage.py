@@ -19,7 +19,6 @@ from desim.statistics.knee import breakpoint_of
 from desim.statistics.sequential import Rule, coverage_of
 
 LIMIT = 1.2  # of exponential times with mean 1: stops 30 % of the runs
-LOADS = np.repeat(np.arange(1.0, 11.0), 10)
 
 Bounds = tuple[float | None, float | None]
 
@@ -63,9 +62,9 @@ def cases() -> Iterator[tuple[str, float, Callable[[int], Bounds]]]:
                lambda k, n=n: median_time(*stopped(k, n))[1:3])
         yield (f"restricted mean, {n} exponential times, 30 % censored", 1 - np.exp(-LIMIT),
                lambda k, n=n: restricted_mean(*stopped(k, n), LIMIT)[2:4])
-    for knee in (6.0, 6.3):
-        yield (f"knee at {knee}, 10 seeds at each load of 1 to 10", knee,
-               lambda k, at=knee: bend(k, at))
+    for knee, seeds in ((6.0, 10), (6.3, 10), (6.0, 1), (6.3, 1)):
+        yield (f"knee at {knee}, {seeds} runs at each load of 1 to 10", knee,
+               lambda k, at=knee, seeds=seeds: bend(k, at, seeds))
 
 
 def generator(number: int) -> np.random.Generator:
@@ -77,9 +76,11 @@ def stopped(number: int, n: int) -> tuple[np.ndarray, np.ndarray]:
     return np.minimum(times, LIMIT), times <= LIMIT
 
 
-def bend(number: int, at: float) -> Bounds:
-    metric = np.minimum(LOADS, at) + generator(number).normal(0.0, 0.5, len(LOADS))
-    return breakpoint_of(LOADS, metric, seed=number, resamples=499)[1:3]
+def bend(number: int, at: float, seeds: int) -> Bounds:
+    """Scatter grows with the runs, so that they know as much of the knee together."""
+    loads = np.repeat(np.arange(1.0, 11.0), seeds)
+    metric = np.minimum(loads, at) + generator(number).normal(0.0, 0.16 * seeds**0.5, len(loads))
+    return breakpoint_of(loads, metric, seed=number, resamples=499)[1:3]
 
 
 if __name__ == "__main__":

@@ -16,14 +16,19 @@ DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False
 def add_to(app: typer.Typer) -> None:
     """Make them commands of ``app``."""
     app.command()(sweep)
+    app.command()(report)
 
 
 def sweep(design: DesignPath,
           out: Annotated[Path | None, typer.Option(
               help="the campaign's folder (default: results/<name>)", show_default=False)] = None,
           jobs: Annotated[int | None, typer.Option(
-              min=1, help="worker processes (default: one for each core)",
-              show_default=False)] = None,
+              min=1, help="worker processes (default: one for each core), or jobs of a batch "
+                          "system", show_default=False)] = None,
+          cluster: Annotated[str | None, typer.Option(
+              metavar="local|slurm|pbs|ADDRESS|FILE", show_default=False,
+              help="run there, by Dask; ADDRESS: of a Dask scheduler, tcp://host:port; FILE: YAML "
+                   "about a cluster (docs/cluster.md)")] = None,
           only: Annotated[list[str], typer.Option(
               metavar="PARAMETER=LEVEL", help="a part of the vectors; can be given again")] = [],  # noqa: B006
           retry_failed: Annotated[bool, typer.Option(
@@ -40,15 +45,37 @@ def sweep(design: DesignPath,
         told = Told(quiet)
         with compiling(quiet):
             from desim.campaign import campaign
+            from desim.campaign.clustersettings import load_settings
             from desim.campaign.design import load_design
 
+            where = None if cluster is None else load_settings(cluster, jobs)
             plan = told.planned(load_design(design))
             chosen = campaign.selected(plan, tuple(only))
             metrics = campaign.Metrics(plan)
         folder = out or campaign.default_folder(plan.loaded)
+        if dry_run:
+            told.listed(campaign.foreseen(plan, metrics, folder, chosen, retry_failed))
+            return
         with campaign.Sweep(plan, metrics, folder, only=chosen,
                             retry_failed=retry_failed) as work:
-            if dry_run:
-                told.listed(work)
-            else:
-                told.carried_out(work, jobs)
+            told.carried_out(work, jobs, where)
+
+
+def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_default=False,
+                                                    help="a campaign's folder")],
+           design: Annotated[Path | None, typer.Option(
+               help="its design, for a folder that has no copy", show_default=False)] = None,
+           out: Annotated[Path | None, typer.Option(
+               help="folder for the report (default: CAMPAIGN/report)",
+               show_default=False)] = None,
+           quiet: Annotated[bool, typer.Option("--quiet",
+                                               help="print nothing but errors")] = False) -> None:
+    """Write the report of a campaign: a page, figures and tables."""
+    with exits():
+        from desim.campaign.design import read_design
+        from desim.campaign.stored import DESIGN
+        from desim.report.campaign.writing import write
+
+        page = write(campaign, read_design(str(design or campaign / DESIGN))[0], out)
+        if not quiet:
+            typer.echo(f"report: {page}")

@@ -121,15 +121,18 @@ class Rehearsal:
     def __init__(self, parts: Simulation, said: list[Talk], spread: bool, begin_ns: int,
                  end_ns: int) -> None:
         self._said, self._begin_ns, self._end_ns = said, begin_ns, end_ns
-        self._hosts = frozenset(host.name for host in parts.plan)
-        self._accounts: dict[str, Account] = {}
+        hosts = [host.name for host in parts.plan]
+        self._families: dict[str, Account] = {}
+        self._accounts: dict[str, Account] = {}  # by topic
         for talk in said:
-            self._account(talk.topic).talks.append(talk)
+            account = self._families.setdefault(family(talk.topic, frozenset(hosts)), Account())
+            account.talks.append(talk)
+            self._accounts[talk.topic] = account
         kernel, streams = Kernel(), Streams(parts.scenario.seed)
         place = Still(_positions(parts, streams, spread))
         place.obstacles = parts.world.obstacles()
-        self.graph = wired(parts.scenario, place, kernel, Trace(Names()), streams,
-                           [host.name for host in parts.plan], on_fate=self._settle)
+        self.graph = wired(parts.scenario, place, kernel, Trace(Names()), streams, hosts,
+                           on_fate=self._settle)
         for host in self.graph.hosts:
             host.software = self._nodes
 
@@ -146,19 +149,16 @@ class Rehearsal:
                  for medium, reading in zip(graph.media, before, strict=True)}
         graph.kernel.run(self._end_ns + self._begin_ns)
         return {name: account.measures(duration_ns)
-                for name, account in sorted(self._accounts.items())}, media
-
-    def _account(self, topic: str) -> Account:
-        return self._accounts.setdefault(family(topic, self._hosts), Account())
+                for name, account in sorted(self._families.items())}, media
 
     def _count_sent(self, sign: int) -> None:
-        for topic in self.graph.topics.values():
-            self._account(topic.name).sent += sign * topic.counts.intended
+        for topic, account in self._accounts.items():
+            account.sent += sign * self.graph.topic(topic).counts.intended
 
     def _settle(self, message: Message, receiver: int, time_ns: int, reason: str | None,
                 *_: int) -> None:
         if self._begin_ns < message.born_ns <= self._end_ns:
-            self._account(message.topic).settle(time_ns - message.born_ns, reason)
+            self._accounts[message.topic].settle(time_ns - message.born_ns, reason)
 
     def _nodes(self, host: Host) -> list[Node]:
         by_node: dict[str, list[Talk]] = {}

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 
 from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
+    TaskID,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
 
-from desim.campaign.campaign import Sweep
+from desim.campaign.agenda import Agenda
+from desim.campaign.campaign import INDEX, TABLE, Sweep, Workers
+from desim.campaign.clustersettings import Settings
 from desim.campaign.crew import Crew
 from desim.campaign.design import LoadedDesign
 from desim.campaign.plan import Plan
@@ -39,23 +44,35 @@ class Told:
             return Plan(loaded, lambda done, total: progress.update(
                 bar, completed=done, total=total, visible=total > _MANY))
 
-    def listed(self, sweep: Sweep) -> None:
-        """Every run that is not done yet."""
-        for vector, iteration, run_id in sweep.runs:
+    def listed(self, agenda: Agenda) -> None:
+        """Every run, and how it stands."""
+        for vector, iteration, run_id in agenda.runs:
             levels = ", ".join(f"{name}={level.label}" for name, level in vector.levels.items())
-            state = sweep.rows[run_id]["status"] if run_id in sweep.rows else "to run"
+            state = agenda.rows[run_id]["status"] if run_id in agenda.rows else "to run"
             self._console.print(f"{run_id}  {state:8}  {levels}, iteration {iteration}")
-        done, failed, total = sweep.progress
+        done, failed, total = agenda.progress
         self._console.print(f"{total} runs, {done} done, {failed} of them failed")
 
-    def carried_out(self, sweep: Sweep, jobs: int | None) -> None:
-        """Run the campaign on this machine."""
+    def carried_out(self, sweep: Sweep, jobs: int | None, cluster: Settings | None) -> None:
+        """Run the campaign on this machine, or on a cluster."""
+        if sweep.damaged:
+            self._console.print(f"{sweep.out / INDEX}: {sweep.damaged} lines could not be read; it "
+                                "was made again from the folders of the runs")
+        if sweep.others:
+            self._console.print(f"{sweep.out}: {sweep.others} runs of an earlier design, another "
+                                "scenario or another version of desim; they stay, but are not in "
+                                "the table")
         done, failed, total = sweep.progress
         jobs = min(jobs or _cores(), max(total - done, 1))
-        self._console.print(f"{total} runs, {done} done already; {jobs} at a time, in {sweep.out}")
-        with self._progress() as progress, Crew(jobs) as crew:
+        where = f"{jobs} at a time" if cluster is None else f"{cluster.where}"
+        self._console.print(f"{total} runs, {done} done already; {where}, in {sweep.out}")
+        with self._progress() as progress, ExitStack() as stack:
             bar = progress.add_task("runs", total=total, completed=done, failed=_failed(failed))
             lines = _Lines(self._console)
+            if cluster is None:
+                workers: Workers = stack.enter_context(Crew(jobs))
+            else:
+                workers = stack.enter_context(self._clustered(cluster, progress, bar))
 
             def heard(row: Row) -> None:
                 done, failed, total = sweep.progress
@@ -64,10 +81,25 @@ class Told:
                 if row["status"] == "failed":
                     progress.console.print(f"{row['run_id']} failed: {row['error']}")
 
-            sweep.run(crew, heard)
+            sweep.run(workers, heard)
         done, failed, total = sweep.progress
         self._console.print(f"{done} of {total} runs{_failed(failed)}; table: "
-                            f"{sweep.out / 'runs.parquet'}")
+                            f"{sweep.out / TABLE}")
+
+    @contextmanager
+    def _clustered(self, settings: Settings, progress: Progress, bar: TaskID) -> Iterator[Workers]:
+        """Dask is imported only here: few have it, and it takes its time."""
+        from desim.campaign.cluster import Cluster
+        from desim.campaign.schedulers import connected
+
+        def up(count: int) -> None:
+            text = f"{count} worker{'s' * (count != 1)} up"
+            progress.update(bar, description=f"runs, {text}")
+            if not self._console.is_terminal:
+                self._console.print(text)
+
+        with connected(settings, _cores()) as client:
+            yield Cluster(client, up)
 
     def _progress(self) -> Progress:
         return Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),

@@ -20,9 +20,8 @@ class Subt:
     its worlds; here it is ``wall_cost`` for each wall on the straight line. All else is as in
     ``gz_rfcomms``: log-normal power, errors of QPSK, capacity by epoch.
 
-    Left out: breadcrumbs (relays that robots drop), the later scaling of the distance by hops over
-    them (scaling_factor, range_per_hop), and SubT's 1000 steps of luck. A host without a place gets
-    and sends nothing.
+    Left out: breadcrumbs (relays that robots drop), and the later scaling of the distance by hops
+    over them (scaling_factor, range_per_hop). A host without a place gets and sends nothing.
     """
 
     class Params(RfParams):

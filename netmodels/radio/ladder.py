@@ -7,7 +7,8 @@ from typing import Any, Literal
 from pydantic import Field
 
 from netmodels.ideal import Ideal
-from netmodels.multihop import Multihop, as_fast
+from netmodels.multihop import Multihop
+from netmodels.multihop.choice import as_fast
 from netmodels.radio import Radio
 from netmodels.radio.clear import Clear
 

@@ -14,7 +14,8 @@ class RateControl(ports.Params):
     """Automatic rate fallback (Kamerman and Monteban 1997, "WaveLAN-II: a high-performance wireless
     LAN for the unlicensed band"): faster after acknowledgements in a row, or when the timer says
     that it is time to try; slower after failures in a row. The first attempt at a faster rate is a
-    probe: if it fails, back at once."""
+    probe: if it fails, back at once. A request to send (RTS) without an answer says nothing about
+    rates."""
 
     model: Literal["arf"] = Field("arf", description="(Kamerman and Monteban)")
     up_after: int = Field(10, ge=1, le=1000, description=(

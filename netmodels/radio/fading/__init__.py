@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 from pydantic import Field
-from scipy.stats import ncx2
+from scipy.special import chndtrix
 
 from desim import ports
 from desim.units import NS_PER_S, Decibels, Period, Speed
@@ -59,7 +59,7 @@ class Fading(ports.Params):
     def gains_db(self) -> np.ndarray:
         """[k] quantiles of equal chance, ascending: a mean over them is one over all blocks."""
         share = (np.arange(_QUANTILES) + 0.5) / _QUANTILES
-        return 10 * np.log10(ncx2.ppf(share, 2, 2 * self.steady) / (2 * self.steady + 2))
+        return 10 * np.log10(chndtrix(share, 2, 2 * self.steady) / (2 * self.steady + 2))
 
 
 class Fades:

@@ -33,14 +33,14 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     # Contention: from when on slots count (before that the medium has to be idle for DIFS or EIFS),
     # until when the medium is reserved, since when the present packet is ready to go. Until when
     # something should be heard of what an RTS has announced, and its reservation if it is.
-    ("since", "i8"), ("nav", "i8"), ("ready", "i8"), ("doubt", "i8"), ("announced", "i8"),
+    # ``occupied``: for how long the medium was busy; while it is, less the time when it became so.
+    ("since", "i8"), ("occupied", "i8"), ("nav", "i8"), ("ready", "i8"), ("doubt", "i8"),
+    ("announced", "i8"),
     # What is due next: of its contention (START, TIMEOUT), its transmission (DETECT, END), and the
     # answer that it owes.
     ("contention", "i8"), ("air", "i8"), ("answer", "i8"),
     # When its transmission has begun and will end.
     ("begun", "i8"), ("ends", "i8"),
-    # How long the medium was busy to it; while it is, less the time since 0 when it became so.
-    ("occupied", "i8"),
     # Counters: transmissions of data, failed ones (no reply), frames given up.
     ("transmitted", "i8"), ("failures", "i8"), ("dropped", "i8"),
     ("index", "i4"),  # its number
@@ -49,7 +49,7 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     # since it looks for preambles.
     ("signals", "i4"), ("lock", "i4"), ("strongest", "i4"),
     # Slots that are left; the window that they are drawn from; how many draws there were.
-    ("count", "i4"), ("window", "i4"), ("draws", "i4"),
+    ("count", "i4"), ("window", "i4"), ("draws", "i8"),
     # Its queue, a ring: the first frame's position, how many there are, how many packets of the
     # first are done.
     ("head", "i4"), ("length", "i4"), ("part", "i4"),
