@@ -12,6 +12,7 @@ from desim.ports.cases import Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Length, Period, airtime_ns
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
+from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
 from netmodels.multihop.batman import BatmanParams
@@ -19,7 +20,7 @@ from netmodels.multihop.static import StaticParams
 from netmodels.radio import Radio
 from netmodels.radio.delivery import delivery
 from netmodels.radio.rates import chosen_rates
-from netmodels.radio.standards import ETHERNET_BYTES, STANDARDS, psdu_bytes
+from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.tdma import Tdma
 
 RANGE, INTERFERENCE = 1.1, 2.1  # of a frame, in hops: of ideal and tdma

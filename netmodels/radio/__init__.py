@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from desim import ports
 from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
+from netmodels.ethernet import FULL_BYTES
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
 from netmodels.radio.dcf import (
@@ -24,7 +25,7 @@ from netmodels.radio.dcf import (
     Reception,
     Stations,
 )
-from netmodels.radio.delivery import FULL_BYTES, mean_delivery
+from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.errors import error_table
 from netmodels.radio.fading import Fades, Fading
 from netmodels.radio.pathloss import PathLossParams, reach_m

@@ -8,10 +8,11 @@ from functools import lru_cache
 import numpy as np
 
 from desim import ports
+from netmodels.ethernet import FULL_BYTES
 from netmodels.radio import Radio
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
-from netmodels.radio.delivery import FULL_BYTES, sensitivity_dbm
+from netmodels.radio.delivery import sensitivity_dbm
 from netmodels.radio.pathloss import reach_m
 from netmodels.radio.rates import chosen_rates
 from netmodels.radio.shadowing import Shadows

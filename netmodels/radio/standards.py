@@ -9,9 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from netmodels.ethernet import ETHERNET_BYTES
+
 MSDU_BYTES = 2304  # the most that one packet carries (9.2.4.7.1), LLC included
-ETHERNET_BYTES = 14 + 4  # header and check sequence of what the host sends
-LLC_BYTES = 8  # logical link control and SNAP, in their place
+LLC_BYTES = 8  # logical link control and SNAP, in the place of Ethernet's header
 MAC_BYTES = 24 + 4  # header and check sequence of 802.11
 ACK_BYTES = CTS_BYTES = 14
 RTS_BYTES = 20

@@ -8,7 +8,8 @@ from typing import Any
 
 from desim.ports.cases import Check, Flow, Play, Setup
 from desim.units import NS_PER_S
-from netmodels.radio.clear import FULL_BYTES, SHARE
+from netmodels.ethernet import FULL_BYTES
+from netmodels.radio.clear import SHARE
 from netmodels.radio.ladder import Ladder
 
 RADIOS: dict[str, dict[str, Any]] = {

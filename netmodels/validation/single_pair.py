@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from desim.ports.cases import Check, Flow, Play, Setup
 from desim.units import NS_PER_S
 from netmodels.cases.packets import UDP_IP_BYTES
+from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio import Radio
-from netmodels.radio.standards import ETHERNET_BYTES
 
 # Rate in Mb/s: m from sender to receiver to the share of transmissions that fail, in one run of 2 s
 # of ns-3 each (887 to 6106 of them). Beyond 51.46 m nothing is found.
