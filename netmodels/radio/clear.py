@@ -95,7 +95,7 @@ class Clear:
             self._walls.check(context.obstacles.materials)
         shadows = self._shadowing and Shadows(self._shadowing, hosts, context.stream)
         channels = channels_of(hosts, params.channel, params.channels,
-                               STANDARDS[params.standard].channels_apart)
+                               STANDARDS[params.standard])
         self._near = [
             Neighbours(Budget(params.power_dbm, params.path_loss.chosen(), self._walls, shadows,
                               level_dbm, level_dbm, channels), context, params.update_ns)
