@@ -91,7 +91,8 @@ class Presentation(Params):
     """What the report shows first; everything else is in its tables."""
 
     metrics: tuple[str, ...] = Field(("exploration_time_s",), min_length=1,
-                                     description="in this order")
+                                     description="in this order; *_delivered draws all of the "
+                                                 "design's own that match in one figure")
     against: str | None = Field(None, description=(
         "the parameter along the axis (null: the first with numbers)"))
     by: str | None = Field(None, description="the parameter that tells the lines apart (null: the "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import math
 import re
 import tempfile
@@ -103,7 +104,9 @@ class Metrics:
         if hasattr(design.iterations, "metric"):
             asked.append((("iterations", "metric"), design.iterations.metric))
         for path, name in asked:
-            if name not in self._numbers and not _COUNTED.fullmatch(name):
+            known = fnmatch.filter(self._numbers, name) if path[0] == "report" \
+                else name in self._numbers
+            if not known and not _COUNTED.fullmatch(name):
                 raise plan.loaded.wrong(path, f"no run has a number {name!r}"
                                         f"{did_you_mean(name, self._numbers)}; allowed: "
                                         f"{', '.join(self._numbers)}")

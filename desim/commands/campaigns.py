@@ -16,6 +16,7 @@ DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False
 def add_to(app: typer.Typer) -> None:
     """Make them commands of ``app``."""
     app.command()(sweep)
+    app.command()(report)
 
 
 def sweep(design: DesignPath,
@@ -58,3 +59,23 @@ def sweep(design: DesignPath,
         with campaign.Sweep(plan, metrics, folder, only=chosen,
                             retry_failed=retry_failed) as work:
             told.carried_out(work, jobs, where)
+
+
+def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_default=False,
+                                                    help="a campaign's folder")],
+           design: Annotated[Path | None, typer.Option(
+               help="its design, for a folder that has no copy", show_default=False)] = None,
+           out: Annotated[Path | None, typer.Option(
+               help="folder for the report (default: CAMPAIGN/report)",
+               show_default=False)] = None,
+           quiet: Annotated[bool, typer.Option("--quiet",
+                                               help="print nothing but errors")] = False) -> None:
+    """Write the report of a campaign: a page, figures and tables."""
+    with exits():
+        from desim.campaign.design import read_design
+        from desim.campaign.stored import DESIGN
+        from desim.report.campaign.writing import write
+
+        page = write(campaign, read_design(str(design or campaign / DESIGN))[0], out)
+        if not quiet:
+            typer.echo(f"report: {page}")
