@@ -64,9 +64,9 @@ def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
 def source(scenario: Scenario) -> str:
     """A hash of the Python source of desim (but for what has no part in a run) and of the packages
     that the scenario's plug-ins come from: during development the version stays the same."""
-    modules = {plugins.load(kind, name).__module__ for kind, name in _chosen(scenario)}
+    chosen = {plugins.load(kind, name).__module__ for kind, name in _chosen(scenario)}
     digest = hashlib.sha256()
-    for file in _files(tuple(sorted(modules))):
+    for file in _files(tuple(sorted(chosen))):
         facts = os.stat(file)
         digest.update(_hash(file, facts.st_mtime_ns, facts.st_size))
     return digest.hexdigest()[:12]
