@@ -54,7 +54,7 @@ def sweep(design: DesignPath,
             metrics = campaign.Metrics(plan)
         folder = out or campaign.default_folder(plan.loaded)
         if dry_run:
-            told.listed(campaign.foreseen(plan, metrics, folder, chosen, retry_failed))
+            told.listed(plan, campaign.foreseen(plan, metrics, folder, chosen, retry_failed), jobs)
             return
         with campaign.Sweep(plan, metrics, folder, only=chosen,
                             retry_failed=retry_failed) as work:
