@@ -160,6 +160,7 @@ def test_the_command(design):
     (["--rate", "0 b/s"], "--rate: '0 b/s' must be above zero"),
     (["--model", "swich"], "swich"),
     (["--model", "bus"], "--model bus.propagation: "),
+    (["--model", "radio", "--rate", "54 Mb/s", "--image", "5 MB"], "the network loses every part"),
 ])
 def test_wrong_options(design, words, says):
     told = CliRunner().invoke(app, ["deploy", str(design), *words])
