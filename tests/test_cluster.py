@@ -5,6 +5,8 @@ from __future__ import annotations
 import fcntl
 import importlib.util
 import os
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -32,9 +34,10 @@ parameters:
   robots: {{key: fleet.size, values: [1, 2]}}
 iterations: 2
 """
-# A metric that kills the process in which it is worked out: the first time, or every time.
+# Metrics that kill the process in which they are worked out: the first time, or every time; and one
+# that presses Ctrl-C, if that is a worker's.
 DEADLY = """
-import os, signal
+import multiprocessing, os, signal, threading
 
 def once(run):
     try:
@@ -45,6 +48,12 @@ def once(run):
 
 def always(run):
     os.kill(os.getpid(), signal.SIGKILL)
+
+def interrupting(run):
+    if multiprocessing.parent_process() is not None:
+        os.killpg(0, signal.SIGINT)
+        threading.Event().wait()
+    return 1.0
 """
 
 
@@ -150,6 +159,21 @@ def test_what_a_killed_campaign_still_writes_is_waited_for(plan, folder):
 
 
 @needs_dask
+def test_ctrl_c_ends_everybody(repository, folder):
+    Path("design.yaml").write_text(DESIGN.format(base=repository / "scenarios" / "hello.yaml") +
+                                   "metrics: {pressed: 'deadly:interrupting'}\n")
+    command = [sys.executable, "-m", "desim.cli", "sweep", "design.yaml", "--cluster", "local",
+               "--jobs", "1"]
+    with subprocess.Popen(command, start_new_session=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True) as sweep:
+        said, complained = sweep.communicate(timeout=120)
+    assert (sweep.returncode, complained) == (130, "interrupted\n")
+    assert "1 worker up" in said
+    with pytest.raises(ProcessLookupError):  # nobody is left who has its pipes or its group
+        os.killpg(sweep.pid, 0)
+
+
+@needs_dask
 def test_nobody_answers(folder):
     from desim.campaign.schedulers import connected
 
@@ -206,12 +230,12 @@ def test_jobs_in_the_words_of_dask_jobqueue():
 
     assert _keywords(Queue(kind="slurm", cores=4, walltime="90 min", queue="main")) == {
         "cores": 4, "processes": 4, "memory": "8 GB", "walltime": "01:30:00", "queue": "main",
-        "scheduler_options": {"dashboard_address": None}}
+        "scheduler_options": {"dashboard_address": ":0"}}
     assert _keywords(Queue(kind="pbs", memory="500 MB", prologue=["module load python"],
                            resources="nodes=1:ppn=1")) == {
         "cores": 1, "processes": 1, "memory": "500000000 B", "resource_spec": "nodes=1:ppn=1",
         "job_script_prologue": ["module load python"],
-        "scheduler_options": {"dashboard_address": None}}
+        "scheduler_options": {"dashboard_address": ":0"}}
 
 
 # Deaths come last: they leave the cluster with workers that have yet to import everything.

@@ -36,6 +36,7 @@ class Cluster:
         self._done: SimpleQueue[Future] = SimpleQueue()
         self._tasks: dict[Future, Task] = {}
         self._count = -1
+        self._unseen = 0  # runs that have ended since workers were counted
         self._look()
 
     @property
@@ -57,16 +58,20 @@ class Cluster:
     def finished(self) -> list[tuple[Task, Row | Exception]]:
         """Wait for a while until something is done, and return it: rows, or what makes all further
         work pointless. Nothing is done where workers came meanwhile."""
-        done: list[Future] = []
         try:
-            done.append(self._done.get(timeout=_LOOK_S))
-            while True:
-                done.append(self._done.get_nowait())
+            done = [self._done.get(timeout=_LOOK_S)]
         except Empty:
+            self._look()
+            return []
+        while not self._done.empty():
+            done.append(self._done.get())
+        self._unseen += len(done)
+        if self._unseen >= self._count:  # each worker has done something since: often enough
             self._look()
         return [(task := self._tasks.pop(future), _outcome(task, future)) for future in done]
 
     def _look(self) -> None:
+        self._unseen = 0
         try:
             count = len(self._client.nthreads())
         except OSError as gone:
