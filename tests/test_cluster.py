@@ -7,7 +7,6 @@ import importlib.util
 import os
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import pytest
@@ -138,24 +137,29 @@ def test_a_worker_with_other_versions_runs_nothing(plan, folder, client):
 
 
 @needs_dask
-def test_what_a_killed_campaign_still_writes_is_waited_for(plan, folder):
-    from desim.campaign.cluster import carried_out
+def test_what_a_killed_campaign_still_writes_is_waited_for(plan, folder, monkeypatch):
+    from desim.campaign import cluster
 
     run = task(plan, folder)
-    row = carried_out(run, os.getcwd())
+    row = cluster.carried_out(run, os.getcwd())
     finished = Path("runs", "hello", run.run_id)
     written_ns = finished.stat().st_mtime_ns
     orphan = finished.with_name(f"{run.run_id}.partial")
     orphan.mkdir()
-    lock = os.open(orphan / ".lock", os.O_CREAT | os.O_RDWR)
-    fcntl.flock(lock, fcntl.LOCK_EX)
-    rows = []
-    waiting = threading.Thread(target=lambda: rows.append(carried_out(run, os.getcwd())))
-    waiting.start()
-    os.close(lock)  # the orphan has finished
-    waiting.join()
-    assert rows == [row]
+    held = os.open(orphan / ".lock", os.O_CREAT | os.O_RDWR)
+    fcntl.flock(held, fcntl.LOCK_EX)
+    flock = fcntl.flock
+
+    def waiting(lock, operation):
+        if operation == fcntl.LOCK_EX:
+            os.close(held)  # while one waits, the orphan finishes
+        flock(lock, operation)
+
+    monkeypatch.setattr(cluster.fcntl, "flock", waiting)
+    assert cluster.carried_out(run, os.getcwd()) == row
     assert finished.stat().st_mtime_ns == written_ns  # it was not run again
+    assert cluster.carried_out(run, os.getcwd())["digest"] == row["digest"]
+    assert finished.stat().st_mtime_ns > written_ns  # nobody held the lock: it was
 
 
 @needs_dask
