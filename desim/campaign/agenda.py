@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from desim.campaign.design import Until
 from desim.campaign.plan import Plan, Vector
 from desim.campaign.quantities import quantity
 from desim.campaign.work import Row
+from desim.experiment.results import FAILED
+
+if TYPE_CHECKING:  # scipy.stats is slow to import, and few designs need it
+    from desim.statistics.sequential import Rule
 
 Rows = dict[str, Row]
 Value = Callable[[Row], Any]
@@ -20,59 +23,96 @@ class Agenda:
     its next iteration when those before it are known and do not suffice: what is run does not
     depend on how many work.
 
-    ``rows`` are those of the runs that are done, and grows from outside; ``value`` gives a row's
-    value of the metric that is to be known well enough.
+    ``rows`` are those of the runs that are done, ``add`` tells of another one; ``value`` gives a
+    row's value of the metric that is to be known well enough. ``runs`` are all that belong to the
+    campaign as far as that is known: vector, iteration, id.
     """
 
     def __init__(self, plan: Plan, rows: Rows, only: tuple[str, ...] = (),
                  value: Value | None = None) -> None:
-        self._plan, self._rows, self._value = plan, rows, value
-        self._begun: set[str] = set()
+        self.rows = rows
+        self.runs: list[tuple[Vector, int, str]] = []
+        self._plan, self._value = plan, value
+        self._next = 0  # in runs
+        self._vectors_of: dict[str, list[Vector]] = {}  # two may ask for one and the same run
+        self._done = self._failed = 0
         vectors = [vector for vector in plan.vectors if _matches(vector, only)]
-        self._left = deque((vector, iteration) for iteration in range(plan.least_iterations)
-                           for vector in vectors)
-        self._vectors = vectors
-        self._count = dict.fromkeys((vector.number for vector in vectors), plan.least_iterations)
+        self._ids: dict[int, list[str]] = {vector.number: [] for vector in vectors}
+        for iteration in range(plan.least_iterations):
+            for vector in vectors:
+                self._append(vector, iteration)
+        rule = plan.design.iterations
+        self._until = rule_of(rule) if isinstance(rule, Until) else None
+        self._to_judge = vectors if self._until else []
+        self._extend()
 
     @property
-    def runs(self) -> list[tuple[Vector, int, str]]:
-        """Every run that belongs to the campaign as far as that is known: vector, iteration, id."""
-        return [(vector, iteration, self._plan.run_id(vector, iteration))
-                for vector in self._vectors for iteration in range(self._count[vector.number])]
+    def progress(self) -> tuple[int, int, int]:
+        """Runs that are done, those that failed among them, and all as far as that is known; a run
+        that two vectors ask for is one."""
+        return self._done, self._failed, len(self._vectors_of)
+
+    def __contains__(self, run_id: str) -> bool:
+        """Whether the run belongs to the campaign."""
+        return run_id in self._vectors_of
 
     def next(self) -> tuple[Vector, int, str] | None:
         """A run to begin with now; None if there is none, yet or at all."""
-        while self._left or self._extend():
-            vector, iteration = self._left.popleft()
-            run_id = self._plan.run_id(vector, iteration)
-            if run_id not in self._rows and run_id not in self._begun:
-                self._begun.add(run_id)
+        while self._next < len(self.runs):
+            vector, iteration, run_id = self.runs[self._next]
+            self._next += 1
+            first = self._vectors_of[run_id][0] is vector
+            if first and run_id not in self.rows:
                 return vector, iteration, run_id
         return None
 
-    def _extend(self) -> bool:
-        """Another iteration of each vector that is not known well enough; whether there are any."""
-        rule = self._plan.design.iterations
-        if isinstance(rule, Until):
-            for vector in self._vectors:
-                count = self._count[vector.number]
-                if count < rule.at_most and self._lacks(vector, count, rule):
-                    self._left.append((vector, count))
-                    self._count[vector.number] = count + 1
-        return bool(self._left)
+    def add(self, row: Row) -> None:
+        """A run has come to an end."""
+        self.rows[row["run_id"]] = row
+        self._count(row)
+        if self._until:
+            self._to_judge += self._vectors_of[row["run_id"]]
+            self._extend()
 
-    def _lacks(self, vector: Vector, count: int, rule: Until) -> bool:
+    def _append(self, vector: Vector, iteration: int) -> None:
+        run_id = self._plan.run_id(vector, iteration)
+        self.runs.append((vector, iteration, run_id))
+        self._ids[vector.number].append(run_id)
+        vectors = self._vectors_of.setdefault(run_id, [])
+        vectors.append(vector)
+        if len(vectors) == 1 and run_id in self.rows:
+            self._count(self.rows[run_id])
+
+    def _count(self, row: Row) -> None:
+        self._done += 1
+        self._failed += row["status"] == FAILED
+
+    def _extend(self) -> None:
+        """More iterations of each vector that is not known well enough."""
+        while self._to_judge:
+            vector = self._to_judge.pop(0)
+            ids = self._ids[vector.number]
+            while all(run_id in self.rows for run_id in ids) and self._lacks(ids):
+                self._append(vector, len(ids))
+
+    def _lacks(self, ids: list[str]) -> bool:
         from desim.statistics.sequential import enough
 
-        ids = [self._plan.run_id(vector, iteration) for iteration in range(count)]
-        if not all(run_id in self._rows for run_id in ids):
+        if len(ids) >= self._until.at_most:
             return False
-        values = [self._value(self._rows[run_id]) for run_id in ids]
-        width = quantity(rule.width)
+        values = [self._value(self.rows[run_id]) for run_id in ids]
         known = [float(value) for value in values if value is not None]
-        return not enough(known, float(width.number) / (100 if width.unit == "%" else 1),
-                          relative=width.unit == "%", at_least=rule.at_least,
-                          at_most=rule.at_most)
+        return not enough(known, *self._until)
+
+
+def rule_of(until: Until) -> Rule:
+    """When a vector's iterations suffice; the rule's width is that of half the interval."""
+    from desim.statistics.sequential import Rule
+
+    width = quantity(until.width)
+    relative = width.unit == "%"
+    return Rule(float(width.number) / (200 if relative else 2), relative, until.at_least,
+                until.at_most)
 
 
 def _matches(vector: Vector, only: tuple[str, ...]) -> bool:
@@ -82,4 +122,3 @@ def _matches(vector: Vector, only: tuple[str, ...]) -> bool:
         name, _, label = text.partition("=")
         wanted.setdefault(name.strip(), set()).add(label.strip())
     return all(vector.levels[name].label in labels for name, labels in wanted.items())
-

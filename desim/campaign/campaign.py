@@ -15,15 +15,18 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from desim import api
-from desim.campaign.agenda import Agenda
+from desim.campaign.agenda import Agenda, Rows
 from desim.campaign.design import LoadedDesign
-from desim.campaign.index import Index
+from desim.campaign.index import Index, read
 from desim.campaign.metrics import Metrics
 from desim.campaign.plan import Plan, Vector
+from desim.campaign.stored import refuse_another, store
 from desim.campaign.table import write_table
 from desim.campaign.work import Row, Task, folder_of, row_of
 from desim.errors import InputError, did_you_mean
 from desim.experiment.results import FAILED
+
+INDEX, TABLE = "index.jsonl", "runs.parquet"
 
 
 class Workers(Protocol):
@@ -42,7 +45,7 @@ class Workers(Protocol):
 class Sweep:
     """One campaign being run in ``out``. Use it as a context: nobody else may run it meanwhile.
 
-    ``total`` and ``rows`` tell how far it is. Raises ``InputError`` where the folder cannot be
+    ``progress`` and ``rows`` tell how far it is. Raises ``InputError`` where the folder cannot be
     written, or another process runs the campaign.
     """
 
@@ -60,13 +63,11 @@ class Sweep:
                 fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 raise InputError(f"{self.out}: another process is running this campaign") from None
-            self._index = Index(self.out / "index.jsonl")
-            self._index.recover(self._present(), self._read)
-        self.rows = self._index.rows
-        if self._retry_failed:
-            self.rows = {run_id: row for run_id, row in self.rows.items()
-                         if row["status"] != FAILED}
-        self._agenda = Agenda(self.plan, self.rows, self._only, self._value)
+            store(self.plan.loaded, self.out)
+            self._index = Index(self.out / INDEX)
+            self._index.recover(self._present(), self._read, self.metrics.functions)
+        self._agenda = _agenda(self.plan, self.metrics, self._index.rows, self._only,
+                               self._retry_failed)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -81,9 +82,23 @@ class Sweep:
     @property
     def progress(self) -> tuple[int, int, int]:
         """Runs that are done, those that failed among them, and all as far as that is known."""
-        runs = dict.fromkeys(run_id for _, _, run_id in self._agenda.runs)
-        rows = [self.rows[run_id] for run_id in runs if run_id in self.rows]
-        return len(rows), sum(row["status"] == FAILED for row in rows), len(runs)
+        return self._agenda.progress
+
+    @property
+    def rows(self) -> Rows:
+        """By run id, of the runs that are done."""
+        return self._agenda.rows
+
+    @property
+    def damaged(self) -> int:
+        """Lines of the index that could not be read; it was made again from the runs' folders."""
+        return self._index.damaged
+
+    @property
+    def others(self) -> int:
+        """Runs in the folder that do not belong to the campaign: they are of an earlier design, of
+        another scenario or another version of desim."""
+        return 0 if self._only else sum(run_id not in self._agenda for run_id in self._index.rows)
 
     def run(self, workers: Workers, heard: Callable[[Row], Any] = lambda row: None) -> None:
         """Run what is missing; ``heard`` is told of each run that ends. The table is written at
@@ -101,7 +116,7 @@ class Sweep:
                     heard(outcome)
         finally:
             with _writing(self.out):
-                write_table(self.out / "runs.parquet", self.plan, self.metrics, self.rows,
+                write_table(self.out / TABLE, self.plan, self.metrics, self.rows,
                             self._agenda.runs)
 
     def _next(self) -> Task | None:
@@ -115,10 +130,7 @@ class Sweep:
     def _add(self, row: Row) -> None:
         with _writing(self.out):
             self._index.add(row)
-        self.rows[row["run_id"]] = row
-
-    def _value(self, row: Row) -> Any:
-        return self.metrics.value(self.plan.design.iterations.metric, row)
+        self._agenda.add(row)
 
     @property
     def _runs(self) -> Path:
@@ -144,6 +156,25 @@ def _writing(out: Path) -> Any:
     except OSError as error:
         raise InputError(f"cannot write to {out}: {error.strerror or error}; what is finished "
                          "stays, and the same command goes on from there") from error
+
+
+def foreseen(plan: Plan, metrics: Metrics, out: Path, only: tuple[str, ...] = (),
+             retry_failed: bool = False) -> Agenda:
+    """What a sweep would do now; nothing is written. Raises ``InputError`` as a sweep does."""
+    refuse_another(plan.loaded, out)
+    try:
+        rows = read(out / INDEX)[0]
+    except OSError as error:
+        raise InputError(f"cannot read {out / INDEX}: {error.strerror or error}") from error
+    return _agenda(plan, metrics, rows, only, retry_failed)
+
+
+def _agenda(plan: Plan, metrics: Metrics, rows: Rows, only: tuple[str, ...],
+            retry_failed: bool) -> Agenda:
+    if retry_failed:
+        rows = {run_id: row for run_id, row in rows.items() if row["status"] != FAILED}
+    return Agenda(plan, rows, only,
+                  lambda row: metrics.value(plan.design.iterations.metric, row))
 
 
 def selected(plan: Plan, only: tuple[str, ...]) -> tuple[str, ...]:

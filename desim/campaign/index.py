@@ -6,38 +6,34 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 from desim.campaign.work import Row
+from desim.experiment.results import FAILED, FINISHED
+
+_FINISHED_HAS = {"digest", "cost", "metrics", "functions"}
 
 
 class Index:
     """``rows`` by run id; of several lines of one run the last one holds.
 
-    A line that was cut off (the process was killed, the disk was full) is taken away; ``damaged``
-    tells whether others could not be read.
+    A line at the end that was cut off (the process was killed, the disk was full) is taken away;
+    ``damaged`` is the number of other lines that cannot be read: ``recover`` then writes the file
+    anew. Raises ``OSError``.
     """
 
     def __init__(self, path: Path) -> None:
-        self.rows: dict[str, Row] = {}
-        self.damaged = False
-        text = path.read_bytes() if path.exists() else b""
-        *lines, rest = text.split(b"\n")
-        for line in lines:
-            row = _read(line)
-            if row is None:
-                self.damaged = True
-            else:
-                self.rows[row["run_id"]] = row
-        if rest:
-            os.truncate(path, len(text) - len(rest))
+        self._path = path
+        self.rows, self.damaged, rest_bytes = read(path)
         # Unbuffered: a line is in the file, whole, or not at all, when add returns.
         self._file = open(path, "ab", buffering=0)  # noqa: SIM115
+        if rest_bytes:
+            os.truncate(path, path.stat().st_size - rest_bytes)
 
     def add(self, row: Row) -> None:
         """Remember a run. Raises ``OSError``; the line is then not there."""
-        line = json.dumps(row, allow_nan=False).encode() + b"\n"
+        line = _line(row)
         end = self._file.seek(0, os.SEEK_END)
         try:
             if self._file.write(line) != len(line):
@@ -47,25 +43,78 @@ class Index:
             raise
         self.rows[row["run_id"]] = row
 
-    def recover(self, present: set[str], read: Callable[[str], Row | None]) -> None:
-        """Bring it in line with the folders that are ``present``: forget runs whose folder is gone
-        and take in those that it has not heard of."""
+    def recover(self, present: Collection[str], again: Callable[[str], Row | None],
+                functions: tuple[str, ...] = ()) -> None:
+        """Bring it in line with the folders of runs that are ``present``: forget runs whose folder
+        is gone, and read ``again`` those that it has not heard of, that it holds for failed, or of
+        which it lacks one of the ``functions``."""
         for run_id in [run_id for run_id, row in self.rows.items()
-                       if run_id not in present and row["status"] == "finished"]:
+                       if run_id not in present and row["status"] == FINISHED]:
             del self.rows[run_id]
-        for run_id in sorted(present - self.rows.keys()):
-            row = read(run_id)
-            if row is not None:
+        if self.damaged:
+            self._rewrite()
+        for run_id in sorted(present):
+            if self._is_current(run_id, functions):
+                continue
+            row = again(run_id)
+            if row is not None and row != self.rows.get(run_id):
                 self.add(row)
+            elif row is None:
+                self.rows.pop(run_id, None)
 
     def close(self) -> None:
         """No more lines."""
         self._file.close()
 
+    def _is_current(self, run_id: str, functions: tuple[str, ...]) -> bool:
+        row = self.rows.get(run_id)
+        return (row is not None and row["status"] == FINISHED
+                and all(name in row["functions"] for name in functions))
 
-def _read(line: bytes) -> Row | None:
+    def _rewrite(self) -> None:
+        """The lines that could be read, in a file that takes the damaged one's place at once."""
+        beside = self._path.with_name(f".{self._path.name}.new")
+        with open(beside, "wb") as file:
+            file.writelines(map(_line, self.rows.values()))
+        os.replace(beside, self._path)
+        self._file.close()
+        self._file = open(self._path, "ab", buffering=0)  # noqa: SIM115
+
+
+def read(path: Path) -> tuple[dict[str, Row], int, int]:
+    """The rows of an index by run id (none where there is no file), how many of its lines cannot be
+    read, and how many bytes of its last line are there if that was cut off. Raises ``OSError``."""
+    text = path.read_bytes() if path.exists() else b""
+    *lines, rest = text.split(b"\n")
+    rows: dict[str, Row] = {}
+    damaged = 0
+    names: dict[tuple[str, ...], tuple[str, ...]] = {}
+    for line in lines:
+        row = _row(line)
+        if row is None:
+            damaged += 1
+            continue
+        if "metrics" in row:  # thousands of rows share one set of names
+            own = tuple(row["metrics"])
+            row["metrics"] = dict(zip(names.setdefault(own, own), row["metrics"].values(),
+                                      strict=True))
+        rows[row["run_id"]] = row
+    return rows, damaged, len(rest)
+
+
+def _line(row: Row) -> bytes:
+    return json.dumps(row, allow_nan=False).encode() + b"\n"
+
+
+def _row(line: bytes) -> Row | None:
+    """What a line says; None for what is no row."""
     try:
         row = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
-    return row if isinstance(row, dict) and {"run_id", "status"} <= row.keys() else None
+    if not (isinstance(row, dict) and isinstance(row.get("run_id"), str)):
+        return None
+    whole = (row.get("status") == FAILED and "error" in row
+             or row.get("status") == FINISHED and row.keys() >= _FINISHED_HAS
+             and isinstance(row["metrics"], dict) and isinstance(row["functions"], dict))
+    return row if whole else None

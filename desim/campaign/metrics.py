@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import fnmatch
+import math
 import re
 import tempfile
 from collections.abc import Callable
@@ -10,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from desim import api, plugins
+from desim.campaign.columns import refuse_twins
 from desim.campaign.plan import Plan
 from desim.campaign.work import Row, flat
 from desim.errors import InputError, did_you_mean
@@ -17,6 +20,7 @@ from desim.scenario import expression
 
 # A rehearsal is long enough for everything to be measured once, and too short to be felt.
 _REHEARSAL_NS = 10_000_000
+_MOST_REHEARSALS = 8
 # Which reasons there are shows only in a run: what did not happen happened 0 times.
 _COUNTED = re.compile(r"messages_dropped_\w+")
 _FUNCTION = re.compile(r"(.*/)?[A-Za-z_][\w.]*:[A-Za-z_]\w*")
@@ -35,7 +39,9 @@ class Metrics:
         run, self.names = None, ()
         with tempfile.TemporaryDirectory() as folder:
             run = _rehearsed(plan, folder)
-            self.names = tuple(flat(run.metrics))
+            found = flat(run.metrics)
+            self.names = tuple(found)
+            self._words = {name for name, value in found.items() if isinstance(value, str)}
             self._own: dict[str, Callable[[Row], float | None]] = {}
             self.functions: tuple[str, ...] = ()
             for name, text in loaded.design.metrics.items():
@@ -45,10 +51,7 @@ class Metrics:
                 except InputError as error:
                     raise loaded.wrong(("metrics", name), str(error)) from None
         self.names = (*self.names, *self._own)
-        for name in plan.parameters:
-            if name in self.names:
-                raise loaded.wrong(("parameters", name), "is the name of a metric, too; choose "
-                                                         "another one")
+        refuse_twins(plan, self.names)
         self._refuse_unknown(plan)
 
     def of(self, row: Row) -> dict[str, Any]:
@@ -68,12 +71,12 @@ class Metrics:
         if _FUNCTION.fullmatch(text):
             return self._function(plugins.beside(text, folder), run)
         counted = [found for found in _COUNTED.findall(text) if found not in self.names]
-        compiled = expression.compile(text, (*self.names, *counted))
+        compiled = expression.compile(text, (*self._numbers, *counted))
 
         def evaluate(row: Row) -> float | None:
             try:
                 value = compiled.evaluate(dict.fromkeys(counted, 0) | row["metrics"])
-            except TypeError:  # of a metric that this run has not, or of a word
+            except TypeError:  # of a metric that this run has not
                 return None
             return None if value is None else float(value)
 
@@ -91,16 +94,22 @@ class Metrics:
         self.functions += (path,)
         return lambda row: row["functions"].get(path)
 
+    @property
+    def _numbers(self) -> list[str]:
+        return [name for name in self.names if name not in self._words]
+
     def _refuse_unknown(self, plan: Plan) -> None:
         design = plan.design
         asked = [(("report", "metrics", i), name) for i, name in enumerate(design.report.metrics)]
         if hasattr(design.iterations, "metric"):
             asked.append((("iterations", "metric"), design.iterations.metric))
         for path, name in asked:
-            if name not in self.names and not _COUNTED.fullmatch(name):
-                raise plan.loaded.wrong(path, f"no run has a metric {name!r}"
-                                        f"{did_you_mean(name, self.names)}; allowed: "
-                                        f"{', '.join(self.names)}")
+            known = fnmatch.filter(self._numbers, name) if path[0] == "report" \
+                else name in self._numbers
+            if not known and not _COUNTED.fullmatch(name):
+                raise plan.loaded.wrong(path, f"no run has a number {name!r}"
+                                        f"{did_you_mean(name, self._numbers)}; allowed: "
+                                        f"{', '.join(self._numbers)}")
         for key in ("against", "by"):
             name = getattr(design.report, key)
             if name is not None and name not in plan.parameters:
@@ -110,7 +119,22 @@ class Metrics:
 
 
 def _rehearsed(plan: Plan, folder: str) -> api.Run:
-    loaded = plan.scenario(plan.vectors[0], 0)
-    stop = loaded.scenario.stop.model_copy(update={"elapsed_ns": _REHEARSAL_NS})
-    return api.run(replace(loaded, scenario=loaded.scenario.model_copy(update={"stop": stop})),
-                   out=Path(folder))
+    """A run of the first vector that can be run, of some that are spread over the design. Raises
+    ``InputError`` with what is wrong with the first if there is none."""
+    wrong: list[InputError] = []
+    for vector in plan.vectors[::math.ceil(len(plan.vectors) / _MOST_REHEARSALS)]:
+        loaded = plan.scenario(vector, 0)
+        stop = loaded.scenario.stop.model_copy(update={"elapsed_ns": _REHEARSAL_NS})
+        try:
+            return api.run(replace(loaded, scenario=loaded.scenario.model_copy(
+                update={"stop": stop})), out=Path(folder))
+        except InputError as error:
+            wrong.append(error)
+        except Exception as error:  # of a model or a plug-in
+            wrong.append(plan.loaded.wrong(("base",), "a run fails at once: "
+                                           f"{type(error).__name__}: {_first_line(error)}"))
+    raise wrong[0]
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).partition("\n")[0]

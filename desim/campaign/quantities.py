@@ -22,6 +22,8 @@ _TOLD_IN = ((units.DURATION, "s", "_s"), (units.BIT_RATE, "b/s", "_bps"),
             (units.FREQUENCY, "Hz", "_hz"), (units.LEVEL, "dBm", "_dbm"),
             (units.DECIBELS, "dB", "_db"))
 _PERCENT = "%"
+# Of the names of columns, to the unit that their numbers are told in.
+SUFFIXES = {"": "", **{suffix: unit for _, unit, suffix in _TOLD_IN}}
 
 
 class Quantity(NamedTuple):

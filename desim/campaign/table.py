@@ -14,11 +14,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from desim.campaign.agenda import Rows
+from desim.campaign.columns import labelled
 from desim.campaign.metrics import Metrics
 from desim.campaign.plan import Plan, Vector
-from desim.campaign.quantities import as_numbers
-
-FIXED = ("run_id", "vector", "iteration", "seed", "status", "error", "digest")
 
 
 def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
@@ -33,7 +31,8 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
         "seed": [plan.seed(vector, iteration) for vector, iteration, _ in made],
         **{name: [rows[run_id].get(name) for _, _, run_id in made]
            for name in ("status", "error", "digest")},
-        **_parameters(plan, [vector for vector, _, _ in made])}
+        **{column: [of[vector.levels[name].label] for vector, _, _ in made]
+           for name in plan.parameters for column, of in labelled(plan, name).items()}}
     found = [metrics.of(rows[run_id]) if rows[run_id]["status"] == "finished" else {}
              for _, _, run_id in made]
     names = dict.fromkeys((*metrics.names, *sorted(
@@ -42,27 +41,12 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
         columns[name] = [values.get(name) for values in found]
     table = pa.table({name: _column(values) for name, values in columns.items()})
     beside = path.with_name(f".{path.name}.new")
-    pq.write_table(table, beside, compression="zstd")
-    os.replace(beside, path)
-
-
-def _parameters(plan: Plan, vectors: list[Vector]) -> dict[str, list[Any]]:
-    """A column of numbers where all levels are bare numbers; else one of words, and beside it, in
-    one unit, the numbers that these are (``bandwidth``, ``bandwidth_bps``)."""
-    out: dict[str, list[Any]] = {}
-    for name in plan.parameters:
-        words = [vector.levels[name].label for vector in vectors]
-        values = {vector.levels[name].label: vector.levels[name].value for vector in plan.vectors}
-        numbers = as_numbers(list(values.values()))
-        if numbers is None:
-            out[name] = words
-            continue
-        suffix, scaled = numbers
-        of = dict(zip(values, scaled, strict=True))
-        if suffix:
-            out[name] = words
-        out[name + suffix] = [of[word] for word in words]
-    return out
+    try:
+        pq.write_table(table, beside, compression="zstd")
+        os.replace(beside, path)
+    except OSError:
+        beside.unlink(missing_ok=True)
+        raise
 
 
 def _column(values: list[Any]) -> pa.Array:

@@ -6,6 +6,8 @@ A run that fails is a result: its row says why.
 from __future__ import annotations
 
 import gc
+import math
+import traceback
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -42,24 +44,25 @@ def work(task: Task) -> Row:
         if isinstance(error.__cause__, OSError):
             raise Unwritable(*error.args) from error
         return failure(task.run_id, str(error))
-    except Exception as error:  # whatever a model or a plug-in does
-        return failure(task.run_id, f"{type(error).__name__}: {error}")
+    except Exception:  # whatever a model or a plug-in does
+        return failure(task.run_id, traceback.format_exc())
     finally:
         gc.collect()  # a run's arrays hang in circles
     return row_of(run, task.functions)
 
 
 def failure(run_id: str, error: str) -> Row:
-    """The row of a run that came to nothing."""
-    return {"run_id": run_id, "status": FAILED, "error": error}
+    """The row of a run that came to nothing; of a traceback the last line remains."""
+    lines = error.strip().splitlines()
+    return {"run_id": run_id, "status": FAILED,
+            "error": lines[-1] if error.startswith("Traceback") else "; ".join(lines)}
 
 
 def row_of(run: api.Run, functions: tuple[str, ...]) -> Row:
     """The row of a run's folder."""
     manifest = run.manifest
     if manifest["status"] != FINISHED:
-        lines = str(manifest.get("error", "")).strip().splitlines()
-        return failure(manifest["run_id"], lines[-1] if lines else manifest["status"])
+        return failure(manifest["run_id"], str(manifest.get("error") or manifest["status"]))
     return {"run_id": manifest["run_id"], "status": FINISHED, "digest": manifest["digest"],
             "cost": {name: manifest[name] for name in _COSTS},
             "metrics": flat(run.metrics),
@@ -81,10 +84,10 @@ def flat(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def evaluated(name: str, run: api.Run) -> float | None:
-    """A metric that is a function of a run; None where it says so or fails."""
+    """A metric that is a function of a run; None where it says so, is not finite, or fails."""
     try:
         value = plugins.imported("function", name)(run)
-        return None if value is None else float(value)
+        return None if value is None or not math.isfinite(value) else float(value)
     except Exception:  # one run without a metric; the rehearsal has shown the function to work
         return None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import select
 import sys
@@ -16,14 +17,16 @@ def main(descriptor: int) -> None:
     from desim.campaign.work import Unwritable, work
 
     while True:
+        gc.freeze()  # modules stay: looking through them for garbage takes longer than a small run
         try:
             task = connection.recv()
         except EOFError:
             return
         try:
-            connection.send(work(task))
+            outcome = work(task)
         except Unwritable as error:
-            connection.send(error)
+            outcome = error
+        connection.send(outcome)
 
 
 def _leave_with_parent(descriptor: int) -> None:

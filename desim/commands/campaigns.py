@@ -16,7 +16,7 @@ DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False
 def add_to(app: typer.Typer) -> None:
     """Make them commands of ``app``."""
     app.command()(sweep)
-    app.command()(deploy)
+    app.command()(report)
 
 
 def sweep(design: DesignPath,
@@ -53,44 +53,29 @@ def sweep(design: DesignPath,
             chosen = campaign.selected(plan, tuple(only))
             metrics = campaign.Metrics(plan)
         folder = out or campaign.default_folder(plan.loaded)
+        if dry_run:
+            told.listed(campaign.foreseen(plan, metrics, folder, chosen, retry_failed))
+            return
         with campaign.Sweep(plan, metrics, folder, only=chosen,
                             retry_failed=retry_failed) as work:
-            if dry_run:
-                told.listed(work)
-            else:
-                told.carried_out(work, jobs, where)
+            told.carried_out(work, jobs, where)
 
 
-def deploy(design: DesignPath,
-           robots_per_node: Annotated[int | None, typer.Option(
-               min=1, help="virtual machines on a node (default: the scenario's "
-                           "testbed.robots_per_node)", show_default=False)] = None,
-           image: Annotated[str, typer.Option(
-               metavar="SIZE", help="of a virtual machine's image")] = "4 GB",
-           model: Annotated[str, typer.Option(help="a network plug-in, of the cluster's LAN")] = (
-               "switch"),
-           rate: Annotated[str, typer.Option(help="of the LAN's links")] = "1 Gb/s",
-           as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
-           ) -> None:
-    """Plan the paper's cluster for a design: nodes, which robots are on which, how the image of
-    their virtual machines gets there, and what the runs would take in real time."""
+def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_default=False,
+                                                    help="a campaign's folder")],
+           design: Annotated[Path | None, typer.Option(
+               help="its design, for a folder that has no copy", show_default=False)] = None,
+           out: Annotated[Path | None, typer.Option(
+               help="folder for the report (default: CAMPAIGN/report)",
+               show_default=False)] = None,
+           quiet: Annotated[bool, typer.Option("--quiet",
+                                               help="print nothing but errors")] = False) -> None:
+    """Write the report of a campaign: a page, figures and tables."""
     with exits():
-        from desim import options
-        from desim.report.sweeping import Told
+        from desim.campaign.design import read_design
+        from desim.campaign.stored import DESIGN
+        from desim.report.campaign.writing import write
 
-        with compiling(as_json):
-            from desim.campaign.design import load_design
-            from desim.report import deploying
-
-            words = [f"--image={image}", f"--model={model}", f"--rate={rate}"]
-            if robots_per_node is not None:
-                words.append(f"--robots-per-node={robots_per_node}")
-            cluster = options.parsed(words, deploying.Cluster)
-            plan = Told(as_json).planned(load_design(design))
-        deployment = deploying.planned(plan, cluster)
-        if as_json:
-            import json
-
-            typer.echo(json.dumps(deployment, indent=2))
-            return
-        deploying.show(deployment)
+        page = write(campaign, read_design(str(design or campaign / DESIGN))[0], out)
+        if not quiet:
+            typer.echo(f"report: {page}")

@@ -18,7 +18,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from desim.campaign.campaign import Sweep, Workers
+from desim.campaign.agenda import Agenda
+from desim.campaign.campaign import INDEX, TABLE, Sweep, Workers
 from desim.campaign.clustersettings import Settings
 from desim.campaign.crew import Crew
 from desim.campaign.design import LoadedDesign
@@ -43,17 +44,24 @@ class Told:
             return Plan(loaded, lambda done, total: progress.update(
                 bar, completed=done, total=total, visible=total > _MANY))
 
-    def listed(self, sweep: Sweep) -> None:
-        """Every run that is not done yet."""
-        for vector, iteration, run_id in sweep.runs:
+    def listed(self, agenda: Agenda) -> None:
+        """Every run, and how it stands."""
+        for vector, iteration, run_id in agenda.runs:
             levels = ", ".join(f"{name}={level.label}" for name, level in vector.levels.items())
-            state = sweep.rows[run_id]["status"] if run_id in sweep.rows else "to run"
+            state = agenda.rows[run_id]["status"] if run_id in agenda.rows else "to run"
             self._console.print(f"{run_id}  {state:8}  {levels}, iteration {iteration}")
-        done, failed, total = sweep.progress
+        done, failed, total = agenda.progress
         self._console.print(f"{total} runs, {done} done, {failed} of them failed")
 
     def carried_out(self, sweep: Sweep, jobs: int | None, cluster: Settings | None) -> None:
         """Run the campaign on this machine, or on a cluster."""
+        if sweep.damaged:
+            self._console.print(f"{sweep.out / INDEX}: {sweep.damaged} lines could not be read; it "
+                                "was made again from the folders of the runs")
+        if sweep.others:
+            self._console.print(f"{sweep.out}: {sweep.others} runs of an earlier design, another "
+                                "scenario or another version of desim; they stay, but are not in "
+                                "the table")
         done, failed, total = sweep.progress
         jobs = min(jobs or _cores(), max(total - done, 1))
         where = f"{jobs} at a time" if cluster is None else f"{cluster.where}"
@@ -76,7 +84,7 @@ class Told:
             sweep.run(workers, heard)
         done, failed, total = sweep.progress
         self._console.print(f"{done} of {total} runs{_failed(failed)}; table: "
-                            f"{sweep.out / 'runs.parquet'}")
+                            f"{sweep.out / TABLE}")
 
     @contextmanager
     def _clustered(self, settings: Settings, progress: Progress, bar: TaskID) -> Iterator[Workers]:

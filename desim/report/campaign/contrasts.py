@@ -1,0 +1,90 @@
+"""Which settings differ: run by run under common random numbers, corrected for their number."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.report.campaign.estimates import Estimates
+from desim.report.campaign.study import Axis, Study, Vector
+from desim.statistics.comparisons import Paired, holm, paired
+
+MOST = 1000  # comparisons of a metric
+_ALL_PAIRS = 6  # up to so many levels each is compared with each, else with the next one
+
+
+class Contrast(NamedTuple):
+    """``first`` compared with ``second``, two levels of ``axis``, all else ``where``. ``p`` is that
+    of the t test after Holm's correction over the comparisons of the metric; None where nothing
+    could be tested."""
+
+    axis: str
+    where: str
+    first: str
+    second: str
+    paired: Paired
+    p: float | None
+
+
+def contrasts(study: Study, estimates: Estimates, metric: str) -> list[Contrast]:
+    """The comparisons of a metric: the lines at each value of the axis, and neighbouring values
+    (all, of few) where the axis has no numbers or there is only one line. None without common
+    random numbers, or where no two runs share a seed."""
+    if not study.is_paired or study.is_sampled or study.against is None:
+        return []
+    made = []
+    for axis, one, other in _pairs(study):
+        first, second = (_by_iteration(study, estimates, metric, vector)
+                         for vector in (one, other))
+        shared = sorted(first.keys() & second.keys())
+        if len(shared) > 1:
+            rest = [each for each in study.axes.values() if each is not axis]
+            made.append(Contrast(
+                axis.name, study.label(one, *rest) if rest else "",
+                axis.labels[one.levels[axis.name]], axis.labels[other.levels[axis.name]],
+                paired([first[k] for k in shared], [second[k] for k in shared]), None))
+        if len(made) == MOST:
+            break
+    tested = [i for i, one in enumerate(made) if one.paired.t_p is not None]
+    for i, p in zip(tested, holm([made[i].paired.t_p for i in tested]), strict=True):
+        made[i] = made[i]._replace(p=float(p))
+    return made
+
+
+def _by_iteration(study: Study, estimates: Estimates, metric: str, vector: Vector,
+                  ) -> dict[int, float]:
+    """Times count up to the limit."""
+    found = estimates.of(metric, vector)
+    return dict(zip(study.iterations[found.rows].tolist(), found.values.tolist(), strict=True))
+
+
+def _pairs(study: Study) -> Iterator[tuple[Axis, Vector, Vector]]:
+    against, by = study.against, study.by
+    if by is not None and len(by.labels) > 1:
+        yield from _along(study, by)
+    if by is None or len(by.labels) == 1 or against.numbers is None:
+        yield from _along(study, against)
+
+
+def _along(study: Study, axis: Axis) -> Iterator[tuple[Axis, Vector, Vector]]:
+    """Pairs of vectors that differ in the level of ``axis`` alone."""
+    alike: dict[tuple[int, ...], list[Vector]] = defaultdict(list)
+    for vector in study.vectors:
+        alike[tuple(level for name, level in vector.levels.items() if name != axis.name)].append(
+            vector)
+    for key in sorted(alike):
+        group = sorted(alike[key], key=lambda vector: vector.levels[axis.name])
+        few = len(group) <= _ALL_PAIRS and (axis.numbers is None or axis is study.by)
+        for one, other in combinations(group, 2) if few else zip(group, group[1:], strict=False):
+            if one.levels[axis.name] != other.levels[axis.name]:
+                yield axis, one, other
+
+
+def strongest(found: list[Contrast]) -> list[Contrast]:
+    """Those that are significant at 5 % after the correction, the largest effect first."""
+    clear = [one for one in found if one.p is not None and one.p < 0.05]
+    return sorted(clear, key=lambda one: -abs(one.paired.cohen_dz or np.inf))

@@ -1,0 +1,115 @@
+"""What a metric comes to in each vector: means with intervals, and times with their censored runs.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.report.campaign.study import TIMES, Study, Vector
+from desim.statistics import censoring
+from desim.statistics.intervals import BOOTSTRAP_FROM, RESAMPLES, Interval, interval, t_interval
+
+# Drawing so many values takes about ten seconds; what needs more gets fewer resamples, or t.
+_MOST_DRAWS = 400_000_000
+_FEWEST_RESAMPLES = 999
+
+
+class Times(NamedTuple):
+    """What else is said of times: the paper's mean of the successes, and the median."""
+
+    successes: Interval
+    median: censoring.Median
+    limit: float
+
+
+class Estimate(NamedTuple):
+    """Of one metric in one vector: its ``mean`` (restricted to the limit, for times) with its 95 %
+    interval; None is what does not exist.
+
+    ``values`` [n] are those of the runs that have the metric, up to the limit for times, and
+    ``rows`` [n] where they stand in the table. Of ``runs`` so many ``reached`` the aim and so many
+    ``failed``.
+    """
+
+    mean: float | None
+    low: float | None
+    high: float | None
+    method: str
+    values: np.ndarray
+    rows: np.ndarray
+    runs: int
+    reached: int
+    failed: int
+    times: Times | None
+
+    @property
+    def n(self) -> int:
+        return len(self.values)
+
+
+class Estimates:
+    """Of all vectors of a study. ``resamples`` of a bootstrap; 0 where t stands in for it, for a
+    campaign too large."""
+
+    def __init__(self, study: Study) -> None:
+        self._study = study
+        self.limit, self.ends = cache(self._limit), cache(self._ends)
+        self._known: dict[tuple[str, int], Estimate] = {}
+        draws = sum(len(vector.rows) for vector in study.vectors
+                    if len(vector.rows) >= BOOTSTRAP_FROM) * len(study.design.report.metrics)
+        fits = min(_MOST_DRAWS // max(draws, 1), RESAMPLES)
+        self.resamples = fits if fits >= _FEWEST_RESAMPLES else 0
+
+    def of(self, metric: str, vector: Vector) -> Estimate:
+        """The estimate; worked out once."""
+        key = metric, vector.number
+        if key not in self._known:
+            self._known[key] = self._made(metric, vector)
+        return self._known[key]
+
+    def _limit(self, metric: str) -> float | None:
+        """Up to which instant all vectors were watched, which is the time limit of the design;
+        None for what is no time, or where no run ended."""
+        if metric not in TIMES:
+            return None
+        ends, reached = self.ends(metric), ~np.isnan(self._study.column(metric))
+        watched = []
+        for vector in self._study.vectors:
+            rows = vector.rows[~self._study.failed[vector.rows]]
+            if (~reached[rows]).any():
+                watched.append(ends[rows].max())
+        finished = ends[~self._study.failed]
+        return float(min(watched) if watched else finished.max()) if len(finished) else None
+
+    def _made(self, metric: str, vector: Vector) -> Estimate:
+        study, rows = self._study, vector.rows
+        failed = study.failed[rows]
+        counts = len(rows), int(study.reached[rows].sum()), int(failed.sum())
+        if metric in TIMES:
+            return self._time(metric, rows[~failed], counts)
+        column = study.column(metric)[rows]
+        there = np.isfinite(column)
+        found = self._interval(column[there])
+        return Estimate(found.mean, found.low, found.high, found.method, column[there],
+                        rows[there], *counts, None)
+
+    def _interval(self, values: np.ndarray) -> Interval:
+        return interval(values, resamples=self.resamples) if self.resamples else t_interval(values)
+
+    def _time(self, metric: str, rows: np.ndarray, counts: tuple[int, int, int]) -> Estimate:
+        if not len(rows):
+            return Estimate(None, None, None, "none", np.zeros(0), rows, *counts, None)
+        limit = self.limit(metric)
+        ends, reached = self.ends(metric)[rows], ~np.isnan(self._study.column(metric)[rows])
+        mean = censoring.restricted_mean(ends, reached, limit)
+        times = Times(self._interval(ends[reached]), censoring.median_time(ends, reached), limit)
+        return Estimate(mean.mean, mean.low, mean.high, "restricted", np.minimum(ends, limit), rows,
+                        *counts, times)
+
+    def _ends(self, metric: str) -> np.ndarray:
+        """[runs] the instant, or that at which the run was stopped before it."""
+        instants = self._study.column(metric)
+        return np.where(np.isnan(instants), self._study.column("simulated_s"), instants)

@@ -1,0 +1,201 @@
+"""A metric against the parameter: a line a setting, its intervals, and every run as a dot."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
+
+from desim.report.campaign import wording
+from desim.report.campaign.estimates import Estimate, Estimates
+from desim.report.campaign.knees import Bend
+from desim.report.campaign.lines import Line, Panel
+from desim.report.campaign.study import Axis, Study
+from desim.report.campaign.style import INK, WIDTH_IN, colour, marker
+
+_MOST_DOTS = 800  # in a figure
+_LABELLED = 14  # up to so many levels each has its name at the axis
+_SMALL, _LARGE = 10.0, 62.0  # area of symbols [pt^2], for no success and for the most
+_WIDE_RANGE = 50.0  # largest over smallest value of a metric with a logarithmic scale
+
+
+def metric_figure(study: Study, estimates: Estimates, metric: str, panels: list[Panel],
+                  bends: list[Bend]) -> Figure:
+    """The figure of a metric."""
+    figure, all_axes = paneled(len(panels))
+    painter = _Painter(study, estimates, metric, panels)
+    for axes, panel in zip(all_axes, panels, strict=True):
+        for place, line in enumerate(panel.lines):
+            painter.line(axes, line, (place + 0.5) / len(panel.lines) - 0.5)
+        for bend in bends:
+            if bend.knee and any(bend.line is line for line in panel.lines):
+                axes.axvspan(bend.knee.low, bend.knee.high, color=colour(bend.line.style),
+                             alpha=0.13, linewidth=0)
+                axes.axvline(bend.knee.at, color=colour(bend.line.style), linewidth=1.0,
+                             linestyle=(0, (5, 2)))
+        painter.axis(axes, panel.title)
+    finish(figure, all_axes, panels, wording.titled(metric), painter.keys(bool(
+        [bend for bend in bends if bend.knee])))
+    return figure
+
+
+def paneled(count: int) -> tuple[Figure, list[Axes]]:
+    """A figure of ``count`` panels with one vertical axis, beside one another and below."""
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    size = (WIDTH_IN, 4.1 if count == 1 else 2.9 * rows + 0.5)
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    for spare in axes[count:]:
+        spare.remove()
+    for above in axes[max(count - columns, 0):count]:  # what has none below
+        above.xaxis.set_tick_params(labelbottom=True)
+    return figure, list(axes[:count])
+
+
+def finish(figure: Figure, all_axes: list[Axes], panels: list[Panel], title: str,
+           more: list[Line2D]) -> None:
+    """The name of the metric, and one legend for all panels."""
+    for axes in all_axes[::2]:
+        axes.set_ylabel(title)
+    lines = {line.label: line for panel in panels for line in panel.lines if line.label}
+    keys = [Line2D([], [], color=colour(line.style), marker=marker(line.style), markersize=5,
+                   label=label) for label, line in lines.items()] + more
+    if keys:
+        figure.legend(handles=keys, loc="outside upper left", ncols=min(len(keys), 3),
+                      columnspacing=1.4, handlelength=1.8)
+
+
+class _Painter:
+    """Draws the lines of one metric, with one scale of symbols for all."""
+
+    def __init__(self, study: Study, estimates: Estimates, metric: str, panels: list[Panel],
+                 ) -> None:
+        self._study, self._estimates, self._metric = study, estimates, metric
+        self._axis: Axis | None = study.against
+        vectors = [vector for panel in panels for line in panel.lines for vector in line.vectors]
+        found = [estimates.of(metric, vector) for vector in vectors]
+        self._successes = {one.reached for one in found}
+        self._most = max(self._successes, default=0)
+        self._every = max(1, sum(one.n for one in found) // _MOST_DOTS)
+        censored = any(one.times and one.times.successes.n < one.n for one in found)
+        self._limit = estimates.limit(metric) if censored else None
+        values = np.concatenate([one.values for one in found] or [np.zeros(0)])
+        # Shares are read on a linear scale.
+        self._log = bool(len(values) and values.min() > 0 and values.max() > 1
+                         and values.max() / values.min() > _WIDE_RANGE)
+        self._span = _span(values, self._log)
+
+    def line(self, axes: Axes, line: Line, place: float) -> None:
+        """``place`` in [-0.5, 0.5]: where it stands among the others, so that intervals at one
+        value do not lie upon each other."""
+        found = [self._estimates.of(self._metric, vector) for vector in line.vectors]
+        x = self._places(line, place)
+        shade, symbol = colour(line.style), marker(line.style)
+        self._dots(axes, x, found, shade)
+        means = np.array([np.nan if one.mean is None else one.mean for one in found])
+        if self._axis is not None and self._axis.numbers is not None:
+            axes.plot(x, means, color=shade, linewidth=1.4, zorder=3)
+        for at, one in zip(x, found, strict=True):
+            if one.low is not None:
+                axes.plot([at, at], [one.low, one.high], color=shade, linewidth=1.3, zorder=3,
+                          solid_capstyle="butt", marker="_", markersize=5)
+        sizes = [self._area(one.reached) for one in found]
+        faces = [shade if one.reached else "none" for one in found]
+        axes.scatter(x, means, sizes, marker=symbol, facecolors=faces, edgecolors=shade,
+                     linewidths=1.1, zorder=4)
+        if self._limit is not None:
+            successes = np.array([np.nan if one.times is None or one.times.successes.mean is None
+                                  else one.times.successes.mean for one in found])
+            axes.plot(x, successes, color=shade, linewidth=0.9, linestyle=":", marker="x",
+                      markersize=4, zorder=2)
+
+    def axis(self, axes: Axes, title: str) -> None:
+        """The axes of a panel."""
+        axis = self._axis
+        if title:
+            axes.set_title(title)
+        if self._limit is not None:
+            axes.axhline(self._limit, color=INK, linewidth=0.8, linestyle="--", alpha=0.6)
+        if self._log:
+            axes.set_yscale("log")
+        low, high = axes.get_ylim()
+        axes.set_ylim(max(low, self._span[0]), min(high, self._span[1]))
+        along(axes, axis)
+
+    def keys(self, with_knee: bool) -> list[Line2D]:
+        """What the legend says beside the lines."""
+        out = []
+        if len(self._successes) > 1:
+            for count in sorted({max(min(self._successes), 1), self._most}):
+                out.append(Line2D([], [], color=INK, linestyle="none", marker="o", label=(
+                    f"{wording.counted(count, 'run')} reached the aim"),
+                    markersize=self._area(count)**0.5))
+            if 0 in self._successes:
+                out.append(Line2D([], [], color=INK, linestyle="none", marker="o",
+                                  markerfacecolor="none", markersize=_SMALL**0.5,
+                                  label="none did"))
+        if self._limit is not None:
+            out.append(Line2D([], [], color=INK, linestyle=":", marker="x", markersize=4,
+                              label="mean of the successes alone"))
+            out.append(Line2D([], [], color=INK, linestyle="--", alpha=0.6,
+                              label=f"time limit, {wording.number(self._limit)} s"))
+        if with_knee:
+            out.append(Line2D([], [], color=INK, linestyle=(0, (5, 2)), linewidth=1.0,
+                              label="knee, with its interval"))
+        return out
+
+    def _places(self, line: Line, place: float) -> np.ndarray:
+        axis = self._axis
+        if axis is None:
+            return np.zeros(len(line.vectors))
+        at = np.array([vector.levels[axis.name] for vector in line.vectors])
+        if axis.numbers is None:
+            return at + 0.5 * place
+        x = axis.numbers[at]
+        if axis.log:
+            return x * (axis.numbers[-1] / axis.numbers[0]) ** (0.012 * place)
+        return x + 0.012 * place * np.ptp(axis.numbers)
+
+    def _dots(self, axes: Axes, x: np.ndarray, found: list[Estimate], shade: str) -> None:
+        at = np.concatenate([np.full(one.n, where) for where, one in zip(x, found, strict=True)])
+        y = np.concatenate([one.values for one in found])
+        late = np.zeros(len(y), bool) if self._limit is None else y >= self._limit
+        shown = np.arange(len(y)) % self._every == 0
+        for which, symbol in ((shown & ~late, "o"), (shown & late, "^")):
+            axes.scatter(at[which], y[which], 9, marker=symbol, color=shade, alpha=0.35,
+                         linewidths=0, zorder=2)
+
+    def _area(self, successes: int) -> float:
+        return _SMALL + (_LARGE - _SMALL) * successes / max(self._most, 1)
+
+
+def _span(values: np.ndarray, log: bool) -> tuple[float, float]:
+    """As far as an axis goes at most: intervals of very few runs may be many times as wide as all
+    of these lie apart."""
+    if not len(values):
+        return -np.inf, np.inf
+    if log:
+        return values.min() / 4.0, values.max() * 4.0
+    apart = np.ptp(values) or abs(values[0]) or 1.0
+    return values.min() - 0.4 * apart, values.max() + 0.4 * apart
+
+
+def along(axes: Axes, axis: Axis | None) -> None:
+    """The horizontal axis of a parameter."""
+    if axis is None:
+        axes.set_xticks([])
+        return
+    axes.set_xlabel(axis.name if len(axis.labels) <= _LABELLED else axis.title)
+    if axis.log:
+        axes.set_xscale("log")
+    if len(axis.labels) <= _LABELLED:  # all of them at the axis
+        axes.set_xticks(range(len(axis.labels)) if axis.numbers is None else axis.numbers,
+                        axis.labels)
+        if axis.log:
+            axes.xaxis.set_minor_locator(NullLocator())
+        if sum(map(len, axis.labels)) > 45:
+            for label in axes.get_xticklabels():
+                label.set(rotation=35, ha="right", rotation_mode="anchor")

@@ -1,0 +1,149 @@
+"""Metrics that belong together in one figure: which of them gives in first?
+
+``report.metrics`` names them by a pattern, ``"*_delivered"``: of the design's own metrics all that
+match, of the others where none of its own does.
+"""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from desim.report.campaign import figures, wording
+from desim.report.campaign.estimates import Estimates
+from desim.report.campaign.knees import ONSET, Onset, bend, onset
+from desim.report.campaign.lines import Line, Panel
+from desim.report.campaign.study import Study
+from desim.report.campaign.style import colour, marker
+from desim.report.campaign.tables import Cell, Table
+
+
+class Group(NamedTuple):
+    """``metrics`` of one ``pattern``."""
+
+    pattern: str
+    metrics: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """For files and anchors."""
+        return "group_" + "".join(letter for letter in self.pattern if letter not in "*?[]")
+
+    @property
+    def common(self) -> str:
+        """What the names share, as a title."""
+        return wording.titled(self.pattern.replace("*", " ").strip(" _"))
+
+    def of(self, metric: str) -> str:
+        """What tells a metric from the others."""
+        before, _, after = self.pattern.partition("*")
+        return metric.removeprefix(before).removesuffix(after).replace("_", " ") or metric
+
+
+def presented(study: Study) -> tuple[list[str], list[Group]]:
+    """The metrics that have a figure each, and the groups. What no run has is left out."""
+    own = [name for name in study.design.metrics if name in study.metrics]
+    single, groups = [], []
+    for asked in study.design.report.metrics:
+        if asked in study.metrics:
+            single.append(asked)
+        elif "*" in asked:
+            found = [name for names in (own, study.metrics) for name in names
+                     if fnmatchcase(name, asked)]
+            mine = [name for name in found if name in own] or found
+            if mine:
+                groups.append(Group(asked, tuple(dict.fromkeys(mine))))
+    return single, groups
+
+
+def group_figure(study: Study, estimates: Estimates, group: Group, panels: list[Panel]) -> Figure:
+    """A panel for each line of the metrics' own figures, in it a line for each metric."""
+    drawn = [Panel(", ".join(filter(None, [panel.title, line.label])), [line])
+             for panel in panels for line in panel.lines][:12]
+    figure, all_axes = figures.paneled(len(drawn))
+    axis = study.against
+    for axes, panel in zip(all_axes, drawn, strict=True):
+        line = panel.lines[0]
+        at = np.array([vector.levels[axis.name] for vector in line.vectors])
+        x = at if axis.numbers is None else axis.numbers[at]
+        for i, metric in enumerate(group.metrics):
+            found = [estimates.of(metric, vector) for vector in line.vectors]
+            mean, low, high = np.array([[one.mean, one.low, one.high] for one in found], float).T
+            axes.plot(x, mean, color=colour(i), marker=marker(i), markersize=4.5, linewidth=1.4,
+                      linestyle="-" if axis.numbers is not None else "none")
+            axes.fill_between(x, low, high, color=colour(i), alpha=0.18, linewidth=0)
+        axes.set_title(panel.title)
+        figures.along(axes, axis)
+    keys = [Line2D([], [], color=colour(i), marker=marker(i), markersize=5, label=group.of(metric))
+            for i, metric in enumerate(group.metrics)]
+    figures.finish(figure, all_axes, [], group.common, keys)
+    return figure
+
+
+def order_of_onset(study: Study, estimates: Estimates, group: Group, panels: list[Panel],
+                   ) -> tuple[Table, list[str]]:
+    """Who falls under 95 % of its best first, as a table and in words, line by line."""
+    rows, sentences = [], []
+    for panel in panels:
+        for line in panel.lines:
+            told = _Told(study, estimates, group, line,
+                         ", ".join(filter(None, [panel.title, line.label])))
+            rows += [told.row(metric) for metric in told.onsets]
+            sentences += told.sentence()
+    head = ["line", "metric", "best mean", "at", f"under {100 * ONSET:.0f} % of it from", "knee",
+            "95 % interval"]
+    table = Table(group.name, f"{group.common}: where each gives in, on the way from its best to "
+                  "the worse end.", head, rows, head, rows)
+    return table, sentences
+
+
+class _Told:
+    """What is said of one line; ``onsets`` by metric, of those that its runs have."""
+
+    def __init__(self, study: Study, estimates: Estimates, group: Group, line: Line, place: str,
+                 ) -> None:
+        self._study, self._estimates, self._group = study, estimates, group
+        self._line, self._place = line, place
+        found = {metric: onset(estimates, metric, line) for metric in group.metrics}
+        self.onsets: dict[str, Onset] = {metric: one for metric, one in found.items() if one}
+
+    def row(self, metric: str) -> list[Cell]:
+        one, axis = self.onsets[metric], self._study.against
+        mean = self._estimates.of(metric, self._line.vectors[one.best]).mean
+        row = [self._place or "all", self._group.of(metric), mean, self._label(one.best),
+               "nowhere" if one.at is None else self._label(one.at)]
+        knee = None if axis.numbers is None else bend(
+            self._study, self._estimates, metric, self._line).knee
+        if knee is None:
+            return [*row, "none", ""]
+        at, low, high = (wording.quantity(value, axis.unit) for value in knee[:3])
+        return [*row, at, f"{low} to {high}"]
+
+    def sentence(self) -> list[str]:
+        """Nothing where there is nothing to compare."""
+        if len(self.onsets) < 2:
+            return []
+        prefix = f"{self._place}: " if self._place else ""
+        falling = {metric: one for metric, one in self.onsets.items() if one.at is not None}
+        if not falling:
+            names = [self._group.of(metric) for metric in self.onsets]
+            return [f"{prefix}none of {wording.listed(names)} gives in."]
+        order = sorted(falling, key=lambda metric: falling[metric].sign * falling[metric].at)
+        first = [metric for metric in order if falling[metric].at == falling[order[0]].at]
+        rest = [self._falls(metric) for metric in order if metric not in first]
+        return [f"{prefix}{wording.listed([self._falls(metric) for metric in first])} "
+                f"{'gives' if len(first) == 1 else 'give'} in first"
+                f"{', then ' + wording.listed(rest) if rest else ''}."]
+
+    def _falls(self, metric: str) -> str:
+        at = self.onsets[metric].at
+        mean = self._estimates.of(metric, self._line.vectors[at]).mean
+        return f"{self._group.of(metric)} (at {self._label(at)}, mean {wording.number(mean, 3)})"
+
+    def _label(self, i: int) -> str:
+        axis = self._study.against
+        return axis.labels[self._line.vectors[i].levels[axis.name]]

@@ -1,0 +1,81 @@
+"""How vectors become panels and lines of a figure."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import NamedTuple, TypeVar
+
+from desim.report.campaign.study import Study, Vector
+
+# What a figure holds; what is left out is said, and stands in the tables.
+MOST_PANELS = 12
+_MOST_LINES = 12
+_MOST_POINTS = 200  # of a line
+_MOST_VECTORS = 1500
+
+
+class Line(NamedTuple):
+    """``vectors`` in the order of the axis, ``style`` the place of its colour and symbol."""
+
+    label: str
+    style: int
+    vectors: list[Vector]
+
+
+class Panel(NamedTuple):
+    """Of a figure: ``title`` says the levels of the parameters that are neither along the axis nor
+    tell lines apart."""
+
+    title: str
+    lines: list[Line]
+
+
+def panels(study: Study) -> list[Panel]:
+    """All panels with all lines, in the order of the levels."""
+    against, by = study.against, study.by
+    if against is None:
+        return [Panel("", [Line("", 0, study.vectors)])]
+    found: dict[tuple[int, ...], dict[int, list[Vector]]] = defaultdict(lambda: defaultdict(list))
+    for vector in study.vectors:
+        of = tuple(vector.levels[axis.name] for axis in study.others)
+        found[of][vector.levels[by.name] if by else 0].append(vector)
+    made = []
+    for of in sorted(found):
+        lines = [Line(f"{by.name} = {by.labels[level]}" if by and len(by.labels) > 1 else "",
+                      level, sorted(vectors, key=lambda one: one.levels[against.name]))
+                 for level, vectors in sorted(found[of].items())]
+        title = ", ".join(f"{axis.name} = {axis.labels[level]}"
+                          for axis, level in zip(study.others, of, strict=True))
+        made.append(Panel(title, lines))
+    return made
+
+
+T = TypeVar("T")
+
+
+def chosen(found: list[Panel]) -> list[Panel]:
+    """As much of them as a figure holds: the first panels, of each some lines, of each line some
+    points, evenly."""
+    some = found[:MOST_PANELS]
+    longest = max(len(line.vectors) for panel in some for line in panel.lines)
+    room = _MOST_VECTORS // (len(some) * min(longest, _MOST_POINTS))
+    return [Panel(panel.title, [
+        Line(line.label, line.style, _evenly(line.vectors, _MOST_POINTS))
+        for line in _evenly(panel.lines, min(max(room, 1), _MOST_LINES))]) for panel in some]
+
+
+def left_out(found: list[Panel], drawn: list[Panel]) -> str:
+    """What of all panels is not among those drawn, in words; empty if nothing."""
+    before, after = ([len(panels), sum(len(panel.lines) for panel in panels),
+                      sum(len(line.vectors) for panel in panels for line in panel.lines)]
+                     for panels in (found, drawn))
+    parts = [f"{few} of {many} {what}" for few, many, what in
+             zip(after, before, ("panels", "lines", "vectors"), strict=True) if few < many]
+    return f"Drawn: {', '.join(parts)}; the tables have all. " if parts else ""
+
+
+def _evenly(items: Sequence[T], most: int) -> list[T]:
+    if len(items) <= most:
+        return list(items)
+    return [items[round(i * (len(items) - 1) / max(most - 1, 1))] for i in range(most)]

@@ -1,0 +1,178 @@
+"""The methods paragraph: everything that somebody needs who wants to repeat the campaign."""
+
+from __future__ import annotations
+
+import json
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from desim.campaign.design import Function, LatinHypercube, Saltelli, Sobol, Until
+from desim.report.campaign import wording
+from desim.report.campaign.contrasts import Contrast
+from desim.report.campaign.estimates import Estimates
+from desim.report.campaign.study import TIMES, Study
+
+_LONGEST_TEXT = 60_000  # of a file that the page holds
+
+
+class Sources:
+    """What one of the campaign's runs says of how all were made; None where no folder is left."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    @cached_property
+    def manifest(self) -> dict[str, Any] | None:
+        """Versions, plug-ins, machine."""
+        for path in sorted(self._folder.glob("runs/*/*/manifest.json")):
+            try:
+                return json.loads(path.read_text())
+            except (OSError, ValueError):
+                continue
+        return None
+
+    @cached_property
+    def scenario(self) -> str | None:
+        """Of one run, every value spelled out."""
+        paths = sorted(self._folder.glob("runs/*/*/scenario.resolved.yaml"))
+        return paths[0].read_text()[:_LONGEST_TEXT] if paths else None
+
+    @cached_property
+    def design(self) -> str | None:
+        """The campaign's own copy."""
+        path = self._folder / "design.yaml"
+        return path.read_text()[:_LONGEST_TEXT] if path.exists() else None
+
+
+def paragraphs(study: Study, estimates: Estimates, sources: Sources, metrics: list[str],
+               contrasts: dict[str, list[Contrast]], with_knees: bool) -> list[str]:
+    """As prose for a paper."""
+    return [_made(study, sources), design_paragraph(study),
+            _statistics(study, estimates, metrics, contrasts, with_knees)]
+
+
+def _made(study: Study, sources: Sources) -> str:
+    manifest, design = sources.manifest, study.design
+    text = f"The campaign “{design.name}” was simulated with desim"
+    if manifest:
+        others = ", ".join(f"{name} {version}" for name, version in manifest["versions"].items()
+                           if name != "desim")
+        plugins = ", ".join(sorted(manifest.get("plugins", {}).values()))
+        text += (f" {manifest['desim_version']} (source {manifest['source']}; {others}), with the "
+                 f"models {plugins}; {manifest['machine']['libm']} on "
+                 f"{manifest['machine']['machine']}")
+    text += f". The base scenario was {Path(design.base).name}"
+    if design.set:
+        text += f", with {_settings(design.set)}"
+    stop = f" A run stopped at {_settings(design.stop)}." if design.stop else (
+        " Runs stopped as the base scenario says.")
+    measure = f" Measured: {_settings(design.measure)}." if design.measure else ""
+    return text + "." + stop + measure
+
+
+def design_paragraph(study: Study) -> str:
+    """What was run, and what became of it."""
+    design = study.design
+    text = []
+    if study.axes:
+        told = "; ".join(_levels(study, name) for name in study.axes)
+        text.append(f"{_vectors(study)} of {wording.counted(len(study.axes), 'parameter')} were "
+                    f"run: {told}.")
+    else:
+        text.append("One vector, without parameters, was run.")
+    counts = [len(vector.rows) for vector in study.vectors]
+    if isinstance(design.iterations, Until):
+        rule = design.iterations
+        text.append(f"Each vector was repeated until the 95 % interval of {rule.metric} was at "
+                    f"most {rule.width} wide, at least {rule.at_least} and at most "
+                    f"{rule.at_most} times (between {min(counts)} and {max(counts)} runs).")
+    else:
+        text.append(f"Each vector was run {wording.counted(design.iterations, 'time')}.")
+    if study.is_paired:
+        last = int(study.iterations.max()) + design.seed
+        seeds = f" (seeds {design.seed} to {last})" if last > design.seed else ""
+        text.append(f"Common random numbers: iteration k of each vector had the seed "
+                    f"{design.seed} + k, k from 0{seeds}.")
+    else:
+        text.append(f"Each run had a seed of its own, derived from {design.seed} and its "
+                    "parameters.")
+    failed = int(study.failed.sum())
+    text.append(f"{wording.counted(len(study.failed), 'run')} ended, of which "
+                f"{wording.number(int(study.reached.sum()), 9)} reached the aim, "
+                f"{wording.number(int((study.censored & ~study.failed).sum()), 9)} were stopped "
+                f"before it and {wording.number(failed, 9)} failed; failed runs are left out of "
+                "all estimates.")
+    own = "; ".join(f"{name} = {formula}" for name, formula in design.metrics.items())
+    if own:
+        text.append(f"Metrics of this campaign: {own}.")
+    return " ".join(text)
+
+
+def _vectors(study: Study) -> str:
+    shape, count = study.design.vectors, wording.counted(len(study.vectors), "vector")
+    if isinstance(shape, LatinHypercube):
+        return f"A Latin hypercube sample (McKay et al. 1979): {count}"
+    if isinstance(shape, Sobol):
+        return f"A scrambled Sobol sequence (Owen 1998): {count}"
+    if isinstance(shape, Saltelli):
+        return f"A Saltelli design (Saltelli et al. 2010, n = {shape.saltelli}): {count}"
+    if isinstance(shape, Function):
+        return f"The {count} that {shape.function} lists"
+    if shape == "all":
+        return f"All combinations ({count})"
+    if shape == "zip":
+        return f"The values one by one ({count})"
+    return f"A list of {count}"
+
+
+def _levels(study: Study, name: str) -> str:
+    axis, shape = study.axes[name], study.design.parameters[name]
+    key = getattr(shape, "key", None)
+    where = f" ({key})" if key else ""
+    if study.is_sampled and axis.numbers is not None:
+        ends = (wording.quantity(x, axis.unit) for x in axis.numbers[[0, -1]])
+        return f"{name}{where} between {' and '.join(ends)}"
+    return f"{name}{where}: {', '.join(axis.labels[:40])}" + (
+        f" and {len(axis.labels) - 40} more" if len(axis.labels) > 40 else "")
+
+
+def _statistics(study: Study, estimates: Estimates, metrics: list[str],
+                contrasts: dict[str, list[Contrast]], with_knees: bool) -> str:
+    methods = {estimates.of(metric, vector).method
+               for metric in metrics for vector in study.vectors[:1000]}
+    text = ["Intervals are 95 % confidence intervals of the mean over the runs of a vector, from "
+            "Student's t" + (
+                f", from 30 runs by the bias-corrected and accelerated bootstrap (Efron 1987; "
+                f"{estimates.resamples} resamples)" if "bca" in methods else "") + "."]
+    if any(metric in TIMES for metric in metrics):
+        text.append("A run that was stopped before it reached the aim is right-censored at the "
+                    "instant at which it was stopped: reported are the mean restricted to the time "
+                    "limit (Royston and Parmar 2013), the Kaplan-Meier median with the interval of "
+                    "Brookmeyer and Crowley (1982), and the mean of the successes (Yan et al. "
+                    "2017).")
+    if any(contrasts.values()):
+        text.append("Settings were compared run by run under common random numbers, with the "
+                    "paired t test and Wilcoxon's signed-rank test, times with the limit in place "
+                    "of what was censored; p values were corrected by Holm's method over the "
+                    "comparisons of a metric; effect sizes are Cohen's d_z and the matched-pairs "
+                    "rank-biserial correlation.")
+    if with_knees:
+        text.append("Knees are those of two straight lines that meet (Quandt 1958), accepted where "
+                    "a wild bootstrap of sup F rejects a single straight line at 5 %"
+                    + (f", in the logarithm of {study.against.name}" if study.against.log else "")
+                    + "; their intervals invert the same test (Hansen 2017).")
+    if isinstance(study.design.vectors, Saltelli):
+        text.append("Sobol indices: first order as in Saltelli et al. (2010), total as in Jansen "
+                    "(1999), intervals by bootstrap over the points.")
+    return " ".join(text)
+
+
+def _settings(settings: dict[str, Any]) -> str:
+    return ", ".join(f"{key} = {value if isinstance(value, str) else _short(value)}"
+                     for key, value in settings.items())
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 80 else "(see the design)"

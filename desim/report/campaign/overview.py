@@ -1,0 +1,165 @@
+"""The tables of a report: all metrics by vector, one metric by vector, comparisons."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import stats
+
+from desim.report.campaign import wording
+from desim.report.campaign.contrasts import Contrast
+from desim.report.campaign.estimates import Estimate, Estimates
+from desim.report.campaign.study import TIMES, Axis, Study, Vector
+from desim.report.campaign.tables import Cell, Shown, Table
+
+_WIDE_FOR = 300  # up to so many vectors the page's table has all metrics
+
+
+def all_metrics(study: Study, estimates: Estimates) -> Table:
+    """Every metric of every vector: the presented ones with their intervals, of the others the
+    mean of the runs that have them."""
+    presented = [name for name in study.design.report.metrics if name in study.metrics]
+    others = [name for name in study.metrics if name not in presented and name != "censored"]
+    means = {name: _means(study, estimates, name) for name in (*presented, *others)}
+    names = [*presented, *(others if len(study.vectors) <= _WIDE_FOR else [])]
+    head, exact_head = _head(study), _exact_head(study)
+    rows, exact = [], []
+    for i, vector in enumerate(study.vectors):
+        rows.append([*_begin(study, vector), *(
+            Shown(_with_half(*(column[i] for column in means[name][:3])), means[name][0][i])
+            for name in names)])
+        exact.append([*_exact_begin(study, vector), *(
+            _exact(column[i]) for name in means for column in means[name])])
+    return Table("metrics_by_vector", "All metrics by vector: mean ± half of the 95 % interval; "
+                 "times are restricted to the time limit.",
+                 [*head, *map(wording.titled, names)], rows,
+                 [*exact_head, *(f"{name}{ending}" for name in means
+                                 for ending in ("", "_low", "_high", "_n"))], exact)
+
+
+def one_metric(study: Study, estimates: Estimates, metric: str) -> Table:
+    """A metric by vector, and, of times, what the censored runs do to it."""
+    timed = metric in TIMES
+    head = [*_head(study), "mean" if not timed else "restricted mean", "95 % interval", "n"]
+    exact_head = [*_exact_head(study), "mean", "low", "high", "n", "method"]
+    if timed:
+        head += ["median (Kaplan-Meier)", "mean of the successes"]
+        exact_head += ["median", "median_low", "median_high", "successes_mean", "successes_low",
+                       "successes_high", "successes_n", "limit"]
+    rows, exact = [], []
+    for vector in study.vectors:
+        one = estimates.of(metric, vector)
+        row = [*_begin(study, vector), one.mean,
+               Shown(wording.between(one.low, one.high), one.low), one.n]
+        line = [*_exact_begin(study, vector), one.mean, one.low, one.high, one.n, one.method]
+        if timed:
+            more, exact_more = _times(one)
+            row, line = row + more, line + exact_more
+        rows.append(row)
+        exact.append(line)
+    return Table(metric, f"{wording.titled(metric)} by vector, with 95 % intervals.", head, rows,
+                 exact_head, exact)
+
+
+def compared(metric: str, found: list[Contrast]) -> Table:
+    """The paired comparisons of a metric."""
+    rows, exact = [], []
+    for one in found:
+        pair = one.paired
+        words = [one.axis, one.first, one.second, one.where]
+        signs = f"{pair.above} / {pair.equal} / {pair.below}"
+        rows.append([*words, pair.difference.mean,
+                     wording.between(pair.difference.low, pair.difference.high), pair.difference.n,
+                     Shown(wording.probability(pair.t_p), pair.t_p),
+                     Shown(wording.probability(one.p), one.p),
+                     Shown(wording.probability(pair.wilcoxon_p), pair.wilcoxon_p), pair.cohen_dz,
+                     pair.rank_biserial, signs])
+        exact.append([*words, *pair.difference[:4], pair.t_p, one.p, pair.wilcoxon_p,
+                      pair.cohen_dz, pair.rank_biserial, pair.above, pair.equal, pair.below])
+    return Table(f"{metric}_comparisons",
+                 f"{wording.titled(metric)}: first minus second under common random numbers. p of "
+                 "the paired t test, the same after Holm's correction over this table, p of "
+                 "Wilcoxon's test; Cohen's d_z and the rank-biserial correlation; for how many "
+                 "seeds the first is above, equal, below.",
+                 ["parameter", "first", "second", "at", "difference", "95 % interval", "seeds",
+                  "p", "p (Holm)", "p (Wilcoxon)", "d_z", "r", "> / = / <"], rows,
+                 ["parameter", "first", "second", "at", "difference", "low", "high", "seeds", "p",
+                  "p_holm", "p_wilcoxon", "cohen_dz", "rank_biserial", "above", "equal", "below"],
+                 exact)
+
+
+def _head(study: Study) -> list[str]:
+    return ["vector", *study.axes, "runs", "reached", "failed"]
+
+
+def _begin(study: Study, vector: Vector) -> list[Cell | Shown]:
+    rows = vector.rows
+    levels = [axis.labels[vector.levels[name]] if axis.numbers is None
+              else Shown(axis.labels[vector.levels[name]],
+                         float(axis.numbers[vector.levels[name]]))
+              for name, axis in study.axes.items()]
+    return [vector.number, *levels, len(rows), int(study.reached[rows].sum()),
+            int(study.failed[rows].sum())]
+
+
+def _exact_head(study: Study) -> list[str]:
+    """Beside the levels' names the numbers that they are."""
+    return [*_head(study), *(axis.title for axis in _with_units(study))]
+
+
+def _exact_begin(study: Study, vector: Vector) -> list[Cell]:
+    words = [cell.text if isinstance(cell, Shown) else cell for cell in _begin(study, vector)]
+    return [*words, *(float(axis.numbers[vector.levels[axis.name]])
+                      for axis in _with_units(study))]
+
+
+def _with_units(study: Study) -> list[Axis]:
+    return [axis for axis in study.axes.values() if axis.unit]
+
+
+def _times(one: Estimate) -> tuple[list[Cell | Shown], list[Cell]]:
+    if one.times is None:
+        return [None, None], [None] * 8
+    median, mean = one.times.median, one.times.successes
+    late = f"> {wording.number(one.times.limit)}"
+    text = late if median.value is None else wording.number(median.value)
+    spread = f" [{wording.number(median.low)}, {wording.number(median.high)}]" \
+        if median.low is not None or median.high is not None else ""
+    return ([Shown(text + spread, median.value if median.value is not None else one.times.limit),
+             Shown(f"{wording.number(mean.mean)} of {mean.n}", mean.mean)],
+            [*median, mean.mean, mean.low, mean.high, mean.n, one.times.limit])
+
+
+def _means(study: Study, estimates: Estimates, metric: str,
+           ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Mean, bounds and number of values [vectors], NaN for what there is not. All at once by t:
+    a hundred thousand runs are many; of the presented metrics what their figures show."""
+    limit = estimates.limit(metric)
+    column = study.column(metric) if limit is None \
+        else np.minimum(estimates.ends(metric), limit)
+    order = np.concatenate([vector.rows for vector in study.vectors])
+    begins = np.cumsum([0, *(len(vector.rows) for vector in study.vectors[:-1])])
+    values = np.where(study.failed, np.nan, column)[order]
+    there = np.isfinite(values)
+    n = np.add.reduceat(there.astype(float), begins)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.add.reduceat(np.where(there, values, 0.0), begins) / n
+        which = np.repeat(np.arange(len(begins)), np.diff([*begins, len(values)]))
+        off = np.where(there, values - mean[which], 0.0)
+        error = np.sqrt(np.add.reduceat(off**2, begins) / (n - 1) / n)
+        half = stats.t.ppf(0.975, np.maximum(n - 1, 1)) * error
+    half[n < 2] = np.nan
+    low, high = mean - half, mean + half
+    if metric in study.design.report.metrics and len(study.vectors) <= _WIDE_FOR:
+        found = [estimates.of(metric, vector) for vector in study.vectors]
+        mean, low, high = np.array([[one.mean, one.low, one.high] for one in found], float).T
+    return mean, low, high, n
+
+
+def _with_half(mean: float, low: float, high: float) -> str:
+    if np.isnan(low) or high == low:
+        return wording.number(mean)
+    return f"{wording.number(mean)} ± {wording.number((high - low) / 2, 2)}"
+
+
+def _exact(value: float) -> float | None:
+    return None if np.isnan(value) else float(value)

@@ -1,0 +1,100 @@
+"""What a sampled design shows: a metric over each parameter, and Sobol's indices."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from desim.campaign.design import Saltelli
+from desim.report.campaign import figures, wording
+from desim.report.campaign.estimates import Estimates
+from desim.report.campaign.study import Study
+from desim.report.campaign.style import INK, WIDTH_IN, colour
+from desim.report.campaign.tables import Table
+from desim.statistics.intervals import t_interval
+from desim.statistics.sensitivity import Index, indices
+
+_MOST_DOTS = 600
+_BINS = 8
+_FEWEST_IN_BINS = 24
+
+
+def scatter_figure(study: Study, estimates: Estimates, metric: str) -> Figure:
+    """A panel a parameter: each vector as a dot, and the mean in eight parts of its range."""
+    axes_of = list(study.axes.values())
+    figure = Figure(figsize=(WIDTH_IN, 2.7 * -(-len(axes_of) // 2) + 0.4), layout="constrained")
+    all_axes = figure.subplots(-(-len(axes_of) // 2), min(2, len(axes_of)), sharey=True,
+                               squeeze=False).ravel()
+    found = [(vector, estimates.of(metric, vector).mean) for vector in study.vectors]
+    found = [(vector, mean) for vector, mean in found if mean is not None]
+    means = np.array([mean for _, mean in found])
+    every = max(1, len(found) // _MOST_DOTS)
+    for i, (axes, axis) in enumerate(zip(all_axes, axes_of, strict=False)):
+        at = np.array([vector.levels[axis.name] for vector, _ in found], int)
+        x = at.astype(float) if axis.numbers is None else axis.numbers[at]
+        axes.scatter(x[::every], means[::every], 9, color=colour(i), alpha=0.45, linewidths=0)
+        if len(x) >= _FEWEST_IN_BINS and axis.numbers is not None:
+            _binned(axes, x, means)
+        figures.along(axes, axis)
+    for spare in all_axes[len(axes_of):]:
+        spare.remove()
+    figures.finish(figure, list(all_axes[:len(axes_of)]), [], wording.titled(metric),
+                   [Line2D([], [], color=INK, marker="_", label="mean of eight equal parts, with "
+                                                               "95 % interval")])
+    return figure
+
+
+def _binned(axes: figures.Axes, x: np.ndarray, y: np.ndarray) -> None:
+    order = np.argsort(x, kind="stable")
+    parts = np.array_split(order, _BINS)
+    centres = [float(x[part].mean()) for part in parts]
+    bounds = [t_interval(y[part]) for part in parts]
+    axes.plot(centres, [one.mean for one in bounds], color=INK, linewidth=1.2)
+    for centre, one in zip(centres, bounds, strict=True):
+        axes.plot([centre] * 2, [one.low, one.high], color=INK, linewidth=1.2, marker="_",
+                  markersize=4)
+
+
+def sobol(study: Study, estimates: Estimates, metric: str) -> list[Index] | None:
+    """The indices of each parameter, from the mean of each vector; None unless the design is
+    ``saltelli`` and each of its vectors has the metric."""
+    if not isinstance(study.design.vectors, Saltelli):
+        return None
+    dimensions = len(study.axes)
+    means = [estimates.of(metric, vector).mean for vector in study.vectors]
+    if None in means or len(means) != study.design.vectors.saltelli * (dimensions + 2):
+        return None
+    return indices(means, dimensions)
+
+
+def sobol_figure(study: Study, found: list[Index], metric: str) -> Figure:
+    """First-order and total indices as bars with their intervals."""
+    figure = Figure(figsize=(WIDTH_IN, 0.62 * len(found) + 1.3), layout="constrained")
+    axes = figure.subplots()
+    for k, (name, shade) in enumerate((("first", colour(0)), ("total", colour(1)))):
+        for i, one in enumerate(found):
+            value, low, high = (getattr(one, name + ending) for ending in ("", "_low", "_high"))
+            at = i + (k - 0.5) * 0.36
+            axes.barh(at, value, 0.32, color=shade, alpha=0.75,
+                      label={"first": "first order", "total": "total"}[name] if not i else None)
+            axes.plot([low, high], [at, at], color=INK, linewidth=1.2, marker="|", markersize=5)
+    axes.set_yticks(range(len(found)), list(study.axes))
+    axes.invert_yaxis()
+    axes.set_xlabel(f"share of the variance of {wording.titled(metric)}")
+    axes.axvline(0.0, color=INK, linewidth=0.7)
+    axes.grid(axis="y", visible=False)
+    figure.legend(loc="outside upper left", ncols=2)
+    return figure
+
+
+def sobol_table(study: Study, found: list[Index], metric: str) -> Table:
+    """The same in numbers."""
+    rows = [[name, one.first, wording.between(one.first_low, one.first_high), one.total,
+             wording.between(one.total_low, one.total_high)]
+            for name, one in zip(study.axes, found, strict=True)]
+    return Table(f"{metric}_sobol", f"Sobol indices of {wording.titled(metric)}: what a parameter "
+                 "explains by itself, and what it has a part in, with 95 % intervals.",
+                 ["parameter", "first order", "95 % interval", "total", "95 % interval"], rows,
+                 ["parameter", *Index._fields],
+                 [[name, *one] for name, one in zip(study.axes, found, strict=True)])

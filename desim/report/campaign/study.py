@@ -1,0 +1,193 @@
+"""What a report is about: a campaign's runs by vector, and its parameters as axes."""
+
+from __future__ import annotations
+
+from functools import cache, cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from desim.campaign.design import Design, LatinHypercube, Saltelli, Sobol
+from desim.campaign.quantities import SUFFIXES
+from desim.campaign.table import FIXED
+from desim.errors import InputError, did_you_mean
+from desim.experiment.results import FAILED
+
+# Instants that a run may be stopped before: null is later than ``simulated_s``.
+TIMES = ("exploration_time_s", "union_time_s", "fleet_time_s")
+_LOG_FROM = 10.0  # largest over smallest value of an axis
+
+
+class Axis(NamedTuple):
+    """A parameter's levels, ascending where they are ``numbers`` (in ``unit``), else in the
+    design's order."""
+
+    name: str
+    labels: tuple[str, ...]
+    numbers: np.ndarray | None
+    unit: str
+
+    @property
+    def log(self) -> bool:
+        """Whether the levels are spaced by factors rather than by differences."""
+        x = self.numbers
+        if x is None or len(x) < 3 or x[0] <= 0 or x[-1] / x[0] < _LOG_FROM:
+            return False
+        steps, factors = np.diff(x), np.diff(np.log(x))
+        return bool(factors.std() / factors.mean() < steps.std() / steps.mean())
+
+    @property
+    def title(self) -> str:
+        """For figures and tables."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+
+class Vector(NamedTuple):
+    """One combination: ``levels``, an index into each axis' labels; ``rows``, of the table, in the
+    order of iterations."""
+
+    number: int
+    levels: dict[str, int]
+    rows: np.ndarray
+
+
+class Study:
+    """The runs of the campaign in ``folder``. Raises ``InputError`` where there are none."""
+
+    def __init__(self, folder: Path, design: Design) -> None:
+        self.folder, self.design = folder, design
+        file = folder / "runs.parquet"
+        if not file.exists():
+            raise InputError(f"{folder}: not a campaign's folder: there is no runs.parquet (desim "
+                             "sweep DESIGN writes it when it ends)")
+        try:
+            self._table = pq.read_table(file)
+        except (pa.ArrowException, OSError) as error:
+            raise InputError(f"{file}: damaged: {str(error).splitlines()[0]}") from error
+        if not self._table.num_rows:
+            raise InputError(f"{folder}: no run has ended yet")
+        missing = [name for name in FIXED if name not in self._table.column_names]
+        if missing:
+            raise InputError(f"{file}: not the table of a campaign: it has no {missing[0]}")
+        self.axes = {name: self._axis(name) for name in design.parameters}
+        taken = {*FIXED, *design.parameters,
+                 *(name + suffix for name in design.parameters for suffix in SUFFIXES)}
+        self.metrics = tuple(name for name in self._table.column_names
+                             if name not in taken and self._is_number(name))
+        self._refuse_unknown()
+        self.failed = self.words("status") == FAILED
+        self.iterations = self.numbers("iteration").astype(int)
+        self.vectors = self._vectors()
+        self.column, self.text = cache(self.numbers), cache(self.words)
+
+    def numbers(self, name: str) -> np.ndarray:
+        """A column [runs] of float64; NaN is what a run has not."""
+        column = self._table[name]
+        if pa.types.is_string(column.type):  # all of it is null
+            return np.full(len(column), np.nan)
+        return pc.cast(column, pa.float64()).to_numpy(zero_copy_only=False)
+
+    def words(self, name: str) -> np.ndarray:
+        """A column [runs] of text or None."""
+        return np.array(self._table[name].to_pylist(), object)
+
+    @cached_property
+    def censored(self) -> np.ndarray:
+        """[runs] that ended without having explored enough."""
+        if "censored" not in self.metrics:
+            return np.zeros(len(self.failed), bool)
+        return self.column("censored") == 1.0
+
+    @property
+    def reached(self) -> np.ndarray:
+        """[runs] that are successes, as the paper counts them."""
+        return ~self.failed & ~self.censored
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether vectors are points in a space, of which no two share a level."""
+        return isinstance(self.design.vectors, (LatinHypercube, Sobol, Saltelli))
+
+    @property
+    def is_paired(self) -> bool:
+        """Whether an iteration has the same seed in every vector."""
+        return self.design.random_numbers == "common"
+
+    @property
+    def against(self) -> Axis | None:
+        """The parameter along the axis: the design's, else the first one with numbers, else the
+        first one."""
+        named = self.design.report.against
+        if named is not None:
+            return self.axes[named]
+        numeric = [axis for axis in self.axes.values() if axis.numbers is not None]
+        return next(iter([*numeric, *self.axes.values()]), None)
+
+    @property
+    def by(self) -> Axis | None:
+        """The parameter that tells lines apart."""
+        named, against = self.design.report.by, self.against
+        if named is not None:
+            return self.axes[named]
+        return next((axis for axis in self.axes.values() if axis is not against), None)
+
+    @property
+    def others(self) -> list[Axis]:
+        """Parameters that are neither along the axis nor tell lines apart."""
+        return [axis for axis in self.axes.values()
+                if axis is not self.against and axis is not self.by and len(axis.labels) > 1]
+
+    def label(self, vector: Vector, *axes: Axis) -> str:
+        """``bandwidth = 3 Mb/s, deployment = field``, of all parameters unless some are named."""
+        return ", ".join(f"{axis.name} = {axis.labels[vector.levels[axis.name]]}"
+                         for axis in axes or self.axes.values())
+
+    def _is_number(self, name: str) -> bool:
+        kind = self._table[name].type
+        return name in TIMES or pa.types.is_integer(kind) or pa.types.is_floating(kind) \
+            or pa.types.is_boolean(kind)
+
+    def _axis(self, name: str) -> Axis:
+        columns = self._table.column_names
+        of_numbers = next((name + suffix for suffix in SUFFIXES if name + suffix in columns
+                           and self._is_number(name + suffix)), None)
+        if name not in columns and of_numbers is None:
+            raise InputError(f"{self.folder}: the table has no parameter {name!r}; it belongs to "
+                             "another design")
+        if of_numbers is None:
+            return Axis(name, tuple(dict.fromkeys(self.words(name).tolist())), None, "")
+        numbers, which = np.unique(self.numbers(of_numbers), return_index=True)
+        words = self.words(name) if name in columns and not self._is_number(name) else None
+        labels = (f"{number:.12g}" if words is None else words[at]
+                  for number, at in zip(numbers, which, strict=True))
+        return Axis(name, tuple(labels), numbers, SUFFIXES[of_numbers.removeprefix(name)])
+
+    def _vectors(self) -> list[Vector]:
+        numbers = self.numbers("vector").astype(int)
+        order = np.lexsort((self.iterations, numbers))
+        begins = np.flatnonzero(np.diff(numbers[order], prepend=-1))
+        levels = {name: self._levels(axis) for name, axis in self.axes.items()}
+        return [Vector(int(numbers[rows[0]]), {name: int(of[rows[0]]) for name, of in
+                                               levels.items()}, rows)
+                for rows in np.split(order, begins[1:])]
+
+    def _levels(self, axis: Axis) -> np.ndarray:
+        """[runs] indices into its labels."""
+        if axis.numbers is not None:
+            suffix = next(suffix for suffix, unit in SUFFIXES.items() if unit == axis.unit
+                          and axis.name + suffix in self._table.column_names)
+            return np.searchsorted(axis.numbers, self.numbers(axis.name + suffix))
+        at = {label: i for i, label in enumerate(axis.labels)}
+        return np.array([at[word] for word in self.words(axis.name).tolist()])
+
+    def _refuse_unknown(self) -> None:
+        for key in ("against", "by"):
+            name = getattr(self.design.report, key)
+            if name is not None and name not in self.axes:
+                raise InputError(f"report.{key}: there is no parameter {name!r}"
+                                 f"{did_you_mean(name, self.axes)}; allowed: "
+                                 f"{', '.join(self.axes) or 'none'}")

@@ -1,0 +1,71 @@
+"""How figures look, and how one gets into the page: colours that colour-blind people tell apart,
+symbols beside colours, one ink for everything else.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+# Okabe and Ito (2008), without the yellow that white paper swallows.
+PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f6bb2", "#8c8c8c")
+MARKERS = ("o", "s", "D", "^", "v", "P", "X", "p")
+INK = "#16181d"
+WIDTH_IN = 7.4
+_GRID_ALPHA = 0.15
+_RC = {"font.size": 9.5, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fontsize": 8.5,
+       "xtick.labelsize": 8.5, "ytick.labelsize": 8.5, "font.family": "sans-serif",
+       "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "xtick.color": INK,
+       "ytick.color": INK, "grid.color": INK, "grid.alpha": _GRID_ALPHA, "grid.linewidth": 0.6,
+       "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7,
+       "axes.grid": True, "axes.axisbelow": True, "legend.frameon": False, "axes.titlelocation":
+       "left", "svg.fonttype": "none", "svg.hashsalt": "desim", "pdf.fonttype": 42}
+_UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}
+
+
+def colour(style: int) -> str:
+    """Of a line."""
+    return PALETTE[style % len(PALETTE)]
+
+
+def marker(style: int) -> str:
+    """Of a line: another one in the next round of colours."""
+    return MARKERS[(style + style // len(PALETTE)) % len(MARKERS)]
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Figures made and saved inside look like one report's."""
+    with rc_context(_RC):
+        yield
+
+
+def save(figure: Figure, folder: Path, name: str) -> None:
+    """``name``.png, .svg and .pdf, the same bytes from the same figure."""
+    for ending, metadata in _UNDATED.items():
+        figure.savefig(folder / f"{name}.{ending}", dpi=160, metadata=metadata, facecolor="white")
+
+
+def inline(figure: Figure, name: str) -> str:
+    """The figure as SVG for the page, which gives it the ink and colours of light or dark."""
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata=_UNDATED["svg"], transparent=True)
+    svg = text.getvalue()
+    svg = svg[svg.index("<svg"):]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
+    svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)
+    svg = svg.replace("xlink:href", "href")
+    # Every figure of the page has its own names.
+    svg = re.sub(r'\bid="', f'id="{name}-', svg)
+    svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", svg)
+    svg = re.sub(r"font: ([^;\"]*?)(\d[\d.]*px) [^;\"]*", r"font: \1\2 var(--sans)", svg)
+    svg = svg.replace(INK, "currentColor")
+    for i, shade in enumerate(PALETTE):
+        svg = svg.replace(shade, f"var(--series-{i})")
+    return svg

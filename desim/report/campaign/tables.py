@@ -1,0 +1,100 @@
+"""A table three times: for the page, for LaTeX, and as CSV with every digit."""
+
+from __future__ import annotations
+
+import csv
+import html
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from desim.report.campaign import wording
+
+Cell = str | float | int | None
+
+_MOST_ROWS = 300  # on the page and in LaTeX; CSV has all
+_OF_LATEX = {"\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
+             "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
+             "–": "--", "²": "$^2$", " ": r"\,", "<": "$<$", ">": "$>$", "µ": r"$\mu$",
+             "[": "{[}", "]": "{]}"}
+
+
+class Table(NamedTuple):
+    """``rows`` are what people read, numbers as numbers; ``exact_head`` and ``exact_rows`` what
+    programs read."""
+
+    name: str
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    exact_head: Sequence[str]
+    exact_rows: Sequence[Sequence[Cell]]
+
+
+class Shown(NamedTuple):
+    """A ``text`` that sorts as its ``value``."""
+
+    text: str
+    value: float | None
+
+
+def as_csv(table: Table, folder: Path) -> None:
+    """Write ``name``.csv."""
+    with open(folder / f"{table.name}.csv", "w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(table.exact_head)
+        writer.writerows(table.exact_rows)
+
+
+def as_latex(table: Table, folder: Path) -> None:
+    """Write ``name``.tex: a longtable, which wants the packages booktabs and longtable."""
+    columns = "".join("l" if _is_text(table, i) else "r" for i in range(len(table.head)))
+    head = " & ".join(map(_escaped, table.head)) + r" \\"
+    caption = table.caption + ("" if len(table.rows) <= _MOST_ROWS
+                               else f" The first {_MOST_ROWS} of {len(table.rows)} rows.")
+    lines = [r"% \usepackage{booktabs,longtable}", rf"\begin{{longtable}}{{{columns}}}",
+             rf"\caption{{{_escaped(caption)}}}\label{{tab:{table.name}}}\\", r"\toprule", head,
+             r"\midrule", r"\endfirsthead", r"\toprule", head, r"\midrule", r"\endhead",
+             r"\bottomrule", r"\endfoot",
+             *(" & ".join(_escaped(_text(cell)) for cell in row) + r" \\"
+               for row in table.rows[:_MOST_ROWS]), r"\end{longtable}"]
+    (folder / f"{table.name}.tex").write_text("\n".join(lines) + "\n")
+
+
+def as_html(table: Table) -> str:
+    """A table that sorts by the column whose head is clicked."""
+    textual = [_is_text(table, i) for i in range(len(table.head))]
+    head = "".join(f'<th scope="col" class="{"words" if words else "num"}" aria-sort="none">'
+                   f'<button type="button">{html.escape(title)}</button></th>'
+                   for title, words in zip(table.head, textual, strict=True))
+    body = "\n".join("<tr>" + "".join(_td(cell, words) for cell, words in
+                                      zip(row, textual, strict=True)) + "</tr>"
+                     for row in table.rows[:_MOST_ROWS])
+    more = len(table.rows) - _MOST_ROWS
+    note = f'<p class="note">{more} more rows in tables/{table.name}.csv.</p>' if more > 0 else ""
+    return (f'<div class="wide"><table id="table-{table.name}" class="sortable">'
+            f"<caption>{html.escape(table.caption)}</caption>"
+            f"<thead><tr>{head}</tr></thead><tbody>\n{body}\n</tbody></table></div>{note}")
+
+
+def _td(cell: Cell | Shown, words: bool) -> str:
+    text = html.escape(_text(cell))
+    if words:
+        return f"<td>{text}</td>"
+    value = cell.value if isinstance(cell, Shown) else cell
+    sort = "" if value is None or isinstance(value, str) else f' data-v="{value:.9g}"'
+    return f'<td class="num"{sort}>{text}</td>'
+
+
+def _text(cell: Cell | Shown) -> str:
+    if isinstance(cell, Shown):
+        return cell.text
+    return cell if isinstance(cell, str) else wording.number(cell)
+
+
+def _is_text(table: Table, column: int) -> bool:
+    return any(isinstance(row[column], str) for row in table.rows[:_MOST_ROWS])
+
+
+def _escaped(text: str) -> str:
+    return "".join(_OF_LATEX.get(letter, letter) for letter in text)

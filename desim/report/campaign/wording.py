@@ -1,0 +1,64 @@
+"""Numbers and words as people read them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+# Endings of metrics' names, with what an axis says.
+_UNITS = {"_s": "s", "_m": "m", "_m2": "m²", "_kBps": "kB/s", "_bytes": "B", "_m2_per_m": "m²/m",
+          "_bps": "b/s"}
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """With so many significant digits, a long dash for what there is not."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if value == 0:
+        return "0"
+    if 1e-4 <= abs(value) < 1e7:
+        decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+        text = f"{value:,.{decimals}f}".replace(",", " ")  # thin spaces
+        return text.rstrip("0").rstrip(".") if "." in text else text
+    return f"{value:.{digits - 1}g}"
+
+
+def between(low: float | None, high: float | None) -> str:
+    """An interval."""
+    return "–" if low is None or high is None else f"[{number(low)}, {number(high)}]"
+
+
+def probability(p: float | None) -> str:
+    """A p value."""
+    if p is None:
+        return "–"
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def counted(count: int, one: str, many: str | None = None) -> str:
+    """``1 run``, ``2 runs``."""
+    return f"{number(count, 9)} {one if count == 1 else many or one + 's'}"
+
+
+def listed(words: Sequence[str], most: int = 12) -> str:
+    """``a, b and c``, shortened."""
+    if len(words) > most:
+        words = [*words[:most], f"{len(words) - most} more"]
+    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]])) if words else "none"
+
+
+def titled(metric: str) -> str:
+    """``exploration time [s]``."""
+    for ending in sorted(_UNITS, key=len, reverse=True):
+        if metric.endswith(ending):
+            return f"{metric.removesuffix(ending).replace('_', ' ')} [{_UNITS[ending]}]"
+    return metric.replace("_", " ")
+
+
+def quantity(value: float, unit: str) -> str:
+    """``3.2 Mb/s`` of 3.2e6 b/s; other units as they are."""
+    if unit == "b/s":
+        for factor, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+            if abs(value) >= factor:
+                return f"{number(value / factor, 3)} {prefix}{unit}"
+    return f"{number(value, 3)} {unit}".strip()

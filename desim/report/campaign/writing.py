@@ -1,0 +1,291 @@
+"""The report of a campaign, from its folder to a page, figures and tables."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from desim.campaign.design import Design
+from desim.errors import InputError
+from desim.report.campaign import (
+    contrasts,
+    coverage,
+    figures,
+    groups,
+    knees,
+    lines,
+    methods,
+    overview,
+    page,
+    sensitivity,
+    style,
+    tables,
+    timeseries,
+    wording,
+)
+from desim.report.campaign.estimates import Estimates
+from desim.report.campaign.page import Section
+from desim.report.campaign.study import Study
+from desim.report.campaign.tables import Table
+
+_MOST_ERRORS = 10
+_MOST_SAID = 6  # findings of a kind
+
+
+def write(folder: Path, design: Design, out: Path | None = None) -> Path:
+    """Write the report of the campaign in ``folder`` to ``out`` (``folder/report``); returns the
+    page. Raises ``InputError`` for a folder without runs, or one that cannot be written."""
+    study = Study(folder, design)
+    out = out or folder / "report"
+    try:
+        for below in ("figures", "tables"):
+            (out / below).mkdir(parents=True, exist_ok=True)
+        with style.drawing():
+            text = _Report(study, out).page()
+        file = out / "report.html"
+        file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
+    return file
+
+
+class _Report:
+    """What the page says, put together; figures and tables are written on the way."""
+
+    def __init__(self, study: Study, out: Path) -> None:
+        self._study, self._out = study, out
+        self._estimates = Estimates(study)
+        self._single, self._groups = groups.presented(study)
+        self._panels = lines.panels(study)
+        self._drawn = lines.chosen(self._panels)
+        self._found = {metric: contrasts.contrasts(study, self._estimates, metric)
+                       for metric in self._single}
+        self._bends = {metric: self._bends_of(metric) for metric in self._single}
+        self._onsets = {group: groups.order_of_onset(study, self._estimates, group, self._drawn)
+                        for group in self._groups}
+        self._sources = methods.Sources(study.folder)
+
+    def page(self) -> str:
+        """The document."""
+        study = self._study
+        metrics = [self._metric(metric) for metric in self._single]
+        of_groups = [self._group(group) for group in self._groups]
+        sections = [self._findings(), self._run(), Section(
+            "metrics", "Metrics", self._reading(), 2), *metrics, *of_groups,
+            *self._explored(), *self._table(), *self._methods(), self._files()]
+        return page.page(study.design.name, self._lead(), sections)
+
+    def _lead(self) -> str:
+        study = self._study
+        most = max(len(vector.rows) for vector in study.vectors)
+        failed = int(study.failed.sum())
+        question = page.paragraph(study.design.question, "question") if study.design.question \
+            else ""
+        return question + page.facts([
+            (wording.number(len(study.vectors), 9), "vectors" if len(study.vectors) > 1
+             else "vector"),
+            (wording.number(most, 9), "iterations" if most > 1 else "iteration"),
+            (wording.number(len(study.failed) - failed, 9), "runs finished"),
+            (wording.number(failed, 9), "failed"),
+            (wording.number(int((study.censored & ~study.failed).sum()), 9),
+             "censored (stopped before the aim)")])
+
+    def _findings(self) -> Section:
+        study, said = self._study, []
+        for metric in self._single:
+            said += knees.summary(self._bends[metric], study.against, metric)
+        for group in self._groups:
+            said += self._onsets[group][1]
+        for metric in self._single:
+            clear = contrasts.strongest(self._found[metric])
+            if clear:
+                said.append(_told(metric, clear, len(self._found[metric])))
+        never = [vector for vector in study.vectors if not study.reached[vector.rows].any()]
+        if never:
+            shown = wording.listed([study.label(vector) for vector in never], _MOST_SAID)
+            said.append(f"No run reached the aim in {len(never)} of "
+                        f"{wording.counted(len(study.vectors), 'vector')}: {shown}.")
+        body = page.items(said) if said else page.paragraph(
+            "No knee and no significant difference was found with these runs.")
+        if max(len(vector.rows) for vector in study.vectors) == 1 and not study.is_sampled:
+            body += page.paragraph("One run a vector: there are no intervals and no comparisons, "
+                                   "and knees rest on how the points scatter around lines.",
+                                   "warn")
+        return Section("findings", "In short", body + self._missing())
+
+    def _missing(self) -> str:
+        absent = [name for name in self._study.design.report.metrics if name not in self._single
+                  and not any(name == group.pattern for group in self._groups)]
+        return page.paragraph(f"No run has {wording.listed(absent)}.", "warn") if absent else ""
+
+    def _run(self) -> Section:
+        study = self._study
+        rows = [[axis.name, getattr(study.design.parameters[axis.name], "key", None) or "",
+                 str(len(axis.labels)), wording.listed(axis.labels)]
+                for axis in study.axes.values()]
+        head = ["parameter", "key", "levels", "values"]
+        body = page.paragraph(methods.design_paragraph(study))
+        if rows:
+            table = Table("parameters", "Parameters.", head, rows, head, rows)
+            tables.as_csv(table, self._out / "tables")
+            body += tables.as_html(table)
+        return Section("run", "What was run", body + self._failures())
+
+    def _failures(self) -> str:
+        errors = Counter(error or "no reason is known" for error in
+                         self._study.text("error")[self._study.failed])
+        if not errors:
+            return ""
+        return page.paragraph(
+            f"{wording.counted(errors.total(), 'run')} failed:", "warn") + page.items(
+            [f"{count} × {error}" for error, count in errors.most_common(_MOST_ERRORS)])
+
+    def _reading(self) -> str:
+        study = self._study
+        text = ("Lines and large symbols are means over the runs of a vector, bars their 95 % "
+                "intervals, faint dots single runs (▲: stopped at the time limit).")
+        if len({int(study.reached[vector.rows].sum()) for vector in study.vectors}) > 1:
+            text += " The larger a symbol, the more runs reached the aim; hollow: none did."
+        if study.others:
+            text += (f" Panels are the levels of "
+                     f"{wording.listed([axis.name for axis in study.others])}.")
+        return page.paragraph(text, "note")
+
+    def _metric(self, metric: str) -> Section:
+        study, estimates = self._study, self._estimates
+        parts = []
+        if study.is_sampled:
+            parts += self._sampled(metric)
+        else:
+            drawn = figures.metric_figure(study, estimates, metric, self._drawn,
+                                          self._bends[metric])
+            caption = self._caption(metric) + lines.left_out(self._panels, self._drawn)
+            parts.append(self._figure(drawn, metric, caption))
+            parts.append(page.items(knees.sentences(self._bends[metric], study.against, metric)))
+        parts.append(page.folded("By vector", self._written(
+            overview.one_metric(study, estimates, metric))))
+        if self._found[metric]:
+            parts.append(page.folded(
+                f"Comparisons ({len(self._found[metric])})",
+                self._written(overview.compared(metric, self._found[metric]))))
+        parts.append(self._coverage(metric))
+        return Section(f"metric-{metric}", wording.titled(metric), "\n".join(parts), 3)
+
+    def _caption(self, metric: str) -> str:
+        study = self._study
+        found = [self._estimates.of(metric, vector) for vector in study.vectors[:2000]]
+        finished = sum(one.runs - one.failed for one in found)
+        have = sum(one.n for one in found)
+        text = f"{wording.titled(metric)} against {study.against.name}. " if study.against \
+            else f"{wording.titled(metric)}. "
+        if any(one.times and one.times.successes.n < one.n for one in found):
+            text += ("Mean restricted to the time limit: a run that was stopped counts with the "
+                     "limit. Dotted: the mean of the successes, which leaves such runs out. ")
+        if have < finished:
+            text += f"{finished - have} of {finished} finished runs have no such value. "
+        return text
+
+    def _sampled(self, metric: str) -> list[str]:
+        study = self._study
+        parts = [self._figure(sensitivity.scatter_figure(study, self._estimates, metric), metric,
+                              f"{wording.titled(metric)} over each parameter; a dot a vector. ")]
+        found = sensitivity.sobol(study, self._estimates, metric)
+        if found is not None and found[0].first is not None:
+            name = f"{metric}_sobol"
+            parts += [self._figure(sensitivity.sobol_figure(study, found, metric), name,
+                                   f"Sobol indices of {wording.titled(metric)}. "),
+                      self._written(sensitivity.sobol_table(study, found, metric))]
+        return parts
+
+    def _coverage(self, metric: str) -> str:
+        if getattr(self._study.design.iterations, "metric", None) != metric:
+            return ""
+        found = coverage.measured(self._study, self._estimates)
+        if not found:
+            return ""
+        shares = [one.coverage.share for one in found]
+        text = (f"Iterations ended by the width of this metric's interval, which makes intervals "
+                f"hold the mean less often than 95 %: by simulation {min(shares):.1%} to "
+                f"{max(shares):.1%}, depending on the vector.")
+        return page.paragraph(text, "warn") + page.folded("Measured coverage", self._written(
+            coverage.coverage_table(self._study, found)))
+
+    def _bends_of(self, metric: str) -> list[knees.Bend]:
+        axis = self._study.against
+        if axis is None or axis.numbers is None or self._study.is_sampled:
+            return []
+        return [knees.bend(self._study, self._estimates, metric, line)
+                for panel in self._drawn for line in panel.lines]
+
+    def _group(self, group: groups.Group) -> Section:
+        study, estimates = self._study, self._estimates
+        drawn = groups.group_figure(study, estimates, group, self._drawn)
+        table, said = self._onsets[group]
+        body = self._figure(drawn, group.name, f"{group.common} by "
+                            f"{study.against.name}: means with their 95 % intervals. ")
+        return Section(group.name, f"{group.common}: which gives in first",
+                       body + page.items(said) + self._written(table), 3)
+
+    def _explored(self) -> list[Section]:
+        study = self._study
+        if study.is_sampled or "explored" not in study.metrics:
+            return []
+        drawn = timeseries.explored_figure(study, self._drawn)
+        if drawn is None:
+            return []
+        return [Section("time", "Explored share over time", self._figure(
+            drawn, "explored_over_time", "Median and quartiles over the runs of a vector of what "
+            "the robot that knows most knows; a run that has ended keeps its last share. "))]
+
+    def _table(self) -> list[Section]:
+        table = overview.all_metrics(self._study, self._estimates)
+        return [Section("table", "All metrics", self._written(table, latex=False))]
+
+    def _methods(self) -> list[Section]:
+        study, sources = self._study, self._sources
+        body = "".join(map(page.paragraph, methods.paragraphs(
+            study, self._estimates, sources, self._single, self._found,
+            any(self._bends.values()))))
+        for title, text in (("The design", sources.design),
+                            ("The scenario of one run, every value spelled out",
+                             sources.scenario)):
+            if text:
+                body += page.folded(title, page.verbatim(text))
+        return [Section("methods", "Methods", body)]
+
+    def _files(self) -> Section:
+        names = sorted(path.relative_to(self._out).as_posix() for below in ("figures", "tables")
+                       for path in (self._out / below).iterdir())
+        links = "".join(f'<li><a href="{name}">{name}</a></li>' for name in names)
+        return Section("files", "Files", page.paragraph(
+            "Each run is a row of runs.parquet in the campaign's folder.") + page.folded(
+            wording.counted(len(names), "file"), f"<ul>{links}</ul>"))
+
+    def _figure(self, drawn: Figure, name: str, caption: str) -> str:
+        style.save(drawn, self._out / "figures", name)
+        return page.figure(style.inline(drawn, name), name, caption)
+
+    def _written(self, table: Table, latex: bool = True) -> str:
+        tables.as_csv(table, self._out / "tables")
+        if latex:
+            tables.as_latex(table, self._out / "tables")
+        return tables.as_html(table)
+
+
+def _told(metric: str, clear: list[contrasts.Contrast], tested: int) -> str:
+    one = clear[0]
+    pair = one.paired
+    where = f" at {one.where}" if one.where else ""
+    return (f"{wording.titled(metric)}: {len(clear)} of {wording.counted(tested, 'comparison')} "
+            f"significant after Holm's correction; the clearest: {one.axis} {one.first} minus "
+            f"{one.second}{where}, {wording.number(pair.difference.mean)} "
+            f"{wording.between(pair.difference.low, pair.difference.high)}, d_z "
+            f"{wording.number(pair.cohen_dz, 3)}, p {_p(one.p)} "
+            f"({wording.counted(pair.difference.n, 'seed')}).")
+
+
+def _p(p: float) -> str:
+    text = wording.probability(p)
+    return text if text.startswith("<") else f"= {text}"

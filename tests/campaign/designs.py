@@ -1,0 +1,69 @@
+"""Designs on a scenario that runs in a few milliseconds, and rows of runs that nobody made."""
+
+from pathlib import Path
+
+from desim.campaign.design import LoadedDesign, load_design
+from desim.campaign.plan import Plan
+from desim.campaign.work import Row, Task, work
+
+BASE = """\
+name: small
+environment: {terrain: {size: [12 m, 12 m], drawing: {cell: 4 m, lines: [
+  "+--+--+--+", "|     |  |", "+  +  +  +", "|  |     |",
+  "+  +--+  +", "|        |", "+--+--+--+"]}}}
+fleet: {size: 2, start: {from: [-4 m, 4 m], step: [2 m, 0 m]}}
+robot: {laser: {beams: 20}}
+stop: {elapsed: 100 ms}
+"""
+
+
+def written(folder: Path, text: str, name: str = "design.yaml") -> Path:
+    """The file of a design whose first lines, ``name`` and ``base``, are given."""
+    (folder / "small.yaml").write_text(BASE)
+    file = folder / name
+    file.write_text(f"name: d\nbase: small.yaml\n{text}")
+    return file
+
+
+def loaded(folder: Path, text: str) -> LoadedDesign:
+    return load_design(written(folder, text))
+
+
+def planned(folder: Path, text: str) -> Plan:
+    return Plan(loaded(folder, text))
+
+
+def labels(plan: Plan) -> list[tuple[str, ...]]:
+    """Of each vector."""
+    return [tuple(level.label for level in vector.levels.values()) for vector in plan.vectors]
+
+
+def row(run_id: str, **metrics: float) -> Row:
+    """Of a finished run."""
+    return {"run_id": run_id, "status": "finished", "digest": f"digest of {run_id}", "cost": {},
+            "metrics": metrics, "functions": {}}
+
+
+class Here:
+    """Workers of this process: up to ``jobs`` tasks at once, finished in the order ``picked``."""
+
+    def __init__(self, jobs=1, picked=lambda tasks: 0, work=work):
+        self.jobs, self.picked, self.work = jobs, picked, work
+        self.tasks: list[Task] = []
+        self.begun: list[str] = []
+
+    @property
+    def has_room(self):
+        return len(self.tasks) < self.jobs
+
+    @property
+    def is_busy(self):
+        return bool(self.tasks)
+
+    def begin(self, task):
+        self.tasks.append(task)
+        self.begun.append(task.run_id)
+
+    def finished(self):
+        task = self.tasks.pop(self.picked(self.tasks))
+        return [(task, self.work(task))]

@@ -1,0 +1,91 @@
+"""Which runs are made, and in which order."""
+
+from collections import deque
+
+import pytest
+from designs import planned, row
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as some
+
+from desim.campaign.agenda import Agenda, rule_of
+from desim.campaign.design import Until
+
+ROBOTS = "parameters: {robots: {key: fleet.size, values: [1, 2, 3]}}\n"
+UNTIL = ROBOTS + "iterations: {metric: explored, width: %s, at_least: 3, at_most: 12}\n"
+
+
+def played(plan, jobs, picks=(), value=lambda row: row["metrics"]["explored"],
+           luck=lambda vector, iteration: 0.0, rows=None):
+    """All runs that an agenda asks for, with ``jobs`` at once that end as ``picks`` say."""
+    agenda = Agenda(plan, {} if rows is None else rows, (), value)
+    picks, busy, asked = deque(picks), [], []
+    while True:
+        while len(busy) < jobs and (run := agenda.next()) is not None:
+            busy.append(run)
+            asked.append(run)
+        if not busy:
+            return agenda, [(vector.number, iteration) for vector, iteration, _ in asked]
+        vector, iteration, run_id = busy.pop((picks.popleft() if picks else 0) % len(busy))
+        agenda.add(row(run_id, explored=luck(vector, iteration)))
+
+
+def luck(vector, iteration):
+    """Vector 0 hardly varies, 1 does somewhat, 2 a lot."""
+    return 100 + (0.1, 4, 50)[vector.number] * (-1) ** iteration
+
+
+def test_the_whole_design_first_then_again(tmp_path):
+    plan = planned(tmp_path, ROBOTS + "iterations: 2\n")
+    agenda, asked = played(plan, jobs=1)
+    assert asked == [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)]
+    assert agenda.progress == (6, 0, 6)
+
+
+def test_sequential_stopping(tmp_path):
+    """The 95 % interval of n values m + d, m - d, m + d, ...: see statistics/test_sequential."""
+    agenda, asked = played(planned(tmp_path, UNTIL % "10 %"), 1, luck=luck)
+    counts = [sum(number == vector for number, _ in asked) for vector in range(3)]
+    assert counts[0] == 3  # enough at once
+    assert 3 < counts[1] < 12
+    assert counts[2] == 12  # never enough
+    assert len(agenda.runs) == len(asked) == sum(counts)
+
+
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(jobs=some.integers(1, 9), picks=some.lists(some.integers(0, 8), max_size=40),
+       known=some.sets(some.integers(0, 20)))
+def test_what_is_run_depends_neither_on_workers_nor_on_interruptions(tmp_path, jobs, picks, known):
+    plan = planned(tmp_path, UNTIL % "10 %")
+    alone, _ = played(plan, 1, luck=luck)
+    expected = sorted(run_id for _, _, run_id in alone.runs)
+    rows = {run_id: found for i, (run_id, found) in enumerate(alone.rows.items()) if i in known}
+    some_workers, asked = played(plan, jobs, picks, luck=luck, rows=dict(rows))
+    assert sorted(run_id for _, _, run_id in some_workers.runs) == expected
+    assert len(asked) == len(expected) - len(rows)
+    assert some_workers.progress == (len(expected), 0, len(expected))
+
+
+def test_runs_without_a_value_are_not_waited_for_for_ever(tmp_path):
+    agenda, asked = played(planned(tmp_path, UNTIL % "10 %"), 2, value=lambda row: None)
+    assert len(asked) == 3 * 12
+
+
+def test_a_run_that_two_vectors_ask_for_is_made_once(tmp_path):
+    plan = planned(tmp_path, "parameters: {robots: {key: fleet.size, values: [1, 2]}}\n"
+                             "iterations: 2\nvectors: [{robots: 1}, {robots: 2}, {robots: 1}]\n")
+    agenda, asked = played(plan, 3)
+    assert asked == [(0, 0), (1, 0), (0, 1), (1, 1)]
+    assert len(agenda.runs) == 6  # each vector has its row in the table
+    assert agenda.progress == (4, 0, 4)
+
+
+def test_only(tmp_path):
+    plan = planned(tmp_path, ROBOTS + "iterations: 1\n")
+    agenda = Agenda(plan, {}, ("robots=1", "robots=3"))
+    assert [vector.number for vector, _, _ in agenda.runs] == [0, 2]
+
+
+@pytest.mark.parametrize("width, expected", [
+    ("10 %", (0.05, True)), (12.5, (6.25, False)), (3, (1.5, False))])
+def test_the_width_of_an_interval_is_twice_what_stands_behind_plus_minus(width, expected):
+    assert rule_of(Until(metric="explored", width=width))[:2] == expected

@@ -1,0 +1,137 @@
+"""Worker processes: what their death costs, and that none of them stays."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from designs import planned, written
+
+from desim.campaign.campaign import Sweep
+from desim.campaign.crew import Crew
+from desim.campaign.metrics import Metrics
+from desim.campaign.work import Task
+
+TEXT = "parameters: {robots: {key: fleet.size, values: [1, 2]}}\niterations: 2\n"
+ONE = "iterations: 2\n"
+# A metric that kills the worker which computes it; in the rehearsal, and where ``spared`` says so,
+# it does not.
+DEADLY = """\
+import os, signal
+from pathlib import Path
+
+def deadly(run):
+    tried = Path({folder!r}) / run.path.name
+    if run.metrics["simulated_s"] < 0.05:
+        return 0
+    if run.manifest["seed"] == 2 and len(tried.read_text() if tried.exists() else "") < {times}:
+        with open(tried, "a") as file:
+            file.write("x")
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 1
+"""
+
+
+def swept(folder, text, jobs):
+    plan = planned(folder, text)
+    with Sweep(plan, Metrics(plan), folder / "out") as sweep, Crew(jobs) as crew:
+        sweep.run(crew)
+    return sweep
+
+
+def test_one_and_two_workers_write_the_same_table(tmp_path):
+    tables = []
+    for jobs in (1, 2):
+        folder = tmp_path / str(jobs)
+        folder.mkdir()
+        swept(folder, TEXT, jobs)
+        tables.append((folder / "out" / "runs.parquet").read_bytes())
+    assert tables[0] == tables[1]
+
+
+@pytest.mark.parametrize("times, error", [(1, None), (2, "its process died 2 times (SIGKILL)")])
+def test_a_worker_that_dies_costs_one_retry_and_twice_a_failed_row(tmp_path, times, error):
+    module = f"deadly_{times}_of_mine"
+    (tmp_path / f"{module}.py").write_text(DEADLY.format(folder=str(tmp_path), times=times))
+    sweep = swept(tmp_path, ONE + f"metrics: {{one: '{module}:deadly'}}\n", 1)
+    errors = {row.get("error") for row in sweep.rows.values()}
+    assert errors == {None, error}
+    assert sweep.progress == (2, 1 if error else 0, 2)
+    assert sorted(len(file.read_text()) for file in tmp_path.iterdir()
+                  if len(file.name) == 12 and file.is_file()) == [times]
+
+
+def test_a_worker_that_dies_while_idle_costs_nothing(tmp_path):
+    plan = planned(tmp_path, TEXT)
+    vector = plan.vectors[0]
+    task = Task(plan.run_id(vector, 0), plan.scenario(vector, 0), str(tmp_path), ())
+    with Crew(1) as crew:
+        process = crew._idle[0]._process
+        process.kill()
+        process.wait()
+        crew.begin(task)
+        (_, row), = crew.finished()
+    assert row["status"] == "finished"
+
+
+def children(pid: int) -> list[int]:
+    """The processes that a process has begun."""
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def gone(pids: list[int]) -> bool:
+    """Wait until none of these processes is alive."""
+    for pid in pids:
+        try:
+            waited = os.pidfd_open(pid)
+        except ProcessLookupError:
+            continue
+        import select
+
+        poll = select.poll()
+        poll.register(waited, select.POLLIN)
+        if not poll.poll(10_000):
+            return False
+        os.close(waited)
+    return True
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    """A campaign in a process of its own that has finished one run, and its workers."""
+    if not Path("/proc/self/task").exists():
+        pytest.skip("children of a process are told by /proc of Linux")
+    file = written(tmp_path, TEXT.replace("iterations: 2", "iterations: 2000"))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "desim.cli", "sweep", str(file), "--out", str(tmp_path / "out"),
+         "--jobs", "2"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    index = tmp_path / "out" / "index.jsonl"
+    while process.poll() is None and not (index.exists() and index.stat().st_size):
+        try:
+            process.wait(0.05)
+        except subprocess.TimeoutExpired:
+            continue
+    assert process.poll() is None, process.communicate()
+    yield process, children(process.pid), tmp_path / "out"
+    process.kill()
+    process.communicate()
+
+
+def test_ctrl_c(campaign):
+    process, workers, out = campaign
+    assert len(workers) == 2
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130 and "Traceback" not in errors
+    assert gone(workers)
+    assert (out / "runs.parquet").exists()
+
+
+def test_workers_leave_with_a_campaign_that_is_killed(campaign):
+    process, workers, out = campaign
+    process.kill()
+    process.wait()
+    assert len(workers) == 2 and gone(workers)
+    assert not (out / "runs.parquet").exists()

@@ -1,0 +1,268 @@
+"""What the page says, and that it needs nothing but itself."""
+
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from scipy import stats
+from synthetic import LIMIT_S, campaign, design, timed
+
+from desim.campaign.design import Design
+from desim.errors import InputError
+from desim.report.campaign.writing import write
+
+RATES = ["1 Mb/s", "3 Mb/s", "10 Mb/s", "30 Mb/s", "100 Mb/s", "300 Mb/s"]
+BY = {"rate": RATES, "strategy": ["near", "far"]}
+_VOID = {"meta", "link", "br", "hr", "img", "input"}
+
+
+class Page(HTMLParser):
+    """Refuses tags that are not closed as they were opened; collects anchors and references."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open, self.ids, self.references, self.words = [], [], [], []
+        self.feed(text)
+        self.close()
+        assert not self.open
+        self.text = " ".join(" ".join(self.words).split())
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in _VOID:
+            self.open.append(tag)
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(value)
+            if name in ("href", "src", "xlink:href", "data", "action"):
+                self.references.append(value)
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        if tag not in _VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] not in ("style", "script"):
+            self.words.append(data)
+
+
+def made(folder, chosen: Design) -> Page:
+    return Page(write(folder, chosen).read_text())
+
+
+def bent(levels, iteration):
+    """Slow below 10 Mb/s, and the far strategy 20 s later, but for the luck of a seed."""
+    decades = np.log10(float(levels["rate"].split()[0]))
+    luck = np.random.default_rng(iteration).normal(0.0, 5.0)
+    own = np.random.default_rng([iteration, int(100 * decades), len(levels["strategy"])])
+    time_s = 200.0 + 300.0 * max(0.0, 1.0 - decades) + luck + own.normal(0.0, 1.0)
+    return timed(time_s + 20.0 * (levels["strategy"] == "far"), collisions=iteration)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = campaign(tmp_path_factory.mktemp("whole"), BY, 6, bent)
+    chosen = design(BY, iterations=6, report={"metrics": ["exploration_time_s", "collisions"],
+                                              "against": "rate", "by": "strategy"})
+    return folder, made(folder, chosen)
+
+
+def test_the_page_refers_to_nothing_outside_of_its_folder(whole):
+    folder, page = whole
+    text = (folder / "report" / "report.html").read_text()
+    assert not re.search(r"https?:|url\((?!#)|@import|<link[^>]+stylesheet|<script src", text)
+    for reference in page.references:
+        if reference.startswith("#"):
+            assert reference[1:] in page.ids
+        elif reference != "data:,":
+            assert (folder / "report" / reference).is_file()
+
+
+def test_no_id_stands_twice(whole):
+    ids = whole[1].ids
+    assert len(ids) == len(set(ids))
+
+
+def test_the_page_says_the_question_and_the_counts(whole):
+    text = whole[1].text
+    assert "Does <it> pay off & when?" in text
+    assert "12 vectors 6 iterations 72 runs finished 0 failed 0 censored" in text
+
+
+def test_means_and_intervals_are_those_of_the_runs(whole):
+    folder, page = whole
+    levels = {"rate": "1 Mb/s", "strategy": "near"}
+    times = [bent(levels, k)["exploration_time_s"] for k in range(6)]
+    low, high = stats.t.interval(0.95, 5, np.mean(times), stats.sem(times))
+    assert f"{np.mean(times):.1f} [{low:.1f}, {high:.1f}] 6" in page.text
+    lines = (folder / "report" / "tables" / "exploration_time_s.csv").read_text().splitlines()
+    found = dict(zip(lines[0].split(","), lines[1].split(","), strict=True))
+    assert [float(found[name]) for name in ("mean", "low", "high")] == pytest.approx(
+        [np.mean(times), low, high])
+    assert float(found["rate [b/s]"]) == 1e6
+
+
+def test_the_knee_is_named_for_each_line(whole):
+    found = re.findall(r"Knee of exploration time \[s\] at rate ([\d.]+) Mb/s "
+                       r"\(95 % interval ([\d.]+) Mb/s to ([\d.]+) Mb/s, strategy = near\)",
+                       whole[1].text)
+    at, low, high = map(float, found[0])
+    assert low <= 10.0 <= high
+    assert at == pytest.approx(10.0, rel=0.1)
+
+
+def test_strategies_are_compared_run_by_run_and_corrected(whole):
+    folder, _ = whole
+    lines = (folder / "report" / "tables" / "exploration_time_s_comparisons.csv") \
+        .read_text().splitlines()
+    head, rows = lines[0].split(","), [line.split(",") for line in lines[1:]]
+    assert len(rows) == len(RATES)
+    raw = []
+    for rate in RATES:
+        near, far = ([bent({"rate": rate, "strategy": which}, k)["exploration_time_s"]
+                      for k in range(6)] for which in ("near", "far"))
+        raw.append(stats.ttest_rel(near, far).pvalue)
+    assert [float(row[head.index("p")]) for row in rows] == pytest.approx(raw)
+    smallest = min(range(len(raw)), key=raw.__getitem__)
+    assert float(rows[smallest][head.index("p_holm")]) == pytest.approx(
+        min(1.0, len(raw) * raw[smallest]))
+
+
+def test_methods_tell_seeds_levels_and_statistics(whole):
+    text = whole[1].text
+    assert "rate (fleet.rate): 1 Mb/s, 3 Mb/s, 10 Mb/s, 30 Mb/s, 100 Mb/s, 300 Mb/s" in text
+    assert "seeds 1 to 6" in text
+    assert "Student's t" in text
+    assert "Holm" in text
+
+
+def test_each_figure_has_three_files(whole):
+    folder, page = whole
+    for name in ("exploration_time_s", "collisions"):
+        assert f"figure-{name}" in page.ids
+        begins = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+        for ending, begin in begins.items():
+            file = folder / "report" / "figures" / f"{name}.{ending}"
+            assert file.read_bytes().startswith(begin)
+
+
+def test_the_same_runs_give_the_same_page(whole, tmp_path):
+    folder, _ = whole
+    chosen = design(BY, iterations=6, report={"metrics": ["exploration_time_s", "collisions"],
+                                              "against": "rate", "by": "strategy"})
+    again = write(folder, chosen, tmp_path / "again")
+    assert again.read_bytes() == (folder / "report" / "report.html").read_bytes()
+
+
+def starving(levels, iteration):
+    """At one robot nobody gets there in time, at two half of them."""
+    if levels["robots"] == 1 or (levels["robots"] == 2 and iteration % 2):
+        return timed(None)
+    return timed(100.0 + iteration)
+
+
+def test_censored_runs_do_not_make_starvation_look_good(tmp_path):
+    robots = {"robots": [1, 2, 4]}
+    page = made(campaign(tmp_path, robots, 4, starving), design(robots, iterations=4))
+    rows = [line.split(",") for line in (tmp_path / "report" / "tables" / "exploration_time_s.csv")
+            .read_text().splitlines()]
+    by_name = [dict(zip(rows[0], row, strict=True)) for row in rows[1:]]
+    assert [float(row["mean"]) for row in by_name] == [LIMIT_S, (101 + 99 + 2000) / 4 + 0.5, 101.5]
+    assert [row["successes_mean"] for row in by_name] == ["", "101.0", "101.5"]
+    assert [int(row["reached"]) for row in by_name] == [0, 2, 4]
+    assert "6 censored" in page.text
+    assert "No run reached the aim in 1 of 3 vectors: robots = 1." in page.text
+
+
+def test_failed_runs_are_counted_and_left_out(tmp_path):
+    robots = {"robots": [1, 2]}
+
+    def outcome(levels, iteration):
+        return {"error": "the <model> broke"} if iteration == 0 else timed(100.0 * iteration)
+
+    page = made(campaign(tmp_path, robots, 4, outcome), design(robots, iterations=4))
+    assert "6 runs finished 2 failed" in page.text
+    assert "2 × the <model> broke" in page.text
+    assert "200 [-48.41, 448.4] 3" in page.text
+
+
+def test_one_vector_without_parameters(tmp_path):
+    page = made(campaign(tmp_path, {}, 5, lambda levels, k: timed(100.0 + k)),
+                design({}, iterations=5))
+    assert "1 vector 5 iterations 5 runs finished" in page.text
+    assert "figure-exploration_time_s" in page.ids
+
+
+def test_one_iteration_says_that_there_are_no_intervals(tmp_path):
+    robots = {"robots": [1, 2, 4, 8, 16]}
+    page = made(campaign(tmp_path, robots, 1, lambda levels, k: timed(100.0 / levels["robots"])),
+                design(robots, iterations=1))
+    assert "One run a vector: there are no intervals" in page.text
+
+
+def test_no_finished_run(tmp_path):
+    robots = {"robots": [1, 2]}
+    nothing = dict.fromkeys(("simulated_s", "censored", "exploration_time_s", "explored"))
+    page = made(campaign(tmp_path, robots, 2, lambda levels, k: {"error": "no room", **nothing}),
+                design(robots, iterations=2))
+    assert "0 runs finished 4 failed" in page.text
+    assert "4 × no room" in page.text
+
+
+def test_a_word_as_the_axis_compares_all_of_its_levels(tmp_path):
+    doors = {"doors": ["none", "half", "closed"]}
+
+    def outcome(levels, k):
+        level = doors["doors"].index(levels["doors"])
+        return timed(100.0 + 50.0 * level + (k * 7) % 5 + (k * (level + 2)) % 3)
+
+    page = made(campaign(tmp_path, doors, 8, outcome), design(doors, iterations=8))
+    assert "3 of 3 comparisons significant" in page.text
+    assert "nee of" not in page.text
+
+
+def test_further_parameters_become_panels(tmp_path):
+    three = {"robots": [1, 2, 4], "strategy": ["near", "far"], "terrain": ["maze", "loop"]}
+    page = made(campaign(tmp_path, three, 2, lambda levels, k: timed(100.0 / levels["robots"] + k)),
+                design(three, iterations=2))
+    assert "Panels are the levels of terrain." in page.text
+    assert "terrain = maze" in page.text
+
+
+def test_kinds_that_belong_together_say_which_gives_in_first(tmp_path):
+    rates = {"rate": RATES}
+
+    def outcome(levels, k):
+        decades = np.log10(float(levels["rate"].split()[0]))
+        return timed(100.0 + k, a_delivered=min(1.0, 0.5 * decades), messages_delivered=7,
+                     b_delivered=min(1.0, 0.2 + decades))
+
+    page = made(campaign(tmp_path, rates, 2, outcome), design(
+        rates, iterations=2, metrics={"a_delivered": "x / y", "b_delivered": "x / y"},
+        report={"metrics": ["*_delivered"]}))
+    assert "a (at 30 Mb/s, mean 0.739) gives in first, then b (at 3 Mb/s, mean 0.677)." in page.text
+    assert "messages delivered" not in page.text.split("All metrics")[1].split("mean ±")[0]
+
+
+def test_stopping_by_width_shows_the_measured_coverage(tmp_path):
+    robots = {"robots": [1, 2]}
+    page = made(campaign(tmp_path, robots, 6, lambda levels, k: timed(100.0 + 9.0 * (k % 3))),
+                design(robots, iterations={"metric": "exploration_time_s", "width": "10 %",
+                                           "at_least": 3, "at_most": 20}))
+    share = float(re.search(r"by simulation ([\d.]+)% to", page.text)[1])
+    assert 80.0 < share < 96.0
+
+
+def test_a_folder_without_runs_is_refused(tmp_path):
+    with pytest.raises(InputError, match="not a campaign's folder"):
+        write(tmp_path, design({}))
+
+
+def test_a_table_of_another_design_is_refused(tmp_path):
+    campaign(tmp_path, {"robots": [1]}, 1, lambda levels, k: timed(1.0))
+    with pytest.raises(InputError, match="no parameter 'speed'"):
+        write(tmp_path, design({"speed": [1]}))

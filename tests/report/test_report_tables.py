@@ -1,0 +1,73 @@
+"""Tables for the page, for LaTeX, for programs."""
+
+import csv
+import shutil
+import subprocess
+
+import pytest
+from synthetic import campaign, design, timed
+
+from desim.report.campaign import tables, wording
+from desim.report.campaign.tables import Shown, Table
+from desim.report.campaign.writing import write
+
+ODD = Table("odd", "50 % of a_b & c: [m²] {x} ~ ^ \\ $ # –", ["a_b [m²]", "words & more"],
+            [[1234567.0, "100 % <x>"], [None, "[a] – b"], [Shown("> 5 000", 5000.0), "c_d"]],
+            ["a", "b"], [[1234567.125, "x,y"], [None, "z"], [5000, ""]])
+
+
+def test_csv_has_every_digit(tmp_path):
+    tables.as_csv(ODD, tmp_path)
+    with open(tmp_path / "odd.csv", newline="") as file:
+        assert list(csv.reader(file)) == [["a", "b"], ["1234567.125", "x,y"], ["", "z"],
+                                          ["5000", ""]]
+
+
+def test_the_page_sorts_by_values_not_by_words():
+    text = tables.as_html(ODD)
+    assert 'data-v="5000">&gt; 5 000' in text
+    assert "100 % &lt;x&gt;" in text
+
+
+def test_many_rows_are_left_to_the_file():
+    rows = [[float(i)] for i in range(1000)]
+    text = tables.as_html(Table("long", "Long.", ["x"], rows, ["x"], rows))
+    assert text.count("<tr>") == 301
+    assert "700 more rows in tables/long.csv" in text
+
+
+@pytest.mark.parametrize("value, text", [
+    (0.0, "0"), (None, "–"), (float("nan"), "–"), (1234.5678, "1 235"), (0.012345, "0.01235"),
+    (99.99999, "100"), (-3.0, "-3"), (1e-9, "1e-09"), (1234567.0, "1 234 567"), (20000.0, "20 000"),
+    (0.5, "0.5")])
+def test_numbers_have_four_digits(value, text):
+    assert wording.number(value) == text
+
+
+def compiled(folder, sources):
+    latex = shutil.which("pdflatex")
+    if latex is None:
+        pytest.skip("there is no pdflatex")
+    inputs = "\n".join(rf"\input{{{source}}}" for source in sources)
+    (folder / "all.tex").write_text(
+        "\\documentclass{article}\n\\usepackage[T1]{fontenc}\n\\usepackage{booktabs,longtable}\n"
+        f"\\begin{{document}}\n{inputs}\n\\end{{document}}\n")
+    return subprocess.run([latex, "-interaction=nonstopmode", "-halt-on-error", "all.tex"],
+                          cwd=folder, capture_output=True, text=True)
+
+
+def test_latex_compiles_with_odd_letters(tmp_path):
+    tables.as_latex(ODD, tmp_path)
+    done = compiled(tmp_path, ["odd"])
+    assert done.returncode == 0, done.stdout[-2000:]
+
+
+def test_latex_of_a_report_compiles(tmp_path):
+    axes = {"rate": ["1 Mb/s", "3 Mb/s"], "strategy": ["near_est", "far & wide"]}
+    campaign(tmp_path, axes, 4, lambda levels, k: timed(
+        None if k == 0 else 100.0 * k + len(levels["strategy"]), explored_m2=k))
+    write(tmp_path, design(axes, iterations=4, report={"metrics": ["exploration_time_s",
+                                                                   "explored_m2"]}))
+    folder = tmp_path / "report" / "tables"
+    done = compiled(folder, sorted(file.stem for file in folder.glob("*.tex")))
+    assert done.returncode == 0, done.stdout[-2000:]
