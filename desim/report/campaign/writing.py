@@ -62,8 +62,12 @@ class _Report:
         self._drawn = lines.chosen(self._panels)
         self._found = {metric: contrasts.contrasts(study, self._estimates, metric)
                        for metric in self._single}
+        self._knees = knees.Knees(study, self._estimates, sum(
+            len(panel.lines) for panel in self._drawn) * sum(
+            [len(self._single), *(len(group.metrics) for group in self._groups)]))
         self._bends = {metric: self._bends_of(metric) for metric in self._single}
-        self._onsets = {group: groups.order_of_onset(study, self._estimates, group, self._drawn)
+        self._onsets = {group: groups.order_of_onset(study, self._estimates, self._knees, group,
+                                                    self._drawn)
                         for group in self._groups}
         self._sources = methods.Sources(study.folder)
 
@@ -216,8 +220,7 @@ class _Report:
         axis = self._study.against
         if axis is None or axis.numbers is None or self._study.is_sampled:
             return []
-        return [knees.bend(self._study, self._estimates, metric, line)
-                for panel in self._drawn for line in panel.lines]
+        return [self._knees.of(metric, line) for panel in self._drawn for line in panel.lines]
 
     def _group(self, group: groups.Group) -> Section:
         study, estimates = self._study, self._estimates
@@ -264,8 +267,7 @@ class _Report:
             wording.counted(len(names), "file"), f"<ul>{links}</ul>"))
 
     def _figure(self, drawn: Figure, name: str, caption: str) -> str:
-        style.save(drawn, self._out / "figures", name)
-        return page.figure(style.inline(drawn, name), name, caption)
+        return page.figure(style.save(drawn, self._out / "figures", name), name, caption)
 
     def _written(self, table: Table, latex: bool = True) -> str:
         tables.as_csv(table, self._out / "tables")
