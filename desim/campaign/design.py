@@ -15,10 +15,11 @@ from pydantic import Field
 from desim.errors import InputError
 from desim.ports import Params
 from desim.scenario import merge
-from desim.scenario.complaints import validated
+from desim.scenario.complaints import lines, validated
 from desim.scenario.places import Path, Places, dotted
 from desim.scenario.shapes import by_shape
 
+MOST_RUNS = 1_000_000
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,59}$")]
 _KEY = "the scenario's key that it sets, e.g. fleet.size; null: others use it as $name"
 
@@ -34,7 +35,7 @@ class Values(Params):
 class Levels(Params):
     """A parameter by named settings, each of several keys of the scenario."""
 
-    levels: dict[str, dict[str, Any]] = Field(min_length=1, description=(
+    levels: dict[str, dict[str, Any]] = Field(description=(
         "name to keys and values, e.g. {far: {network.media.air.power: 20 dBm}}"))
 
 
@@ -60,20 +61,21 @@ class Function(Params):
 class LatinHypercube(Params):
     """Samples that fill each parameter's range evenly (McKay, Beckman and Conover 1979)."""
 
-    latin_hypercube: int = Field(ge=1, description="how many")
+    latin_hypercube: int = Field(ge=1, le=MOST_RUNS, description="how many")
 
 
 class Sobol(Params):
     """The first points of a scrambled Sobol sequence (Owen 1998)."""
 
-    sobol: int = Field(ge=1, description="how many; a power of two keeps them balanced")
+    sobol: int = Field(ge=1, le=MOST_RUNS, description=(
+        "how many; a power of two keeps them balanced"))
 
 
 class Saltelli(Params):
     """Points for sensitivity indices: n (d + 2) of them with d parameters (Saltelli et al. 2010).
     """
 
-    saltelli: int = Field(ge=2, description="n, a power of two")
+    saltelli: int = Field(ge=2, le=MOST_RUNS, description="n, a power of two")
 
 
 class Until(Params):
@@ -163,5 +165,5 @@ def read_design(file: str) -> tuple[Design, Places]:
     data, places = merge.extended(file)
     design = validated(Design, data)
     if isinstance(design, list):
-        raise InputError(*dict.fromkeys(complaint.line(places) for complaint in design))
+        raise InputError(*lines(design, places))
     return design, places

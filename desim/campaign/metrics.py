@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from desim import api, plugins
+from desim.campaign.columns import refuse_twins
 from desim.campaign.plan import Plan
 from desim.campaign.work import Row, flat
 from desim.errors import InputError, did_you_mean
@@ -38,7 +39,9 @@ class Metrics:
         run, self.names = None, ()
         with tempfile.TemporaryDirectory() as folder:
             run = _rehearsed(plan, folder)
-            self.names = tuple(flat(run.metrics))
+            found = flat(run.metrics)
+            self.names = tuple(found)
+            self._words = {name for name, value in found.items() if isinstance(value, str)}
             self._own: dict[str, Callable[[Row], float | None]] = {}
             self.functions: tuple[str, ...] = ()
             for name, text in loaded.design.metrics.items():
@@ -48,10 +51,7 @@ class Metrics:
                 except InputError as error:
                     raise loaded.wrong(("metrics", name), str(error)) from None
         self.names = (*self.names, *self._own)
-        for name in plan.parameters:
-            if name in self.names:
-                raise loaded.wrong(("parameters", name), "is the name of a metric, too; choose "
-                                                         "another one")
+        refuse_twins(plan, self.names)
         self._refuse_unknown(plan)
 
     def of(self, row: Row) -> dict[str, Any]:
@@ -71,12 +71,12 @@ class Metrics:
         if _FUNCTION.fullmatch(text):
             return self._function(plugins.beside(text, folder), run)
         counted = [found for found in _COUNTED.findall(text) if found not in self.names]
-        compiled = expression.compile(text, (*self.names, *counted))
+        compiled = expression.compile(text, (*self._numbers, *counted))
 
         def evaluate(row: Row) -> float | None:
             try:
                 value = compiled.evaluate(dict.fromkeys(counted, 0) | row["metrics"])
-            except TypeError:  # of a metric that this run has not, or of a word
+            except TypeError:  # of a metric that this run has not
                 return None
             return None if value is None else float(value)
 
@@ -94,18 +94,23 @@ class Metrics:
         self.functions += (path,)
         return lambda row: row["functions"].get(path)
 
+    @property
+    def _numbers(self) -> list[str]:
+        return [name for name in self.names if name not in self._words]
+
     def _refuse_unknown(self, plan: Plan) -> None:
         design = plan.design
         asked = [(("report", "metrics", i), name) for i, name in enumerate(design.report.metrics)]
         if hasattr(design.iterations, "metric"):
             asked.append((("iterations", "metric"), design.iterations.metric))
         for path, name in asked:
-            known = fnmatch.filter(self.names, name) if path[0] == "report" \
-                else name in self.names
+            # What the report shows may be a pattern, "*_delivered", for metrics in one figure.
+            known = fnmatch.filter(self._numbers, name) if path[0] == "report" \
+                else name in self._numbers
             if not known and not _COUNTED.fullmatch(name):
-                raise plan.loaded.wrong(path, f"no run has a metric {name!r}"
-                                        f"{did_you_mean(name, self.names)}; allowed: "
-                                        f"{', '.join(self.names)}")
+                raise plan.loaded.wrong(path, f"no run has a number {name!r}"
+                                        f"{did_you_mean(name, self._numbers)}; allowed: "
+                                        f"{', '.join(self._numbers)}")
         for key in ("against", "by"):
             name = getattr(design.report, key)
             if name is not None and name not in plan.parameters:

@@ -62,13 +62,15 @@ def _of_values(path: Path, shape: Values) -> Parameter:
 
 
 def _of_levels(path: Path, shape: Levels) -> Parameter:
+    if not shape.levels:
+        raise InputError("has no levels")
     levels = [Level(label, label, tuple(
         Setting(key, value, (*path, "levels", label, key)) for key, value in settings.items()))
         for label, settings in shape.levels.items()]
     by_label = {level.label: level for level in levels}
 
     def named(value: Any) -> Level:
-        if value not in by_label:
+        if not isinstance(value, str) or value not in by_label:
             raise InputError(f"{value!r} is not one of its levels"
                              f"{did_you_mean(str(value), by_label)}; allowed: "
                              f"{', '.join(by_label)}")
@@ -121,7 +123,7 @@ def _numbers(shape: Span, first: Quantity, last: Quantity, whole: bool) -> list[
         raise InputError(f"the step {shape.step!r} must be above zero")
     count = (last.number - first.number) // step + 1
     if count > _MOST_LEVELS:
-        raise InputError(f"has {count} values; at most {_MOST_LEVELS}")
+        raise InputError(f"has more than {_MOST_LEVELS:,} values")
     return [first.number + i * step for i in range(count)]
 
 

@@ -7,9 +7,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from desim.campaign.design import LoadedDesign, Until
+from desim.campaign.design import MOST_RUNS, LoadedDesign, Until
 from desim.campaign.parameters import Level, Setting, parameters_of
-from desim.campaign.vectors import MOST_RUNS, Combination, combinations
+from desim.campaign.quantities import quantity
+from desim.campaign.vectors import Combination, combinations
 from desim.errors import did_you_mean
 from desim.experiment.identity import Identity
 from desim.scenario.load import Change, Loaded, varied
@@ -41,8 +42,7 @@ class Plan:
     def __init__(self, loaded: LoadedDesign, checked: Callable[[int, int], Any] | None = None,
                  ) -> None:
         self.loaded, self.design = loaded, loaded.design
-        if isinstance(self.design.iterations, int) and self.design.iterations < 1:
-            raise loaded.wrong(("iterations",), f"must be at least 1, got {self.design.iterations}")
+        _refuse_iterations(loaded)
         parameters = parameters_of(loaded)
         self.parameters = tuple(parameters)
         _refuse_unused(loaded)
@@ -100,6 +100,9 @@ def _changes(loaded: LoadedDesign, levels: dict[str, Level]) -> tuple[Change, ..
                      for key, value in getattr(design, family).items()]
     settings += [setting for level in levels.values() for setting in level.settings]
     for setting in settings:
+        if not all(setting.key.split(".")):
+            raise loaded.wrong(setting.path, f"{setting.key!r} is not a key of the scenario, e.g. "
+                                             "fleet.size")
         if setting.key in _OF_THE_DESIGN:
             raise loaded.wrong(setting.path, f"sets the scenario's {setting.key}, which is the "
                                              f"design's: {_OF_THE_DESIGN[setting.key]}")
@@ -122,6 +125,22 @@ def _filled(loaded: LoadedDesign, setting: Setting, value: Any, levels: dict[str
                            f"{did_you_mean(name, levels)}; allowed: "
                            f"{', '.join('$' + known for known in levels) or 'none'}")
     return levels[name].value
+
+
+def _refuse_iterations(loaded: LoadedDesign) -> None:
+    rule = loaded.design.iterations
+    if isinstance(rule, int):
+        if rule < 1:
+            raise loaded.wrong(("iterations",), f"must be at least 1, got {rule}")
+        return
+    if rule.at_least > rule.at_most:
+        raise loaded.wrong(("iterations",), f"at_least {rule.at_least} is above at_most "
+                                            f"{rule.at_most}")
+    width = quantity(rule.width)
+    if width is None or width.unit not in ("", "%") or width.number <= 0:
+        raise loaded.wrong(("iterations", "width"), (
+            f"{rule.width!r} is not a width; allowed: a number above zero, in the metric's unit, "
+            "or a share of the mean such as '10 %'"))
 
 
 def _refuse_unused(loaded: LoadedDesign) -> None:

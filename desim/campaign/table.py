@@ -14,11 +14,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from desim.campaign.agenda import Rows
+from desim.campaign.columns import labelled
 from desim.campaign.metrics import Metrics
 from desim.campaign.plan import Plan, Vector
-from desim.campaign.quantities import as_numbers
-
-FIXED = ("run_id", "vector", "iteration", "seed", "status", "error", "digest")
 
 
 def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
@@ -33,7 +31,8 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
         "seed": [plan.seed(vector, iteration) for vector, iteration, _ in made],
         **{name: [rows[run_id].get(name) for _, _, run_id in made]
            for name in ("status", "error", "digest")},
-        **_parameters(plan, [vector for vector, _, _ in made])}
+        **{column: [of[vector.levels[name].label] for vector, _, _ in made]
+           for name in plan.parameters for column, of in labelled(plan, name).items()}}
     found = [metrics.of(rows[run_id]) if rows[run_id]["status"] == "finished" else {}
              for _, _, run_id in made]
     names = dict.fromkeys((*metrics.names, *sorted(
@@ -48,25 +47,6 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
     except OSError:
         beside.unlink(missing_ok=True)
         raise
-
-
-def _parameters(plan: Plan, vectors: list[Vector]) -> dict[str, list[Any]]:
-    """A column of numbers where all levels are bare numbers; else one of words, and beside it, in
-    one unit, the numbers that these are (``bandwidth``, ``bandwidth_bps``)."""
-    out: dict[str, list[Any]] = {}
-    for name in plan.parameters:
-        words = [vector.levels[name].label for vector in vectors]
-        values = {vector.levels[name].label: vector.levels[name].value for vector in plan.vectors}
-        numbers = as_numbers(list(values.values()))
-        if numbers is None:
-            out[name] = words
-            continue
-        suffix, scaled = numbers
-        of = dict(zip(values, scaled, strict=True))
-        if suffix:
-            out[name] = words
-        out[name + suffix] = [of[word] for word in words]
-    return out
 
 
 def _column(values: list[Any]) -> pa.Array:

@@ -10,11 +10,17 @@ from typing import Any
 import numpy as np
 
 from desim import plugins
-from desim.campaign.design import Function, LatinHypercube, LoadedDesign, Saltelli, Sobol
+from desim.campaign.design import (
+    MOST_RUNS,
+    Function,
+    LatinHypercube,
+    LoadedDesign,
+    Saltelli,
+    Sobol,
+)
 from desim.campaign.parameters import Level, Parameter
 from desim.errors import InputError, did_you_mean
 
-MOST_RUNS = 1_000_000
 Combination = dict[str, Level]
 
 
@@ -63,14 +69,19 @@ def _product(levels: dict[str, list[Level]]) -> str:
 
 def _answered(loaded: LoadedDesign, name: str) -> Iterable[Any]:
     """What a Python function says the vectors are."""
+    if ":" not in name:
+        raise InputError(f"function: {name!r} is not 'package.module:function'")
     function = plugins.imported("function", plugins.beside(name, loaded.folder(
         ("vectors", "function"))))
     if not callable(function):
         raise InputError(f"{name!r} is not a function")
     try:
-        return list(itertools.islice(iter(function()), MOST_RUNS + 1))
+        vectors = list(itertools.islice(iter(function()), MOST_RUNS + 1))
     except Exception as error:  # a stranger's function may fail in any way
         raise InputError(f"{name} raised {type(error).__name__}: {error}") from error
+    if len(vectors) > MOST_RUNS:
+        raise InputError(f"{name} gives more than {MOST_RUNS:,}")
+    return vectors
 
 
 def _named(number: int, one: Any, parameters: dict[str, Parameter]) -> Combination:
@@ -103,10 +114,18 @@ def _points(samples: LatinHypercube | Sobol | Saltelli, dimensions: int, seed: i
     if isinstance(samples, LatinHypercube):
         return qmc.LatinHypercube(dimensions, seed=seed).random(samples.latin_hypercube)
     if isinstance(samples, Sobol):
-        return qmc.Sobol(dimensions, seed=seed).random(samples.sobol)
+        doublings = (samples.sobol - 1).bit_length()
+        return qmc.Sobol(dimensions, seed=seed).random_base2(doublings)[:samples.sobol]
     from desim.statistics.sensitivity import saltelli
 
-    return saltelli(samples.saltelli, dimensions, seed)
+    rows = samples.saltelli * (dimensions + 2)
+    if rows > MOST_RUNS:
+        raise InputError(f"saltelli: {samples.saltelli:,} points of {dimensions} parameters are "
+                         f"{rows:,} vectors; at most {MOST_RUNS:,}")
+    try:
+        return saltelli(samples.saltelli, dimensions, seed)
+    except ValueError as error:
+        raise InputError(f"saltelli: {error}") from None
 
 
 def _sampled(loaded: LoadedDesign, points: np.ndarray, parameters: dict[str, Parameter],

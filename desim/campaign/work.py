@@ -6,6 +6,7 @@ A run that fails is a result: its row says why.
 from __future__ import annotations
 
 import gc
+import math
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
@@ -83,10 +84,10 @@ def flat(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def evaluated(name: str, run: api.Run) -> float | None:
-    """A metric that is a function of a run; None where it says so or fails."""
+    """A metric that is a function of a run; None where it says so, is not finite, or fails."""
     try:
         value = plugins.imported("function", name)(run)
-        return None if value is None else float(value)
+        return None if value is None or not math.isfinite(value) else float(value)
     except Exception:  # one run without a metric; the rehearsal has shown the function to work
         return None
 

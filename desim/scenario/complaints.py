@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from desim.errors import did_you_mean
 from desim.ports import Params
-from desim.scenario.places import Path, Places, dotted
+from desim.scenario.places import Path, Place, Places, dotted
 from desim.scenario.shapes import alternatives, keys
 
 
@@ -25,6 +25,15 @@ class Complaint(NamedTuple):
         """``file:line:column: path: text``."""
         place = places.key(self.path) if self.at_key else places.value(self.path)
         return ": ".join(filter(None, (str(place), dotted(self.path), self.text)))
+
+
+def lines(found: list[Complaint], places: Places) -> list[str]:
+    """In the order in which they stand in the files, each once."""
+    def place(complaint: Complaint) -> Place:
+        of = places.key if complaint.at_key else places.value
+        return of(complaint.path)
+
+    return list(dict.fromkeys(complaint.line(places) for complaint in sorted(found, key=place)))
 
 
 def validated(block: type[Params], data: Any, path: Path = (),

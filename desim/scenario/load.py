@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from desim.errors import InputError
 from desim.scenario import check, merge, pluginchoices
-from desim.scenario.complaints import Complaint, validated
+from desim.scenario.complaints import Complaint, lines, validated
 from desim.scenario.complete import complete
 from desim.scenario.fleet import StartFile
 from desim.scenario.places import Folder, Path, Place, Places, split
@@ -113,7 +113,7 @@ def _loaded(document: merge.Document) -> Loaded:
         found += check.complaints(scenario, folder, tuple(complaint.path for complaint in wrong))
     found += wrong
     if found:
-        raise InputError(*_lines(found, places))
+        raise InputError(*lines(found, places))
     return Loaded(complete(scenario, folder), places)
 
 
@@ -164,12 +164,3 @@ def _with_listed_starts(scenario: Scenario, folder: Folder) -> tuple[Scenario, l
         return scenario, [Complaint(path, line) for line in error.args]
     fleet = scenario.fleet.model_copy(update={"start": poses})
     return scenario.model_copy(update={"fleet": fleet}), []
-
-
-def _lines(found: list[Complaint], places: Places) -> list[str]:
-    """In the order in which they stand in the files, each once."""
-    def place(complaint: Complaint) -> Place:
-        of = places.key if complaint.at_key else places.value
-        return of(complaint.path)
-
-    return list(dict.fromkeys(complaint.line(places) for complaint in sorted(found, key=place)))

@@ -52,6 +52,8 @@ def keys(block: type[Params]) -> list[str]:
 def alternatives(annotation: Any) -> dict[str, Any]:
     """Tag to alternative of a ``by_shape`` field's annotation; empty for any other."""
     found = {}
+    if get_origin(annotation) is Annotated:  # as it stands inside of another one
+        annotation = get_args(annotation)[0]
     for option in get_args(annotation):
         tags = [extra.tag for extra in getattr(option, "__metadata__", ()) if
                 isinstance(extra, Tag)]

@@ -19,6 +19,7 @@ from desim.report.campaign import (
     methods,
     overview,
     page,
+    rungs,
     sensitivity,
     style,
     tables,
@@ -100,6 +101,9 @@ class _Report:
         study, said = self._study, []
         for metric in self._single:
             said += knees.summary(self._bends[metric], study.against, metric)
+        if rungs.is_ladder(study):
+            for metric in self._single:
+                said += rungs.sentences(study, metric, self._rungs(metric))
         for group in self._groups:
             said += self._onsets[group][1]
         for metric in self._single:
@@ -168,6 +172,8 @@ class _Report:
             caption = self._caption(metric) + lines.left_out(self._panels, self._drawn)
             parts.append(self._figure(drawn, metric, caption))
             parts.append(page.items(knees.sentences(self._bends[metric], study.against, metric)))
+        if rungs.is_ladder(study):
+            parts.append(self._written(rungs.table(study, metric, self._rungs(metric))))
         parts.append(page.folded("By vector", self._written(
             overview.one_metric(study, estimates, metric))))
         if self._found[metric]:
@@ -221,6 +227,9 @@ class _Report:
         if axis is None or axis.numbers is None or self._study.is_sampled:
             return []
         return [self._knees.of(metric, line) for panel in self._drawn for line in panel.lines]
+
+    def _rungs(self, metric: str) -> list[rungs.Rung]:
+        return rungs.compared(self._study, self._estimates, metric)
 
     def _group(self, group: groups.Group) -> Section:
         study, estimates = self._study, self._estimates
