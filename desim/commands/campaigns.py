@@ -102,8 +102,6 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
            ) -> None:
     """Compare settings on every rung of the fidelity ladder: does their ranking hold?"""
     with exits():
-        from rich.console import Console
-
         from desim.report.sweeping import Told
 
         told = Told(quiet)
@@ -121,5 +119,5 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
 
         page = write(folder, plan.design)
         if not quiet:
-            tell(folder, plan.design, Console(highlight=False))
+            tell(folder, plan.design)
             typer.echo(f"report: {page}")

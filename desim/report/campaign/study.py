@@ -11,9 +11,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from desim.campaign.columns import FIXED
 from desim.campaign.design import Design, LatinHypercube, Saltelli, Sobol
 from desim.campaign.quantities import SUFFIXES
-from desim.campaign.table import FIXED
 from desim.errors import InputError, did_you_mean
 from desim.experiment.results import FAILED
 
