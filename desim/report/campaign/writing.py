@@ -111,12 +111,18 @@ class _Report:
             if clear:
                 said.append(_told(metric, clear, len(self._found[metric])))
         never = [vector for vector in study.vectors if not study.reached[vector.rows].any()]
-        if never:
+        if len(never) == len(study.vectors):
+            said.append("No run reached the aim.")
+        elif never:
             shown = wording.listed([study.label(vector) for vector in never], _MOST_SAID)
             said.append(f"No run reached the aim in {len(never)} of "
                         f"{wording.counted(len(study.vectors), 'vector')}: {shown}.")
-        body = page.items(said) if said else page.paragraph(
-            "No knee and no significant difference was found with these runs.")
+        if study.is_sampled:
+            said += [sentence for metric in self._single
+                     for sentence in sensitivity.sentences(study, self._estimates, metric)]
+        elif not said:
+            said = ["No knee and no significant difference was found with these runs."]
+        body = page.items(said)
         if max(len(vector.rows) for vector in study.vectors) == 1 and not study.is_sampled:
             body += page.paragraph("One run a vector: there are no intervals and no comparisons, "
                                    "and knees rest on how the points scatter around lines.",
@@ -131,7 +137,7 @@ class _Report:
     def _run(self) -> Section:
         study = self._study
         rows = [[axis.name, getattr(study.design.parameters[axis.name], "key", None) or "",
-                 str(len(axis.labels)), wording.listed(axis.labels)]
+                 len(axis.labels), methods.values(study, axis)]
                 for axis in study.axes.values()]
         head = ["parameter", "key", "levels", "values"]
         body = page.paragraph(methods.design_paragraph(study))
@@ -152,6 +158,8 @@ class _Report:
 
     def _reading(self) -> str:
         study = self._study
+        if study.is_sampled:
+            return ""
         text = ("Lines and large symbols are means over the runs of a vector, bars their 95 % "
                 "intervals, faint dots single runs (▲: stopped at the time limit).")
         if len({int(study.reached[vector.rows].sum()) for vector in study.vectors}) > 1:
