@@ -253,8 +253,8 @@ def test_plugins_lists_every_kind():
     said = desim_("plugins")
     for word in ("network (desim.networks)", "switch", "range", "nearest_frontier", "direct"):
         assert word in said
-    for line in ("  Time division: a cycle of slots, each long enough for one packet, and each host "
-                 "sends in its own one.\n",
+    for line in ("  Time division: a cycle of slots, each long enough for one packet, and each "
+                 "host sends in its own one.\n",
                  "  The range of ``network.fidelity: disk``, computed from path loss and error "
                  "model, against what ``mac`` delivers there to a single receiver.\n"):
         assert line in said
