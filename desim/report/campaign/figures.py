@@ -98,12 +98,12 @@ class _Painter:
         means = np.array([np.nan if one.mean is None else one.mean for one in found])
         if self._axis is not None and self._axis.numbers is not None:
             axes.plot(x, means, color=shade, linewidth=1.4, zorder=3)
-        for at, one in zip(x, found, strict=True):
-            if one.low is not None:
-                axes.plot([at, at], [one.low, one.high], color=shade, linewidth=1.3, zorder=3,
-                          solid_capstyle="butt", marker="_", markersize=5)
+        low, high = np.array([[one.low, one.high] for one in found], float).T
+        axes.vlines(x, low, high, color=shade, linewidth=1.3, zorder=3)
+        axes.plot(np.tile(x, 2), np.concatenate([low, high]), color=shade, linestyle="none",
+                  marker="_", markersize=5, zorder=3)
         sizes = [self._area(one.reached) for one in found]
-        faces = [shade if one.reached else "none" for one in found]
+        faces = [shade if one.reached or len(self._successes) == 1 else "none" for one in found]
         axes.scatter(x, means, sizes, marker=symbol, facecolors=faces, edgecolors=shade,
                      linewidths=1.1, zorder=4)
         if self._limit is not None:
@@ -169,6 +169,8 @@ class _Painter:
                          linewidths=0, zorder=2)
 
     def _area(self, successes: int) -> float:
+        if len(self._successes) == 1:  # nothing to tell apart
+            return (_SMALL + _LARGE) / 2
         return _SMALL + (_LARGE - _SMALL) * successes / max(self._most, 1)
 
 

@@ -11,8 +11,9 @@ from desim.campaign.design import Function, LatinHypercube, Saltelli, Sobol, Unt
 from desim.report.campaign import wording
 from desim.report.campaign.contrasts import Contrast
 from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.study import TIMES, Study
+from desim.report.campaign.study import TIMES, Axis, Study
 
+_LISTED = 40
 _LONGEST_TEXT = 60_000  # of a file that the page holds
 
 
@@ -88,7 +89,8 @@ def design_paragraph(study: Study) -> str:
                     f"most {rule.width} wide, at least {rule.at_least} and at most "
                     f"{rule.at_most} times (between {min(counts)} and {max(counts)} runs).")
     else:
-        text.append(f"Each vector was run {wording.counted(design.iterations, 'time')}.")
+        times = wording.counted(design.iterations, "time")
+        text.append(f"Each vector was run {'once' if design.iterations == 1 else times}.")
     if study.is_paired:
         last = int(study.iterations.max()) + design.seed
         seeds = f" (seeds {design.seed} to {last})" if last > design.seed else ""
@@ -127,14 +129,17 @@ def _vectors(study: Study) -> str:
 
 
 def _levels(study: Study, name: str) -> str:
-    axis, shape = study.axes[name], study.design.parameters[name]
-    key = getattr(shape, "key", None)
-    where = f" ({key})" if key else ""
+    key = getattr(study.design.parameters[name], "key", None)
+    return f"{name}{f' ({key})' if key else ''}: {values(study, study.axes[name])}"
+
+
+def values(study: Study, axis: Axis) -> str:
+    """An axis' levels, or, of samples, their range."""
     if study.is_sampled and axis.numbers is not None:
         ends = (wording.quantity(x, axis.unit) for x in axis.numbers[[0, -1]])
-        return f"{name}{where} between {' and '.join(ends)}"
-    return f"{name}{where}: {', '.join(axis.labels[:40])}" + (
-        f" and {len(axis.labels) - 40} more" if len(axis.labels) > 40 else "")
+        return f"between {' and '.join(ends)}"
+    return ", ".join(axis.labels[:_LISTED]) + (
+        f" and {len(axis.labels) - _LISTED} more" if len(axis.labels) > _LISTED else "")
 
 
 def _statistics(study: Study, estimates: Estimates, metrics: list[str],
