@@ -19,8 +19,8 @@ class Chains:
     messages' intervals (the memory of a way is five messages), and its messages are on the air:
     each host's, passed on by each other one at most."""
 
-    source = ("Li, Blake, De Couto, Lee, Morris 2001: 1 / 4 at best, about 1 / 7 under 802.11; the "
-              "repair is a property, not a publication")
+    source = ("Li, Blake, De Couto, Lee, Morris 2001: 1 / 4 at best, about 1 / 7 under 802.11; "
+              "from 1 / 8 to 1 / 4 and the repair are properties, not publications")
 
     def checks(self, play: Play) -> Iterator[Check]:
         for mac in "ideal", "tdma":
