@@ -120,10 +120,10 @@ class _Told:
         mean = self._estimates.of(metric, self._line.vectors[one.best]).mean
         row = [self._place or "all", self._group.of(metric), mean, self._label(one.best),
                "nowhere" if one.at is None else self._label(one.at)]
-        knee = None if axis.numbers is None else self._knees.of(metric, self._line).knee
-        if knee is None:
-            return [*row, "none", ""]
-        at, low, high = (wording.quantity(value, axis.unit) for value in knee[:3])
+        found = None if axis.numbers is None else self._knees.of(metric, self._line)
+        if found is None or found.knee is None:
+            return [*row, "none" if found and found.was_sought else "–", ""]
+        at, low, high = (wording.quantity(value, axis.unit) for value in found.knee[:3])
         return [*row, at, f"{low} to {high}"]
 
     def sentence(self) -> list[str]:
