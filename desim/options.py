@@ -21,7 +21,8 @@ _TRUTH = {"true": True, "yes": True, "on": True, "false": False, "no": False, "o
 def parsed(words: Sequence[str], block: type[Params], more: Sequence[str] = ()) -> Params:
     """``--key value``, ``--key=value`` and, for what is true or false, ``--key`` alone. A value
     without its option is that of one without a default. A bare number has the unit of the option's
-    default, or of its first example. ``more``: options that are read elsewhere.
+    default, or of its first example. Options of many values (``tuple[str, ...]``) can be given
+    again. ``more``: options that are read elsewhere.
 
     Raises ``InputError``, a line for each option that is wrong.
     """
@@ -30,7 +31,9 @@ def parsed(words: Sequence[str], block: type[Params], more: Sequence[str] = ()) 
     rest = list(words)
     while rest:
         key, value = _taken(rest, fields, given, more)
-        if key in given:
+        if _repeats(fields[key]):
+            value = (*given.get(key, ()), value)
+        elif key in given:
             raise InputError(f"{_option(key)}: it is given twice")
         given[key] = value
     for key, info in fields.items():
@@ -83,6 +86,8 @@ def _meant(word: str, fields: dict[str, FieldInfo], given: dict[str, Any]) -> st
 
 def _read(text: str, info: FieldInfo) -> Any:
     """What a scenario would have in the place of ``text``."""
+    if _repeats(info):
+        return text
     if text == "none" and type(None) in _types(info):
         return None
     if bool in _types(info):
@@ -95,6 +100,10 @@ def _read(text: str, info: FieldInfo) -> Any:
     return text if str in _types(info) else float(text) if re.search(r"[.eE]", text) else int(text)
 
 
+def _repeats(info: FieldInfo) -> bool:
+    return get_origin(info.annotation) is tuple
+
+
 def _unit(info: FieldInfo) -> str:
     """Of a bare number; empty if it needs none."""
     example = _example(info)
@@ -102,7 +111,7 @@ def _unit(info: FieldInfo) -> str:
 
 
 def _example(info: FieldInfo) -> str:
-    without = info.default is None or info.is_required()
+    without = info.default in (None, ()) or info.is_required()
     return str((info.examples or ["VALUE"])[0] if without else info.default)
 
 
@@ -119,12 +128,14 @@ def told(block: type[Params]) -> Iterator[tuple[str, str]]:
         if info.is_required():
             yield key.upper(), info.description or ""
             continue
-        default = "" if info.default is None else f"; default {info.default}"
+        default = "" if info.default in (None, ()) else f"; default {info.default}"
         yield f"{_option(key)} {_takes(info)}".rstrip(), f"{info.description or ''}{default}"
 
 
 def _takes(info: FieldInfo) -> str:
     """The words that are allowed, the unit of a bare number, N for other numbers."""
+    if _repeats(info):
+        return _example(info)
     for option in (info.annotation, *get_args(info.annotation)):
         if get_origin(option) is Literal:
             return "|".join(map(str, get_args(option)))

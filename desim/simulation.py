@@ -15,19 +15,18 @@ import numpy as np
 from desim import plugins
 from desim.deployment import HostPlan, plan
 from desim.drivers import Driver
-from desim.errors import below
 from desim.experiment.metrics import Ground
 from desim.experiment.monitor import Monitor
 from desim.experiment.station import Station
 from desim.kernel import Kernel, Phase
-from desim.middleware.graph import Graph, Host, Node
-from desim.middleware.medium import Medium
-from desim.ports import Obstacles, World
+from desim.middleware.graph import Host, Node
+from desim.ports import World
 from desim.robot.software import robot_software
 from desim.robot.tiles import Belief, TilePool
 from desim.scenario.schema import Scenario
 from desim.streams import Streams
 from desim.trace import Names, Trace
+from desim.wiring import HostPlaces, wired
 from desim.worldclock import WorldClock
 
 
@@ -39,39 +38,6 @@ class Outcome(NamedTuple):
     events: int
     digest: str
     digest_by_entity: dict[str, str]
-
-
-class HostPlaces:
-    """Where the hosts are, as of the last world tick: the media's view of the world."""
-
-    def __init__(self, world: World, hosts: list[HostPlan]) -> None:
-        self._world = world
-        self._fixed = np.array([(host.x_m, host.y_m) for host in hosts]).reshape(-1, 2)
-        carried = [(i, host.robot) for i, host in enumerate(hosts) if host.robot is not None]
-        self._carried, self._bodies = map(_rows, np.array(carried, np.int64).reshape(-1, 2).T)
-        self._seen: Any = None
-        self._positions = self._fixed
-
-    @property
-    def obstacles(self) -> Obstacles:
-        return self._world.obstacles()
-
-    def positions(self, time_ns: int) -> np.ndarray:
-        """[hosts, 2] m; ``time_ns`` is now."""
-        snapshot = self._world.snapshot()
-        if snapshot is not self._seen:
-            self._seen = snapshot
-            self._positions = self._fixed.copy()
-            self._positions[self._carried] = snapshot.poses[self._bodies, :2]
-            self._positions.flags.writeable = False
-        return self._positions
-
-
-def _rows(indices: np.ndarray) -> slice | np.ndarray:
-    """``indices`` to index by; as a slice, which is quicker, where they are consecutive."""
-    if len(indices) and (np.diff(indices) == 1).all():
-        return slice(int(indices[0]), int(indices[-1]) + 1)
-    return indices
 
 
 class Simulation:
@@ -94,11 +60,9 @@ class Simulation:
         self.world: World = plugins.load("world", scenario.physics.model).build(
             scenario, self.streams)
         self.plan = plan(scenario)
-        middleware = _plugin("middleware", "middleware", scenario.middleware.model,
-                             scenario.middleware.parameters())
-        self.graph = Graph(self.kernel, self.names, self.trace, self.streams, middleware,
-                           [host.name for host in self.plan], payloads=payloads, on_fate=on_fate)
-        self._attach_media()
+        self.graph = wired(scenario, HostPlaces(self.world, self.plan), self.kernel, self.trace,
+                           self.streams, [host.name for host in self.plan], payloads=payloads,
+                           on_fate=on_fate)
         self._pool = TilePool()
         self.grid = self.world.grid(scenario.robot.mapping.resolution_m)
         controlled = [host.software for host in self.plan if host.software is not None]
@@ -135,28 +99,16 @@ class Simulation:
         self.monitor.stop_reason = "interrupted"
         self.kernel.stop()
 
-    def _attach_media(self) -> None:
-        places = HostPlaces(self.world, self.plan)
-        hosts = [host.name for host in self.plan]
-        for name, choice in self.scenario.network.media.items():
-            path = f"network.media.{name}"
-            model = _plugin("network", path, choice.model, choice.parameters())
-            rules = [_plugin("rule", f"{path}.rules.{number}", rule.rule, rule.parameters())
-                     for number, rule in enumerate(choice.rules)]
-            with below(path):
-                self.graph.attach(Medium(
-                    name, model, rules, kernel=self.kernel, names=self.names,
-                    streams=self.streams, hosts=hosts, place=places), choice.hosts)
-
     def _speaking(self) -> Iterator[Driver]:
         """The drivers of the hosts that are up, in the order of hosts."""
         return (self._drivers[host.name] for host in self.plan if host.name in self._drivers)
 
     def _install(self, host_plan: HostPlan) -> None:
         """Tell the host what to run whenever it starts."""
-        self.graph.host(host_plan.name).software = lambda host: self._nodes(host, host_plan)
+        self.graph.host(host_plan.name).software = lambda host: self.nodes(host, host_plan)
 
-    def _nodes(self, host: Host, host_plan: HostPlan) -> list[Node]:
+    def nodes(self, host: Host, host_plan: HostPlan) -> list[Node]:
+        """What the host runs, made afresh and not started."""
         scenario, nodes = self.scenario, []
         if host_plan.drives:
             driver = Driver(host, self.world, host_plan.drives, scenario.robot.laser)
@@ -196,10 +148,3 @@ def _rare_collections() -> Iterator[None]:
     finally:
         gc.set_threshold(*before)
         gc.unfreeze()
-
-
-def _plugin(kind: str, path: str, name: str, parameters: dict[str, Any]) -> Any:
-    """A plug-in with the parameters that stand at ``path`` of the scenario."""
-    with below(path):
-        cls = plugins.load(kind, name)
-        return cls(cls.Params(**parameters))

@@ -32,7 +32,7 @@ class Dimension:
     ``kind`` is ``int`` (rounded, exact arithmetic), ``float`` or ``Fraction``. ``units`` maps a
     unit to its size in inner units; those in ``aliases`` are read but not written. ``maximum`` and
     ``least``, the smallest quantity beside zero, are in inner units and inclusive; ``example`` is
-    shown in error messages.
+    shown in error messages. There are no parts of what is ``whole``.
     """
 
     name: str
@@ -42,6 +42,7 @@ class Dimension:
     example: str
     signed: bool = False
     positive: bool = False
+    whole: bool = False
     maximum: int = 10**15
     least: Fraction = Fraction(1, 10**30)
     aliases: tuple[str, ...] = ()
@@ -71,6 +72,8 @@ class Dimension:
             raise ValueError(f"{text!r} is too large; at most {self.format(self.maximum)}")
         if 0 < abs(exact) < self.least:
             raise ValueError(f"{text!r} is too small; at least {self.format(self.least)}")
+        if self.whole and exact.denominator != 1:
+            raise ValueError(f"{text!r} is not a whole number of {self.inner}")
         if self.kind is int:
             return round(exact)
         return exact if self.kind is Fraction else float(exact)
@@ -141,7 +144,7 @@ BIT_RATE = Dimension("bit rate", "b/s", int, {
 BYTE_SIZE = Dimension("size", "B", int, {
     **{p + "B": Fraction(f) for p, f in _SI.items()},
     "KiB": Fraction(2**10), "MiB": Fraction(2**20),
-}, "1500 B", least=Fraction(1))
+}, "1500 B", whole=True)
 LENGTH = Dimension("length", "m", float, {
     "m": Fraction(1), "km": Fraction(1000), "cm": Fraction(1, 100), "mm": Fraction(1, 1000),
 }, "200 m", maximum=10**9, aliases=("cm", "mm", "km"))

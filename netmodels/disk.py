@@ -6,7 +6,8 @@ import numpy as np
 from pydantic import Field
 
 from desim import ports
-from desim.units import BitRate, Length, airtime_ns
+from desim.units import BitRate, Length
+from netmodels.outlets import Outlets
 
 
 class Disk:
@@ -31,7 +32,7 @@ class Disk:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._free_ns = [0] * len(hosts)
+        self._outlets = Outlets(len(hosts), self._rate_bps)
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """From whom [k] to whom [k] a frame gets now, with chance 1 [k]."""
@@ -45,10 +46,7 @@ class Disk:
     def send(self, frame: ports.Frame) -> None:
         context, source = self._context, frame.source
         now_ns = context.now_ns
-        end_ns = (max(now_ns, self._free_ns[source])
-                  + airtime_ns(frame.size_bytes, self._rate_bps))
-        self._free_ns[source] = end_ns
-        arrive = ports.Deliver(end_ns - now_ns)
+        arrive = ports.Deliver(self._outlets.delay_ns(frame, now_ns))
         places = context.positions(now_ns)
         if frame.broadcast:
             receivers = np.array(frame.receivers)

@@ -1,7 +1,7 @@
 """What the network models' kernels share: the transcendental functions, and random numbers as a
 function of a counter.
 
-The other ``kernels.py`` of this package take exp and log from here and nowhere else, so that
+The other ``kernels.py`` of this package take exp, log and cos from here and nowhere else, so that
 portable versions can replace the platform's libm in one place. (``desim`` has a module like this
 of its own: network models see nothing of it but its ports.)
 """
@@ -34,6 +34,11 @@ def exp(x):
 @njit("f8(f8)", cache=True, inline="always")
 def log(x):
     return math.log(x)
+
+
+@njit("f8(f8)", cache=True, inline="always")
+def cos(x):
+    return math.cos(x)
 
 
 @lean("f8(u8, u8)")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 
 from pydantic import Field
 
@@ -64,6 +65,7 @@ class Link:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._free_ns = [0] * len(hosts)
+        self._booked_ns = [0] * len(hosts)  # of sending, up to then
         limit = self._params.queue_packets
         self._lines = None if limit is None else [Line(limit) for _ in hosts]
 
@@ -79,5 +81,11 @@ class Link:
             return
         end_ns = begin_ns + airtime_ns(size_bytes, self._rate_bps)
         self._free_ns[frame.source] = end_ns
+        self._booked_ns[frame.source] += end_ns - begin_ns
         context.settle_many(frame, frame.receivers,
                             ports.Deliver(end_ns - now_ns + self._latency_ns))
+
+    def busy_ns(self, hosts: Sequence[int]) -> list[int]:
+        """``ports.NetworkModel``: for how long the link of each of ``hosts`` was sending."""
+        now_ns = self._context.now_ns
+        return [self._booked_ns[host] - max(self._free_ns[host] - now_ns, 0) for host in hosts]

@@ -22,6 +22,7 @@ arrival differs.)
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from functools import lru_cache
 from heapq import heappop, heappush
 
@@ -43,13 +44,14 @@ _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle exit gives the same dela
 class Exit:
     """The queue of one port towards its host, in ns of transmission. Asked in order of time."""
 
-    __slots__ = ("_limit_ns", "_at_ns", "_work_ns", "_awaited", "_trains", "_changes",
+    __slots__ = ("_limit_ns", "_at_ns", "_work_ns", "_idle_ns", "_awaited", "_trains", "_changes",
                  "_full_at_ns")
 
     def __init__(self, limit_ns: int) -> None:
         self._limit_ns = limit_ns
         self._at_ns = 0  # now, or when the packet will be here that was foreseen last
         self._work_ns = 0  # what waits then
+        self._idle_ns = 0  # without work, until then
         self._awaited = 0  # packets that will be asked about when they are here
         self._trains = 0  # coming in
         self._changes: list[tuple[int, int, int]] = []  # of trains, a heap: when, trains, work
@@ -68,6 +70,7 @@ class Exit:
             in_ns = at_ns
         work_ns = self._work_ns - (in_ns - at_ns)
         if work_ns <= 0:
+            self._idle_ns -= work_ns
             work_ns = wire_ns
         else:
             work_ns += wire_ns
@@ -104,6 +107,11 @@ class Exit:
         self._run(now_ns)
         return None if self._full_at_ns >= first_ns else self._at_ns + self._work_ns
 
+    def busy_ns(self, now_ns: int) -> int:
+        """For how long it has been sending; a packet that was foreseen is taken to be here."""
+        self._run(now_ns)
+        return min(self._at_ns - self._idle_ns, now_ns)
+
     def _run(self, now_ns: int) -> None:
         """What has come in of trains up to now, and gone out."""
         changes = self._changes
@@ -122,7 +130,10 @@ class Exit:
         if work_ns > self._limit_ns and self._trains > 1:
             work_ns = max(self._work_ns, self._limit_ns)
             self._full_at_ns = until_ns
-        self._work_ns = work_ns if work_ns > 0 else 0
+        if work_ns < 0:
+            self._idle_ns -= work_ns
+            work_ns = 0
+        self._work_ns = work_ns
         self._at_ns = until_ns
 
 
@@ -150,7 +161,7 @@ class Switch:
 
     __slots__ = ("_params", "_rate_bps", "_propagation_ns", "_packet_ns", "_full_ns", "_lost",
                  "_context", "_port", "_exits_to", "_trains_free_ns", "_packets_free_ns",
-                 "_waiting", "_exits")
+                 "_booked_ns", "_waiting", "_exits")
 
     class Params(ports.Params):
         rate_bps: BitRate = Field("1 Gb/s", description="of every port (the paper: Gigabit)")
@@ -180,6 +191,7 @@ class Switch:
         count = max(self._port, default=0) + 1
         self._trains_free_ns = [0] * count
         self._packets_free_ns = [0] * count
+        self._booked_ns = [0] * count  # of sending into the switch, up to the later of these
         self._waiting: list[deque[Crossing]] = [deque() for _ in range(count)]  # packets, far off
         limit_ns = airtime_ns(self._params.queue_bytes, self._rate_bps)
         self._exits = [Exit(limit_ns) for _ in range(count)]
@@ -198,6 +210,16 @@ class Switch:
             self._send_segments(frame, port, exits)
         else:
             self._send_train(frame, port, exits)
+
+    def busy_ns(self, hosts: Sequence[int]) -> list[int]:
+        """``ports.NetworkModel``: for how long there was something on the wire, preambles and gaps
+        included, in either direction of each port of ``hosts``."""
+        now_ns = self._context.now_ns
+        ports_ = sorted({self._port[host] for host in hosts})
+        into = [self._booked_ns[port] - max(
+            self._trains_free_ns[port] - now_ns, self._packets_free_ns[port] - now_ns, 0)
+            for port in ports_]
+        return into + [self._exits[port].busy_ns(now_ns) for port in ports_]
 
     def _leave(self, frame: ports.Frame, port: int) -> Exits:
         """The frame's exits other than its own port; who is behind that one has it at once."""
@@ -220,6 +242,7 @@ class Switch:
             begin_ns = min(begin_ns + self._full_ns, self._trains_free_ns[port])
             self._trains_free_ns[port] += wire_ns
         end_ns = self._packets_free_ns[port] = begin_ns + wire_ns
+        self._booked_ns[port] += wire_ns
         in_ns = end_ns + self._propagation_ns
         if broadcast:
             self._await(exits)
@@ -254,6 +277,7 @@ class Switch:
         begin_ns = self._begin_train(port)
         end_ns = begin_ns + self._wire_ns(frame.size_bytes, frame.segments)
         self._trains_free_ns[port] = end_ns
+        self._booked_ns[port] += end_ns - begin_ns
         packet_ns = self._packet_ns(segment_sizes(frame.size_bytes, frame.segments)[0])
         first_ns = begin_ns + packet_ns + self._propagation_ns
         last_ns = end_ns + self._propagation_ns
@@ -268,6 +292,7 @@ class Switch:
         for number, size_bytes in enumerate(sizes, 1):
             wire_ns = self._packet_ns(size_bytes)
             end_ns += wire_ns
+            self._booked_ns[port] += wire_ns
             in_ns = end_ns + self._propagation_ns
             first_ns = first_ns or in_ns
             self._await(exits)

@@ -265,6 +265,8 @@ def test_describe_says_what_a_plugin_does_and_takes():
     radio = desim_("describe", "netmodels.radio:Radio")
     assert ("  reception: of receivers (802.11-2016)\n"
             "    noise_figure: default '7 dB'.  noise") in radio
+    for slot in "  fading: default None.  by", "    speed: default '1.2 m/s'.  of":
+        assert slot in radio
     assert "did you mean 'switch'?" in desim_("describe", "swich", code=2)
 
 
@@ -365,6 +367,26 @@ def test_net_prints_one_json_object_with_the_same_keys_everywhere():
                                       "cm, mm, e.g. '200 m'"),
     (("saturation", "--rate", 10, "--standard", "11b"),
      "--rate: 10 Mb/s is no rate of 11b; allowed: 1 Mb/s, 2 Mb/s, 5.5 Mb/s, 11 Mb/s"),
+    (("saturation", "--standard", "11b", "--headers", 600000),
+     "--headers: 1000 B of payload and 600000 B of headers are too long for 802.11; at most 2296 B"
+     ),
+    (("chain", "--mac", "dcf", "--rate", 7), "--rate: 7 Mb/s is no rate of 11a; allowed: 6 Mb/s, 9 "
+     "Mb/s, 12 Mb/s, 18 Mb/s, 24 Mb/s, 36 Mb/s, 48 Mb/s, 54 Mb/s"),
+    (("chain", "--mac", "dcf", "--rate", 54, "--hops", 2),
+     "--rate: 5% of packets at 54 Mb/s get over 25 m, too few for a hop; allowed: a slower rate, "
+     "or hosts nearer to each other (--spacing)"),
+    (("hidden", "--load", 1e9), "--load: 1e+09 Mb/s is more than a sender gets onto the air; "
+                                "allowed: at most the rate, or none (saturated)"),
+    (("bottleneck", "--load", 1e-9), "--load: must be at least 0.001, got 1e-09"),
+    (("bus", "--load", 1e-9), "--load: must be at least 0.001, got 1e-09"),
+    (("bottleneck", "--capacity", 1e-6), "it would last 1.34e+10 simulated seconds; at most 1e+09"),
+    (("broadcast", "--hz", 1e-9), "--hz: nobody says anything in 40 s; allowed: more often, or a "
+                                  "longer --duration"),
+    (("saturation", "--payload", 1.5), "--payload: '1.5 B' is not a whole number of B"),
+    (("chain", "--leave", 100),
+     "--leave: 100 s is not before the end, which is 12 s after the start of the flow"),
+    (("saturation", "--payload", 2296),
+     "--payload: 2296 B of payload and 28 B of headers are too long for 802.11; at most 2296 B"),
     (("bus", "--mode", "csma_cd", "--propagation", "30 us"),
      "--propagation: twice 30000 ns and the jam of 3200 ns must fit into a slot of 512 bits, 51200 "
      "ns at this rate"),

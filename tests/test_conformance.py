@@ -23,7 +23,14 @@ from desim.testing import (
 from desim.units import BitRate, airtime_ns
 
 NETWORKS = [("ideal", {}), ("ideal", {"delay": "3 ms"}), ("disk", {}), ("disk", {"range": "50 m"}),
-            ("link", {}), ("link", {"rate": "1 Mb/s", "latency": "20 ms", "queue": "10 kB"}),
+            ("distance", {"delivery": [["10 m", 1], ["60 m", "50 %"], ["200 m", 0.1]]}),
+            ("gz_rfcomms", {}), ("gz_rfcomms", {"range": "200 m", "capacity": "1 Mb/s"}),
+            ("subt", {}), ("argos_rab", {}),
+            ("argos_rab", {"range": "70 m", "size": "100 kB", "drop_probability": "20 %"}),
+            ("webots_emitter", {}),
+            ("webots_emitter", {"type": "infra-red", "range": "70 m", "baud_rate": "1 Mb/s",
+                                "buffer": "100 kB"}), ("link", {}),
+            ("link", {"rate": "1 Mb/s", "latency": "20 ms", "queue": "10 kB"}),
             ("switch", {}), ("switch", {"rate": "10 Mb/s", "queue": "20 kB"}),
             ("switch", {"per_segment": True, "ports": {"node": ["host_1", "host_10"]}}),
             ("bus", {}), ("bus", {"arbitration": "csma"}), ("bus", {"arbitration": "fifo"})]

@@ -3,6 +3,7 @@
 
 import pytest
 
+from desim.errors import InputError
 from desim.experiment.netcase import play
 from desim.ports import Params
 from desim.ports.cases import NOWHERE, Flow, Setup
@@ -81,6 +82,7 @@ def test_all_measures_of_an_idle_line():
         "lost": {}, "delivery_ratio": 1.0, "loss": 0.0, "drop_rate": 0.0, "attempts": None,
         "failure_rate": None, "delay_mean_ms": 1.0, "delay_error_ms": None, "delay_p50_ms": 1.0,
         "delay_p95_ms": 1.0, "delay_p99_ms": 1.0, "control_frames": None, "control_bytes": None,
+        "utilisation": {"mean": pytest.approx(0.05), "max": pytest.approx(0.1)},
         "goodput_share": None, "measured_s": 1.0}
 
 
@@ -167,6 +169,17 @@ def test_a_broadcast_counts_at_each_receiver():
     assert (found["frames"], found["delivered"], found["lost"], found["drop_rate"]) == (
         10, 10, {"out_of_reach": 10}, None)
     assert found["offered_mbps"] == pytest.approx(2 * found["goodput_mbps"])
+
+
+def test_no_packet_is_longer_than_80211_has_frames_for():
+    def played(size_bytes):
+        return play(Setup(Radio(Radio.Params(standard="11b", rate="1 Mb/s")),
+                          {"a": (0.0, 0.0), "b": (1.0, 0.0)},
+                          [Flow("a", ("b",), size_bytes, size_bytes)], S))
+
+    assert played(2314)["delivered"] > 0
+    with pytest.raises(InputError, match="2315 B is too long for 802.11; at most 2314 B"):
+        played(2315)
 
 
 # --------------------------------------------------------------------------------- our own cases

@@ -231,7 +231,7 @@ class Slotted(CollisionDetection):
     1/Q, instead of exponential backoff."""
 
     def _try(self, station):
-        if self._context.now_ns < self._idle_ns or station.random() < 1 / (len(self._stations) - 1):
+        if self._context.now_ns < self.free_ns or station.random() < 1 / (len(self._stations) - 1):
             super()._try(station)
         else:
             self._context.at(self._context.now_ns + self._cable.slot_ns, self._try, station)

@@ -279,7 +279,7 @@ def test_a_chain_carries_one_by_hops_then_a_quarter(mac, hops):
 @pytest.mark.parametrize("mac", ["ideal", "tdma"])
 def test_twin_chain_where_a_frame_hinders_up_to_one_hop_only(mac, monkeypatch):
     """Interference of 1.9 instead of 2.1 hops: 10 %."""
-    monkeypatch.setattr(chain, "INTERFERENCE_M", 0.905 * chain.INTERFERENCE_M)
+    monkeypatch.setattr(chain, "INTERFERENCE", 0.905 * chain.INTERFERENCE)
     monkeypatch.setattr(chain, "_REUSE", 3)
     assert share(8, mac)["goodput_share"] != pytest.approx(bound(8), rel=0.005)
 
@@ -295,10 +295,27 @@ def test_under_dcf_a_long_chain_carries_between_an_eighth_and_a_quarter(hops):
     assert 1 / 8 <= share(hops, "dcf")["goodput_share"] <= 1 / 4
 
 
-def test_twin_chain_under_dcf_whose_hosts_hear_one_hop_only(monkeypatch):
+def test_twin_chain_under_dcf_whose_hosts_hear_one_hop_only():
     """5 % farther apart: beyond two hops nobody is heard, and every other frame is spoilt."""
-    monkeypatch.setattr(chain, "SPACING_M", 1.05 * chain.SPACING_M)
-    assert not 1 / 8 <= share(12, "dcf")["goodput_share"] <= 1 / 4
+    assert not 1 / 8 <= share(12, "dcf", spacing="26.25 m")["goodput_share"] <= 1 / 4
+
+
+@pytest.mark.parametrize(("rate", "spacing", "hops"), [
+    ("6 Mb/s", "25 m", 3), ("6 Mb/s", "30 m", 6), ("12 Mb/s", "30 m", 6)])
+def test_slow_rates_survive_a_sender_three_hops_away(rate, spacing, hops):
+    """9 dB weaker than theirs: every third hop is in use. Over 25 m twice they skip a host."""
+    found = share(6, "dcf", rate=rate, spacing=spacing)
+    assert 1 / 4 < found["goodput_share"] < 1 / 3
+    succeeded = found["attempts"] * (1 - found["failure_rate"])
+    assert succeeded / found["delivered"] == pytest.approx(hops, rel=0.05)
+
+
+def test_a_chain_may_be_as_long_as_it_likes():
+    assert share(60, "ideal")["goodput_share"] == pytest.approx(1 / 4, rel=0.005)
+
+
+def test_the_spacing_changes_nothing_where_only_hops_count():
+    assert share(3, "ideal", spacing="3 m") == share(3, "ideal")
 
 
 @pytest.mark.parametrize("mac", ["ideal", "tdma", "dcf"])

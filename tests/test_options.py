@@ -26,6 +26,7 @@ class Block(Params):
 class Fleet(Params):
     scenario: str = Field(description="a file")
     stations: int = Field(3, description="(three)")
+    overrides: tuple[str, ...] = Field((), alias="set", examples=["A=B"], description="again")
 
 
 ALLOWED = ("allowed: --standard, --rate, --distance, --payload, --hz, --slot, --queue-packets, "
@@ -64,6 +65,14 @@ def test_none():
 def test_a_word_alone_is_the_option_without_a_default():
     assert read("a.yaml --stations 5", Fleet) == Fleet(scenario="a.yaml", stations=5)
     assert read("--stations 5 a.yaml", Fleet) == read("--scenario a.yaml --stations=5", Fleet)
+
+
+def test_some_options_can_be_given_again():
+    assert read("a.yaml --set x=1 --stations 5 --set=none", Fleet).overrides == ("x=1", "none")
+    assert read("a.yaml", Fleet).overrides == ()
+    assert list(told(Fleet))[2] == ("--set A=B", "again")
+    with pytest.raises(InputError, match="--set: its value is missing, e.g. --set A=B"):
+        read("a.yaml --set", Fleet)
 
 
 @pytest.mark.parametrize(("line", "says"), [

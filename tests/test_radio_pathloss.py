@@ -11,9 +11,11 @@ from radio import rows
 from desim.errors import InputError
 from desim.ports import Obstacles
 from desim.world.materials import NAMES
+from desim.world.scenery import crossing
 from netmodels.radio.pathloss import (
     Fixed,
     FreeSpace,
+    Indoor,
     LogDistance,
     PathLossParams,
     TwoRay,
@@ -52,6 +54,34 @@ def test_received_power_with_a_wrong_constant(reference, column, wrong):
     assert not as_printed(reference, column, wrong)
 
 
+OFFICE_DB = {1: "39.60", 5: "60.57", 10: "69.60", 30: "83.92", 50: "90.57"}
+
+
+def as_itu(model):
+    """The recommendation's formula at 2400 MHz, to the printed digits."""
+    return {d: f"{float(model.loss_db(float(d))):.2f}" for d in OFFICE_DB} == OFFICE_DB
+
+
+def test_indoor_is_itu_p1238():
+    assert as_itu(Indoor(2400e6))
+
+
+@pytest.mark.parametrize("wrong", [Indoor(2520e6), Indoor(2400e6, "residential"),
+                                   Indoor(2400e6, floors=1)], ids=["frequency", "N", "floors"])
+def test_indoor_with_a_wrong_constant(wrong):
+    assert not as_itu(wrong)
+
+
+def test_two_floors_of_a_residential_building_are_those_of_ns3s_own_test():
+    """buildings-pathloss-test, case 6: (-5, 0, 1) m to (-5, 30, 10) m at 2114 MHz."""
+    def loss(mhz):
+        return f"{float(Indoor(mhz * 1e6, 'residential', 2).loss_db(math.hypot(30, 9))):.4f}"
+
+    assert loss(2114) == "88.3855" != loss(2220)
+    by_floors = [float(Indoor(2e9, "commercial", n).loss_db(7.0)) for n in range(4)]
+    assert np.diff(by_floors) == pytest.approx([6, 3, 3])
+
+
 def test_two_rays_are_free_space_up_to_where_both_agree_and_40_db_a_decade_beyond():
     two, free = TwoRay(2412e6, 1.5), free_space(2412)
     meet_m = 4 * math.pi * 1.5 ** 2 * 2412e6 / 299_792_458
@@ -63,7 +93,7 @@ def test_two_rays_are_free_space_up_to_where_both_agree_and_40_db_a_decade_beyon
 
 def test_nobody_gains_and_the_unknown_stays_unknown():
     distances_m = np.array([0.0, 1e-3, np.nan])
-    for model in (*MODELS.values(), TwoRay(5180e6)):
+    for model in (*MODELS.values(), TwoRay(5180e6), Indoor(2412e6)):
         loss_db = model.loss_db(distances_m)
         assert (loss_db[:2] >= 0).all() and np.isnan(loss_db[2])
     assert Fixed(70.0).loss_db(distances_m).tolist() == [70.0] * 3
@@ -84,6 +114,8 @@ def test_a_block_names_its_model():
     assert block.chosen() == TwoRay(2.4e9)
     assert PathLossParams(**block.model_dump(by_alias=True)).chosen() == TwoRay(2.4e9)
     assert PathLossParams().chosen() == LogDistance()
+    indoor = PathLossParams(model="itu_p1238", frequency="2.4 GHz", building="commercial", floors=1)
+    assert indoor.chosen() == Indoor(2.4e9, "commercial", 1)
 
 
 @pytest.mark.parametrize(("block", "says"), [
@@ -129,6 +161,33 @@ def test_ten_metres_of_building_cost_22_db_as_in_veins():
     walls.thickness_m[:] = 5.0
     veins = Walls(crossing={"stone": "9 dB"}, per_metre={"stone": "0.4 dB"})
     assert veins.loss_db(walls, LINES)[3] == pytest.approx(22.0)
+
+
+def block_between(x1, x2, material="stone"):
+    """A block across the x axis, of which there are the four faces."""
+    faces = np.array([(x1, -5, x1, 5), (x2, -5, x2, 5), (x1, -5, x2, -5), (x1, 5, x2, 5)], float)
+    names = tuple(CROSSING_DB)
+    return Obstacles(faces, np.full(4, names.index(material)), np.full(4, 0.2), np.full(4, 2.0),
+                     names, 0, crossing)
+
+
+@pytest.mark.parametrize(("line", "loss_db"), [
+    ((0, 0, 30, 0), 22),  # two cuts through ten metres: Sommer et al. 2011, equation 3
+    ((30, 0, 0, 0), 22),
+    ((0, 0, 9, 0), 0),
+    ((0, -4, 30, 4), 18 + 0.4 * 10 * math.hypot(30, 8) / 30),
+    ((0, 0, 15, 0), 9),  # an antenna inside has the cut, and no way in between
+    ((12, 0, 15, 0), 0),
+    ((15, -30, 15, 30), 22),
+])
+def test_veins_walls(line, loss_db):
+    lines = np.array([line, (0, 9, 30, 9)], float)
+    veins = Walls(crossing={"stone": "9 dB"}, inside={"stone": "0.4 dB"})
+    found = veins.loss_db(block_between(10.0, 20.0), lines)
+    assert found == pytest.approx([loss_db, 0])
+    more = Walls(crossing={"stone": "9 dB"}, inside={"stone": "0.42 dB"})
+    assert (more.loss_db(block_between(10.0, 20.0), lines) == found).all() == (loss_db in (0, 9))
+    assert veins.loss_db(block_between(10.0, 20.0, "wood"), lines)[0] in (0, 4, 8)
 
 
 def test_every_material_has_a_loss():

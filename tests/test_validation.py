@@ -14,16 +14,19 @@ from netmodels.cases import chain
 from netmodels.radio import delivery, pathloss
 from netmodels.radio.errors import bit_error, packet_error
 from netmodels.radio.standards import STANDARDS
-from netmodels.validation import aloha, chance, propagation, round_trip
+from netmodels.validation import aloha, chance, fading, propagation, rfcomms, round_trip
 from netmodels.validation.aloha import RandomAccess
 from netmodels.validation.broadcast import Heartbeats
 from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
 from netmodels.validation.chain import Chains
 from netmodels.validation.chance import Bursts, Delays, Spells
 from netmodels.validation.disk import DiskOfRadio
+from netmodels.validation.fading import Outage
 from netmodels.validation.places import HiddenTerminals, Pairs
 from netmodels.validation.propagation import PacketErrors, Propagation
 from netmodels.validation.queues import FiniteQueue, PeriodicSenders, Waiting
+from netmodels.validation.rate_control import FallbackOfRates
+from netmodels.validation.rfcomms import RadioOfGazebo
 from netmodels.validation.round_trip import RoundTrip
 from netmodels.validation.saturation import SaturationOfOfdm
 from netmodels.validation.saturation_11b import SaturationOf11b
@@ -55,7 +58,7 @@ def longer_slots(monkeypatch):
 
 
 def shorter_interference(monkeypatch):
-    monkeypatch.setattr(chain, "INTERFERENCE_M", 0.905 * chain.INTERFERENCE_M)
+    monkeypatch.setattr(chain, "INTERFERENCE", 0.905 * chain.INTERFERENCE)
 
 
 def longer_symbols(monkeypatch):
@@ -71,6 +74,11 @@ def longer_preambles(monkeypatch):
 def less_loss(monkeypatch):
     monkeypatch.setitem(pathloss._MODELS, "log_distance", Spreading)
     monkeypatch.setattr(propagation, "LogDistance", Spreading)
+
+
+def less_indoor_loss(monkeypatch):
+    """5 % less by decade, of ITU-R P.1238 alone."""
+    monkeypatch.setitem(pathloss._BUILDINGS, "office", (28.5, 15.0, 4.0))
 
 
 def more_signal(monkeypatch):
@@ -94,6 +102,19 @@ def more_jitter(monkeypatch):
     monkeypatch.setattr(chance, "JITTER", "11 ms")
 
 
+def more_loss_in_gazebo(monkeypatch):
+    monkeypatch.setitem(rfcomms.WORLDS, "exponent", 2.625)
+
+
+def more_noise_in_gazebo(monkeypatch):
+    monkeypatch.setitem(rfcomms.WORLDS, "noise", "-85.5 dBm")
+
+
+def deafer_receivers(monkeypatch):
+    """By 10 %."""
+    monkeypatch.setattr(fading, "PREAMBLE", "-81.586 dBm")
+
+
 def longer_disks(monkeypatch):
     """Only where the range is computed."""
     monkeypatch.setattr(delivery, "bit_error", lambda mbps, ratio: bit_error(mbps, 1.05 * ratio))
@@ -106,9 +127,12 @@ TWINS = [
     (CarrierSenseOfNs3, 6, slower_bus), (CollisionsOfEthernet, 3, longer_slots),
     (RandomAccess, 2, longer_frames), (Pairs, 8, less_loss), (HiddenTerminals, 6, less_loss),
     (Heartbeats, 1, longer_symbols), (Chains, 6, shorter_interference),
-    (Propagation, 20, less_loss), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
+    (Propagation, 27, less_loss), (Propagation, 27, less_indoor_loss),
+    (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
+    (RadioOfGazebo, 36, more_loss_in_gazebo), (RadioOfGazebo, 36, more_noise_in_gazebo),
     (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
-    (Delays, 8, more_jitter),
+    (Delays, 8, more_jitter), (Outage, 1, deafer_receivers),
+    (FallbackOfRates, 2, longer_symbols),
 ]
 
 

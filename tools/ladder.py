@@ -23,7 +23,7 @@ FILE = Path(__file__).resolve().parent.parent / "scenarios" / "field_30.yaml"
 RUNGS = ("ideal", "disk", "walls", "mac", "multihop")
 SIZE = 30
 COLUMNS = ("rung", "explored after", "seeds", "delivered", "dropped messages", "lost frames",
-           "Mb/s a robot", "real-time factor")
+           "Mb/s a robot", "air busy", "real-time factor")
 
 
 def run(fidelity: str, seed: int, overrides: list[str]) -> dict[str, Any]:
@@ -34,9 +34,11 @@ def run(fidelity: str, seed: int, overrides: list[str]) -> dict[str, Any]:
     outcome = simulation.run()
     cpu_s = time.process_time() - begin_s
     medium, = simulation.graph.media
-    return {**summarize(simulation.monitor, outcome.simulated_ns), "cpu_s": cpu_s,
+    summary = summarize(simulation.monitor, outcome.simulated_ns)
+    return {**summary, "cpu_s": cpu_s,
             "simulated_s": outcome.simulated_ns / 1e9, "sent_bytes": sum(medium.tx_bytes),
-            "frames": medium.intended, "lost": medium.dropped}
+            "frames": medium.intended, "lost": medium.dropped,
+            "busy": summary["utilisation"][medium.name]}
 
 
 def line(fidelity: str, runs: list[dict[str, Any]]) -> tuple[str, ...]:
@@ -52,7 +54,15 @@ def line(fidelity: str, runs: list[dict[str, Any]]) -> tuple[str, ...]:
             f"{total['messages_delivered'] / total['messages_sent']:.1%}",
             shares(dropped, total["messages_sent"]), shares(lost, total["frames"]),
             f"{total['sent_bytes'] * 8e-6 / total['simulated_s'] / SIZE:.2f}",
-            f"{total['simulated_s'] / total['cpu_s']:.0f}")
+            busy([run["busy"] for run in runs]), f"{total['simulated_s'] / total['cpu_s']:.0f}")
+
+
+def busy(shares: list[dict[str, float] | None]) -> str:
+    """The mean over hosts and runs, and the busiest host's."""
+    if None in shares:
+        return "-"
+    mean, most = (statistics.mean(share[key] for share in shares) for key in ("mean", "max"))
+    return f"{mean:.1%}, at most {most:.1%}"
 
 
 def shares(counts: Counter[str], of: int) -> str:

@@ -6,6 +6,7 @@ holds wherever nothing is said here.
 
 from __future__ import annotations
 
+import importlib.util
 import re
 from typing import Annotated, Literal
 
@@ -112,9 +113,7 @@ def _unknown(places: Places, kind: object) -> InputError:
 
 
 def _need_dask() -> None:
-    try:
-        import dask_jobqueue  # noqa: F401
-        import distributed  # noqa: F401
-    except ModuleNotFoundError as missing:
-        raise InputError(f"--cluster needs {missing.name}, which is not installed: "
-                         "pip install 'desim[cluster]'") from missing
+    for package in ("distributed", "dask_jobqueue"):
+        if importlib.util.find_spec(package) is None:
+            raise InputError(f"--cluster needs {package}, which is not installed: "
+                             "pip install 'desim[cluster]'")

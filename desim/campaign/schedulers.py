@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
 import logging
 import shutil
+import signal
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
 import dask
-from dask_jobqueue import PBSCluster, SLURMCluster
 from distributed import Client, LocalCluster
 from distributed.deploy import SpecCluster
 
@@ -18,7 +19,7 @@ from desim.errors import InputError
 from desim.units import NS_PER_S
 
 _CONNECT_S = 5
-_COMMANDS = {"slurm": ("sbatch", SLURMCluster), "pbs": ("qsub", PBSCluster)}
+_COMMANDS = {"slurm": ("sbatch", "SLURMCluster"), "pbs": ("qsub", "PBSCluster")}
 _DASK = {
     "distributed.scheduler.allowed-failures": 1,  # a second death of its worker ends a run
     "distributed.scheduler.worker-saturation": 1.0,  # nobody dies with runs that have not begun
@@ -31,9 +32,9 @@ _DASK = {
 def connected(settings: Settings, cores: int) -> Iterator[Client]:
     """A client of the cluster that is meant; leaving it ends what was started for it. ``cores``:
     how many this machine has. Raises ``InputError`` where it cannot be had."""
-    for noisy in ("distributed", "tornado", "asyncio"):  # what matters is told by us
-        logging.getLogger(noisy).setLevel(logging.CRITICAL)
     with dask.config.set(_DASK), ExitStack() as stack:
+        stack.callback(logging.disable, logging.root.manager.disable)
+        logging.disable()  # Dask talks a lot; what matters is told by us
         if isinstance(settings, Running):
             where: Any = settings.address
         elif isinstance(settings, Local):
@@ -62,18 +63,28 @@ def _queued(settings: Queue) -> SpecCluster:
         raise InputError(f"--cluster: there is no {command} here; start the campaign on a machine "
                          f"that can submit jobs")
     try:
-        cluster = make(**_keywords(settings))
+        cluster = _jobqueue(make)(**_keywords(settings))
     except (OSError, RuntimeError, ValueError) as error:
         raise InputError(f"--cluster: {error}") from error
     try:
         cluster.scale(jobs=settings.jobs)
         cluster.sync(_begun, cluster)
     except (OSError, RuntimeError) as error:
-        cluster.close()
+        with suppress(AssertionError):  # Dask does not expect jobs that were refused
+            cluster.close()
         raise InputError(f"--cluster: {command} refuses the job: {_reason(error)}") from error
     # Jobs that end (their time is over, their machine went down) are replaced.
     cluster.adapt(minimum_jobs=settings.jobs, maximum_jobs=settings.jobs)
     return cluster
+
+
+def _jobqueue(name: str) -> type[SpecCluster]:
+    """A class of dask-jobqueue, which (0.9) makes Ctrl-C leave with exit code 0 when imported."""
+    before = signal.getsignal(signal.SIGINT)
+    try:
+        return getattr(importlib.import_module("dask_jobqueue"), name)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 async def _begun(cluster: SpecCluster) -> None:
@@ -93,9 +104,9 @@ def _reason(error: Exception) -> str:
 def _keywords(settings: Queue) -> dict[str, Any]:
     """In dask-jobqueue's words; one process for each core, as Python runs one thing at a time."""
     ours = f"jobqueue.{settings.kind}"
-    cores = settings.cores or dask.config.get(f"{ours}.cores") or 1
+    cores = settings.cores or dask.config.get(f"{ours}.cores", None) or 1
     memory = (f"{settings.memory_bytes} B" if settings.memory_bytes else
-              dask.config.get(f"{ours}.memory") or f"{2 * cores} GB")
+              dask.config.get(f"{ours}.memory", None) or f"{2 * cores} GB")
     walltime_ns = settings.walltime_ns
     given = {"queue": settings.queue, "account": settings.account,
              "interface": settings.interface, "resource_spec": settings.resources,

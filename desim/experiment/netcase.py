@@ -6,25 +6,31 @@ There are no robots, transports or topics in between; a frame is one packet.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from desim import ports
+from desim.errors import InputError
+from desim.experiment.utilisation import busy_ns, utilisation
 from desim.kernel import Kernel, Phase
 from desim.middleware.medium import Medium, Still
 from desim.ports.cases import Flow, Setup
 from desim.streams import Streams
 from desim.trace import Names
-from desim.units import NS_PER_S
+from desim.units import NS_PER_S, PERIOD
+
+Watch = Callable[[Kernel, int], None]
 
 _BATCHES = 20  # of the delays, for the standard error of their mean
 _DRAWN = 1024  # gaps at a time
 
 
-def play(setup: Setup, seed: int = 1) -> dict[str, Any]:
+def play(setup: Setup, seed: int = 1, watch: Watch | None = None) -> dict[str, Any]:
     """Play ``setup`` and measure. Every key is there in every case; None: it has no meaning there.
+    Raises ``InputError`` for a setup that cannot be played. ``watch`` is told of each kernel, and
+    until when it will run.
 
     ``goodput_mbps``, ``throughput_mbps``: payloads, and frames with their headers, that arrived,
     each copy of a broadcast | ``offered_mbps``: payloads sent, for each receiver (None: saturated)
@@ -34,19 +40,24 @@ def play(setup: Setup, seed: int = 1) -> dict[str, Any]:
     broadcast) | ``attempts``: transmissions, where the model counts them | ``failure_rate``: the
     share of them that failed | ``delay_mean_ms``, ``_p50_``, ``_p95_``, ``_p99_``: from sending to
     arriving | ``delay_error_ms``: standard error of the mean, of 20 batches | ``control_frames``,
-    ``control_bytes``: sent by the model's own protocols, where it counts them | ``goodput_share``:
-    of the goodput of the setup that this one is compared with | ``measured_s``.
+    ``control_bytes``: sent by the model's own protocols, where it counts them | ``utilisation``:
+    the share of time that the medium was busy, mean and max over its hosts, ports or cables, where
+    the model says it | ``goodput_share``: of the goodput of the setup that this one is compared
+    with | ``measured_s``.
     """
-    measures = _play(setup, seed)
-    compared = setup.compared and play(setup.compared, seed)
+    measures = _play(setup, seed, watch)
+    compared = setup.compared and play(setup.compared, seed, watch)
     measures["goodput_share"] = compared and _share(measures["goodput_mbps"],
                                                     compared["goodput_mbps"])
     return measures
 
 
-def _play(setup: Setup, seed: int) -> dict[str, Any]:
+def _play(setup: Setup, seed: int, watch: Watch | None) -> dict[str, Any]:
+    _check(setup)
     hosts = tuple(sorted(setup.places, key=ports.natural_key))
     kernel, names = Kernel(), Names()
+    if watch is not None:
+        watch(kernel, setup.duration_ns)
     medium = Medium("case", setup.model, setup.rules, kernel=kernel, names=names,
                     streams=Streams(seed), hosts=hosts,
                     place=Still(np.array([setup.places[host] for host in hosts])))
@@ -56,15 +67,28 @@ def _play(setup: Setup, seed: int) -> dict[str, Any]:
         source.begin(streams("case", "flow", number))
         sources.append(source)
     before: dict[str, tuple[int, int]] = {}
+    before_ns: Any = 0
     if setup.warm_up_ns:
         kernel.run(setup.warm_up_ns)
-        before = _counted(setup.model)
+        before, before_ns = _counted(setup.model), busy_ns(medium)
         for source in sources:
             source.forget()
     kernel.run(setup.duration_ns)
     counts = {name: tuple(np.subtract(count, before.get(name, 0)).tolist())
               for name, count in _counted(setup.model).items()}
-    return _measures(sources, counts, (setup.duration_ns - setup.warm_up_ns) / NS_PER_S)
+    measured_ns = setup.duration_ns - setup.warm_up_ns
+    return {**_measures(sources, counts, measured_ns / NS_PER_S),
+            "utilisation": utilisation(medium, measured_ns, before_ns)}
+
+
+def _check(setup: Setup) -> None:
+    if setup.duration_ns > PERIOD.maximum:
+        raise InputError(f"it would last {setup.duration_ns / NS_PER_S:.3g} simulated seconds; at "
+                         f"most {PERIOD.maximum / NS_PER_S:.3g}")
+    for flow in setup.flows:
+        if flow.arrivals != "saturated" and flow.every_ns < 1:
+            raise InputError(f"{flow.source} would send a frame every {flow.every_ns} ns; at most "
+                             "one each ns")
 
 
 class Source:
@@ -132,7 +156,8 @@ def _gaps(flow: Flow, luck: np.random.Generator) -> Iterator[int]:
     """From time 0 to the first frame, from there to the second one, and so on, in ns."""
     if flow.arrivals == "poisson":
         while True:
-            yield from np.rint(luck.exponential(flow.every_ns, _DRAWN)).astype(np.int64).tolist()
+            drawn_ns = np.minimum(luck.exponential(flow.every_ns, _DRAWN), PERIOD.maximum)
+            yield from np.rint(drawn_ns).astype(np.int64).tolist()
     yield int(luck.integers(flow.every_ns)) if flow.arrivals == "periodic" else 0
     while True:
         yield flow.every_ns

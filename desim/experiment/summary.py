@@ -10,6 +10,7 @@ import numpy as np
 from desim.experiment.metrics import Exploration, evaluate
 from desim.experiment.monitor import Monitor
 from desim.experiment.traffic import by_kind, totals
+from desim.experiment.utilisation import utilisation
 from desim.robot.tiles import raster
 from desim.units import NS_PER_S
 
@@ -53,6 +54,8 @@ def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
         "messages_dropped": dict(sorted(traffic.dropped.items())),
         "messages_in_flight": traffic.in_flight,
         "bytes_on_air": traffic.bytes_on_air,
+        "utilisation": {medium.name: utilisation(medium, now_ns)
+                        for medium in monitor.graph.media},
         "control_bytes": sum(medium.control_bytes for medium in monitor.graph.media),
         "partitions": monitor.splits.summary(),
         "map_age_s": _mean_map_age_s(monitor.samples),

@@ -262,7 +262,9 @@ class Graph:
         """Give ``hosts`` (default: all) an interface to ``medium``, after those they have."""
         self.media.append(medium)
         medium.up = self.up
-        for host in self.hosts if hosts is None else map(self.host, hosts):
+        attached = self.hosts if hosts is None else [self.host(host) for host in hosts]
+        medium.attached = sorted(host.index for host in attached)
+        for host in attached:
             host.media.append(medium)
 
     def route(self, source: Host, receiver: int) -> Medium | None:

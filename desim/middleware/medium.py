@@ -103,16 +103,18 @@ class RuleContext:
 class Medium:
     """A network model with the rules in front of it. It is the model's ``ports.Context``.
 
-    ``hosts`` are all host names in index order. Counted per frame and receiver: ``intended`` =
+    ``hosts`` are all host names in index order, ``attached`` the indices of those that have an
+    interface to it. Counted per frame and receiver: ``intended`` =
     ``delivered`` + ``dropped`` by reason + ``in_flight()``. ``bytes_on_air`` are those of frames
     that the rules let through to somebody, with headers; ``tx_bytes`` and ``rx_bytes`` by host.
     ``copies`` that rules made of delivered frames are an account apart, but for ``rx_bytes``.
     """
 
-    __slots__ = ("name", "id", "model", "rules", "up", "frames", "intended", "delivered", "copies",
-                 "dropped", "tx_bytes", "rx_bytes", "_barred_bytes", "_kernel", "_after", "_send",
-                 "_streams", "_place", "positions", "_ids", "_open", "_broadcasts", "_awaited",
-                 "_flying", "_reasons", "_switched", "_reach_m", "_separators", "_judges")
+    __slots__ = ("name", "id", "model", "rules", "up", "attached", "frames", "intended",
+                 "delivered", "copies", "dropped", "tx_bytes", "rx_bytes", "_barred_bytes",
+                 "_kernel", "_after", "_send", "_streams", "_place", "positions", "_ids", "_open",
+                 "_broadcasts", "_awaited", "_flying", "_reasons", "_switched", "_reach_m",
+                 "_separators", "_judges")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
@@ -122,6 +124,7 @@ class Medium:
         self.model = model
         self.rules = tuple(rules)
         self.up = [True] * len(hosts)
+        self.attached: Sequence[int] = range(len(hosts))
         self.frames = 0
         self.intended = 0
         self.delivered = 0

@@ -12,7 +12,7 @@ import re
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
@@ -35,6 +35,14 @@ class Params(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True,
                               alias_generator=yaml_key, protected_namespaces=())
+
+
+class BesideScenario:
+    """Marks the path of a file: in a scenario it is relative to the file that names it, a plug-in
+    gets it absolute. What the file contains belongs to a run's identity."""
+
+
+File = Annotated[str, BesideScenario()]  # the type of a parameter
 
 
 def natural_key(name: str) -> tuple:
@@ -186,6 +194,9 @@ class NetworkModel(Protocol):
     them is the model's task. It may have ``reach_m`` and ``separates`` as a rule may,
     ``attempts() -> (int, int)``: transmissions so far, and how many of them failed,
     ``control() -> (int, int)``: frames and bytes that its protocols have sent so far,
+    ``busy_ns(hosts) -> Sequence[int]``: for how long so far each part of it was in use that is one
+    thing at a time, the air around each of ``hosts`` (those attached to it, indices), each of their
+    ports or the one cable,
     ``switched(host, up)``, which is called when a host starts or stops, all being up before, and
     ``signal(from_m, to_m) -> Signal``: what comes in now at ``to_m`` [n, 2] m of somebody who sends
     at ``from_m`` [2] m.

@@ -11,27 +11,43 @@ from rich.text import Text
 
 from desim import plugins
 from desim.options import told
+from desim.ports import Params
 from desim.report.catalogue import first_sentence
+
+FLEET = "fleet"  # not a plug-in: it plays a scenario
 
 
 def overview() -> str:
     """How to use ``desim net``, and which cases there are."""
     points = plugins.available("case")
-    width = max(map(len, points), default=0)
+    width = max(map(len, (*points, FLEET)))
     return "\n".join([
         "Usage: desim net CASE [--key value ...] [--seed N] [--json]", "",
         "Play a standard network case without robots. Cases:",
         *(f"  {case:<{width}}  {first_sentence('case', case)}" for case in points), "",
+        "or what robots say, without the robots:",
+        f"  {FLEET:<{width}}  Whether a scenario's network carries what its robots say", "",
         "desim net CASE --help shows the options of one."])
 
 
 def usage(case: str) -> str:
     """What a case is, and its options. Raises ``InputError`` if there is no such case."""
-    options = [*told(plugins.parameters("case", case)),
-               ("--seed N", "of all luck; default 1"), ("--json", "one JSON object")]
+    return _usage(case, plugins.parameters("case", case), plugins.load("case", case), "1")
+
+
+def fleet_usage() -> str:
+    """What ``desim net fleet`` is, and its options."""
+    from desim.experiment.fleetload import Question
+
+    return _usage(f"{FLEET} SCENARIO", Question, Question, "the scenario's")
+
+
+def _usage(words: str, block: type[Params], about: type, seed: str) -> str:
+    options = [*told(block), ("--seed N", f"of all luck; default {seed}"),
+               ("--json", "one JSON object")]
     width = max(len(option) for option, _ in options)
-    return "\n".join([f"Usage: desim net {case} [--key value ...] [--seed N] [--json]", "",
-                      inspect.getdoc(plugins.load("case", case)) or "", "",
+    return "\n".join([f"Usage: desim net {words} [--key value ...] [--seed N] [--json]", "",
+                      inspect.getdoc(about) or "", "",
                       *(f"  {option:<{width}}  {about}" for option, about in options), "",
                       "A number without a unit has the one that is shown."])
 
@@ -77,6 +93,9 @@ def _rows(m: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
         yield "attempts", str(m["attempts"]), _share(m["failure_rate"], "failed (failure_rate)")
     if m["control_frames"] is not None:
         yield "control", f"{m['control_bytes']} B", f"in {m['control_frames']} frames of protocols"
+    if m["utilisation"] is not None:
+        yield ("utilisation", f"{m['utilisation']['mean']:.4f}",
+               f"mean over hosts, ports or cables; the largest {m['utilisation']['max']:.4f}")
     if m["drop_rate"] is not None:
         yield "drop rate", f"{m['drop_rate']:.5f}", "given up, of those that were not refused"
     if m["fairness"] is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
@@ -63,14 +63,21 @@ def _about(name: str, kind: str, cls: Any) -> str:
 
 
 def _parameters(fields: dict[str, FieldInfo], indent: str) -> Iterator[str]:
-    """A line each; a block's own ones stand below it."""
+    """A line each; a block's own ones stand below it, also where there is none by default."""
     for name, info in fields.items():
         default = None if info.is_required() else info.get_default(call_default_factory=True)
-        block = type(default).model_fields if isinstance(default, Params) else {}
-        says = "" if block else f" {_default(info)} "
+        says = "" if isinstance(default, Params) else f" {_default(info)} "
         yield (f"{indent}{info.alias or name}:{says}"
                f"{' ' + info.description if info.description else ''}").rstrip()
-        yield from _parameters(block, indent + "  ")
+        yield from _parameters(_block(info.annotation), indent + "  ")
+
+
+def _block(annotation: Any) -> dict[str, FieldInfo]:
+    """The parameters of a field that is a block, or a block or none."""
+    for kind in (annotation, *get_args(annotation)):
+        if inspect.isclass(kind) and issubclass(kind, Params):
+            return kind.model_fields
+    return {}
 
 
 def _default(info: FieldInfo) -> str:

@@ -48,6 +48,30 @@ class Gauge:
                 "links": self._folder.active_links(now[1] - NS_PER_S)}
 
 
+@contextmanager
+def how_far(console: Console) -> Iterator[Callable[[Any, int], None]]:
+    """A line on a terminal: how much is played of what the yielded function was told of last, a
+    kernel and until when it runs, and how long the rest will take at this pace."""
+    played: list[tuple[Any, int, float]] = []
+
+    def watch(kernel: Any, until_ns: int) -> None:
+        played.append((kernel, until_ns, time.perf_counter()))
+
+    if not console.is_terminal:
+        yield watch
+        return
+    with Live(console=console, refresh_per_second=REFRESH_HZ, transient=True,
+              get_renderable=lambda: _line(*played[-1]) if played else Text()):
+        yield watch
+
+
+def _line(kernel: Any, until_ns: int, begin_s: float) -> Text:
+    share = kernel.now_ns / until_ns
+    left_s = (time.perf_counter() - begin_s) * (1 - share) / share if share else float("inf")
+    return Text(f"{kernel.now_ns / NS_PER_S:.1f} of {until_ns / NS_PER_S:g} simulated s"
+                + (f", {left_s:.0f} s left" if left_s < float("inf") else ""))
+
+
 def watching(console: Console) -> Callable[[Any, RunFolder], Any]:
     """A ``watch`` for ``desim.api.run``: a panel on a terminal, else a line every 10 s."""
     @contextmanager

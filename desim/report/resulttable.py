@@ -48,6 +48,10 @@ def _network(m: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("on the air", f"{m['bytes_on_air'] / 1e6:.1f} MB",
          f"{8e-6 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9):.2f} Mb/s on average"),
     ]
+    for medium, share in m.get("utilisation", {}).items():
+        if share is not None:
+            rows.append(("", f"{share['mean']:.1%} busy", f"{medium}, on average; at most "
+                                                          f"{share['max']:.1%}"))
     if m.get("control_bytes"):
         rows.append(("", f"{m['control_bytes'] / 1e6:.1f} MB", "of routing protocols, beside"))
     split = m["partitions"]

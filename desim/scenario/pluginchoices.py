@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from typing import Any
 
 from desim import plugins
 from desim.errors import InputError
+from desim.ports import BesideScenario
 from desim.scenario.communication import Medium, PluginChoice, RuleChoice
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.merge import CHOICES
@@ -37,10 +39,12 @@ def complaints(data: dict[str, Any]) -> list[Complaint]:
 
 
 def place(data: dict[str, Any], folder: Folder) -> None:
-    """Write out, in a scenario's mapping, where the modules stand that lie beside the file that
-    names them: ``/home/me/my_module:MyModel``."""
+    """Write out, in a scenario's mapping, where the modules and files stand that lie beside the
+    file that names them: ``/home/me/my_module:MyModel``."""
     for path, mapping, key in named(data):
         mapping[key] = plugins.beside(mapping[key], folder((*path, key)))
+    for path, mapping, key in files(data):
+        mapping[key] = os.path.abspath(os.path.join(folder((*path, key)), mapping[key]))
 
 
 def named(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any], str]]:
@@ -49,6 +53,21 @@ def named(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any], str]]:
     places += [(path, mapping, key) for family, key in (("physics", "model"), ("stop", "when"))
                for path, mapping in _matching(data, (family,), ())]
     return (place for place in places if isinstance(place[1].get(place[2]), str))
+
+
+def files(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any], str]]:
+    """Path, mapping and key of every parameter of a plug-in that is the path of a file."""
+    for path, kind, name_key, block, choice in _written(data):
+        name = choice.get(name_key, block.model_fields[name_key].default)
+        try:
+            fields = plugins.parameters(kind, name).model_fields if isinstance(name, str) else {}
+        except InputError:
+            continue  # ``complaints`` has it
+        for field, info in fields.items():
+            key = info.alias or field
+            marked = any(isinstance(mark, BesideScenario) for mark in info.metadata)
+            if marked and isinstance(choice.get(key), str):
+                yield path, choice, key
 
 
 def has_fidelity(medium: Medium) -> bool:

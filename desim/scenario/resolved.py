@@ -17,8 +17,8 @@ from desim.scenario.schema import Scenario
 def resolved(scenario: Scenario, folder: str | os.PathLike | None = None) -> str:
     """YAML of a loaded scenario, in the order of the schema, quantities with their units.
 
-    The paths of a map and of plug-ins' modules are absolute, or relative to ``folder``, where the
-    text will be stored.
+    The paths of a map and of plug-ins' modules and files are absolute, or relative to ``folder``,
+    where the text will be stored.
     """
     return yaml12.dump(_data(scenario, lambda path: path if folder is None else
                              os.path.relpath(path, folder)))
@@ -26,12 +26,12 @@ def resolved(scenario: Scenario, folder: str | os.PathLike | None = None) -> str
 
 def scenario_id(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[int], str]:
     """The 12 hex digits that name the scenario's run with a seed: of the scenario, of the content
-    of its map (wherever the file lies), and of the versions that it runs with."""
+    of its map and of its plug-ins' files (wherever they lie), and of the versions that it runs
+    with."""
     digest = hashlib.sha256()
-    if isinstance(scenario.environment.terrain, MapFile):
-        for file in _map_files(scenario.environment.terrain):
-            with open(file, "rb") as content:
-                digest.update(hashlib.sha256(content.read()).digest())
+    for file in _files(scenario):
+        with open(file, "rb") as content:
+            digest.update(hashlib.sha256(content.read()).digest())
     digest.update(json.dumps({**_data(scenario, os.path.basename), "seed": 0}).encode())
     digest.update(repr(sorted(versions.items())).encode())
 
@@ -49,18 +49,26 @@ def _data(scenario: Scenario, written: Callable[[str], str]) -> dict[str, Any]:
     if isinstance(scenario.environment.terrain, MapFile):
         terrain = data["environment"]["terrain"]
         terrain["map"] = written(terrain["map"])
-    for _, mapping, key in pluginchoices.named(data):
+    for _, mapping, key in (*pluginchoices.named(data), *pluginchoices.files(data)):
         if os.path.isabs(mapping[key]):
             mapping[key] = written(mapping[key])
     return data
 
 
+def _files(scenario: Scenario) -> list[str]:
+    """All that it names, as far as they exist: what is wrong with them is for others to say."""
+    data = scenario.model_dump(mode="json", by_alias=True)
+    files = [mapping[key] for _, mapping, key in pluginchoices.files(data)]
+    if isinstance(scenario.environment.terrain, MapFile):
+        files = _map_files(scenario.environment.terrain) + files
+    return [file for file in files if os.path.isfile(file)]
+
+
 def _map_files(terrain: MapFile) -> list[str]:
-    """The map's YAML file and its image, as far as it exists. What is wrong with the map is for
-    the world to say."""
+    """The map's YAML file and its image."""
     try:
         facts, _ = yaml12.read(terrain.map)
     except InputError:
         facts = {}
     image = os.path.join(os.path.dirname(terrain.map), str(terrain.image or facts.get("image")))
-    return [file for file in (terrain.map, image) if os.path.isfile(file)]
+    return [terrain.map, image]

@@ -55,7 +55,8 @@ class RestrictedMean(NamedTuple):
 
 
 class LogRank(NamedTuple):
-    """``z`` is above zero where the first group needs less time. None if no run got there."""
+    """``z`` is above zero where the first group needs less time. None where nothing can be told: no
+    run got there, or all that were left did at once."""
 
     z: float | None
     p: float | None
@@ -132,11 +133,12 @@ def log_rank(times: ArrayLike, reached: ArrayLike, other_times: ArrayLike,
              other_reached: ArrayLike) -> LogRank:
     """Whether two groups of runs, not paired, take equally long: the log-rank test (Mantel 1966),
     two-sided. Raises ``ValueError`` for a group without runs."""
-    first, second = _runs(times, reached), _runs(other_times, other_reached)
-    if not (first[1].any() or second[1].any()):
+    groups = [stats.CensoredData.right_censored(ends, ~there) for ends, there in
+              (_runs(times, reached), _runs(other_times, other_reached))]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = stats.logrank(*groups)
+    if not np.isfinite(found.statistic):
         return LogRank(None, None)
-    found = stats.logrank(*(stats.CensoredData.right_censored(ends, ~there)
-                            for ends, there in (first, second)))
     return LogRank(float(found.statistic), float(found.pvalue))
 
 

@@ -50,8 +50,8 @@ def breakpoint_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: 
     best by more than level of a wild bootstrap around the bent line (Hansen 2017): k itself does
     not vary as its estimate does, which prefers the loads. Both take the points for independent.
 
-    Raises ``ValueError`` for fewer than 5 different loads, for ``blocks`` of which not each has
-    one run at each load, and, if ``log``, for a load that is not above zero.
+    Raises ``ValueError`` for fewer than 5 different loads or 8 runs, for ``blocks`` of which not
+    each has one run at each load, and, if ``log``, for a load that is not above zero.
     """
     points, y = aligned(load, metric)
     if blocks is not None:
@@ -72,7 +72,9 @@ def breakpoint_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: 
     gained = fits.gains(y[None, :])[0]
     best = int(np.argmax(gained))
     bent = straight + fits.own[best] * (fits.own[best] @ y)
-    excess = fits.excesses(bent + signs * (y - bent), best)
+    # A point that draws the lines to itself leaves less than its scatter (MacKinnon, White 1985).
+    residuals = (y - bent) / (1 - fits.leverages(best))
+    excess = fits.excesses(bent + signs * residuals, best)
     worse = (gained[best] - gained) / max(((y - bent)**2).sum(), np.finfo(float).tiny)
     held = np.flatnonzero(worse <= np.quantile(excess, level))
     # The first places that are not held, as the bounds lie before them.
@@ -95,8 +97,9 @@ class _Fits:
 
     def __init__(self, x: np.ndarray) -> None:
         loads, self._begins = np.unique(x, return_index=True)
-        if len(loads) < 5:
-            raise ValueError(f"a knee wants at least 5 different loads, got {len(loads)}")
+        if len(loads) < 5 or len(x) < 8:
+            raise ValueError("a knee wants at least 5 different loads and 8 runs, got "
+                             f"{len(loads)} and {len(x)}")
         self.places = np.union1d(np.linspace(loads[1], loads[-2], _GRID), loads[1:-1])
         self._line = np.linalg.qr(np.stack([np.ones_like(x), x], axis=1))[0]
         hinges = np.maximum(0.0, x - self.places[:, None])
@@ -106,6 +109,10 @@ class _Fits:
     def straight(self, y: np.ndarray) -> np.ndarray:
         """The straight line through each row of ``y`` [..., n]."""
         return y @ self._line @ self._line.T
+
+    def leverages(self, place: int) -> np.ndarray:
+        """By how much each point [n] draws the lines that meet at ``place`` to itself, below 1."""
+        return np.minimum((self._line**2).sum(axis=1) + self.own[place]**2, 0.99)
 
     def gains(self, y: np.ndarray) -> np.ndarray:
         """By how much each place lowers the squares of each row of ``y`` [m, n]: [m, k]. A

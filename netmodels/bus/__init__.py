@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 from pydantic import Field
@@ -72,6 +72,13 @@ class Bus:
     def attempts(self) -> tuple[int, int]:
         """Packets that were begun so far, and how many of them collided."""
         return self._arbitration.transmissions, self._arbitration.collisions
+
+    def busy_ns(self, hosts: Sequence[int]) -> list[int]:
+        """``ports.NetworkModel``: for how long nobody could begin, since somebody was sending (with
+        success or not), or a signal was under way, or the gap behind it was not over (``csma``:
+        only who has sent waits for that)."""
+        bus = self._arbitration
+        return [bus.taken_ns - max(bus.free_ns - self._context.now_ns, 0)]
 
     def _discipline(self) -> Callable[[Cable, ports.Context, tuple[str, ...]], Arbitration]:
         return ARBITRATIONS[self._params.arbitration]

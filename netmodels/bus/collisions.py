@@ -22,13 +22,12 @@ _CEILING = 10
 class CollisionDetection(Stations):
     def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
         super().__init__(cable, context, hosts)
-        self._idle_ns = -cable.gap_ns  # since when, or from when on, all see the bus idle
         self._senders: list[tuple[Station, int]] = []  # that have begun, unheard so far, and when
 
     def _try(self, station: Station) -> None:
-        now_ns, ready_ns = self._context.now_ns, self._idle_ns + self._cable.gap_ns
-        if now_ns < ready_ns:
-            self._context.at(ready_ns, self._try, station)
+        now_ns = self._context.now_ns
+        if now_ns < self.free_ns:
+            self._context.at(self.free_ns, self._try, station)
             return
         if not self._senders:
             self._context.at(now_ns + self._cable.propagation_ns, self._heard)
@@ -41,16 +40,21 @@ class CollisionDetection(Stations):
         self.transmissions += len(senders)
         if len(senders) == 1:
             end_ns = first_ns + station.packet.wire_ns
-            self._idle_ns = end_ns + self._cable.propagation_ns
+            self._occupy(first_ns, end_ns)
             self._context.at(end_ns, self._sent, station)
             return
         self.collisions += len(senders)
         heard_ns = self._cable.propagation_ns + self._cable.jam_ns
         stop_ns = senders[1][1] + heard_ns
-        self._idle_ns = stop_ns + self._cable.propagation_ns
+        self._occupy(first_ns, stop_ns)
         self._collided(station, stop_ns)
         for other, _ in senders[1:]:
             self._collided(other, first_ns + heard_ns)
+
+    def _occupy(self, begin_ns: int, end_ns: int) -> None:
+        """Somebody sends from ``begin_ns`` to ``end_ns``."""
+        self.free_ns = end_ns + self._cable.propagation_ns + self._cable.gap_ns
+        self.taken_ns += self.free_ns - begin_ns
 
     def _collided(self, station: Station, stop_ns: int) -> None:
         station.attempts += 1

@@ -17,18 +17,17 @@ _ATTEMPTS = 1000
 
 
 class CarrierSense(Stations):
-    _free_ns = 0  # when the bus will be free
-
     def _try(self, station: Station) -> None:
         """What a station will draw while the bus is certain to be busy is drawn at once."""
         now_ns = self._context.now_ns
-        if now_ns >= self._free_ns:
+        if now_ns >= self.free_ns:
             self.transmissions += 1
             end_ns = now_ns + station.packet.wire_ns
-            self._free_ns = end_ns + self._cable.propagation_ns
+            self.free_ns = end_ns + self._cable.propagation_ns
+            self.taken_ns += self.free_ns - now_ns
             self._context.at(end_ns, self._sent, station)
             return
-        while now_ns < self._free_ns:
+        while now_ns < self.free_ns:
             if station.attempts == _ATTEMPTS:
                 self._context.at(now_ns, self._abort, station)
                 return

@@ -43,12 +43,14 @@ class Station:
 
 class Stations:
     """What carrier sense with and without collisions have in common. ``_try`` is theirs: to send
-    a station's packet now, or to see to it that it is tried again."""
+    a station's packet now, or to see to it that it is tried again; so is ``free_ns``, until when
+    nobody can begin. ``taken_ns``: for how long that has been so, up to then."""
 
     def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._cable = cable
         self._context = context
         self.transmissions = self.collisions = 0
+        self.free_ns = self.taken_ns = 0
         self._arrive = ports.Deliver(cable.propagation_ns)
         self._stations = [Station(context.stream("backoff", host).random) for host in hosts]
 

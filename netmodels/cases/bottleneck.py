@@ -28,7 +28,7 @@ class Bottleneck:
         senders: int = Field(10, ge=1, le=10_000, description="in front of the bottleneck, on fast "
                                                               "lines of their own (a fleet)")
         capacity_bps: BitRate = Field("10 Mb/s", description="of the bottleneck (ns-3 reference)")
-        load: float = Field(0.9, gt=0, le=100, allow_inf_nan=False, description=(
+        load: float = Field(0.9, ge=1e-3, le=100, allow_inf_nan=False, description=(
             "what all send together, headers included, to the capacity (busy)"))
         queue: int | None = Field(100, ge=0, description=(
             "packets that wait beside the one that is being sent (ns-3 DropTailQueue)"))

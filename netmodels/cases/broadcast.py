@@ -9,11 +9,14 @@ from typing import Literal
 from pydantic import Field
 
 from desim import ports
+from desim.errors import InputError
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Frequency, Length, Period
-from netmodels.cases.counted import SAME_POWER, CountedRadio
-from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.equal_power import SAME_POWER
+from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
+from netmodels.radio import Radio
+from netmodels.radio.standards import ETHERNET_BYTES
 
 _TURN_RAD = math.pi * (3 - math.sqrt(5))  # the golden angle
 
@@ -53,10 +56,13 @@ class Broadcast:
             places, loss = [NOWHERE] * p.stations, SAME_POWER
         else:
             places, loss = sunflower(p.stations, p.radius_m), {"model": "log_distance"}
-        radio = CountedRadio(preset=p.preset, standard=p.standard, rate=rate,
-                             broadcast_rate=rate, path_loss=loss)
+        radio = Radio(Radio.Params(preset=p.preset, standard=p.standard, rate=rate,
+                                   broadcast_rate=rate, path_loss=loss))
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
         every_ns = round(NS_PER_S / Fraction(p.hz))
+        if every_ns > p.duration_ns:
+            raise InputError(f".hz: nobody says anything in {p.duration_ns / NS_PER_S:g} s; "
+                             "allowed: more often, or a longer --duration")
         return Setup(radio, dict(zip(stations, places, strict=True)),
                      [Flow(station, tuple(other for other in stations if other != station),
                            size_bytes, p.payload_bytes, p.arrivals, every_ns, broadcast=True)

@@ -10,8 +10,9 @@ from desim import ports
 from desim.ports.cases import NOWHERE, Setup
 from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.bus import Bus
-from netmodels.cases.packets import ETHERNET_BYTES, MOST_UDP_BYTES, UDP_IP_BYTES
+from netmodels.cases.packets import MOST_UDP_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import flows, numbered, watch
+from netmodels.radio.standards import ETHERNET_BYTES
 
 _PACKETS = 20_000  # to measure
 
@@ -26,7 +27,7 @@ class SharedBus:
             "reference)"))
         senders: int = Field(10, ge=1, le=1000, description="on the cable (a fleet)")
         capacity_bps: BitRate = Field("10 Mb/s", description="of the cable (ns-3 reference)")
-        load: float = Field(0.9, gt=0, le=100, allow_inf_nan=False, description=(
+        load: float = Field(0.9, ge=1e-3, le=100, allow_inf_nan=False, description=(
             "what all send together, headers included, to the capacity (busy)"))
         queue: int = Field(100, ge=1, description=(
             "packets that wait at a sender beside the one that is being sent; with fifo in all "

@@ -9,20 +9,25 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError
 from desim.ports.cases import Flow, Setup
-from desim.units import BitRate, ByteSize, Period, airtime_ns
-from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from desim.units import NS_PER_S, BitRate, ByteSize, Length, Period, airtime_ns
+from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
 from netmodels.multihop.batman import BatmanParams
+from netmodels.multihop.static import StaticParams
 from netmodels.radio import Radio
+from netmodels.radio.delivery import delivery
+from netmodels.radio.rates import chosen_rates
+from netmodels.radio.standards import ETHERNET_BYTES, STANDARDS, psdu_bytes
 from netmodels.tdma import Tdma
 
-SPACING_M = 25.0  # carrier sense reaches 51.4 m, and 24 Mb/s (90 % of 1500 B) 45 m
-RANGE_M, INTERFERENCE_M = 1.1 * SPACING_M, 2.1 * SPACING_M
-_ASIDE_M = 1.0  # the spare host
+RANGE, INTERFERENCE = 1.1, 2.1  # of a frame, in hops: of ideal and tdma
+_ASIDE = 0.04  # the spare host, in hops
 _REUSE = 4  # hops from a sender to the next one whom it may send with: the interference and two
 _WARM_UP_NS = 2_000_000_000
+_HOP_LIMIT = 50  # batman-adv
+_STANDARD = "11a"
 _LEARNING_NS = 5_000_000_000  # until a protocol knows its routes
 
 
@@ -60,6 +65,8 @@ class Chain:
         routing: Literal["static", "batman"] = Field("static", description=(
             "known to everybody for nothing, or a protocol on the same air (the bound)"))
         rate_bps: BitRate = Field("24 Mb/s", description="of all frames (reaches one hop, not two)")
+        spacing_m: Length = Field("25 m", gt=0, description=(
+            "from host to host (carrier sense reaches 51.4 m, and 24 Mb/s 45 m)"))
         payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
             "of UDP (ns-3 reference)"))
         leave_ns: Period | None = Field(None, examples=["10 s"], description=(
@@ -75,21 +82,26 @@ class Chain:
         p = self._params
         if p.leave_ns is not None and p.hops < 2:
             raise InputError(".leave: in a single hop there is no host in the middle")
+        end_ns = _WARM_UP_NS + p.duration_ns
+        if p.leave_ns is not None and p.leave_ns >= end_ns:
+            raise InputError(f".leave: {p.leave_ns / NS_PER_S:g} s is not before the end, which is "
+                             f"{end_ns / NS_PER_S:g} s after the start of the flow")
         one = None if p.hops == 1 else self._chain(1, None)
         return self._chain(p.hops, p.leave_ns)._replace(compared=one)
 
     def _chain(self, hops: int, leave_ns: int | None) -> Setup:
         p = self._params
         hosts = numbered("host", hops + 1)
-        places = {host: (SPACING_M * k, 0.0) for k, host in enumerate(hosts)}
+        places = {host: (p.spacing_m * k, 0.0) for k, host in enumerate(hosts)}
         if leave_ns is not None:
-            places["spare"] = SPACING_M * (hops // 2), _ASIDE_M
+            places["spare"] = p.spacing_m * (hops // 2), _ASIDE * p.spacing_m
         begin_ns = _LEARNING_NS if p.routing == "batman" else 0
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
         batman = BatmanParams()
         if p.mac == "dcf":  # a short message would get farther than the packets
             batman = BatmanParams(message=f"{size_bytes} B")
         params = Multihop.Params(routing=p.routing, batman=batman,
+                                 hop_limit=max(p.hops, _HOP_LIMIT),
                                  **self._hop(hosts, size_bytes, leave_ns))
         model = (Multihop(params) if leave_ns is None
                  else _Deserted(params, hosts[hops // 2 - 1], hosts[-1], begin_ns + leave_ns))
@@ -104,9 +116,11 @@ class Chain:
         p = self._params
         rate = f"{p.rate_bps} b/s"
         if p.mac == "dcf":
-            return {"hop": "radio", "radio": Radio.Params(standard="11a", rate=rate,
-                                                          broadcast_rate=rate)}
-        air = {"rate": rate, "range": f"{RANGE_M} m", "interference": f"{INTERFERENCE_M} m"}
+            radio = Radio.Params(standard=_STANDARD, rate=rate, broadcast_rate=rate)
+            _check_reach(radio, p.spacing_m, size_bytes)
+            return {"hop": "radio", "radio": radio}
+        air = {"rate": rate, "range": f"{RANGE * p.spacing_m} m",
+               "interference": f"{INTERFERENCE * p.spacing_m} m"}
         if p.mac == "ideal":
             return {"hop": "ideal_mac", "ideal_mac": IdealMac.Params(**air)}
         cycle = min(len(hosts) - 1, _REUSE)
@@ -116,3 +130,15 @@ class Chain:
             cycle += 1
         return {"hop": "tdma", "tdma": Tdma.Params(
             cycle=cycle, slots=slots, slot=f"{airtime_ns(size_bytes, p.rate_bps)} ns", **air)}
+
+
+def _check_reach(radio: Radio.Params, spacing_m: float, size_bytes: int) -> None:
+    """Raises ``InputError`` for a rate that no hop of so many m can be used at."""
+    rate, _ = chosen_rates(_STANDARD, radio.rate_bps, None)
+    power_dbm = radio.power_dbm - radio.path_loss.chosen().loss_db(spacing_m)
+    share = float(delivery(power_dbm, STANDARDS[_STANDARD], rate, psdu_bytes(size_bytes, 1),
+                           radio.reception.for_stations()))
+    if share < StaticParams().usable:
+        raise InputError(f".rate: {share:.0%} of packets at {radio.rate_bps / 1e6:g} Mb/s get over "
+                         f"{spacing_m:g} m, too few for a hop; allowed: a slower rate, or hosts "
+                         "nearer to each other (--spacing)")

@@ -7,11 +7,13 @@ from typing import Literal
 from pydantic import Field
 
 from desim import ports
+from desim.errors import InputError
 from desim.ports.cases import Setup
 from desim.units import BitRate, ByteSize, Length, Period
-from netmodels.cases.counted import CountedRadio
-from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import flows
+from netmodels.radio import Radio
+from netmodels.radio.standards import ETHERNET_BYTES
 
 _WARM_UP_NS = 500_000_000
 
@@ -41,8 +43,11 @@ class Hidden:
 
     def setup(self) -> Setup:
         p = self._params
-        radio = CountedRadio(preset=p.preset, standard=p.standard, rate=f"{p.rate_bps} b/s",
-                             rts="0 B" if p.rts else None)
+        if p.load_bps is not None and p.load_bps > p.rate_bps:
+            raise InputError(f".load: {p.load_bps / 1e6:g} Mb/s is more than a sender gets onto "
+                             "the air; allowed: at most the rate, or none (saturated)")
+        radio = Radio(Radio.Params(preset=p.preset, standard=p.standard,
+                                   rate=f"{p.rate_bps} b/s", rts="0 B" if p.rts else None))
         places = {"sender_1": (0.0, 0.0), "receiver": (p.spacing_m, 0.0),
                   "sender_2": (2 * p.spacing_m, 0.0)}
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES

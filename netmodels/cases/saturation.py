@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 from pydantic import Field
 
 from desim import ports
+from desim.errors import InputError
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import BitRate, ByteSize, Period, airtime_ns
-from netmodels.cases.counted import SAME_POWER, CountedRadio
-from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.equal_power import SAME_POWER
+from netmodels.cases.packets import MOST_80211_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
-from netmodels.radio.standards import STANDARDS
+from netmodels.radio import Radio
+from netmodels.radio.standards import ETHERNET_BYTES, STANDARDS
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured
 _WARM_UP = 0.1  # of that time
@@ -29,7 +32,7 @@ class Saturation:
         rate_bps: BitRate | None = Field(None, examples=["54 Mb/s"], description=(
             "of data (the standard's highest)"))
         stations: int = Field(10, ge=1, le=1000, description="that send (a fleet)")
-        payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
+        payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_80211_BYTES, description=(
             "of a packet (ns-3 reference)"))
         headers_bytes: ByteSize | None = Field(None, examples=["28 B"], description=(
             "between payload and 802.11 (28 B of UDP and IP; 11b: 0 B, as in its published table)"))
@@ -51,14 +54,20 @@ class Saturation:
         headers_bytes = p.headers_bytes
         if headers_bytes is None:
             headers_bytes = 0 if p.standard == "11b" else UDP_IP_BYTES
+        if p.payload_bytes + headers_bytes > MOST_80211_BYTES:
+            key = "payload" if p.headers_bytes is None else "headers"
+            raise InputError(f".{key}: {p.payload_bytes} B of payload and {headers_bytes} B of "
+                             f"headers are too long for 802.11; at most {MOST_80211_BYTES} B")
         size_bytes = p.payload_bytes + headers_bytes + ETHERNET_BYTES
         duration_ns = p.duration_ns or _FRAMES * airtime_ns(size_bytes, rate_bps)
         warm_up_ns = round(_WARM_UP * duration_ns)
         senders = numbered("sender", p.stations)
         receivers = (numbered("receiver", p.stations) if p.topology == "pairs"
                      else ("sink",) * p.stations)
-        radio = CountedRadio(preset=p.preset, standard=p.standard, rate=f"{rate_bps} b/s",
-                             slot_ns=p.slot_ns, path_loss=SAME_POWER)
+        standard = STANDARDS[p.standard]
+        radio = Radio(Radio.Params(preset=p.preset, standard=p.standard, rate=f"{rate_bps} b/s",
+                                   path_loss=SAME_POWER),
+                      replace(standard, slot_ns=p.slot_ns or standard.slot_ns))
         return Setup(radio, dict.fromkeys((*senders, *receivers), NOWHERE),
                      [Flow(sender, (receiver,), size_bytes, p.payload_bytes)
                       for sender, receiver in zip(senders, receivers, strict=True)],

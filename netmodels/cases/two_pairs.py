@@ -10,8 +10,9 @@ from pydantic import Field
 from desim import ports
 from desim.ports.cases import Flow, Setup
 from desim.units import BitRate, ByteSize, Length, Period
-from netmodels.cases.counted import CountedRadio
-from netmodels.cases.packets import ETHERNET_BYTES, MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.radio import Radio
+from netmodels.radio.standards import ETHERNET_BYTES
 
 _WARM_UP_NS = 500_000_000
 
@@ -39,7 +40,8 @@ class TwoPairs:
 
     def setup(self) -> Setup:
         p = self._params
-        radio = CountedRadio(preset=p.preset, standard=p.standard, rate=f"{p.rate_bps} b/s")
+        radio = Radio(Radio.Params(preset=p.preset, standard=p.standard,
+                                   rate=f"{p.rate_bps} b/s"))
         places = {"sender_1": (0.0, 0.0), "receiver_1": (p.length_m, 0.0),
                   "sender_2": (0.0, p.distance_m), "receiver_2": (p.length_m, p.distance_m)}
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES

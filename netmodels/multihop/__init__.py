@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
-from typing import Any, Literal
+from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from desim import ports
 from desim.errors import below
-from netmodels.disk import Disk
-from netmodels.ideal_mac import IdealMac
 from netmodels.multihop.batman import Batman, BatmanParams
+from netmodels.multihop.choice import HOPS, HopChoice
 from netmodels.multihop.hops import Hops
 from netmodels.multihop.static import Static, StaticParams
-from netmodels.radio import Radio
-from netmodels.tdma import Tdma
-
-HOPS = {"radio": Radio, "disk": Disk, "ideal_mac": IdealMac, "tdma": Tdma}
 
 _HOP_LIMIT, _NO_PATH = ports.Drop("hop_limit"), ports.Drop("no_path")
 _RELAY_DOWN = ports.Drop("relay_down")
@@ -43,16 +38,7 @@ class Multihop:
     broadcast goes one hop, as an IP router's does.
     """
 
-    class Params(ports.Params):
-        hop: Literal["radio", "disk", "ideal_mac", "tdma"] = Field("radio", description=(
-            "the model of single hops; its parameters stand under its name (Wi-Fi)"))
-        radio: Radio.Params | None = Field(None, description=(
-            "of hop: radio (its own defaults, but broadcasts are as fast as unicast frames: who "
-            "hears a routing message should get packets, too)"))
-        disk: Disk.Params | None = Field(None, description="of hop: disk (its own defaults)")
-        ideal_mac: IdealMac.Params | None = Field(None, description="of hop: ideal_mac (its own "
-                                                                    "defaults)")
-        tdma: Tdma.Params | None = Field(None, description="of hop: tdma (its own defaults)")
+    class Params(HopChoice):
         routing: Literal["batman", "static"] = Field("batman", description=(
             "a protocol on the air, or shortest paths that everybody knows for nothing (what such "
             "networks do)"))
@@ -62,19 +48,6 @@ class Multihop:
         hop_limit: int = Field(50, ge=1, le=255, description="hops that a frame may make "
                                                              "(batman-adv)")
 
-        @model_validator(mode="before")
-        @classmethod
-        def _spelled_out(cls, given: Any) -> Any:
-            """The chosen model's parameters, and no other's."""
-            if not isinstance(given, dict):
-                return given
-            hop = given.get("hop", "radio")
-            for name in HOPS:
-                if name != hop and given.get(name) is not None:
-                    raise ValueError(f"{name} is given, but hop is {hop}: its parameters stand "
-                                     f"under {hop}")
-            return {hop: {}, **given} if hop in HOPS else given
-
     reasons = tuple(sorted({"hop_limit", "no_path", "relay_down"}.union(
         *(model.reasons for model in HOPS.values()))))
 
@@ -83,10 +56,13 @@ class Multihop:
         routing ``static`` it has ``links() -> from whom [k], to whom [k], delivery [k]``."""
         self._block = "" if hop else f".{params.hop}"
         if hop is None:
-            hop = HOPS[params.hop](as_fast(getattr(params, params.hop)))
+            hop = params.chosen()
         else:
             self.reasons = (*hop.reasons, "hop_limit", "no_path", "relay_down")
         self._hop, self._limit = hop, params.hop_limit
+        for told in "attempts", "busy_ns":
+            if hasattr(hop, told):
+                setattr(self, told, getattr(hop, told))
         self.routing = (Batman(params.batman) if params.routing == "batman"
                         else Static(params.static, hop.links))
 
@@ -152,10 +128,3 @@ class Multihop:
             self._context.settle(journey.frame, dest, _RELAY_DOWN)
         else:
             self._context.settle(journey.frame, dest, _NO_PATH if next_hop is None else _HOP_LIMIT)
-
-
-def as_fast(params: ports.Params) -> ports.Params:
-    """A radio's parameters with its broadcasts at the rate of unicast frames, if they have none."""
-    if not isinstance(params, Radio.Params) or params.broadcast_rate_bps is not None:
-        return params
-    return params.model_copy(update={"broadcast_rate_bps": params.rate_bps})

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from desim import ports
+from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
-from netmodels.radio.dcf import DROPPED, EXPIRED, MISSED, NEVER, RECEIVED, Reception, Stations
-from netmodels.radio.delivery import FULL_BYTES
-from netmodels.radio.delivery import delivery as delivered_share  # the module keeps its name
+from netmodels.radio.dcf import (
+    ACKED,
+    DROPPED,
+    EXPIRED,
+    FAILED,
+    MISSED,
+    NEVER,
+    RECEIVED,
+    Reception,
+    Stations,
+)
+from netmodels.radio.delivery import FULL_BYTES, mean_delivery
 from netmodels.radio.errors import error_table
+from netmodels.radio.fading import Fades, Fading
 from netmodels.radio.pathloss import PathLossParams, reach_m
 from netmodels.radio.presets import filled
+from netmodels.radio.ratecontrol import Arf, RateControl
 from netmodels.radio.rates import chosen_rates
 from netmodels.radio.shadowing import Shadowing, Shadows
-from netmodels.radio.standards import STANDARDS, psdu_bytes
+from netmodels.radio.standards import MOST_BYTES, STANDARDS, Standard, psdu_bytes
 from netmodels.radio.walls import Walls
 
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
@@ -27,6 +40,7 @@ _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 _ARRIVED = ports.Deliver(0)
 _FATES = {RECEIVED: _ARRIVED, DROPPED: ports.Drop("retry_limit"), EXPIRED: ports.Drop("expired")}
 _CHANNEL_ERROR, _COLLISION = ports.Drop("channel_error"), ports.Drop("collision")
+_ATTEMPTS = {ACKED: Arf.acknowledged, FAILED: Arf.failed}
 _OUT_OF_REACH = ports.Drop("out_of_reach")
 
 
@@ -75,6 +89,10 @@ class Radio:
     beginning but not all of it (``channel_error``). Propagation (0.7 us over 200 m) is left out.
     A train's packets are of equal size, and the first one that is given up ends it.
 
+    Where links fade (``fading``), their gains change at the beginning of a block, also for what is
+    on the air then. With ``rate_control`` a rate belongs to a sender and a receiver, and packets
+    have it from the attempt on that follows the change.
+
     Received powers are those of the places at a moment at most ``update`` ago, and of the present
     walls and doors; they are looked at when something is sent or decided. A host without a place
     hears nobody, and nobody hears it, unless the path loss is ``fixed``.
@@ -89,15 +107,21 @@ class Radio:
         rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
         broadcast_rate_bps: BitRate | None = Field(None, description=(
             "of broadcast frames (the lowest of the same modulation; ns-3: of all)"))
+        rate_control: RateControl | None = Field(None, description=(
+            "learns from acknowledgements how fast to send to whom, of the rates of the same "
+            "modulation as rate, which is the first (none: always rate)"))
         channel: int = Field(1, ge=1, le=196, description="its number: who is on different ones "
                                                           "does not hear the other (the first)")
         channels: dict[str, int] = Field({}, description="by host, instead of channel (none)")
         power_dbm: Level = Field("16.0206 dBm", description="sent, antennas included (ns-3: 40 mW)")
         path_loss: PathLossParams = Field(PathLossParams(), description=(
-            "model: log_distance, free_space, two_ray or fixed, with its parameters (ns-3's)"))
+            "model: log_distance, free_space, two_ray, itu_p1238 or fixed, with its parameters "
+            "(ns-3's)"))
         walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
         shadowing: Shadowing | None = Field(None, description="log-normal, of what is not drawn "
                                                               "(none; ns-3)")
+        fading: Fading | None = Field(None, description="by echoes, Rayleigh or Rician, in blocks "
+                                                        "(none; ns-3)")
         reception: Thresholds = Field(Thresholds(), description="of receivers (802.11-2016)")
         queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender, "
                                                               "a train being one (ns-3: packets)")
@@ -120,10 +144,11 @@ class Radio:
 
     reasons = ("channel_error", "collision", "expired", "out_of_reach", "queue_full", "retry_limit")
 
-    def __init__(self, params: Params) -> None:
+    def __init__(self, params: Params, standard: Standard | None = None) -> None:
+        """``standard``: its numbers, where they are not those of the one in ``params``."""
         self._params = params
-        self._standard = STANDARDS[params.standard]
-        best_db = params.shadowing.best_db if params.shadowing else 0.0
+        self._standard = standard or STANDARDS[params.standard]
+        best_db = sum(slot.best_db for slot in (params.shadowing, params.fading) if slot)
         self.reach_m = reach_m(params.path_loss.chosen(),
                                params.power_dbm + best_db - params.reception.preamble_dbm)
         if params.channels:
@@ -139,14 +164,20 @@ class Radio:
         self._budget = Budget(
             params.power_dbm, params.path_loss.chosen(), params.walls,
             params.shadowing and Shadows(params.shadowing, hosts, context.stream),
-            params.reception.heard_dbm, params.reception.preamble_dbm,
+            self._heard_dbm(), params.reception.preamble_dbm,
             channels_of(hosts, params.channel, params.channels, standard.channels_apart))
+        self._fades = params.fading and Fades(
+            params.fading, hosts, context.stream, standard.carrier_hz(params.channel),
+            params.reception.preamble_dbm)
         keys = np.array([context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
                          for host in hosts], np.uint64)
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
         self._stations = Stations(standard, keys, errors, params.reception.for_stations(),
                                   params.queue, params.retries,
-                                  params.window_failures or params.retries, params.lifetime_ns)
+                                  params.window_failures or params.retries, params.lifetime_ns,
+                                  first_rate=params.rate_control and self._rate)
+        self._arf = params.rate_control and Arf(params.rate_control, standard.alike(self._rate),
+                                                self._rate)
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
         self._settled_ns = -1
@@ -154,13 +185,39 @@ class Radio:
         self._wake: Any = None
         self._wake_ns = NEVER
 
+    def _heard_dbm(self) -> float:
+        """What is weaker on the average is nobody's business: neither interference, nor found when
+        it fades up."""
+        heard_dbm, fading = self._params.reception.heard_dbm, self._params.fading
+        if fading is None:
+            return heard_dbm
+        return min(heard_dbm, self._params.reception.preamble_dbm - fading.best_db)
+
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
-        """``ports.NetworkModel``: of unicast packets, one attempt each."""
-        params = self._params
+        """``ports.NetworkModel``: of unicast packets, one attempt each; where it fades, means."""
         power_dbm = self._budget.received_dbm(from_m, to_m, self._context.obstacles)
-        return ports.Signal(power_dbm, delivered_share(
-            power_dbm, self._standard, self._rate, psdu_bytes(FULL_BYTES, 1),
-            params.reception.for_stations()))
+        return ports.Signal(power_dbm, self._share(power_dbm))
+
+    def _share(self, power_dbm: np.ndarray) -> np.ndarray:
+        """Of full packets that get through, each sent once; with rate control at the slowest rate
+        that there is to fall back to."""
+        params = self._params
+        rate = self._standard.lowest(self._rate) if params.rate_control else self._rate
+        return mean_delivery(power_dbm, self._standard, rate, psdu_bytes(FULL_BYTES, 1),
+                             params.reception.for_stations(), params.fading)
+
+    def busy_ns(self, hosts: Sequence[int]) -> list[int]:
+        """``ports.NetworkModel``: for how long each of ``hosts`` was sending, or carrier sense told
+        it that somebody was. What is merely reserved (802.11's NAV) is not busy."""
+        return self._stations.busy_ns(self._context.now_ns)[list(hosts)].tolist()
+
+    def attempts(self) -> tuple[int, int]:
+        """Transmissions of data so far, and how many transmissions had no reply (of RTS too)."""
+        now_ns = self._context.now_ns
+        if self._settled_ns != now_ns:
+            self._settle(now_ns)
+        counts = self._stations.counts(now_ns)
+        return int(counts.transmitted.sum()), int(counts.failures.sum())
 
     def _on_different_channels(self, host: int, other: int) -> bool:
         return self._budget.channels[host] != self._budget.channels[other]
@@ -170,13 +227,15 @@ class Radio:
         while nobody else is on the air."""
         context = self._context
         links = self._budget.links(context.positions(context.now_ns), context.obstacles)
-        share = delivered_share(10 * np.log10(links.mw), self._standard, self._rate,
-                                psdu_bytes(FULL_BYTES, 1), self._params.reception.for_stations())
-        source = np.repeat(np.arange(len(links.first) - 1), np.diff(links.first))
+        share = self._share(10 * np.log10(links.mw))
         found = share > 0.0
-        return source[found], links.hearer[found], share[found]
+        return links.source()[found], links.hearer[found], share[found]
 
     def send(self, frame: ports.Frame) -> None:
+        """Raises ``InputError`` for a packet that 802.11 has no frame for."""
+        if frame.size_bytes > MOST_BYTES * frame.segments:
+            raise InputError(f"a packet of {-(-frame.size_bytes // frame.segments)} B is too long "
+                             f"for 802.11; at most {MOST_BYTES} B with Ethernet's headers")
         context = self._context
         now_ns = context.now_ns
         if self._settled_ns != now_ns:
@@ -206,6 +265,8 @@ class Radio:
         """Be there when the next frame's fate is decided."""
         self._look_booked = False
         next_ns = int(self._stations.next_ns)
+        if self._fades is not None and next_ns < NEVER:
+            next_ns = min(next_ns, self._fades.until_ns)
         if next_ns == self._wake_ns:
             return
         if self._wake is not None:
@@ -224,6 +285,10 @@ class Radio:
         self._settled_ns = now_ns
         decided = []
         for _, what, station, position, receiver in self._stations.advance(now_ns):
+            if what in _ATTEMPTS:
+                self._stations.choose(station, receiver,
+                                      _ATTEMPTS[what](self._arf, station, receiver))
+                continue
             waiting = self._waiting[station, position]
             if what == RECEIVED and waiting.frame.broadcast:
                 waiting.got[receiver] = waiting.got.get(receiver, 0) + 1
@@ -238,12 +303,16 @@ class Radio:
 
     def _look_around(self, now_ns: int) -> None:
         """Links from where the hosts are, if that may have changed and it is time."""
-        places, obstacles = self._context.positions(now_ns), self._context.obstacles
-        if obstacles.epoch == self._epoch and (
-                places is self._places or now_ns < self._looked_ns + self._params.update_ns):
+        places, obstacles, fades = (self._context.positions(now_ns), self._context.obstacles,
+                                    self._fades)
+        if obstacles.epoch != self._epoch or (
+                places is not self._places
+                and now_ns >= self._looked_ns + self._params.update_ns):
+            self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
+            self._mean = self._budget.links(places, obstacles)
+        elif fades is None or now_ns < fades.until_ns:
             return
-        self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
-        self._links = links = self._budget.links(places, obstacles)
+        self._links = links = self._mean if fades is None else fades.links(self._mean, now_ns)
         self._stations.link(now_ns, links.first, links.hearer, links.mw)
 
     def _tell(self, what: int, waiting: Waiting) -> None:

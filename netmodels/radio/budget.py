@@ -25,6 +25,19 @@ class Links(NamedTuple):
     begin: list[int]
     finder: np.ndarray
 
+    @classmethod
+    def of(cls, source: np.ndarray, hearer: np.ndarray, mw: np.ndarray, clear: np.ndarray,
+           hosts: int) -> Links:
+        """From ``source`` [k], ascending, to ``hearer`` [k]; who finds frames where it is
+        ``clear`` [k]."""
+        first, begin = (np.searchsorted(those, np.arange(hosts + 1))
+                        for those in (source, source[clear]))
+        return cls(first, hearer, mw, begin.tolist(), hearer[clear])
+
+    def source(self) -> np.ndarray:
+        """[k] who is heard, for each of ``hearer``."""
+        return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
+
     def finders(self, station: int) -> list[int]:
         """Who can find a frame of this station's, ascending."""
         return self.finder[self.begin[station]:self.begin[station + 1]].tolist()
@@ -84,10 +97,7 @@ class Budget:
         source, hearer = np.concatenate([one, other]), np.concatenate([other, one])
         order = np.argsort(source * hosts + hearer)
         source, hearer, dbm = source[order], hearer[order], np.concatenate([dbm, dbm])[order]
-        clear = dbm >= self.found_dbm
-        first, begin = (np.searchsorted(those, np.arange(hosts + 1))
-                        for those in (source, source[clear]))
-        return Links(first, hearer, 10 ** (dbm / 10), begin.tolist(), hearer[clear])
+        return Links.of(source, hearer, 10 ** (dbm / 10), dbm >= self.found_dbm, hosts)
 
     def _walls_db(self, starts: np.ndarray, ends: np.ndarray,
                   obstacles: ports.Obstacles) -> np.ndarray:

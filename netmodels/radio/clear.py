@@ -76,7 +76,8 @@ class Clear:
         full_bytes, reception = psdu_bytes(FULL_BYTES, 1), params.reception.for_stations()
         self.sensitivity_dbm = tuple(  # of unicast and of broadcast
             max(params.reception.heard_dbm,
-                sensitivity_dbm(SHARE, standard, rate, full_bytes, reception, tries))
+                sensitivity_dbm(SHARE, standard, rate, full_bytes, reception, tries,
+                                params.fading))
             for rate, tries in zip(self._rates, (params.retries, 1), strict=True))
         path_loss = params.path_loss.chosen()
         self.range_m = tuple(reach_m(path_loss, params.power_dbm - level_dbm)

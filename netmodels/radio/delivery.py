@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from netmodels.radio.dcf import Reception
 from netmodels.radio.errors import bit_error
+from netmodels.radio.fading import Fading
 from netmodels.radio.standards import Standard
 
 FULL_BYTES = 1518  # IEEE 802.3: 1500 B payload, 14 B header, 4 B check sequence
 
 _WEAKEST_DBM, _STRONGEST_DBM = -200.0, 100.0
+_LEVELS_DBM = np.linspace(_WEAKEST_DBM, _STRONGEST_DBM, 3001)
 
 
 def delivery(power_dbm: np.ndarray | float, standard: Standard, rate: int, psdu_bytes: int,
@@ -35,15 +39,34 @@ def delivery(power_dbm: np.ndarray | float, standard: Standard, rate: int, psdu_
     return np.where(found, right, 0.0)
 
 
+def mean_delivery(power_dbm: np.ndarray | float, standard: Standard, rate: int, psdu_bytes: int,
+                  reception: Reception, fading: Fading | None) -> np.ndarray:
+    """The same where ``power_dbm`` is a mean that fades: over all blocks."""
+    if fading is None:
+        return delivery(power_dbm, standard, rate, psdu_bytes, reception)
+    shares = _faded(standard, rate, psdu_bytes, reception, fading)
+    return np.interp(np.nan_to_num(power_dbm, nan=_WEAKEST_DBM), _LEVELS_DBM, shares)
+
+
+@lru_cache
+def _faded(standard: Standard, rate: int, psdu_bytes: int, reception: Reception,
+           fading: Fading) -> np.ndarray:
+    """At each of the levels."""
+    steady = delivery(_LEVELS_DBM, standard, rate, psdu_bytes, reception)
+    return np.interp(_LEVELS_DBM[:, None] + fading.gains_db(), _LEVELS_DBM, steady).mean(axis=1)
+
+
 def sensitivity_dbm(share: float, standard: Standard, rate: int, psdu_bytes: int,
-                    reception: Reception, tries: int = 1) -> float:
+                    reception: Reception, tries: int = 1, fading: Fading | None = None) -> float:
     """The least power that ``share`` of all frames get through with, of which each is sent up to
-    ``tries`` times: 1 - (1 - delivery)^tries."""
+    ``tries`` times: 1 - (1 - delivery)^tries. A mean power if it fades, in blocks that are longer
+    than all the tries take."""
+    gains_db = fading.gains_db() if fading else np.zeros(1)
     weak_dbm, strong_dbm = _WEAKEST_DBM, _STRONGEST_DBM
     while strong_dbm - weak_dbm > 1e-9:
         middle_dbm = (weak_dbm + strong_dbm) / 2
-        lost = (1 - delivery(middle_dbm, standard, rate, psdu_bytes, reception)) ** tries
-        if 1 - lost >= share:
+        lost = (1 - delivery(middle_dbm + gains_db, standard, rate, psdu_bytes, reception)) ** tries
+        if 1 - lost.mean() >= share:
             strong_dbm = middle_dbm
         else:
             weak_dbm = middle_dbm

@@ -7,7 +7,8 @@ from typing import Any, Literal
 from pydantic import Field
 
 from netmodels.ideal import Ideal
-from netmodels.multihop import Multihop, as_fast
+from netmodels.multihop import Multihop
+from netmodels.multihop.choice import as_fast
 from netmodels.radio import Radio
 from netmodels.radio.clear import Clear
 
@@ -31,7 +32,7 @@ class Ladder(Radio):
     ``walls``: everybody has the air to himself, and whatever 90 % would get at its received power,
     through walls, arrives.
     ``disk``: the same without walls and shadowing; its range is where ``mac`` delivers 90 % in the
-    open, computed from path loss and errors.
+    open, computed from path loss and errors. Like ``walls`` it learns no rates: all go at ``rate``.
     ``ideal``: everything arrives at once and everywhere.
 
     Times of a sender alone are the same on all of them but ``ideal``. A broadcast fails at a

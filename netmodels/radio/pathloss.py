@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import MISSING, dataclass, fields
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -75,27 +75,57 @@ class Fixed:
         return np.full(np.shape(distance_m), self.total_db)
 
 
-_MODELS = {"free_space": FreeSpace, "log_distance": LogDistance, "two_ray": TwoRay, "fixed": Fixed}
+# By kind of building: dB that a decade of distance loses (at 1.8 to 2 GHz), the first floor in
+# between, and each further one (ITU-R P.1238; as in ns-3).
+_BUILDINGS = {"residential": (28.0, 4.0, 4.0), "office": (30.0, 15.0, 4.0),
+              "commercial": (22.0, 6.0, 3.0)}
+
+
+@dataclass(frozen=True)
+class Indoor:
+    """20 log10(f / 1 MHz) + N log10(d / 1 m) + Lf(n) - 28 (ITU-R P.1238): walls and furniture of a
+    kind of building are in N, so that those that are drawn should cost nothing beside (``walls:
+    null``). N = 28, 30, 22 and Lf = 4 n, 15 + 4 (n - 1), 6 + 3 (n - 1) for residential, office and
+    commercial buildings. Within 1 m, that of 1 m."""
+
+    frequency_hz: float
+    building: str = "office"
+    floors: int = 0
+
+    def loss_db(self, distance_m: np.ndarray) -> np.ndarray:
+        decade_db, first_db, further_db = _BUILDINGS[self.building]
+        floors_db = first_db + further_db * (self.floors - 1) if self.floors else 0.0
+        return np.maximum(20 * np.log10(self.frequency_hz / 1e6) + floors_db - 28
+                          + decade_db * np.log10(np.maximum(distance_m, 1.0)), 0.0)
+
+
+_MODELS = {"free_space": FreeSpace, "log_distance": LogDistance, "two_ray": TwoRay, "fixed": Fixed,
+           "itu_p1238": Indoor}
 
 
 class PathLossParams(ports.Params):
     """A model by its name, and its parameters."""
 
-    model: Literal["free_space", "log_distance", "two_ray", "fixed"] = Field(
+    model: Literal["free_space", "log_distance", "two_ray", "fixed", "itu_p1238"] = Field(
         "log_distance", description="(ns-3)")
     exponent: float | None = Field(None, gt=0, le=20, description=(
         "of log_distance (3, ns-3; 2 in the open, more among things)"))
     reference_db: Decibels | None = Field(None, description=(
         "of log_distance, loss of the first metre (46.6777 dB, ns-3: free space at 5.15 GHz)"))
     frequency_hz: Carrier | None = Field(None, description=(
-        "of free_space and two_ray: 2412 MHz is channel 1 of 11b and 11g, 5180 MHz channel 36 of "
-        "11a (none, it has to be given)"))
+        "of free_space, two_ray and itu_p1238: 2412 MHz is channel 1 of 11b and 11g, 5180 MHz "
+        "channel 36 of 11a (none, it has to be given)"))
     height_m: Length | None = Field(None, gt=0, description=(
         "of two_ray, of all antennas (1 m: on top of a robot)"))
     total_db: Decibels | None = Field(None, description=(
         "of fixed, between any two hosts (none, it has to be given)"))
 
-    def _given(self) -> dict[str, float]:
+    building: Literal["residential", "office", "commercial"] | None = Field(None, description=(
+        "of itu_p1238, its kind (office)"))
+    floors: int | None = Field(None, ge=0, le=100, description=(
+        "of itu_p1238, between any two hosts (0: all are on the same one)"))
+
+    def _given(self) -> dict[str, Any]:
         return {name: value for name, value in self if value is not None and name != "model"}
 
     @model_validator(mode="after")

@@ -9,11 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+MSDU_BYTES = 2304  # the most that one packet carries (9.2.4.7.1), LLC included
 ETHERNET_BYTES = 14 + 4  # header and check sequence of what the host sends
 LLC_BYTES = 8  # logical link control and SNAP, in their place
 MAC_BYTES = 24 + 4  # header and check sequence of 802.11
 ACK_BYTES = CTS_BYTES = 14
 RTS_BYTES = 20
+MOST_BYTES = MSDU_BYTES - LLC_BYTES + ETHERNET_BYTES  # of a packet of the host, as that counts it
 
 
 class Rate(NamedTuple):
@@ -42,8 +44,8 @@ _OFDM = _ofdm(6, 9, 12, 18, 24, 36, 48, 54)
 @dataclass(frozen=True)
 class Standard:
     """Interframe spaces and contention windows (in slots), rates (the slowest first), those of them
-    in Mb/s that everybody understands, and by how many numbers channels must differ, of 5 MHz each,
-    so as not to overlap."""
+    in Mb/s that everybody understands, by how many numbers channels must differ, of 5 MHz each, so
+    as not to overlap, and where they begin."""
 
     slot_ns: int
     sifs_ns: int
@@ -51,6 +53,7 @@ class Standard:
     rates: tuple[Rate, ...]
     basic_mbps: tuple[float, ...]
     channels_apart: int
+    band_hz: float
     extension_ns: int = 0  # silence behind OFDM frames (ERP: for the decoder)
     cw_max: int = 1023
 
@@ -63,13 +66,21 @@ class Standard:
         """After a frame with errors: long enough for an acknowledgement at the lowest rate."""
         return self.sifs_ns + self.airtime_ns(ACK_BYTES, 0) + self.difs_ns
 
+    def carrier_hz(self, channel: int) -> float:
+        """Centre of a channel (17.3.8.4.2, 16.3.6.3)."""
+        return self.band_hz + 5e6 * channel
+
     def rate(self, mbps: float) -> int:
         """The index of a rate. Raises ValueError if there is none of that many Mb/s."""
         return [rate.mbps for rate in self.rates].index(mbps)
 
+    def alike(self, rate: int) -> list[int]:
+        """The rates of the same modulation, the slowest first."""
+        return [k for k, other in enumerate(self.rates) if other.ofdm == self.rates[rate].ofdm]
+
     def lowest(self, rate: int) -> int:
         """The lowest rate of the same modulation: of headers, and of what everybody is to hear."""
-        return next(k for k, other in enumerate(self.rates) if other.ofdm == self.rates[rate].ofdm)
+        return self.alike(rate)[0]
 
     def airtime_ns(self, psdu_bytes: int, rate: int) -> int:
         """Of a frame of ``psdu_bytes`` at ``rates[rate]``; OFDM adds 16 service and 6 tail bits."""
@@ -94,11 +105,12 @@ def psdu_bytes(size_bytes: int, segments: int) -> int:
 
 
 A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24),
-             channels_apart=4)
+             channels_apart=4, band_hz=5e9)
 B = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=31, rates=_DSSS, basic_mbps=(1, 2),
-             channels_apart=5)
+             channels_apart=5, band_hz=2.407e9)
 # Without an access point, and where stations of 802.11b may be: their slots.
 G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
-             basic_mbps=(1, 2, 6, 12, 24), channels_apart=5, extension_ns=6_000)
+             basic_mbps=(1, 2, 6, 12, 24), channels_apart=5, band_hz=2.407e9,
+             extension_ns=6_000)
 
 STANDARDS = {"11a": A, "11b": B, "11g": G}

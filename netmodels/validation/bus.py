@@ -51,7 +51,7 @@ class Slotted(CollisionDetection):
 
     def _try(self, station: Station) -> None:
         hosts = len(self._stations) - 1
-        if self._context.now_ns < self._idle_ns or station.random() * hosts < 1:
+        if self._context.now_ns < self.free_ns or station.random() * hosts < 1:
             super()._try(station)
         else:
             self._context.at(self._context.now_ns + self._cable.slot_ns, self._try, station)

@@ -1,4 +1,5 @@
-"""Path loss, walls and packet errors: formulas, to the printed digits of what ns-3 computes."""
+"""Path loss, walls and packet errors: formulas, to the printed digits of what ns-3 computes, of
+ITU-R P.1238 and of Veins."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ import numpy as np
 from desim import ports
 from desim.ports.cases import Check, Play
 from netmodels.radio.errors import packet_error
-from netmodels.radio.pathloss import FreeSpace, LogDistance
+from netmodels.radio.pathloss import FreeSpace, Indoor, LogDistance
 from netmodels.radio.walls import Walls
 
 POWER_DBM = 16.0206
@@ -20,8 +21,16 @@ RECEIVED_DBM = {2: (-39.688, -36.7344, -30.0953), 5: (-51.6262, -44.6932, -38.05
                 200: (-99.688, -76.7344, -70.0953)}
 _DIGITS = 0.0005
 
+# ITU-R P.1238, an office at 2400 MHz: m to dB. (And one of ns-3's own tests: a residential building
+# at 2114 MHz, two floors, 31.32 m.)
+OFFICE_DB = {1: 39.60, 5: 60.57, 10: 69.60, 30: 83.92, 50: 90.57}
+RESIDENTIAL_M, RESIDENTIAL_DB = float(np.hypot(30, 9)), 88.3855
+
 # Walls crossed: dB more than without, 5 dB each.
 WALLS_DB = {0: 0.0, 1: 5.0, 2: 10.0, 3: 15.0, 4: 20.0}
+
+# Two cuts of 9 dB through 10 m of building at 0.4 dB (Sommer et al. 2011; Veins' defaults).
+BUILDING_DB = 22.0
 
 # Rate in Mb/s, signal to noise ratio in dB: chance that a frame of 1064 B has errors.
 PACKET_ERRORS = {
@@ -33,9 +42,9 @@ PACKET_ERRORS = {
 
 
 class Propagation:
-    """Received power, as in ns-3: to the printed digits (0.0005 dB)."""
+    """Received power and losses: to the printed digits (0.0005 dB, of ITU-R P.1238 0.005 dB)."""
 
-    source = "ns-3.44, LogDistance, Friis and HybridBuildings propagation loss"
+    source = "ns-3.44; ITU-R P.1238; Sommer, Eckhoff, German and Dressler 2011 (Veins)"
 
     def checks(self, play: Play) -> Iterator[Check]:
         models = {"log-distance": LogDistance(), "free space, 5180 MHz": FreeSpace(5.18e9),
@@ -46,6 +55,12 @@ class Propagation:
                 yield Check(f"{name}, {distance_m} m", POWER_DBM - loss_db, dbm, _DIGITS, "dBm")
         for crossed, loss_db in WALLS_DB.items():
             yield Check(f"{crossed} walls of 5 dB", _through(crossed), loss_db, _DIGITS, "dB")
+        for distance_m, loss_db in OFFICE_DB.items():
+            found_db = float(Indoor(2.4e9).loss_db(float(distance_m)))
+            yield Check(f"office, 2400 MHz, {distance_m} m", found_db, loss_db, 10 * _DIGITS, "dB")
+        found_db = float(Indoor(2.114e9, "residential", 2).loss_db(RESIDENTIAL_M))
+        yield Check("residential, 2114 MHz, 2 floors", found_db, RESIDENTIAL_DB, _DIGITS, "dB")
+        yield Check("10 m of building", _through_building(), BUILDING_DB, _DIGITS, "dB")
 
 
 class PacketErrors:
@@ -61,12 +76,21 @@ class PacketErrors:
 
 def _through(crossed: int) -> float:
     """dB on a way of 23 m through so many of four walls, 5 m from each other."""
-    x_m = np.arange(5.0, 25.0, 5.0)
-    far = np.full(4, 9.0)
-    walls = ports.Obstacles(np.stack([x_m, -far, x_m, far], axis=1), np.zeros(4, np.int64),
-                            np.full(4, 0.1), np.full(4, 3.0), ("plasterboard",), 0, _crossings)
     way_m = np.array([[5.0 * crossed + 1.0 - 23.0, 0.0, 5.0 * crossed + 1.0, 0.0]])
-    return float(Walls(crossing={"plasterboard": "5 dB"}).loss_db(walls, way_m)[0])
+    walls = Walls(crossing={"plasterboard": "5 dB"})
+    return float(walls.loss_db(_across(np.arange(5.0, 25.0, 5.0)), way_m)[0])
+
+
+def _through_building() -> float:
+    walls = Walls(crossing={"plasterboard": "9 dB"}, inside={"plasterboard": "0.4 dB"})
+    return float(walls.loss_db(_across(np.array([5.0, 15.0])), np.array([[0.0, 0, 20, 0]]))[0])
+
+
+def _across(x_m: np.ndarray) -> ports.Obstacles:
+    """Walls across the x axis."""
+    n, far = len(x_m), np.full(len(x_m), 9.0)
+    return ports.Obstacles(np.stack([x_m, -far, x_m, far], axis=1), np.zeros(n, np.int64),
+                           np.full(n, 0.1), np.full(n, 3.0), ("plasterboard",), 0, _crossings)
 
 
 def _crossings(segments: np.ndarray, pairs: np.ndarray) -> np.ndarray:

@@ -53,6 +53,7 @@ def test_the_log_rank_test_of_the_textbook_example():
     assert found.p < 1e-4
     assert log_rank(*runs(DRUG), *runs(PLACEBO)).z == pytest.approx(-found.z)
     assert log_rank([5.0], [False], [5.0, 5.0], [False, False]) == LogRank(None, None)
+    assert log_rank([5.0], [True], [5.0, 5.0], [True, True]) == LogRank(None, None)
 
 
 @pytest.mark.parametrize("times", [[4.0, 1.0, 3.0], [4.0, 1.0, 3.0, 2.0]])

@@ -109,8 +109,9 @@ def test_kneedle_on_a_line_and_with_hardly_anything():
 
 
 def test_what_has_no_answer_is_refused():
-    with pytest.raises(ValueError, match="at least 5"):
-        breakpoint_of([1, 2, 3, 4, 4], [1, 2, 3, 4, 4])
+    for loads in ([1, 2, 3, 4] * 5, [1, 2, 3, 4, 5, 6, 7], []):
+        with pytest.raises(ValueError, match="at least 5 different loads and 8 runs"):
+            breakpoint_of(loads, loads)
     for find in (breakpoint_of, kneedle):
         with pytest.raises(ValueError, match="logarithm"):
-            find([0, 1, 2, 3, 4], [1, 2, 3, 4, 4], log=True)
+            find(range(8), range(8), log=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +10,11 @@ import numpy as np
 from netmodels.radio.dcf import kernels
 from netmodels.radio.dcf.records import kernels as records
 from netmodels.radio.dcf.records.kernels import (
+    ACKED,
     DONE,
     DROPPED,
     EXPIRED,
+    FAILED,
     MISSED,
     NEVER,
     RECEIVED,
@@ -21,8 +22,8 @@ from netmodels.radio.dcf.records.kernels import (
 from netmodels.radio.errors import ErrorTable
 from netmodels.radio.standards import ACK_BYTES, CTS_BYTES, RTS_BYTES, Standard
 
-__all__ = ["DONE", "DROPPED", "EXPIRED", "MISSED", "NEVER", "RECEIVED", "Counts", "Outcome",
-           "Reception", "Stations"]
+__all__ = ["ACKED", "DONE", "DROPPED", "EXPIRED", "FAILED", "MISSED", "NEVER", "RECEIVED", "Counts",
+           "Outcome", "Reception", "Stations"]
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,8 @@ class Reception:
 # What became of the frame at ``position`` in the queue of ``station``: time in ns, what, station,
 # position, receiver. RECEIVED: a unicast frame when all its packets have arrived; of a broadcast
 # one row a packet. MISSED: a packet of a broadcast had errors. DONE: the end of a broadcast.
-# DROPPED: a unicast frame, given up. EXPIRED: a frame that has waited too long to begin.
+# DROPPED: a unicast frame, given up. EXPIRED: a frame that has waited too long to begin. ACKED and
+# FAILED, only where rates adapt: an attempt at a packet for the receiver was acknowledged or not.
 Outcome = tuple[int, int, int, int, int]
 
 
@@ -57,6 +59,14 @@ def _milliwatts(dbm: float) -> float:
     return 10 ** (dbm / 10)
 
 
+def _rate(standard: Standard, rate: int) -> tuple[float, ...]:
+    """A record of the kernels' table of rates."""
+    how, lowest, reply = standard.rates[rate], standard.lowest(rate), standard.reply_rate(rate)
+    return (how.mbps * 1e6, how.header_ns, how.payload_ns, lowest, how.bits, how.symbol_ns,
+            standard.extension_ns, reply, standard.airtime_ns(ACK_BYTES, reply),
+            standard.airtime_ns(RTS_BYTES, lowest), standard.airtime_ns(CTS_BYTES, lowest))
+
+
 class Stations:
     """One channel and those who use it.
 
@@ -67,13 +77,16 @@ class Stations:
     ``keys`` [stations] uint64, of their random numbers. ``limit`` frames fit into each queue. A
     packet is given up after ``tries`` failures; after ``reset_at`` in a row the contention window
     starts anew. A frame that has waited for ``lifetime_ns`` (None: any time) is not sent any more.
+    Rates adapt if there is a ``first_rate``: unicast frames go at the one that was chosen for their
+    receiver when they go on the air (``choose``), not at their own.
     """
 
     def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,
                  reception: Reception = Reception(), limit: int = 500, tries: int = 7,
-                 reset_at: int = 7, lifetime_ns: int | None = None) -> None:
+                 reset_at: int = 7, lifetime_ns: int | None = None,
+                 first_rate: int | None = None) -> None:
         n, self._lifetime_ns = len(keys), lifetime_ns
-        self._standard, self._present, self._next_ns, self._taken_ns = standard, 0, NEVER, -1
+        self._present, self._next_ns, self._taken_ns = 0, NEVER, -1
         first = np.zeros(n, records.STATION)
         for field in "air", "contention", "answer":
             first[field] = NEVER
@@ -84,10 +97,10 @@ class Stations:
         self._touched = np.zeros((1 + n, 2), np.int64)
         self._frames = np.zeros((n, limit), records.FRAME)
         self._links = np.zeros(0, records.LINK)
-        self._rates = np.array([
-            (rate.mbps * 1e6, rate.header_ns, rate.payload_ns,
-             min(k for k, other in enumerate(standard.rates) if other.ofdm == rate.ofdm))
-            for k, rate in enumerate(standard.rates)], records.RATE)
+        self._choices = (np.zeros((0, 0), np.int8) if first_rate is None
+                         else np.full((n, n), first_rate, np.int8))
+        self._rates = np.array([_rate(standard, k) for k in range(len(standard.rates))],
+                               records.RATE)
         self._table = np.ascontiguousarray(errors.log_log)
         self._setup = np.array([(
             standard.slot_ns, standard.sifs_ns, standard.difs_ns, standard.eifs_ns,
@@ -97,13 +110,13 @@ class Stations:
             errors.clear, errors.first_db, errors.step_db,
             reception.unaware, 0)], records.SETUP)
         self._outcomes = np.zeros(4 * n + 8 + (n * limit if lifetime_ns else 0), records.OUTCOME)
-        self._times = lru_cache(1 << 12)(self._times_of)
         self._locate()
 
     def _locate(self) -> None:
         """Where the kernels find the arrays."""
         both = [records.Dcf(stations, due, self._touched, self._frames, self._links,
-                            self._rates, self._table, self._setup, self._outcomes)
+                            self._rates, self._table, self._setup, self._outcomes,
+                            self._choices)
                 for stations, due in zip(self._stations, self._due, strict=True)]
         self._where = np.array([[(array.ctypes.data, *array.shape, 0)[:3] for array in arrays]
                                 for arrays in both], dtype=np.int64)
@@ -126,25 +139,14 @@ class Stations:
         position = kernels.enqueue(
             self._where, self._present, now_ns,
             NEVER if self._lifetime_ns is None else now_ns + self._lifetime_ns, station, dest,
-            packets,
-            *self._times(psdu_bytes, last_bytes or psdu_bytes, rate, dest < 0, rts))
+            packets, psdu_bytes, last_bytes or psdu_bytes, rate, rts and dest >= 0)
         self._next_ns = None
         return None if position < 0 else position
 
-    def _times_of(self, psdu_bytes: int, last_bytes: int, rate: int, broadcast: bool,
-                  rts: bool) -> tuple[int, ...]:
-        """Airtimes and rates in the order of the kernel's parameters. Control frames that begin an
-        exchange go at the lowest rate of the modulation."""
-        airtime_ns, reply = self._standard.airtime_ns, self._standard.reply_rate(rate)
-        control = int(self._rates[rate]["header_rate"])
-        replies = (0, 0) if broadcast else (airtime_ns(ACK_BYTES, reply), reply)
-        if broadcast or not rts:
-            control_frames = 0, 0, control
-        else:
-            control_frames = (airtime_ns(RTS_BYTES, control), airtime_ns(CTS_BYTES, control),
-                              control)
-        return (airtime_ns(psdu_bytes, rate), airtime_ns(last_bytes, rate), rate, *replies,
-                *control_frames)
+    def choose(self, station: int, dest: int, rate: int) -> None:
+        """From the next attempt on, ``station`` sends to ``dest`` at this rate."""
+        self._choices[station, dest] = rate
+        self._next_ns = None
 
     @property
     def next_ns(self) -> int:
@@ -168,3 +170,11 @@ class Stations:
         self._next_ns = None
         stations = self._stations[self._present]
         return Counts(*(stations[name].copy() for name in Counts._fields))
+
+    def busy_ns(self, now_ns: int) -> np.ndarray:
+        """[stations] for how long each was sending or found the medium busy, up to now. Takes no
+        outcomes."""
+        kernels.advance(self._where, self._present, min(now_ns, self.next_ns - 1))
+        self._next_ns = None
+        stations = self._stations[self._present]
+        return stations["occupied"] + np.where(stations["busy"], now_ns, 0)

@@ -11,6 +11,7 @@ from numba import int64, void
 from netmodels.kernels import lean
 from netmodels.radio.dcf.contention.kernels import draw, plan, sense
 from netmodels.radio.dcf.exchange.kernels import happen
+from netmodels.radio.dcf.frames.kernels import tune
 from netmodels.radio.dcf.reception.kernels import account
 from netmodels.radio.dcf.records.kernels import (
     BLOCK,
@@ -105,9 +106,8 @@ def foresee(where, present):
     return future.outcomes[0].time_ns if future.setup[0].outcomes > 0 else NEVER
 
 
-@lean(_i8(_places, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8))
-def enqueue(where, present, now, expires, i, dest, packets, air_ns, last_ns, rate, ack_ns, ack_rate,
-            rts_ns, cts_ns, rts_rate):
+@lean(_i8(_places, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8))
+def enqueue(where, present, now, expires, i, dest, packets, size_bytes, last_bytes, rate, rts):
     """Station i gets a frame to send, after what is due before now. Returns its position in the
     queue, -1 if that is full."""
     d = view(where[present])
@@ -119,9 +119,8 @@ def enqueue(where, present, now, expires, i, dest, packets, air_ns, last_ns, rat
     position = (s.head + s.length) % limit
     frame = d.frames[i, position]
     frame.expires, frame.dest, frame.packets = expires, dest, packets
-    frame.air_ns, frame.last_ns = air_ns, last_ns
-    frame.rate, frame.ack_ns, frame.ack_rate = rate, ack_ns, ack_rate
-    frame.rts_ns, frame.cts_ns, frame.rts_rate = rts_ns, cts_ns, rts_rate
+    frame.size_bytes, frame.last_bytes = size_bytes, last_bytes
+    tune(d.rates, frame, rate, rts)
     s.length += 1
     if s.length == 1 and s.role == IDLE:
         s.ready = now

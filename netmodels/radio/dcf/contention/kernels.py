@@ -48,6 +48,7 @@ def sense(setup, due, s, now, ifs):
     busy = s.on == 1 or s.lock >= 0 or s.heard >= setup.energy_mw
     if busy and s.busy == 0:
         s.busy = 1
+        s.occupied -= now
         if s.contention % KINDS == START and s.contention // KINDS == now and s.role == IDLE:
             return
         if now > s.since:
@@ -55,5 +56,6 @@ def sense(setup, due, s, now, ifs):
         plan(setup, due, s)
     elif s.busy == 1 and not busy:
         s.busy = 0
+        s.occupied += now
         s.since = max(now, s.nav) + ifs
         plan(setup, due, s)

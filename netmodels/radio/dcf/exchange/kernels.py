@@ -10,9 +10,11 @@ from numba import int64, void
 
 from netmodels.kernels import lean
 from netmodels.radio.dcf.contention.kernels import draw, plan, sense
+from netmodels.radio.dcf.frames.kernels import tune
 from netmodels.radio.dcf.reception.kernels import account, arrive, survives
 from netmodels.radio.dcf.records.kernels import (
     ACK,
+    ACKED,
     ANSWER,
     AWAITING,
     CTS,
@@ -22,6 +24,7 @@ from netmodels.radio.dcf.records.kernels import (
     DROPPED,
     END,
     EXPIRED,
+    FAILED,
     IDLE,
     KINDS,
     MISSED,
@@ -118,6 +121,14 @@ def tell(d, now, what, s, receiver):
     d.setup[0].outcomes += 1
 
 
+@lean(void(a_dcf, _i8, _i8, a_station))
+def report(d, now, what, s):
+    """Tell how an attempt of station s came out, if that may change the rate of the next one."""
+    dest = d.frames[s.index, s.head].dest
+    if d.choices.size > 0 and dest >= 0:
+        tell(d, now, what, s, dest)
+
+
 @lean(void(a_setup, all_due, a_station, _i8))
 def next_packet(setup, due, s, now):
     """The present packet of station s is through, one way or the other."""
@@ -147,6 +158,7 @@ def succeed(d, s, now):
     """The packet of station s was acknowledged, or needs no acknowledgement."""
     frame = d.frames[s.index, s.head]
     s.window, s.failed = d.setup[0].cw_min, 0
+    report(d, now, ACKED, s)
     if frame.dest < 0 and s.part == frame.packets - 1:
         tell(d, now, DONE, s, -1)
     packet_done(d, s)
@@ -158,6 +170,8 @@ def fail(d, s, now):
     """No reply came. The window doubles up to its largest; what resets it, besides a success, is
     the station's ``reset_at``-th failure in a row, and not that a packet is given up."""
     setup = d.setup[0]
+    if s.kind == DATA:
+        report(d, now, FAILED, s)
     s.failures += 1
     s.tries += 1
     s.failed += 1
@@ -288,6 +302,8 @@ def happen(d, s, now, what):
         if now > frame.expires and s.part == 0 and s.tries == 0:
             expire(d, s, now)
         else:
+            if d.choices.size > 0 and frame.dest >= 0:
+                tune(d.rates, frame, d.choices[s.index, frame.dest], frame.rts_ns > 0)
             s.role, s.contention = SENDING, NEVER
             send(d, s, now, RTS if frame.rts_ns > 0 else DATA)
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import carray, float64, from_dtype, int64, njit, types, void
+from numba import carray, float64, from_dtype, int8, int64, njit, types, void
 from numba.extending import intrinsic
 
 from netmodels.kernels import lean, uniform
@@ -20,7 +20,7 @@ BLOCK = 32  # stations whose next events have a common minimum
 
 IDLE, SENDING, AWAITING = range(3)  # what a station does about its present packet
 RTS, CTS, DATA, ACK = range(4)
-RECEIVED, MISSED, DONE, DROPPED, EXPIRED = range(5)  # outcomes
+RECEIVED, MISSED, DONE, DROPPED, EXPIRED, ACKED, FAILED = range(7)  # outcomes
 
 
 STATION = np.dtype([  # kept small, for the future is tried out on copies
@@ -33,7 +33,9 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     # Contention: from when on slots count (before that the medium has to be idle for DIFS or EIFS),
     # until when the medium is reserved, since when the present packet is ready to go. Until when
     # something should be heard of what an RTS has announced, and its reservation if it is.
-    ("since", "i8"), ("nav", "i8"), ("ready", "i8"), ("doubt", "i8"), ("announced", "i8"),
+    # ``occupied``: for how long the medium was busy; while it is, less the time when it became so.
+    ("since", "i8"), ("occupied", "i8"), ("nav", "i8"), ("ready", "i8"), ("doubt", "i8"),
+    ("announced", "i8"),
     # What is due next: of its contention (START, TIMEOUT), its transmission (DETECT, END), and the
     # answer that it owes.
     ("contention", "i8"), ("air", "i8"), ("answer", "i8"),
@@ -47,7 +49,7 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     # since it looks for preambles.
     ("signals", "i4"), ("lock", "i4"), ("strongest", "i4"),
     # Slots that are left; the window that they are drawn from; how many draws there were.
-    ("count", "i4"), ("window", "i4"), ("draws", "i4"),
+    ("count", "i4"), ("window", "i4"), ("draws", "i8"),
     # Its queue, a ring: the first frame's position, how many there are, how many packets of the
     # first are done.
     ("head", "i4"), ("length", "i4"), ("part", "i4"),
@@ -63,18 +65,22 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     ("on", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply", "i1"),
 ])
 
-# A frame in a queue: until when it may begin, receiver (-1: all), how many packets, airtime of each
-# and of the last one, of acknowledgements and control frames, and the rates of all that; ``rts_ns``
-# 0: no RTS.
-FRAME = np.dtype([("expires", "i8"), ("dest", "i4"), ("packets", "i4"), ("air_ns", "i4"),
-                  ("last_ns", "i4"), ("ack_ns", "i4"), ("rts_ns", "i4"), ("cts_ns", "i4"),
-                  ("rate", "i1"), ("ack_rate", "i1"), ("rts_rate", "i1")])
+# A frame in a queue: until when it may begin, receiver (-1: all), how many packets, size of each
+# and of the last one; their airtimes, those of acknowledgements and control frames, and the rates
+# of all that; ``rts_ns`` 0: no RTS.
+FRAME = np.dtype([("expires", "i8"), ("dest", "i4"), ("packets", "i4"), ("size_bytes", "i4"),
+                  ("last_bytes", "i4"), ("air_ns", "i4"), ("last_ns", "i4"), ("ack_ns", "i4"),
+                  ("rts_ns", "i4"), ("cts_ns", "i4"), ("rate", "i1"), ("ack_rate", "i1"),
+                  ("rts_rate", "i1")])
 
 LINK = np.dtype([("station", "i8"), ("mw", "f8")])  # who hears, and at which power
 
-# When header and payload begin, counted from the beginning, and the rate of the header.
-RATE = np.dtype([("bps", "f8"), ("header_ns", "i8"), ("payload_ns", "i8"),
-                 ("header_rate", "i8")])
+# When header and payload begin, counted from the beginning, and the rate of the header. Of OFDM:
+# bits of a symbol, its time, silence behind the frame. Rate of the reply; airtimes of control
+# frames.
+RATE = np.dtype([("bps", "f8"), ("header_ns", "i8"), ("payload_ns", "i8"), ("header_rate", "i8"),
+                 ("bits", "i8"), ("symbol_ns", "i8"), ("extension_ns", "i8"), ("reply_rate", "i8"),
+                 ("ack_ns", "i8"), ("rts_ns", "i8"), ("cts_ns", "i8")])
 
 OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("position", "i8"),
                     ("receiver", "i8")])
@@ -98,7 +104,8 @@ class Dcf(NamedTuple):
     known, and behind them what is due next at each station | touched [1 + n, 2] which stations may
     have changed since their future was the same: how many, then the list, and beside it whether
     each is in it | frames [n, limit] rings | links | rates | table [rates, k]
-    log(-log(chance that a bit has no error)) | setup [1] | outcomes, room for more than 2 n
+    log(-log(chance that a bit has no error)) | setup [1] | outcomes, room for more than 2 n |
+    choices [n, n] the rate from whom to whom, or [0, 0]: each frame has its own
     """
 
     stations: np.ndarray
@@ -110,6 +117,7 @@ class Dcf(NamedTuple):
     table: np.ndarray
     setup: np.ndarray
     outcomes: np.ndarray
+    choices: np.ndarray
 
 
 _i8, _f8 = int64, float64
@@ -117,7 +125,7 @@ a_station, a_setup = from_dtype(STATION), from_dtype(SETUP)
 all_due, all_rates, a_table = _i8[::1], from_dtype(RATE)[::1], _f8[:, ::1]
 a_dcf = types.NamedTuple((a_station[::1], all_due, _i8[:, ::1], from_dtype(FRAME)[:, ::1],
                          from_dtype(LINK)[::1], all_rates, a_table, a_setup[::1],
-                         from_dtype(OUTCOME)[::1]), Dcf)
+                         from_dtype(OUTCOME)[::1], int8[:, ::1]), Dcf)
 
 
 @intrinsic
@@ -141,7 +149,8 @@ def view(at):
                carray(_pointer(at[5, 0]), (at[5, 1],), RATE),
                carray(_pointer(at[6, 0]), (at[6, 1], at[6, 2]), np.float64),
                carray(_pointer(at[7, 0]), (at[7, 1],), SETUP),
-               carray(_pointer(at[8, 0]), (at[8, 1],), OUTCOME))
+               carray(_pointer(at[8, 0]), (at[8, 1],), OUTCOME),
+               carray(_pointer(at[9, 0]), (at[9, 1], at[9, 2]), np.int8))
 
 
 @lean(void(a_dcf, a_station))

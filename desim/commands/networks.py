@@ -1,0 +1,139 @@
+"""The commands about networks alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from desim.commands.ending import compiling, exits
+from desim.errors import InputError
+
+
+def add_to(app: typer.Typer) -> None:
+    """Make them commands of ``app``."""
+    app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True,
+                                  "help_option_names": []})(net)
+    app.command()(coverage)
+    app.command()(validate)
+
+
+def net(context: typer.Context,
+        case: Annotated[str | None, typer.Argument(
+            metavar="CASE", show_default=False, help="a name that desim net lists")] = None,
+        seed: Annotated[int | None, typer.Option(min=0, help="of all luck")] = None,
+        as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
+        usage: Annotated[bool, typer.Option("--help", help="the options of the case")] = False,
+        ) -> None:
+    """Play a standard network case without robots; its options are --key value."""
+    with exits():
+        from desim.report import cases
+
+        if usage or case is None:
+            with compiling(False):
+                typer.echo(cases.overview() if case is None else cases.fleet_usage()
+                           if case == cases.FLEET else cases.usage(case))
+        elif case == cases.FLEET:
+            _net_fleet(context.args, seed, as_json)
+        else:
+            _net_case(case, context.args, 1 if seed is None else seed, as_json)
+
+
+def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
+    from rich.console import Console
+
+    from desim import options, plugins
+    from desim.report import cases
+
+    with compiling(as_json):
+        from desim.experiment.netcase import play
+        params = options.parsed(words, plugins.parameters("case", case), ("seed", "json"))
+    from desim.report.live import how_far
+
+    with options.as_options(), how_far(Console(stderr=True)) as watch:
+        measures = play(plugins.load("case", case)(params).setup(), seed, watch)
+    settings = params.model_dump(mode="json", by_alias=True)
+    if as_json:
+        _echo_json({"case": case, "seed": seed, "settings": settings, **measures})
+        return
+    typer.echo(cases.title(case, seed, settings))
+    Console().print(cases.measures_table(measures))
+
+
+def _net_fleet(words: list[str], seed: int | None, as_json: bool) -> None:
+    from desim import options
+    from desim.scenario.load import load
+
+    with compiling(as_json):
+        from desim.experiment.fleetload import Question, play
+        from desim.report import fleetload
+    question = options.parsed(words, Question, ("seed", "json"))
+    loaded = load(question.scenario, question.overrides, seed)
+    try:
+        found = play(loaded.scenario, question)
+    except InputError as error:
+        raise loaded.placed(error) from error
+    carries, said = fleetload.verdict(found, question.enough)
+    if as_json:
+        _echo_json({"scenario": loaded.scenario.name, "seed": loaded.scenario.seed,
+                    "settings": question.model_dump(mode="json", by_alias=True), **found,
+                    "carries": carries, "verdict": said})
+        return
+    typer.echo(f"{loaded.scenario.name}, seed {loaded.scenario.seed}: {fleetload.told(found)}")
+    typer.echo(said)
+
+
+def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
+                                                      help="a scenario's YAML file")],
+             at: Annotated[str | None, typer.Option(
+                 metavar="PLACE", help="a host, or a place as '3 m, -2.5 m' (the first host that "
+                                       "has a place)", show_default=False)] = None,
+             medium: Annotated[str | None, typer.Option(
+                 help="the name of a medium (the first)", show_default=False)] = None,
+             overrides: Annotated[list[str], typer.Option(
+                 "--set", metavar="A.B.C=VALUE", help="another value; can be given again")] = [],  # noqa: B006
+             to: Annotated[Path, typer.Option(help="file to write, png, pdf or svg")] = Path(
+                 "coverage.png")) -> None:
+    """A picture of what a radio reaches in a scenario's terrain, from one place and between the
+    hosts at the start."""
+    with exits():
+        from desim.scenario.load import load
+
+        with compiling(False):
+            loaded = load(scenario, overrides)
+            from desim.report.coverage import draw
+        try:
+            said = draw(loaded.scenario, at, medium, to)
+        except InputError as error:
+            raise loaded.placed(error) from error
+        typer.echo(f"{said}\n{to}")
+
+
+def validate(only: Annotated[list[str], typer.Option(
+                 metavar="GROUP", help="one that desim plugins lists; can be given again")] = [],  # noqa: B006
+             as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
+             ) -> None:
+    """Compare the network models with published numbers; exit code 1 if one is off."""
+    with exits():
+        with compiling(as_json):
+            from desim.report import validating
+        groups = validating.chosen(only)
+        rows = validating.compared(groups, _say_nothing if as_json else typer.echo)
+        failed = sum(not row["holds"] for row in rows)
+        if as_json:
+            _echo_json({"checks": len(rows), "failed": failed, "rows": rows})
+        else:
+            typer.echo(f"{len(rows) - failed} of {len(rows)} within tolerance")
+        if failed:
+            raise typer.Exit(1)
+
+
+def _say_nothing(_: str) -> None:
+    pass
+
+
+def _echo_json(value: Any) -> None:
+    import json
+
+    typer.echo(json.dumps(value, indent=2))

@@ -1,0 +1,43 @@
+"""The commands that tell what there is to choose from."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from desim.commands.ending import exits
+
+
+def add_to(app: typer.Typer) -> None:
+    """Make them commands of ``app``."""
+    for command in plugins, describe, schema:
+        app.command()(command)
+
+
+def plugins() -> None:
+    """All plug-ins that are installed, by kind."""
+    with exits():
+        from desim.report.catalogue import listing
+
+        typer.echo(listing())
+
+
+def describe(plugin: Annotated[str, typer.Argument(
+        metavar="PLUGIN", show_default=False,
+        help="a name that desim plugins lists, or package.module:Class")]) -> None:
+    """What a plug-in does, and its parameters."""
+    with exits():
+        from desim.report.catalogue import description
+
+        typer.echo(description(plugin))
+
+
+def schema() -> None:
+    """The JSON Schema of scenario files, for editors."""
+    with exits():
+        import json
+
+        from desim.scenario.schema import Scenario
+
+        typer.echo(json.dumps(Scenario.model_json_schema(by_alias=True), indent=2))

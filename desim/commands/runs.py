@@ -1,0 +1,109 @@
+"""The commands about single runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from desim.commands.ending import command_line, compiling, exits
+
+RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False)]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Make them commands of ``app``."""
+    for command in run, trace, diff, figure:
+        app.command()(command)
+
+
+def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
+                                                 help="a scenario's YAML file")],
+        seed: Annotated[int | None, typer.Option(help="instead of the scenario's")] = None,
+        overrides: Annotated[list[str], typer.Option(
+            "--set", metavar="A.B.C=VALUE", help="another value; can be given again")] = [],  # noqa: B006
+        until: Annotated[str | None, typer.Option(
+            metavar="DURATION", help="short for --set stop.elapsed=DURATION")] = None,
+        out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
+        quiet: Annotated[bool, typer.Option("--quiet", help="print nothing but errors")] = False,
+        check: Annotated[bool, typer.Option(
+            "--check", help="run twice and name the first trace row that differs")] = False,
+        ) -> None:
+    """Run a scenario; the results are in a folder of their own afterwards."""
+    with exits():
+        from desim.scenario.load import load
+
+        changes = [*overrides, *([f"stop.elapsed={until}"] if until else [])]
+        with compiling(quiet):
+            # Complaints about the scenario come before anything is compiled but its plug-ins.
+            loaded = load(scenario, changes, seed)
+            from desim import api
+        from rich.console import Console
+
+        from desim.report.live import watching
+
+        console = Console()
+        watch = None if quiet else watching(console)
+        if check:
+            from desim.report.checking import checked
+
+            finished, parted = checked(loaded, out, watch, command_line())
+        else:
+            finished = api.run(loaded, out=out, watch=watch, command=command_line())
+        if not quiet:
+            _show(finished, console)
+        if check and parted:
+            typer.echo(f"the run does not repeat itself:\n{parted}", err=True)
+            raise typer.Exit(1)
+        if check and not quiet:
+            typer.echo("run twice: every row of the trace is the same")
+
+
+def _show(finished: Any, console: Any) -> None:
+    from desim.report.resulttable import result_table
+
+    manifest = finished.manifest
+    console.print(result_table(finished.metrics, manifest))
+    console.print(f"digest {manifest['digest']}\nresults in {finished.path}", highlight=False,
+                  soft_wrap=True)
+    if "differs_from_earlier" in manifest:
+        typer.echo("warning: an earlier run of the same scenario, seed and versions had the "
+                   f"digest {manifest['differs_from_earlier']}; desim run --check tells more",
+                   err=True)
+
+
+def trace(path: RunPath,
+          message: Annotated[int, typer.Option(
+              min=1, help="the number of a message between hosts, from 1 (messages.parquet)")],
+          ) -> None:
+    """The story of one message: every row about it, in order, and where the time went."""
+    with exits():
+        with compiling(False):
+            from desim.report.following import told
+        typer.echo(told(path, message))
+
+
+def diff(first: RunPath, second: RunPath) -> None:
+    """The first trace row in which two runs differ, with the rows around it."""
+    with exits():
+        with compiling(False):
+            from desim.report.checking import difference
+        text = difference(first, second)
+        typer.echo(text or "the traces are equal")
+        if text:
+            raise typer.Exit(1)
+
+
+def figure(path: RunPath,
+           to: Annotated[Path | None, typer.Option(
+               help="file to write, png, pdf or svg (default: figure.png in the run's folder)",
+               show_default=False)] = None) -> None:
+    """A picture of a run: terrain, trajectories, map, explored share and traffic over time."""
+    with exits():
+        with compiling(False):
+            from desim.api import Run
+            from desim.report.figure import draw
+        target = to or path / "figure.png"
+        draw(Run(path), target)
+        typer.echo(str(target))

@@ -1,0 +1,130 @@
+"""The radio that Gazebo and the SubT Challenge have in common (gz-sim, src/systems/rf_comms; osrf/
+subt, subt_communication_model): log-normal power, errors of QPSK, and so many bits an epoch."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+from scipy.special import erfc
+
+from desim import ports
+from desim.units import NS_PER_S, BitRate, Decibels, Duration, Length, Level, Period
+from netmodels.rules.streams import PairStreams
+
+REASONS = ("channel_error", "out_of_range", "out_of_reach", "rate_limited", "receiver_limited")
+
+Sigma = Literal["deviation", "variance"]
+
+_NEAREST_M = 1e-9
+
+
+class RfParams(ports.Params):
+    """What both of them are told."""
+
+    range_m: Length = Field("50 m", gt=0, description="nothing gets farther, max_range (gz-sim)")
+    exponent: float = Field(2.5, gt=0, le=20, description="of the distance, fading_exponent "
+                                                          "(gz-sim)")
+    reference_db: Decibels = Field("40 dB", description="loss of the first metre, l0 (gz-sim)")
+    sigma_db: Decibels = Field("10 dB", description="of the received power, drawn anew for each "
+                                                    "message (gz-sim)")
+    sigma_is: Sigma = Field("deviation", description=(
+        "what sigma is used as (gz-sim since pull request 1743; before, and in SubT, variance: 10 "
+        "are a standard deviation of 3.16 dB)"))
+    power_dbm: Level = Field("27 dBm", description="sent, tx_power (gz-sim)")
+    noise_dbm: Level = Field("-90 dBm", description="noise_floor (gz-sim)")
+    errors: Literal["bytes", "bits"] = Field("bytes", description=(
+        "how often an error is possible: (1 - BER)^bytes, which is what both do, or (1 - BER)^bits "
+        "(gz-sim)"))
+    capacity_bps: BitRate = Field("54 Mb/s", description="of each sender and of each receiver "
+                                                         "(gz-sim)")
+    epoch_ns: Period = Field("1 s", description="over which the capacity is counted (gz-sim)")
+    step_ns: Duration = Field("1 ms", description="of the simulator, after which a message is "
+                                                  "there (Gazebo's physics)")
+
+
+class Window:
+    """What somebody has sent or received in the last epoch."""
+
+    __slots__ = ("_bytes", "_epoch_ns", "_most_bits", "_past")
+
+    def __init__(self, capacity_bps: int, epoch_ns: int) -> None:
+        self._most_bits, self._epoch_ns = capacity_bps * epoch_ns // NS_PER_S, epoch_ns
+        self._past: deque[tuple[int, int]] = deque()
+        self._bytes = 0
+
+    def take(self, now_ns: int, size_bytes: int) -> bool:
+        """Whether so much more is within the capacity; then it counts."""
+        past = self._past
+        while past and past[0][0] < now_ns - self._epoch_ns:
+            self._bytes -= past.popleft()[1]
+        if 8 * (self._bytes + size_bytes) > self._most_bits:
+            return False
+        past.append((now_ns, size_bytes))
+        self._bytes += size_bytes
+        return True
+
+
+class Rf:
+    """Messages between ``hosts``, each with one attempt: the luck of a link is its own."""
+
+    def __init__(self, params: RfParams, context: ports.Context, use: str,
+                 hosts: tuple[str, ...]) -> None:
+        self._params, self._context = params, context
+        self._streams = PairStreams(context, use, hosts)
+        self._sent, self._received = (
+            [Window(params.capacity_bps, params.epoch_ns) for _ in hosts] for _ in range(2))
+
+    def send(self, frame: ports.Frame, distances_m: np.ndarray, exponents: np.ndarray) -> None:
+        """Settle ``frame``: ``distances_m`` and ``exponents`` [n] of its receivers, NaN where
+        nothing gets. What arrives is there at the end of the step."""
+        context, step_ns = self._context, self._params.step_ns
+        now_ns = context.now_ns
+        mean_dbm = received_dbm(self._params, distances_m, exponents).tolist()
+        fates: dict[str | None, list[int]] = {}
+        for receiver, dbm in zip(frame.receivers, mean_dbm, strict=True):
+            fates.setdefault(self._fate(frame, receiver, dbm, now_ns), []).append(receiver)
+        wait_ns = step_ns - now_ns % step_ns if step_ns else 0
+        for reason, receivers in fates.items():
+            if reason == "out_of_range" and frame.broadcast:
+                reason = "out_of_reach"
+            context.settle_many(frame, receivers, ports.Drop(reason) if reason
+                                else ports.Deliver(wait_ns))
+
+    def _fate(self, frame: ports.Frame, receiver: int, mean_dbm: float, now_ns: int) -> str | None:
+        """The reason why it does not arrive, None if it does. Who is too far away has been sent to
+        all the same."""
+        stream = self._streams(frame.source, receiver)
+        off, luck = stream.standard_normal(), stream.random()
+        if not self._sent[frame.source].take(now_ns, frame.size_bytes):
+            return "rate_limited"
+        if mean_dbm != mean_dbm:  # NaN
+            return "out_of_range"
+        dbm = mean_dbm + deviation_db(self._params) * off
+        if luck >= delivery(self._params, dbm, frame.size_bytes):
+            return "channel_error"
+        return None if self._received[receiver].take(now_ns, frame.size_bytes) else (
+            "receiver_limited")
+
+
+def received_dbm(params: RfParams, distances_m: np.ndarray, exponents: np.ndarray) -> np.ndarray:
+    """power - (reference + 10 exponent log10(d / 1 m)), on the average; NaN beyond ``range``."""
+    distances_m = np.where(distances_m <= params.range_m, distances_m, np.nan)
+    return params.power_dbm - params.reference_db - 10 * exponents * np.log10(
+        np.maximum(distances_m, _NEAREST_M))
+
+
+def deviation_db(params: RfParams) -> float:
+    """The standard deviation of the received power."""
+    return params.sigma_db if params.sigma_is == "deviation" else params.sigma_db ** 0.5
+
+
+def delivery(params: RfParams, power_dbm: np.ndarray | float, size_bytes: int) -> np.ndarray:
+    """Chance of a message that comes in with ``power_dbm``: BER = erfc(sqrt(signal / noise)), and
+    (1 - BER)^bytes, or with ``errors: bits`` (1 - BER)^(8 bytes)."""
+    ratio = 10 ** ((power_dbm - params.noise_dbm) / 10)
+    with np.errstate(divide="ignore"):  # where a bit is never right
+        right = np.log1p(-erfc(np.sqrt(ratio)))
+    return np.exp(size_bytes * (8 if params.errors == "bits" else 1) * right)

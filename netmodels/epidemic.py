@@ -1,0 +1,241 @@
+"""Messages that hosts carry to those whom the sender never meets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+
+from pydantic import Field
+
+from desim import ports
+from desim.errors import below
+from desim.units import ByteSize, Period
+from netmodels.multihop.choice import HOPS, HopChoice
+from netmodels.multihop.hops import Hops
+
+_ARRIVED, _EXPIRED = ports.Deliver(0), ports.Drop("expired")
+_FULL, _DOWN = ports.Drop("buffer_full"), ports.Drop("relay_down")
+_PACKET_BYTES = 1518  # IEEE 802.3: what a longer summary is cut into
+
+
+class _Message:
+    """A unicast frame that is carried: ``copies`` are held or on the air. ``lost``: why the last
+    holder gave one up."""
+
+    __slots__ = ("frame", "dies_ns", "copies", "settled", "lost")
+
+    def __init__(self, frame: ports.Frame, dies_ns: int) -> None:
+        self.frame, self.dies_ns = frame, dies_ns
+        self.copies, self.settled, self.lost = 0, False, _FULL
+
+
+class _Store:
+    """What one host holds, the oldest first; the numbers of all that it has had, and until when it
+    waits for what it has asked for."""
+
+    __slots__ = ("held", "size_bytes", "had", "asked", "saying")
+
+    def __init__(self) -> None:
+        self.saying = False  # whether a summary is booked
+        self.forget()
+
+    def forget(self) -> None:
+        self.held: dict[int, _Message] = {}
+        self.size_bytes = 0
+        self.had: set[int] = set()
+        self.asked: dict[int, int] = {}
+
+    def drop(self, number: int) -> None:
+        self.size_bytes -= self.held.pop(number).frame.size_bytes
+
+
+class Epidemic:
+    """Store, carry and forward (Vahdat and Becker 2000, "Epidemic routing for partially-connected
+    ad hoc networks"): a host keeps copies of what it has had, its own messages and others', and
+    whoever meets it and has not had one gets it. So messages spread until they are ``lifetime``
+    old, whether they have arrived or not.
+
+    A host that holds something broadcasts a summary of it every ``interval``, the first one at a
+    random time of it; who hears that asks for what it has not had yet, and is sent it, its own
+    messages first. All three are frames of the ``hop`` model. What was had once is not asked for
+    again, and what was asked for not within ``patience``. A full buffer gives up its oldest
+    message.
+
+    A message is lost when it is ``lifetime`` old (``expired``), or when the last host that holds it
+    gives it up (``buffer_full``) or stops (``relay_down``). A broadcast goes one hop. Left out: the
+    limit of hops, and messages that clean up behind one that has arrived. A stream on top repeats
+    what is late; datagrams are what this is for.
+    """
+
+    class Params(HopChoice):
+        interval_ns: Period = Field("1 s", description="between a host's summaries (as batman's "
+                                                       "messages)")
+        patience_ns: Period = Field("5 s", description="from asking for a message to asking again "
+                                                       "(a 100 kB message at 1 Mb/s, six times)")
+        lifetime_ns: Period = Field("300 s", description="of a message (a few minutes' way of a "
+                                                         "robot)")
+        buffer_bytes: ByteSize = Field("10 MB", ge=1, description=(
+            "of a host, for all messages with their headers (a hundred of 100 kB)"))
+        header_bytes: ByteSize = Field("46 B", ge=1, description="of a summary or a request "
+                                                                 "(Ethernet, IP, UDP)")
+        number_bytes: ByteSize = Field("4 B", ge=1, description=(
+            "of each message named in it (Vahdat and Becker: 32 bits)"))
+
+    reasons = tuple(sorted({"buffer_full", "expired", "relay_down"}.union(
+        *(model.reasons for model in HOPS.values()))))
+
+    def __init__(self, params: Params, hop: ports.NetworkModel | None = None) -> None:
+        """``hop``: a single-hop model that is made already, instead of the one in ``params``."""
+        self._params = params
+        self._block = "" if hop else f".{params.hop}"
+        self._hop = hop = hop or params.chosen()
+        if hasattr(hop, "busy_ns"):
+            self.busy_ns = hop.busy_ns
+        self._frames = self._bytes = 0
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+        self._hops = Hops(self._hop, context, len(hosts))
+        with below(self._block) if self._block else nullcontext():
+            self._hop.start(self._hops, hosts)
+        self._stores = [_Store() for _ in hosts]
+        self._draws = [context.stream("epidemic", host).random for host in hosts]
+        self._others = [tuple(other for other in range(len(hosts)) if other != host)
+                        for host in range(len(hosts))]
+
+    def send(self, frame: ports.Frame) -> None:
+        if frame.broadcast:
+            self._hop.send(frame)
+            return
+        message = _Message(frame, self._context.now_ns + self._params.lifetime_ns)
+        self._context.at(message.dies_ns, self._expire, message)
+        self._keep(frame.source, message)
+
+    def switched(self, host: int, up: bool) -> None:
+        """A host has started or stopped: what it held is lost."""
+        self._hops.switched(host, up)
+        if not up:
+            held = list(self._stores[host].held.values())
+            self._stores[host].forget()
+            for message in held:
+                self._give_up(message, _DOWN)
+
+    def control(self) -> tuple[int, int]:
+        """Frames and bytes of summaries and requests that were sent so far."""
+        return self._frames, self._bytes
+
+    # What a host does with a message.
+
+    def _keep(self, host: int, message: _Message) -> None:
+        store, frame, most_bytes = self._stores[host], message.frame, self._params.buffer_bytes
+        store.had.add(frame.id)
+        message.copies += 1
+        if frame.size_bytes > most_bytes:
+            self._give_up(message, _FULL)
+            return
+        while store.size_bytes + frame.size_bytes > most_bytes:
+            number, oldest = next(iter(store.held.items()))
+            store.drop(number)
+            self._give_up(oldest, _FULL)
+        store.held[frame.id] = message
+        store.size_bytes += frame.size_bytes
+        if not store.saying:
+            store.saying = True
+            wait_ns = int(self._draws[host]() * self._params.interval_ns)
+            self._context.at(self._context.now_ns + wait_ns, self._say, host)
+
+    def _give_up(self, message: _Message, why: ports.Drop) -> None:
+        message.copies -= 1
+        message.lost = why
+        self._settle_if_gone(message)
+
+    def _settle_if_gone(self, message: _Message) -> None:
+        if not message.copies:
+            self._settle(message, message.lost)
+
+    def _settle(self, message: _Message, verdict: ports.Deliver | ports.Drop) -> None:
+        if not message.settled:
+            message.settled = True
+            self._context.settle(message.frame, message.frame.receivers[0], verdict)
+
+    def _expire(self, message: _Message) -> None:
+        number = message.frame.id
+        for store in self._stores:
+            if number in store.held:
+                store.drop(number)
+            store.had.discard(number)
+            store.asked.pop(number, None)
+        self._settle(message, _EXPIRED)
+
+    # What hosts say to each other.
+
+    def _say(self, host: int) -> None:
+        store = self._stores[host]
+        if not store.held:
+            store.saying = False
+            return
+        self._context.at(self._context.now_ns + self._params.interval_ns, self._say, host)
+        self._control(host, self._others[host], tuple(store.held), broadcast=True)
+
+    def _control(self, host: int, receivers: tuple[int, ...], numbers: Sequence[int], *,
+                 broadcast: bool) -> None:
+        params = self._params
+        size_bytes = params.header_bytes + params.number_bytes * len(numbers)
+        self._frames += 1
+        self._bytes += size_bytes
+        self._hops.send(host, receivers, size_bytes, -(-size_bytes // _PACKET_BYTES), broadcast,
+                        self._told, numbers)
+
+    def _told(self, numbers: Sequence[int], frame: ports.Frame, receivers: Sequence[int],
+              verdict: ports.Deliver | ports.Drop) -> None:
+        if type(verdict) is ports.Deliver:
+            heard = self._heard if frame.broadcast else self._asked
+            self._context.at(self._context.now_ns + verdict.delay_ns, heard,
+                             (frame.source, receivers, numbers))
+
+    def _heard(self, heard: tuple[int, Sequence[int], Sequence[int]]) -> None:
+        """Who hears a summary asks for what it has not had."""
+        holder, receivers, numbers = heard
+        now_ns = self._context.now_ns
+        for host in receivers:
+            store = self._stores[host]
+            wanted = [number for number in numbers
+                      if number not in store.had and store.asked.get(number, 0) <= now_ns]
+            if wanted and self._hops.up[host]:
+                store.asked.update(dict.fromkeys(wanted, now_ns + self._params.patience_ns))
+                self._control(host, (holder,), wanted, broadcast=False)
+
+    def _asked(self, asked: tuple[int, Sequence[int], Sequence[int]]) -> None:
+        """Who is asked gives what it still holds."""
+        host, (holder,), numbers = asked
+        held = self._stores[holder].held
+        given = [held[number] for number in numbers if number in held]
+        for message in sorted(given, key=lambda message: message.frame.receivers[0] != host):
+            message.copies += 1
+            frame = message.frame
+            self._hops.send(holder, (host,), frame.size_bytes, frame.segments, False, self._given,
+                            message)
+
+    def _given(self, message: _Message, leg: ports.Frame, _: Sequence[int],
+               verdict: ports.Deliver | ports.Drop) -> None:
+        if type(verdict) is ports.Deliver:
+            self._context.at(self._context.now_ns + verdict.delay_ns, self._got,
+                             (message, leg.receivers[0]))
+        else:
+            message.copies -= 1
+            self._settle_if_gone(message)
+
+    def _got(self, got: tuple[_Message, int]) -> None:
+        message, host = got
+        store, number = self._stores[host], message.frame.id
+        store.asked.pop(number, None)
+        message.copies -= 1
+        if self._context.now_ns >= message.dies_ns:
+            return
+        if self._hops.up[host] and number not in store.had:
+            if host == message.frame.receivers[0]:
+                store.had.add(number)
+                self._settle(message, _ARRIVED)
+            else:
+                self._keep(host, message)
+        self._settle_if_gone(message)

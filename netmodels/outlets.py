@@ -1,0 +1,25 @@
+"""Hosts that get in nobody's way but their own."""
+
+from __future__ import annotations
+
+from desim import ports
+from desim.units import airtime_ns
+
+
+class Outlets:
+    """Each host's frames go out one after another at ``rate_bps``, and nobody hinders anybody else:
+    delay = wait behind the sender's own earlier frames + size * 8 / rate."""
+
+    __slots__ = ("_free_ns", "_rate_bps")
+
+    def __init__(self, hosts: int, rate_bps: int) -> None:
+        self._free_ns = [0] * hosts
+        self._rate_bps = rate_bps
+
+    def delay_ns(self, frame: ports.Frame, now_ns: int) -> int:
+        """Until all of ``frame``, which is sent now, is out."""
+        source = frame.source
+        end_ns = (max(now_ns, self._free_ns[source])
+                  + airtime_ns(frame.size_bytes, self._rate_bps))
+        self._free_ns[source] = end_ns
+        return end_ns - now_ns

@@ -1,0 +1,83 @@
+"""At which rate to send to whom, learnt from acknowledgements."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+from pydantic import Field
+
+from desim import ports
+
+
+class RateControl(ports.Params):
+    """Automatic rate fallback (Kamerman and Monteban 1997, "WaveLAN-II: a high-performance wireless
+    LAN for the unlicensed band"): faster after acknowledgements in a row, or when the timer says
+    that it is time to try; slower after failures in a row. The first attempt at a faster rate is a
+    probe: if it fails, back at once. A request to send (RTS) without an answer says nothing about
+    rates."""
+
+    model: Literal["arf"] = Field("arf", description="(Kamerman and Monteban)")
+    up_after: int = Field(10, ge=1, le=1000, description=(
+        "acknowledgements in a row before the next faster rate (Kamerman and Monteban)"))
+    down_after: int = Field(2, ge=1, le=1000, description=(
+        "failures in a row before the next slower rate (Kamerman and Monteban)"))
+    timer: int = Field(15, ge=1, le=100_000, description=(
+        "attempts since the rate last rose or fell before the next faster one is tried in any case "
+        "(ns-3: ArfWifiManager)"))
+
+
+class Pair:
+    """What one sender remembers of one receiver. ``step``: the place of the present rate among
+    those allowed, the slowest first."""
+
+    __slots__ = ("step", "acknowledged", "failed", "attempts", "probing")
+
+    def __init__(self, step: int) -> None:
+        self.step = step
+        self.acknowledged = self.failed = self.attempts = 0
+        self.probing = False
+
+
+class Arf:
+    """For each sender and receiver by itself. ``rates`` [k] are indices of the standard's, the
+    slowest first; ``first`` is the one to begin with."""
+
+    def __init__(self, params: RateControl, rates: Sequence[int], first: int) -> None:
+        self._params, self._rates, self._first = params, rates, rates.index(first)
+        self._pairs: dict[tuple[int, int], Pair] = {}
+
+    def acknowledged(self, sender: int, receiver: int) -> int:
+        """An attempt was; returns the rate of the next one."""
+        pair, params = self._pair(sender, receiver), self._params
+        pair.attempts += 1
+        pair.acknowledged += 1
+        pair.failed, pair.probing = 0, False
+        if pair.step < len(self._rates) - 1 and (pair.acknowledged >= params.up_after
+                                                 or pair.attempts >= params.timer):
+            self._change(pair, 1)
+            pair.probing = True
+        return self._rates[pair.step]
+
+    def failed(self, sender: int, receiver: int) -> int:
+        """An attempt was not acknowledged; returns the rate of the next one."""
+        pair = self._pair(sender, receiver)
+        pair.attempts += 1
+        pair.failed += 1
+        pair.acknowledged = 0
+        if pair.probing or pair.failed >= self._params.down_after:
+            self._change(pair, -1)
+        return self._rates[pair.step]
+
+    def _pair(self, sender: int, receiver: int) -> Pair:
+        pair = self._pairs.get((sender, receiver))
+        if pair is None:
+            pair = self._pairs[sender, receiver] = Pair(self._first)
+        return pair
+
+    @staticmethod
+    def _change(pair: Pair, by: int) -> None:
+        """To a neighbouring rate, or as slow as before if there is none; counting begins anew."""
+        pair.step = max(pair.step + by, 0)
+        pair.acknowledged = pair.failed = pair.attempts = 0
+        pair.probing = False

@@ -1,0 +1,161 @@
+"""Link traces in files: what somebody has measured between two nodes, and when.
+
+A plain CSV has the columns ``time_s``, ``source``, ``destination``, ``delivery_ratio`` (0 to 1) or
+``rssi_dbm`` or both, and perhaps ``channel``. The K7 format (Brun-Laguna et al.,
+github.com/keomabrun/k7) is a line of JSON with what is known of the whole, and a CSV below it:
+``datetime`` (ISO 8601), ``src``, ``dst``, ``channel``, ``mean_rssi``, ``pdr``, and more that does
+not matter here. A file whose name ends with ``.gz`` is unpacked while it is read.
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+from bisect import bisect_right
+from collections.abc import Iterator
+from operator import attrgetter
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from desim.errors import InputError
+from desim.units import NS_PER_S
+from netmodels.replay.table import Table
+
+Quantity = Literal["delivery_ratio", "rssi_dbm"]
+
+# Column to what it is here.
+_PLAIN = {"time_s": "time", "source": "source", "destination": "destination", "channel": "channel",
+          "delivery_ratio": "delivery_ratio", "rssi_dbm": "rssi_dbm"}
+_K7 = {"datetime": "time", "src": "source", "dst": "destination", "channel": "channel",
+       "mean_rssi": "rssi_dbm", "pdr": "delivery_ratio", "tx_count": "", "transaction_id": ""}
+
+_LONGEST_S = 1e9
+_LOUDEST_DBM = 1000.0
+_SILENT_DBM = -300.0
+_INSTANT = re.compile(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d{1,9})?)Z?")
+
+
+class Link(NamedTuple):
+    """From ``times_ns[k]`` on it is ``values[k]``, the newest value of each channel."""
+
+    times_ns: list[int]
+    values: list[tuple[float, ...]]
+
+    def at(self, time_ns: int) -> tuple[float, ...]:
+        """Nothing before the first row."""
+        k = bisect_right(self.times_ns, time_ns)
+        return self.values[k - 1] if k else ()
+
+
+class Trace(NamedTuple):
+    """``links`` by source and destination, as the file calls them."""
+
+    quantity: Quantity
+    links: dict[tuple[str, str], Link]
+
+
+class _Row(NamedTuple):
+    time_ns: int
+    link: tuple[str, str]
+    channel: int | None
+    value: float
+
+
+def read(path: str, quantity: Quantity | None, channel: int | None) -> Trace:
+    """The trace in a file: of ``quantity`` (None: the delivery ratio, if it is there), of one
+    ``channel`` (None: of all). Rows may stand in any order. Raises ``InputError`` for whatever is
+    wrong with the file."""
+    try:
+        with (gzip.open if path.endswith(".gz") else open)(
+                path, "rt", encoding="utf-8-sig", newline="") as file:
+            table = Table(path, file)
+            table.named(_PLAIN if table.facts is None else _K7, ("time", "source", "destination"))
+            quantity = _quantity(table, quantity)
+            rows = [row for row in _rows(table, quantity) if channel in (None, row.channel)]
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{path}: cannot be read: {reason}") from None
+    if not rows:
+        raise InputError(f"{path}: no row of a link" + (
+            "" if channel is None else f" on channel {channel}"))
+    begin_ns = 0 if table.facts is None else _begin_ns(table, rows)
+    return Trace(quantity, _links(rows, begin_ns))
+
+
+def _quantity(table: Table, wanted: Quantity | None) -> Quantity:
+    there = [quantity for quantity in ("delivery_ratio", "rssi_dbm") if table.has(quantity)]
+    if wanted is None and there:
+        return there[0]
+    if wanted not in there:
+        raise table.wrong(f"there is no column of {wanted or 'delivery ratios or RSSI'}")
+    return wanted
+
+
+def _rows(table: Table, quantity: Quantity) -> Iterator[_Row]:
+    """K7 has rows without a source or a destination, which are means over several links; they are
+    passed over."""
+    time, when = ((_elapsed_ns, "seconds, at least 0") if table.facts is None else
+                  (_instant_ns, "a date and time as 2018-01-11 16:33:07"))
+    value, what = ((_ratio, "0 to 1") if quantity == "delivery_ratio" else
+                   (_rssi_dbm, "dBm, or nothing where nothing was heard"))
+    for row in table.rows():
+        ends = row.get("source", ""), row.get("destination", "")
+        if all(ends):
+            yield _Row(table.value(row, "time", time, when), ends,
+                       table.value(row, "channel", _channel, "a number, or nothing"),
+                       table.value(row, quantity, value, what))
+        elif table.facts is None:
+            raise table.wrong("source or destination is missing")
+
+
+def _begin_ns(table: Table, rows: list[_Row]) -> int:
+    """When a K7 trace begins: at its ``start_date``, or with its first row."""
+    start = (table.facts or {}).get("start_date")
+    try:
+        return _instant_ns(start) if isinstance(start, str) else min(row.time_ns for row in rows)
+    except ValueError:
+        raise InputError(f"{table.path}:1: start_date is {start!r}; allowed: a date and time as "
+                         "2018-01-11 16:32:22") from None
+
+
+def _links(rows: list[_Row], begin_ns: int) -> dict[tuple[str, str], Link]:
+    links: dict[tuple[str, str], Link] = {}
+    newest: dict[tuple[str, str], dict[int | None, float]] = {}
+    for row in sorted(rows, key=attrgetter("time_ns")):  # of two at a time the later line counts
+        times_ns, values = links.setdefault(row.link, Link([], []))
+        by_channel = newest.setdefault(row.link, {})
+        by_channel[row.channel] = row.value
+        times_ns.append(row.time_ns - begin_ns)
+        values.append(tuple(by_channel.values()))
+    return links
+
+
+def _number(cell: str, least: float, most: float) -> float:
+    number = float(cell)
+    if not least <= number <= most:  # NaN is not
+        raise ValueError
+    return number
+
+
+def _elapsed_ns(cell: str) -> int:
+    return round(_number(cell, 0.0, _LONGEST_S) * NS_PER_S)
+
+
+def _instant_ns(cell: str) -> int:
+    match = _INSTANT.fullmatch(cell)
+    if match is None:
+        raise ValueError
+    return int(np.datetime64(match[1], "ns").astype(np.int64))
+
+
+def _ratio(cell: str) -> float:
+    return _number(cell, 0.0, 1.0)
+
+
+def _rssi_dbm(cell: str) -> float:
+    return _number(cell, -_LOUDEST_DBM, _LOUDEST_DBM) if cell else _SILENT_DBM
+
+
+def _channel(cell: str) -> int | None:
+    return int(cell) if cell else None

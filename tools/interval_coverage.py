@@ -1,0 +1,87 @@
+"""Measures how often the intervals of desim/statistics hold what they should, by simulation.
+
+    python tools/interval_coverage.py [--experiments 2000]
+
+One line an interval: what is drawn, the share held of a nominal 95 %, the standard error of that
+share. The table of docs/statistics.md is this one.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from desim.statistics.censoring import median_time, restricted_mean
+from desim.statistics.intervals import bca_interval, t_interval
+from desim.statistics.knee import breakpoint_of
+from desim.statistics.sequential import Rule, coverage_of
+
+LIMIT = 1.2  # of exponential times with mean 1: stops 30 % of the runs
+
+Bounds = tuple[float | None, float | None]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--experiments", type=int, default=2000)
+    experiments = parser.parse_args().experiments
+    for what, truth, bounds in cases():
+        share = np.mean([held(truth, bounds(number)) for number in range(experiments)])
+        error = (share * (1 - share) / experiments)**0.5
+        print(f"{what:58} {100 * share:5.1f} % +- {100 * error:.1f} %", flush=True)
+    for rule in (Rule(0.5), Rule(0.5, at_least=10), Rule(0.3), Rule(0.2)):
+        found = coverage_of(rule)
+        what = f"t, half width {rule.width} deviations, {rule.at_least} to {rule.at_most} values"
+        print(f"{what:58} {100 * found.share:5.1f} % +- {100 * found.error:.1f} %, "
+              f"stopped after {found.mean_n:.0f}")
+
+
+def held(truth: float, bounds: Bounds) -> bool:
+    low, high = bounds
+    return (low is None or low <= truth) and (high is None or truth <= high)
+
+
+def cases() -> Iterator[tuple[str, float, Callable[[int], Bounds]]]:
+    """What is drawn, the truth, and the bounds that an experiment of a number comes to."""
+    draws = {"normal": (0.0, np.random.Generator.standard_normal),
+             "exponential": (1.0, np.random.Generator.standard_exponential),
+             "lognormal": (np.exp(0.5), lambda draw, n: draw.lognormal(size=n))}
+    for n, names in ((5, ["normal"]), (10, ["normal"]), (30, list(draws)), (100, list(draws))):
+        for name in names:
+            mean, values = draws[name]
+            yield (f"t, {n} {name} values", mean,
+                   lambda k, n=n, f=values: t_interval(f(generator(k), n))[1:3])
+            if n >= 30:
+                yield (f"BCa, {n} {name} values", mean,
+                       lambda k, n=n, f=values: bca_interval(f(generator(k), n), seed=k,
+                                                             resamples=1999)[1:3])
+    for n in (5, 10, 30):
+        yield (f"median, {n} exponential times, 30 % censored", np.log(2),
+               lambda k, n=n: median_time(*stopped(k, n))[1:3])
+        yield (f"restricted mean, {n} exponential times, 30 % censored", 1 - np.exp(-LIMIT),
+               lambda k, n=n: restricted_mean(*stopped(k, n), LIMIT)[2:4])
+    for knee, seeds in ((6.0, 10), (6.3, 10), (6.0, 1), (6.3, 1)):
+        yield (f"knee at {knee}, {seeds} runs at each load of 1 to 10", knee,
+               lambda k, at=knee, seeds=seeds: bend(k, at, seeds))
+
+
+def generator(number: int) -> np.random.Generator:
+    return np.random.default_rng(number)
+
+
+def stopped(number: int, n: int) -> tuple[np.ndarray, np.ndarray]:
+    times = generator(number).exponential(1.0, n)
+    return np.minimum(times, LIMIT), times <= LIMIT
+
+
+def bend(number: int, at: float, seeds: int) -> Bounds:
+    """Scatter grows with the runs, so that they know as much of the knee together."""
+    loads = np.repeat(np.arange(1.0, 11.0), seeds)
+    metric = np.minimum(loads, at) + generator(number).normal(0.0, 0.16 * seeds**0.5, len(loads))
+    return breakpoint_of(loads, metric, seed=number, resamples=499)[1:3]
+
+
+if __name__ == "__main__":
+    main()
