@@ -73,11 +73,12 @@ def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_def
                                                help="print nothing but errors")] = False) -> None:
     """Write the report of a campaign: a page, figures and tables."""
     with exits():
+        from desim.api import Campaign
         from desim.campaign.design import read_design
-        from desim.campaign.stored import DESIGN
         from desim.report.campaign.writing import write
 
-        page = write(campaign, read_design(str(design or campaign / DESIGN))[0], out)
+        chosen = read_design(str(design))[0] if design else Campaign(campaign).design
+        page = write(campaign, chosen, out)
         if not quiet:
             typer.echo(f"report: {page}")
 

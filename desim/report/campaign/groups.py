@@ -66,18 +66,22 @@ def group_figure(study: Study, estimates: Estimates, group: Group, panels: list[
              for panel in panels for line in panel.lines][:12]
     figure, all_axes = figures.paneled(len(drawn))
     axis = study.against
+    farthest = figures.span(np.concatenate([
+        estimates.of(metric, vector).values for metric in group.metrics
+        for panel in drawn for vector in panel.lines[0].vectors]), False)
     for axes, panel in zip(all_axes, drawn, strict=True):
         line = panel.lines[0]
         at = np.array([vector.levels[axis.name] for vector in line.vectors])
         x = at if axis.numbers is None else axis.numbers[at]
         for i, metric in enumerate(group.metrics):
             found = [estimates.of(metric, vector) for vector in line.vectors]
-            mean, low, high = np.array([[one.mean, one.low, one.high] for one in found], float).T
+            mean, *bounds = np.array([[one.mean, one.low, one.high] for one in found], float).T
             axes.plot(x, mean, color=colour(i), marker=marker(i), markersize=4.5, linewidth=1.4,
                       linestyle="-" if axis.numbers is not None else "none")
-            axes.fill_between(x, low, high, color=colour(i), alpha=0.18, linewidth=0)
+            axes.fill_between(x, *bounds, color=colour(i), alpha=0.18, linewidth=0)
         axes.set_title(panel.title)
         figures.along(axes, axis)
+    figures.limit(all_axes[0], farthest)
     keys = [Line2D([], [], color=colour(i), marker=marker(i), markersize=5, label=group.of(metric))
             for i, metric in enumerate(group.metrics)]
     figures.finish(figure, all_axes, [], group.common, keys)
@@ -116,10 +120,10 @@ class _Told:
         mean = self._estimates.of(metric, self._line.vectors[one.best]).mean
         row = [self._place or "all", self._group.of(metric), mean, self._label(one.best),
                "nowhere" if one.at is None else self._label(one.at)]
-        knee = None if axis.numbers is None else self._knees.of(metric, self._line).knee
-        if knee is None:
-            return [*row, "none", ""]
-        at, low, high = (wording.quantity(value, axis.unit) for value in knee[:3])
+        found = None if axis.numbers is None else self._knees.of(metric, self._line)
+        if found is None or found.knee is None:
+            return [*row, "none" if found and found.was_sought else "–", ""]
+        at, low, high = (wording.quantity(value, axis.unit) for value in found.knee[:3])
         return [*row, at, f"{low} to {high}"]
 
     def sentence(self) -> list[str]:

@@ -14,6 +14,7 @@ from desim.statistics.knee import Knee, breakpoint_of
 
 FEWEST_LOADS = 5
 ONSET = 0.95  # of the best mean of a line
+_STRAIGHT = "two lines that meet do no better than one"
 _MOST_POINTS = 2000  # of a line
 _MOST_CELLS = 60_000_000  # resamples times points of all lines: some seconds
 
@@ -25,6 +26,11 @@ class Bend(NamedTuple):
     line: Line
     knee: Knee | None
     reason: str
+
+    @property
+    def was_sought(self) -> bool:
+        """Whether there were enough loads to look for one."""
+        return self.reason in ("", _STRAIGHT)
 
 
 class Knees:
@@ -51,7 +57,7 @@ class Knees:
         resamples = min(max(_MOST_CELLS // (self._count * len(loads)), 499), 1999)
         knee = breakpoint_of(loads, values, log=axis.log, resamples=resamples,
                              blocks=iterations if study.is_paired and balanced else None)
-        return Bend(line, knee, "" if knee else "two lines that meet do no better than one")
+        return Bend(line, knee, "" if knee else _STRAIGHT)
 
 
 def sentences(bends: list[Bend], axis: Axis, metric: str) -> list[str]:

@@ -23,6 +23,7 @@ _RC = {"font.size": 9.5, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fo
        "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "xtick.color": INK,
        "ytick.color": INK, "grid.color": INK, "grid.alpha": _GRID_ALPHA, "grid.linewidth": 0.6,
        "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7,
+       "axes.facecolor": "none",
        "axes.grid": True, "axes.axisbelow": True, "legend.frameon": False, "axes.titlelocation":
        "left", "svg.fonttype": "none", "svg.hashsalt": "desim", "pdf.fonttype": 42}
 _UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}

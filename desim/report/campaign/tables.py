@@ -12,7 +12,7 @@ from desim.report.campaign import wording
 
 Cell = str | float | int | None
 
-_MOST_ROWS = 300  # on the page and in LaTeX; CSV has all
+_MOST_ROWS = 150  # on the page and in LaTeX; CSV has all
 _OF_LATEX = {"\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
              "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
              "–": "--", "²": "$^2$", " ": r"\,", "<": "$<$", ">": "$>$", "µ": r"$\mu$",

@@ -28,7 +28,7 @@ from desim.report.campaign import (
 )
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.page import Section
-from desim.report.campaign.study import Study
+from desim.report.campaign.study import Study, Vector
 from desim.report.campaign.tables import Table
 
 _MOST_ERRORS = 10
@@ -70,7 +70,7 @@ class _Report:
         self._onsets = {group: groups.order_of_onset(study, self._estimates, self._knees, group,
                                                     self._drawn)
                         for group in self._groups}
-        self._sources = methods.Sources(study.folder)
+        self._sources = methods.Sources(study)
 
     def page(self) -> str:
         """The document."""
@@ -114,9 +114,8 @@ class _Report:
         if len(never) == len(study.vectors):
             said.append("No run reached the aim.")
         elif never:
-            shown = wording.listed([study.label(vector) for vector in never], _MOST_SAID)
             said.append(f"No run reached the aim in {len(never)} of "
-                        f"{wording.counted(len(study.vectors), 'vector')}: {shown}.")
+                        f"{wording.counted(len(study.vectors), 'vector')}: {self._named(never)}.")
         if study.is_sampled:
             said += [sentence for metric in self._single
                      for sentence in sensitivity.sentences(study, self._estimates, metric)]
@@ -129,6 +128,20 @@ class _Report:
                                    "warn")
         return Section("findings", "In short", body + self._missing())
 
+    def _named(self, vectors: list[Vector]) -> str:
+        """Some vectors, line by line."""
+        study = self._study
+        if study.is_sampled or study.against is None:
+            return wording.listed([study.label(vector) for vector in vectors], _MOST_SAID)
+        by_line: dict[str, list[str]] = {}
+        rest = [axis for axis in study.axes.values() if axis is not study.against]
+        for vector in vectors:
+            place = study.label(vector, *rest) if rest else ""
+            by_line.setdefault(place, []).append(study.label(vector, study.against).split(" = ")[1])
+        told = [f"{place + ', ' if place else ''}{study.against.name} = {wording.listed(labels)}"
+                for place, labels in list(by_line.items())[:_MOST_SAID]]
+        return "; ".join(told) + ("; ..." if len(by_line) > _MOST_SAID else "")
+
     def _missing(self) -> str:
         absent = [name for name in self._study.design.report.metrics if name not in self._single
                   and not any(name == group.pattern for group in self._groups)]
@@ -140,11 +153,14 @@ class _Report:
                  len(axis.labels), methods.values(study, axis)]
                 for axis in study.axes.values()]
         head = ["parameter", "key", "levels", "values"]
-        body = page.paragraph(methods.design_paragraph(study))
+        body = page.paragraph(methods.outcome(study))
         if rows:
             table = Table("parameters", "Parameters.", head, rows, head, rows)
             tables.as_csv(table, self._out / "tables")
             body += tables.as_html(table)
+        if study.design.metrics:
+            body += page.paragraph("Metrics of this campaign:") + page.items(
+                [f"{name} = {formula}" for name, formula in study.design.metrics.items()])
         return Section("run", "What was run", body + self._failures())
 
     def _failures(self) -> str:
@@ -267,7 +283,7 @@ class _Report:
         study, sources = self._study, self._sources
         body = "".join(map(page.paragraph, methods.paragraphs(
             study, self._estimates, sources, self._single, self._found,
-            any(self._bends.values()))))
+            any(one.was_sought for bends in self._bends.values() for one in bends))))
         for title, text in (("The design", sources.design),
                             ("The scenario of one run, every value spelled out",
                              sources.scenario)):
