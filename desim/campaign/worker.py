@@ -8,6 +8,7 @@ import select
 import sys
 import threading
 from contextlib import suppress
+from itertools import count
 from multiprocessing.connection import Connection
 
 
@@ -17,8 +18,9 @@ def main(descriptor: int) -> None:
     connection = Connection(descriptor)
     from desim.campaign.work import Unwritable, work
 
-    while True:
-        gc.freeze()  # modules stay: looking through them for garbage takes longer than a small run
+    for number in count():
+        if number < 2:  # the first run imports the rest
+            gc.freeze()  # modules stay: looking through them for garbage takes longer than a run
         try:
             task = connection.recv()
         except (EOFError, OSError):
