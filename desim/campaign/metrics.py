@@ -104,10 +104,7 @@ class Metrics:
         if hasattr(design.iterations, "metric"):
             asked.append((("iterations", "metric"), design.iterations.metric))
         for path, name in asked:
-<<<<<<< HEAD
             # What the report shows may be a pattern, "*_delivered", for metrics in one figure.
-=======
->>>>>>> h5
             known = fnmatch.filter(self._numbers, name) if path[0] == "report" \
                 else name in self._numbers
             if not known and not _COUNTED.fullmatch(name):
