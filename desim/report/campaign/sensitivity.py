@@ -26,12 +26,12 @@ def scatter_figure(study: Study, estimates: Estimates, metric: str) -> Figure:
     figure = Figure(figsize=(WIDTH_IN, 2.7 * -(-len(axes_of) // 2) + 0.4), layout="constrained")
     all_axes = figure.subplots(-(-len(axes_of) // 2), min(2, len(axes_of)), sharey=True,
                                squeeze=False).ravel()
-    found = [(vector, estimates.of(metric, vector).mean) for vector in study.vectors]
-    found = [(vector, mean) for vector, mean in found if mean is not None]
-    means = np.array([mean for _, mean in found])
+    means = estimates.means(metric).mean
+    found = [vector for vector, mean in zip(study.vectors, means, strict=True) if mean == mean]
+    means = means[~np.isnan(means)]
     every = max(1, len(found) // _MOST_DOTS)
     for i, (axes, axis) in enumerate(zip(all_axes, axes_of, strict=False)):
-        at = np.array([vector.levels[axis.name] for vector, _ in found], int)
+        at = np.array([vector.levels[axis.name] for vector in found], int)
         x = at.astype(float) if axis.numbers is None else axis.numbers[at]
         axes.scatter(x[::every], means[::every], 9, color=colour(i), alpha=0.45, linewidths=0)
         if len(x) >= _FEWEST_IN_BINS and axis.numbers is not None:
@@ -62,8 +62,8 @@ def sobol(study: Study, estimates: Estimates, metric: str) -> list[Index] | None
     if not isinstance(study.design.vectors, Saltelli):
         return None
     dimensions = len(study.axes)
-    means = [estimates.of(metric, vector).mean for vector in study.vectors]
-    if None in means or len(means) != study.design.vectors.saltelli * (dimensions + 2):
+    means = estimates.means(metric).mean
+    if np.isnan(means).any() or len(means) != study.design.vectors.saltelli * (dimensions + 2):
         return None
     return indices(means, dimensions)
 
