@@ -5,7 +5,8 @@ from __future__ import annotations
 import fcntl
 import importlib.util
 import os
-import threading
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -32,9 +33,10 @@ parameters:
   robots: {{key: fleet.size, values: [1, 2]}}
 iterations: 2
 """
-# A metric that kills the process in which it is worked out: the first time, or every time.
+# Metrics that kill the process in which they are worked out: the first time, or every time; and one
+# that presses Ctrl-C, if that is a worker's.
 DEADLY = """
-import os, signal
+import multiprocessing, os, signal, threading
 
 def once(run):
     try:
@@ -45,6 +47,12 @@ def once(run):
 
 def always(run):
     os.kill(os.getpid(), signal.SIGKILL)
+
+def interrupting(run):
+    if multiprocessing.parent_process() is not None:
+        os.killpg(0, signal.SIGINT)
+        threading.Event().wait()
+    return 1.0
 """
 
 
@@ -129,24 +137,43 @@ def test_a_worker_with_other_versions_runs_nothing(plan, folder, client):
 
 
 @needs_dask
-def test_what_a_killed_campaign_still_writes_is_waited_for(plan, folder):
-    from desim.campaign.cluster import carried_out
+def test_what_a_killed_campaign_still_writes_is_waited_for(plan, folder, monkeypatch):
+    from desim.campaign import cluster
 
     run = task(plan, folder)
-    row = carried_out(run, os.getcwd())
+    row = cluster.carried_out(run, os.getcwd())
     finished = Path("runs", "hello", run.run_id)
     written_ns = finished.stat().st_mtime_ns
     orphan = finished.with_name(f"{run.run_id}.partial")
     orphan.mkdir()
-    lock = os.open(orphan / ".lock", os.O_CREAT | os.O_RDWR)
-    fcntl.flock(lock, fcntl.LOCK_EX)
-    rows = []
-    waiting = threading.Thread(target=lambda: rows.append(carried_out(run, os.getcwd())))
-    waiting.start()
-    os.close(lock)  # the orphan has finished
-    waiting.join()
-    assert rows == [row]
+    held = os.open(orphan / ".lock", os.O_CREAT | os.O_RDWR)
+    fcntl.flock(held, fcntl.LOCK_EX)
+    flock = fcntl.flock
+
+    def waiting(lock, operation):
+        if operation == fcntl.LOCK_EX:
+            os.close(held)  # while one waits, the orphan finishes
+        flock(lock, operation)
+
+    monkeypatch.setattr(cluster.fcntl, "flock", waiting)
+    assert cluster.carried_out(run, os.getcwd()) == row
     assert finished.stat().st_mtime_ns == written_ns  # it was not run again
+    assert cluster.carried_out(run, os.getcwd())["digest"] == row["digest"]
+    assert finished.stat().st_mtime_ns > written_ns  # nobody held the lock: it was
+
+
+@needs_dask
+def test_ctrl_c_ends_everybody(repository, folder):
+    Path("design.yaml").write_text(DESIGN.format(base=repository / "scenarios" / "hello.yaml") +
+                                   "metrics: {pressed: 'deadly:interrupting'}\n")
+    command = [sys.executable, "-m", "desim.cli", "sweep", "design.yaml", "--cluster", "local",
+               "--jobs", "1"]
+    with subprocess.Popen(command, start_new_session=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True) as sweep:
+        # It returns when nobody is left who has the pipes.
+        said, complained = sweep.communicate(timeout=120)
+    assert (sweep.returncode, complained) == (130, "interrupted\n")
+    assert "1 worker up" in said
 
 
 @needs_dask
@@ -206,12 +233,12 @@ def test_jobs_in_the_words_of_dask_jobqueue():
 
     assert _keywords(Queue(kind="slurm", cores=4, walltime="90 min", queue="main")) == {
         "cores": 4, "processes": 4, "memory": "8 GB", "walltime": "01:30:00", "queue": "main",
-        "scheduler_options": {"dashboard_address": None}}
+        "scheduler_options": {"dashboard_address": ":0"}}
     assert _keywords(Queue(kind="pbs", memory="500 MB", prologue=["module load python"],
                            resources="nodes=1:ppn=1")) == {
         "cores": 1, "processes": 1, "memory": "500000000 B", "resource_spec": "nodes=1:ppn=1",
         "job_script_prologue": ["module load python"],
-        "scheduler_options": {"dashboard_address": None}}
+        "scheduler_options": {"dashboard_address": ":0"}}
 
 
 # Deaths come last: they leave the cluster with workers that have yet to import everything.

@@ -14,13 +14,15 @@ from concurrent.futures import CancelledError
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Lock
-from typing import Any
+from typing import IO, Any
 
 from distributed import Client, Future, KilledWorker
 
-from desim.campaign.work import Row, Task, Unwritable, failure, folder_of, work
+from desim import api
+from desim.campaign.work import Row, Task, Unwritable, failure, folder_of, row_of, work
 from desim.errors import InputError
 from desim.experiment.identity import Identity
+from desim.experiment.results import manifest_of
 
 _LOOK_S = 1.0  # for workers that have come or gone, where nothing else happens
 _alone = Lock()
@@ -36,6 +38,7 @@ class Cluster:
         self._done: SimpleQueue[Future] = SimpleQueue()
         self._tasks: dict[Future, Task] = {}
         self._count = -1
+        self._unseen = 0  # runs that have ended since workers were counted
         self._look()
 
     @property
@@ -57,16 +60,20 @@ class Cluster:
     def finished(self) -> list[tuple[Task, Row | Exception]]:
         """Wait for a while until something is done, and return it: rows, or what makes all further
         work pointless. Nothing is done where workers came meanwhile."""
-        done: list[Future] = []
         try:
-            done.append(self._done.get(timeout=_LOOK_S))
-            while True:
-                done.append(self._done.get_nowait())
+            done = [self._done.get(timeout=_LOOK_S)]
         except Empty:
+            self._look()
+            return []
+        while not self._done.empty():
+            done.append(self._done.get())
+        self._unseen += len(done)
+        if self._unseen >= self._count:  # each worker has done something since: often enough
             self._look()
         return [(task := self._tasks.pop(future), _outcome(task, future)) for future in done]
 
     def _look(self) -> None:
+        self._unseen = 0
         try:
             count = len(self._client.nthreads())
         except OSError as gone:
@@ -115,16 +122,23 @@ def carried_out(task: Task, folder: str) -> Row:
 
 
 def _left_behind(task: Task) -> Row | None:
-    """What a worker that was given up for lost, or whose campaign was killed, is still writing or
-    has just finished, as soon as it has."""
-    from desim import api
-    from desim.campaign.work import row_of
-
-    scenario = task.loaded.scenario
-    path = folder_of(Path(task.out), scenario.name, task.run_id)
+    """If somebody is still writing this run, whom a campaign that was killed or a lost worker has
+    left behind: what becomes of it, as soon as it is there."""
+    name = task.loaded.scenario.name
+    path = folder_of(Path(task.out), name, task.run_id)
     try:
         with open(path.with_name(f"{path.name}.partial") / ".lock") as lock:
+            if _free(lock):
+                return None
             fcntl.flock(lock, fcntl.LOCK_EX)
-    except OSError:
+    except OSError:  # nobody has begun it, or there are no locks here
         return None
-    return row_of(api.Run(path), task.functions) if path.exists() else None
+    return None if manifest_of(path) is None else row_of(api.Run(path), task.functions)
+
+
+def _free(lock: IO) -> bool:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

@@ -21,6 +21,8 @@ def labelled(plan: Plan, name: str) -> dict[str, dict[str, str | float]]:
     numbers = as_numbers(list(values.values()))
     if numbers is None:
         return {name: words}
+    if all(isinstance(value, int) for value in values.values()):
+        return {name: values}
     suffix, scaled = numbers
     of = dict(zip(values, scaled, strict=True))
     return {name: words, name + suffix: of} if suffix else {name: of}

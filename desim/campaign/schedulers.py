@@ -54,7 +54,7 @@ def _client(where: Any) -> Client:
 
 def _local(workers: int) -> LocalCluster:
     return LocalCluster(n_workers=workers, threads_per_worker=1, memory_limit=0,
-                        dashboard_address=None, silence_logs=logging.CRITICAL)
+                        dashboard_address=":0", silence_logs=logging.CRITICAL)
 
 
 def _queued(settings: Queue) -> SpecCluster:
@@ -115,7 +115,7 @@ def _keywords(settings: Queue) -> dict[str, Any]:
              "job_script_prologue": settings.prologue and list(settings.prologue),
              "log_directory": settings.logs}
     return {"cores": cores, "processes": cores, "memory": memory,
-            "scheduler_options": {"dashboard_address": None},
+            "scheduler_options": {"dashboard_address": ":0"},  # any free port
             **{name: value for name, value in given.items() if value is not None}}
 
 

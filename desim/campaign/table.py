@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from desim.campaign.agenda import Rows
-from desim.campaign.columns import labelled
+from desim.campaign.columns import FIXED, labelled
 from desim.campaign.metrics import Metrics
 from desim.campaign.plan import Plan, Vector
 
@@ -39,7 +39,8 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
         {name for values in found for name in values} - {*metrics.names})))
     for name in names:
         columns[name] = [values.get(name) for values in found]
-    table = pa.table({name: _column(values) for name, values in columns.items()})
+    table = pa.table({name: _column(values, pa.string() if name in FIXED else pa.float64())
+                      for name, values in columns.items()})
     beside = path.with_name(f".{path.name}.new")
     try:
         pq.write_table(table, beside, compression="zstd")
@@ -49,11 +50,10 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
         raise
 
 
-def _column(values: list[Any]) -> pa.Array:
-    """Whole numbers stay whole; where there are others too, all become floats."""
+def _column(values: list[Any], empty: pa.DataType) -> pa.Array:
+    """Whole numbers stay whole; where there are others too, all become floats. ``empty`` is the
+    type of a column in which nothing stands."""
     kinds = {type(value) for value in values if value is not None}
     if kinds == {int, float}:
         values = [None if value is None else float(value) for value in values]
-    if kinds <= {str}:
-        return pa.array(values, pa.string())
-    return pa.array(values)
+    return pa.array(values, None if kinds else empty)

@@ -1,0 +1,49 @@
+"""The command about the paper's cluster."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import typer
+
+from desim.commands.campaigns import DesignPath
+from desim.commands.ending import compiling, exits
+
+
+def add_to(app: typer.Typer) -> None:
+    """Make it a command of ``app``."""
+    app.command()(deploy)
+
+
+def deploy(design: DesignPath,
+           robots_per_node: Annotated[int | None, typer.Option(
+               min=1, help="virtual machines on a node (default: the scenario's "
+                           "testbed.robots_per_node)", show_default=False)] = None,
+           image: Annotated[str, typer.Option(
+               metavar="SIZE", help="of a virtual machine's image")] = "4 GB",
+           model: Annotated[str, typer.Option(help="a network plug-in, of the cluster's LAN")] = (
+               "switch"),
+           rate: Annotated[str, typer.Option(help="of the LAN's links")] = "1 Gb/s",
+           as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
+           ) -> None:
+    """Plan the paper's cluster for a design: nodes, which robots are on which, how the image of
+    their virtual machines gets there, and what the runs would take in real time."""
+    with exits():
+        from desim import options
+        from desim.report.sweeping import Told
+
+        with compiling(as_json):
+            from desim.campaign.design import load_design
+            from desim.report import deploying
+
+            words = [f"--image={image}", f"--model={model}", f"--rate={rate}"]
+            if robots_per_node is not None:
+                words.append(f"--robots-per-node={robots_per_node}")
+            cluster = options.parsed(words, deploying.Cluster)
+            plan = Told(as_json).planned(load_design(design))
+        deployment = deploying.planned(plan, cluster)
+        if as_json:
+            typer.echo(json.dumps(deployment, indent=2))
+            return
+        deploying.show(deployment)
