@@ -100,10 +100,12 @@ class Estimates:
 
     def _limit(self, metric: str) -> float | None:
         """Up to which instant all vectors were watched, which is the time limit of the design;
-        None for what is no time, or where no run ended."""
+        None for what is no time, where no run ended, and for instants that nobody waited for."""
         if metric not in TIMES:
             return None
         ends, reached = self.ends(metric), ~np.isnan(self._study.column(metric))
+        if metric != TIMES[0] and not reached.any():
+            return None
         watched = []
         for vector in self._study.vectors:
             rows = vector.rows[~self._study.failed[vector.rows]]
@@ -128,9 +130,9 @@ class Estimates:
         return interval(values, resamples=self.resamples) if self.resamples else t_interval(values)
 
     def _time(self, metric: str, rows: np.ndarray, counts: tuple[int, int, int]) -> Estimate:
-        if not len(rows):
-            return Estimate(None, None, None, "none", np.zeros(0), rows, *counts, None)
         limit = self.limit(metric)
+        if not len(rows) or limit is None:
+            return Estimate(None, None, None, "none", np.zeros(0), rows[:0], *counts, None)
         ends, reached = self.ends(metric)[rows], ~np.isnan(self._study.column(metric)[rows])
         mean = censoring.restricted_mean(ends, reached, limit)
         times = Times(self._interval(ends[reached]), censoring.median_time(ends, reached), limit)

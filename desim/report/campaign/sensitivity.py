@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -45,7 +46,7 @@ def scatter_figure(study: Study, estimates: Estimates, metric: str) -> Figure:
     return figure
 
 
-def _binned(axes: figures.Axes, x: np.ndarray, y: np.ndarray) -> None:
+def _binned(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     order = np.argsort(x, kind="stable")
     parts = np.array_split(order, _BINS)
     centres = [float(x[part].mean()) for part in parts]
