@@ -7,6 +7,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy import stats
 
 from desim.report.campaign.study import TIMES, Study, Vector
 from desim.statistics import censoring
@@ -50,6 +51,15 @@ class Estimate(NamedTuple):
         return len(self.values)
 
 
+class Means(NamedTuple):
+    """Mean, bounds and number of values of a metric, each [vectors], NaN for what there is not."""
+
+    mean: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    n: np.ndarray
+
+
 class Estimates:
     """Of all vectors of a study. ``resamples`` of a bootstrap; 0 where t stands in for it, for a
     campaign too large."""
@@ -70,12 +80,32 @@ class Estimates:
             self._known[key] = self._made(metric, vector)
         return self._known[key]
 
+    def means(self, metric: str) -> Means:
+        """Of all vectors at once, by t: a hundred thousand runs are many. Times count up to the
+        limit."""
+        study, limit = self._study, self.limit(metric)
+        column = study.column(metric) if limit is None else np.minimum(self.ends(metric), limit)
+        order = np.concatenate([vector.rows for vector in study.vectors])
+        sizes = [len(vector.rows) for vector in study.vectors]
+        begins = np.cumsum([0, *sizes[:-1]])
+        values = np.where(study.failed, np.nan, column)[order]
+        there = np.isfinite(values)
+        n = np.add.reduceat(there.astype(float), begins)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mean = np.add.reduceat(np.where(there, values, 0.0), begins) / n
+            off = np.where(there, values - np.repeat(mean, sizes), 0.0)
+            error = np.sqrt(np.add.reduceat(off**2, begins) / (n - 1) / n)
+        half = np.where(n < 2, np.nan, stats.t.ppf(0.975, np.maximum(n - 1, 1)) * error)
+        return Means(mean, mean - half, mean + half, n)
+
     def _limit(self, metric: str) -> float | None:
         """Up to which instant all vectors were watched, which is the time limit of the design;
-        None for what is no time, or where no run ended."""
+        None for what is no time, where no run ended, and for instants that nobody waited for."""
         if metric not in TIMES:
             return None
         ends, reached = self.ends(metric), ~np.isnan(self._study.column(metric))
+        if metric != TIMES[0] and not reached.any():
+            return None
         watched = []
         for vector in self._study.vectors:
             rows = vector.rows[~self._study.failed[vector.rows]]
@@ -100,9 +130,9 @@ class Estimates:
         return interval(values, resamples=self.resamples) if self.resamples else t_interval(values)
 
     def _time(self, metric: str, rows: np.ndarray, counts: tuple[int, int, int]) -> Estimate:
-        if not len(rows):
-            return Estimate(None, None, None, "none", np.zeros(0), rows, *counts, None)
         limit = self.limit(metric)
+        if not len(rows) or limit is None:
+            return Estimate(None, None, None, "none", np.zeros(0), rows[:0], *counts, None)
         ends, reached = self.ends(metric)[rows], ~np.isnan(self._study.column(metric)[rows])
         mean = censoring.restricted_mean(ends, reached, limit)
         times = Times(self._interval(ends[reached]), censoring.median_time(ends, reached), limit)

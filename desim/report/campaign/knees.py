@@ -12,7 +12,7 @@ from desim.report.campaign.lines import Line
 from desim.report.campaign.study import Axis, Study
 from desim.statistics.knee import Knee, breakpoint_of
 
-FEWEST_LOADS = 5
+FEWEST_LOADS, FEWEST_RUNS = 5, 8
 ONSET = 0.95  # of the best mean of a line
 _STRAIGHT = "two lines that meet do no better than one"
 _MOST_POINTS = 2000  # of a line
@@ -49,9 +49,9 @@ class Knees:
         iterations = study.iterations[np.concatenate([one.rows for one, _ in found])]
         early = iterations < max(_MOST_POINTS // len(line.vectors), 1)
         loads, values, iterations = loads[early], values[early], iterations[early]
-        if len(np.unique(loads)) < FEWEST_LOADS:
-            return Bend(line, None,
-                        f"fewer than {FEWEST_LOADS} values of {axis.name} with results")
+        if len(np.unique(loads)) < FEWEST_LOADS or len(loads) < FEWEST_RUNS:
+            return Bend(line, None, f"that wants {FEWEST_LOADS} values of {axis.name} and "
+                                    f"{FEWEST_RUNS} runs with results")
         counts = np.unique(np.unique(iterations, return_counts=True)[1])
         balanced = len(counts) == 1 and counts[0] == len(np.unique(loads))
         resamples = min(max(_MOST_CELLS // (self._count * len(loads)), 499), 1999)

@@ -11,7 +11,6 @@ from desim.campaign.design import Function, LatinHypercube, Saltelli, Sobol, Unt
 from desim.errors import InputError
 from desim.report.campaign import wording
 from desim.report.campaign.contrasts import Contrast
-from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.study import TIMES, Axis, Study
 from desim.scenario import yaml12
 
@@ -69,11 +68,12 @@ def _read(path: Path) -> dict[str, Any] | None:
         return None
 
 
-def paragraphs(study: Study, estimates: Estimates, sources: Sources, metrics: list[str],
-               contrasts: dict[str, list[Contrast]], with_knees: bool) -> list[str]:
-    """As prose for a paper."""
+def paragraphs(study: Study, intervals: set[str], resamples: int, sources: Sources,
+               metrics: list[str], contrasts: dict[str, list[Contrast]], with_knees: bool,
+               ) -> list[str]:
+    """As prose for a paper; ``intervals`` are the methods by which they were made."""
     return [_made(study, sources), _design(study),
-            _statistics(study, estimates, metrics, contrasts, with_knees)]
+            _statistics(study, intervals, resamples, metrics, contrasts, with_knees)]
 
 
 def _made(study: Study, sources: Sources) -> str:
@@ -175,14 +175,12 @@ def values(study: Study, axis: Axis) -> str:
         f" and {len(axis.labels) - _LISTED} more" if len(axis.labels) > _LISTED else "")
 
 
-def _statistics(study: Study, estimates: Estimates, metrics: list[str],
+def _statistics(study: Study, intervals: set[str], resamples: int, metrics: list[str],
                 contrasts: dict[str, list[Contrast]], with_knees: bool) -> str:
-    methods = {estimates.of(metric, vector).method
-               for metric in metrics for vector in study.vectors[:1000]}
     text = ["Intervals are 95 % confidence intervals of the mean over the runs of a vector, from "
             "Student's t" + (
                 f", from 30 runs by the bias-corrected and accelerated bootstrap (Efron 1987; "
-                f"{estimates.resamples} resamples)" if "bca" in methods else "") + "."]
+                f"{resamples} resamples)" if "bca" in intervals else "") + "."]
     if any(metric in TIMES for metric in metrics):
         text.append("A run that was stopped before it reached the aim is right-censored at the "
                     "instant at which it was stopped: reported are the mean restricted to the time "

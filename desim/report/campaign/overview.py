@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
 
 from desim.report.campaign import wording
 from desim.report.campaign.contrasts import Contrast
-from desim.report.campaign.estimates import Estimate, Estimates
+from desim.report.campaign.estimates import Estimate, Estimates, Means
 from desim.report.campaign.study import TIMES, Axis, Study, Vector
 from desim.report.campaign.tables import Cell, Shown, Table
 
+_MOST_VECTORS = 1000  # that are looked at one by one
 _WIDE_FOR = 150  # up to so many vectors the page's table has all metrics
 
 
@@ -36,8 +36,9 @@ def all_metrics(study: Study, estimates: Estimates) -> Table:
                                  for ending in ("", "_low", "_high", "_n"))], exact)
 
 
-def one_metric(study: Study, estimates: Estimates, metric: str) -> Table:
-    """A metric by vector, and, of times, what the censored runs do to it."""
+def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vector]) -> Table:
+    """A metric by vector, and, of times, what the censored runs do to it. Of very many vectors
+    those that are drawn."""
     timed = metric in TIMES
     head = [*_head(study), "mean" if not timed else "restricted mean", "95 % interval", "n"]
     exact_head = [*_exact_head(study), "mean", "low", "high", "n", "method"]
@@ -46,7 +47,8 @@ def one_metric(study: Study, estimates: Estimates, metric: str) -> Table:
         exact_head += ["median", "median_low", "median_high", "successes_mean", "successes_low",
                        "successes_high", "successes_n", "limit"]
     rows, exact = [], []
-    for vector in study.vectors:
+    few = len(study.vectors) <= _MOST_VECTORS
+    for vector in study.vectors if few else drawn:
         one = estimates.of(metric, vector)
         row = [*_begin(study, vector), one.mean,
                Shown(wording.between(one.low, one.high), one.low), one.n]
@@ -56,8 +58,10 @@ def one_metric(study: Study, estimates: Estimates, metric: str) -> Table:
             row, line = row + more, line + exact_more
         rows.append(row)
         exact.append(line)
-    return Table(metric, f"{wording.titled(metric)} by vector, with 95 % intervals.", head, rows,
-                 exact_head, exact)
+    more = "" if few else (f" {len(drawn)} of {len(study.vectors)} vectors; the others stand in "
+                           "metrics_by_vector.csv.")
+    return Table(metric, f"{wording.titled(metric)} by vector, with 95 % intervals.{more}", head,
+                 rows, exact_head, exact)
 
 
 def compared(metric: str, found: list[Contrast]) -> Table:
@@ -129,30 +133,13 @@ def _times(one: Estimate) -> tuple[list[Cell | Shown], list[Cell]]:
             [*median, mean.mean, mean.low, mean.high, mean.n, one.times.limit])
 
 
-def _means(study: Study, estimates: Estimates, metric: str,
-           ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Mean, bounds and number of values [vectors], NaN for what there is not. All at once by t:
-    a hundred thousand runs are many; of the presented metrics what their figures show."""
-    limit = estimates.limit(metric)
-    column = study.column(metric) if limit is None \
-        else np.minimum(estimates.ends(metric), limit)
-    order = np.concatenate([vector.rows for vector in study.vectors])
-    begins = np.cumsum([0, *(len(vector.rows) for vector in study.vectors[:-1])])
-    values = np.where(study.failed, np.nan, column)[order]
-    there = np.isfinite(values)
-    n = np.add.reduceat(there.astype(float), begins)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.add.reduceat(np.where(there, values, 0.0), begins) / n
-        which = np.repeat(np.arange(len(begins)), np.diff([*begins, len(values)]))
-        off = np.where(there, values - mean[which], 0.0)
-        error = np.sqrt(np.add.reduceat(off**2, begins) / (n - 1) / n)
-        half = stats.t.ppf(0.975, np.maximum(n - 1, 1)) * error
-    half[n < 2] = np.nan
-    low, high = mean - half, mean + half
-    if metric in study.design.report.metrics and len(study.vectors) <= _WIDE_FOR:
-        found = [estimates.of(metric, vector) for vector in study.vectors]
-        mean, low, high = np.array([[one.mean, one.low, one.high] for one in found], float).T
-    return mean, low, high, n
+def _means(study: Study, estimates: Estimates, metric: str) -> Means:
+    """Of the presented metrics what their figures show, where that does not take too long."""
+    if metric not in study.design.report.metrics or len(study.vectors) > _WIDE_FOR:
+        return estimates.means(metric)
+    found = [estimates.of(metric, vector) for vector in study.vectors]
+    bounds = np.array([[one.mean, one.low, one.high] for one in found], float)
+    return Means(*bounds.T, np.array([one.n for one in found], float))
 
 
 def _with_half(mean: float, low: float, high: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -26,12 +27,12 @@ def scatter_figure(study: Study, estimates: Estimates, metric: str) -> Figure:
     figure = Figure(figsize=(WIDTH_IN, 2.7 * -(-len(axes_of) // 2) + 0.4), layout="constrained")
     all_axes = figure.subplots(-(-len(axes_of) // 2), min(2, len(axes_of)), sharey=True,
                                squeeze=False).ravel()
-    found = [(vector, estimates.of(metric, vector).mean) for vector in study.vectors]
-    found = [(vector, mean) for vector, mean in found if mean is not None]
-    means = np.array([mean for _, mean in found])
+    means = estimates.means(metric).mean
+    found = [vector for vector, mean in zip(study.vectors, means, strict=True) if mean == mean]
+    means = means[~np.isnan(means)]
     every = max(1, len(found) // _MOST_DOTS)
     for i, (axes, axis) in enumerate(zip(all_axes, axes_of, strict=False)):
-        at = np.array([vector.levels[axis.name] for vector, _ in found], int)
+        at = np.array([vector.levels[axis.name] for vector in found], int)
         x = at.astype(float) if axis.numbers is None else axis.numbers[at]
         axes.scatter(x[::every], means[::every], 9, color=colour(i), alpha=0.45, linewidths=0)
         if len(x) >= _FEWEST_IN_BINS and axis.numbers is not None:
@@ -45,7 +46,7 @@ def scatter_figure(study: Study, estimates: Estimates, metric: str) -> Figure:
     return figure
 
 
-def _binned(axes: figures.Axes, x: np.ndarray, y: np.ndarray) -> None:
+def _binned(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     order = np.argsort(x, kind="stable")
     parts = np.array_split(order, _BINS)
     centres = [float(x[part].mean()) for part in parts]
@@ -62,8 +63,8 @@ def sobol(study: Study, estimates: Estimates, metric: str) -> list[Index] | None
     if not isinstance(study.design.vectors, Saltelli):
         return None
     dimensions = len(study.axes)
-    means = [estimates.of(metric, vector).mean for vector in study.vectors]
-    if None in means or len(means) != study.design.vectors.saltelli * (dimensions + 2):
+    means = estimates.means(metric).mean
+    if np.isnan(means).any() or len(means) != study.design.vectors.saltelli * (dimensions + 2):
         return None
     return indices(means, dimensions)
 

@@ -24,13 +24,12 @@ _DASHES = ("-", (0, (6, 1.5)), (0, (4, 1.5, 1, 1.5)), (0, (2, 1.2)), (0, (1, 1))
 
 
 class Band(NamedTuple):
-    """Median and quartiles [instants] over ``runs`` runs of a vector."""
+    """Median and quartiles [instants] over the runs of a vector."""
 
     label: str
     low: np.ndarray
     median: np.ndarray
     high: np.ndarray
-    runs: int
 
 
 def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
@@ -93,4 +92,4 @@ def _band(axis: Axis | None, vector: Vector, runs: list[tuple[np.ndarray, np.nda
     shares = np.stack([np.interp(instants_s, time_s, share) for time_s, share in runs])
     low, median, high = np.quantile(shares, [0.25, 0.5, 0.75], axis=0)
     label = "" if axis is None else f"{axis.name} = {axis.labels[vector.levels[axis.name]]}"
-    return Band(label, low, median, high, len(runs))
+    return Band(label, low, median, high)

@@ -61,6 +61,8 @@ class _Report:
         self._single, self._groups = groups.presented(study)
         self._panels = lines.panels(study)
         self._drawn = lines.chosen(self._panels)
+        self._vectors = [vector for panel in self._drawn for line in panel.lines
+                         for vector in line.vectors]
         self._found = {metric: contrasts.contrasts(study, self._estimates, metric)
                        for metric in self._single}
         self._knees = knees.Knees(study, self._estimates, sum(
@@ -199,7 +201,7 @@ class _Report:
         if rungs.is_ladder(study):
             parts.append(self._written(rungs.table(study, metric, self._rungs(metric))))
         parts.append(page.folded("By vector", self._written(
-            overview.one_metric(study, estimates, metric))))
+            overview.one_metric(study, estimates, metric, self._vectors))))
         if self._found[metric]:
             parts.append(page.folded(
                 f"Comparisons ({len(self._found[metric])})",
@@ -209,7 +211,7 @@ class _Report:
 
     def _caption(self, metric: str) -> str:
         study = self._study
-        found = [self._estimates.of(metric, vector) for vector in study.vectors[:2000]]
+        found = [self._estimates.of(metric, vector) for vector in self._vectors]
         finished = sum(one.runs - one.failed for one in found)
         have = sum(one.n for one in found)
         text = f"{wording.titled(metric)} against {study.against.name}. " if study.against \
@@ -282,7 +284,9 @@ class _Report:
     def _methods(self) -> list[Section]:
         study, sources = self._study, self._sources
         body = "".join(map(page.paragraph, methods.paragraphs(
-            study, self._estimates, sources, self._single, self._found,
+            study, {self._estimates.of(metric, vector).method for metric in self._single
+                    for vector in self._vectors}, self._estimates.resamples, sources,
+            self._single, self._found,
             any(one.was_sought for bends in self._bends.values() for one in bends))))
         for title, text in (("The design", sources.design),
                             ("The scenario of one run, every value spelled out",
