@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
@@ -27,7 +27,10 @@ from desim.scenario.schema import Scenario
 from desim.simulation import Simulation
 from desim.units import NS_PER_S
 
-__all__ = ["Run", "from_mapping", "load", "run"]
+if TYPE_CHECKING:
+    from desim.campaign.design import Design
+
+__all__ = ["Campaign", "Run", "from_mapping", "load", "run"]
 
 Watch = Callable[[Simulation, RunFolder], AbstractContextManager[Any]]
 
@@ -90,18 +93,10 @@ class Run:
     def table(self, name: str) -> dict[str, np.ndarray]:
         """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column. What is not
         there is None among words and NaN among numbers."""
-        with self._readable(f"{name}.parquet") as file:
-            table = pq.read_table(file)
-        return {column: _array(table[column]) for column in table.column_names}
+        return _columns(self._file(f"{name}.parquet"))
 
-    @contextmanager
-    def _readable(self, name: str) -> Iterator[Path]:
-        """The file, whatever may be wrong inside of it."""
-        file = self._file(name)
-        try:
-            yield file
-        except (ValueError, OSError) as error:  # JSON's, pydantic's and pyarrow's among them
-            raise InputError(f"{file}: damaged: {str(error).splitlines()[0]}") from error
+    def _readable(self, name: str) -> AbstractContextManager[Path]:
+        return _readable(self._file(name))
 
     def _file(self, name: str) -> Path:
         path = self.path / name
@@ -112,6 +107,46 @@ class Run:
 
     def __repr__(self) -> str:
         return f"Run({str(self.path)!r})"
+
+
+class Campaign:
+    """A campaign's folder, as ``desim sweep`` leaves it: everything is read when it is asked for.
+    Iterating gives its finished runs, by vector and iteration. ``desim.campaign(path)`` is one."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        if not (self.path / "design.yaml").is_file():
+            raise InputError(f"{self.path}: not the folder of a campaign; that has a design.yaml, "
+                             "see desim sweep")
+
+    @cached_property
+    def design(self) -> Design:
+        """What was asked, every default spelled out."""
+        from desim.campaign.design import read_design
+
+        return read_design(str(self.path / "design.yaml"))[0]
+
+    @cached_property
+    def runs(self) -> dict[str, np.ndarray]:
+        """The table of all runs that are done, failed ones too, by column."""
+        return _columns(self.path / "runs.parquet")
+
+    def run(self, run_id: str) -> Run:
+        """One of its runs. Raises ``InputError`` where there is no folder of it."""
+        for scenario in sorted((self.path / "runs").iterdir()):
+            if (scenario / run_id / "manifest.json").is_file():
+                return Run(scenario / run_id)
+        errors = dict(zip(self.runs["run_id"], self.runs["error"], strict=True))
+        raise InputError(f"{self.path}: " + (f"run {run_id!r} has left no folder: {errors[run_id]}"
+                                             if run_id in errors else f"has no run {run_id!r}"))
+
+    def __iter__(self) -> Iterator[Run]:
+        for run_id, status in zip(self.runs["run_id"], self.runs["status"], strict=True):
+            if status == FINISHED:
+                yield self.run(run_id)
+
+    def __repr__(self) -> str:
+        return f"Campaign({str(self.path)!r})"
 
 
 def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results",
@@ -158,6 +193,21 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     if interrupted:
         raise KeyboardInterrupt(*([] if path is None else [str(path)]))
     return Run(path)
+
+
+@contextmanager
+def _readable(file: Path) -> Iterator[Path]:
+    """The file, whatever may be wrong inside of it."""
+    try:
+        yield file
+    except (ValueError, OSError) as error:  # JSON's, pydantic's and pyarrow's among them
+        raise InputError(f"{file}: damaged: {str(error).splitlines()[0]}") from error
+
+
+def _columns(file: Path) -> dict[str, np.ndarray]:
+    with _readable(file):
+        table = pq.read_table(file)
+    return {column: _array(table[column]) for column in table.column_names}
 
 
 def _array(column: pa.ChunkedArray) -> np.ndarray:

@@ -42,8 +42,15 @@ def parsed(words: Sequence[str], block: type[Params], more: Sequence[str] = ()) 
     result = validated(block, given)
     if isinstance(result, list):
         raise InputError(*(f"{_option('.'.join(map(str, complaint.path)))}: {complaint.text}"
+                           f"{_or_none(complaint.text, fields.get(str(complaint.path[0])))}"
                            for complaint in result))
     return result
+
+
+def _or_none(text: str, info: FieldInfo | None) -> str:
+    """What the complaint about an option does not say: that it may have no value."""
+    optional = info is not None and type(None) in _types(info)
+    return ", or none" if optional and "; allowed: " in text else ""
 
 
 def _fields(block: type[Params]) -> dict[str, FieldInfo]:

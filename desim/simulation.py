@@ -141,10 +141,13 @@ def _rare_collections() -> Iterator[None]:
     """What a run makes goes when nobody refers to it any more; Python's search for cycles among all
     that stays would find nothing, again and again."""
     before = gc.get_threshold()
-    gc.freeze()
+    is_ours = not gc.get_freeze_count()  # a process of many runs has frozen what stays, already
+    if is_ours:
+        gc.freeze()
     gc.set_threshold(50_000, 20, 50)
     try:
         yield
     finally:
         gc.set_threshold(*before)
-        gc.unfreeze()
+        if is_ours:
+            gc.unfreeze()

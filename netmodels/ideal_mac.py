@@ -10,9 +10,7 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.units import BitRate, Length, airtime_ns
-from netmodels.neighbourhood import Neighbourhood, mask
-
-_ARRIVED = ports.Deliver(0)
+from netmodels.neighbourhood import Neighbourhood, mask, reaches, tell
 
 
 class _Sending(NamedTuple):
@@ -124,25 +122,3 @@ class IdealMac:
         if self._waiting:
             self._book()
         tell(self._context, frame, got, 0)
-
-
-def tell(context: ports.Context, frame: ports.Frame, got: int, spoilt: int) -> None:
-    """Settle ``frame``: it has arrived at those in ``got``, and others spoilt it at ``spoilt``."""
-    if not frame.broadcast:
-        (receiver,) = frame.receivers
-        context.settle(frame, receiver, _ARRIVED if got else ports.Drop(
-            "collision" if spoilt else "out_of_range"))
-        return
-    for hosts, fate in (got, _ARRIVED), (spoilt, ports.Drop("collision")):
-        receivers = [receiver for receiver in frame.receivers if hosts >> receiver & 1]
-        if receivers:
-            context.settle_many(frame, receivers, fate)
-    context.settle_many(frame, None, ports.Drop("out_of_reach"))
-
-
-def reaches(params: ports.Params) -> ports.Params:
-    if params.interference_m < params.range_m:
-        raise ValueError(f"interference ({params.interference_m:g} m) is less than range "
-                         f"({params.range_m:g} m); who is near enough to get a frame is near "
-                         "enough to be disturbed")
-    return params

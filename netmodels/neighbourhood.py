@@ -8,6 +8,8 @@ import numpy as np
 
 from desim import ports
 
+_ARRIVED = ports.Deliver(0)
+
 
 class Neighbourhood:
     """A frame gets as far as ``range_m``, and disturbs others as far as ``interference_m``. A host
@@ -47,3 +49,26 @@ def mask(hosts: Iterable[int]) -> int:
     for host in hosts:
         found |= 1 << host
     return found
+
+
+def tell(context: ports.Context, frame: ports.Frame, got: int, spoilt: int) -> None:
+    """Settle ``frame``: it has arrived at those in ``got``, and others spoilt it at ``spoilt``."""
+    if not frame.broadcast:
+        (receiver,) = frame.receivers
+        context.settle(frame, receiver, _ARRIVED if got else ports.Drop(
+            "collision" if spoilt else "out_of_range"))
+        return
+    for hosts, fate in (got, _ARRIVED), (spoilt, ports.Drop("collision")):
+        receivers = [receiver for receiver in frame.receivers if hosts >> receiver & 1]
+        if receivers:
+            context.settle_many(frame, receivers, fate)
+    context.settle_many(frame, None, ports.Drop("out_of_reach"))
+
+
+def reaches(params: ports.Params) -> ports.Params:
+    """A check of parameters: raises ValueError for interference that ends within the range."""
+    if params.interference_m < params.range_m:
+        raise ValueError(f"interference ({params.interference_m:g} m) is less than range "
+                         f"({params.range_m:g} m); who is near enough to get a frame is near "
+                         "enough to be disturbed")
+    return params

@@ -31,10 +31,7 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, ByteSize, Duration, airtime_ns
-
-GAP_BYTES = 8 + 12  # IEEE 802.3: preamble with start delimiter, and the interframe gap
-FULL_BYTES = 1518  # IEEE 802.3: 1500 B payload, 14 B header, 4 B check sequence
-
+from netmodels.ethernet import FULL_BYTES, GAP_BYTES, segment_sizes
 
 _AHEAD_NS = 100_000  # a packet that will be in the switch so soon is settled when it is sent
 
@@ -143,15 +140,6 @@ Exits = tuple[tuple[int, tuple[int, ...]], ...]
 # What is on its way into the switch: the frame, its exits, when its first packet is in, and the
 # transmission time of a single packet (0 for a train).
 Crossing = tuple[ports.Frame, Exits, int, int]
-
-
-def segment_sizes(size_bytes: int, segments: int) -> list[int]:
-    """The packets of a train: full ones and a rest where that fits, else as equal as can be."""
-    rest = size_bytes - (segments - 1) * FULL_BYTES
-    if 0 < rest <= FULL_BYTES:
-        return [FULL_BYTES] * (segments - 1) + [rest]
-    each, longer = divmod(size_bytes, segments)
-    return [each + 1] * longer + [each] * (segments - longer)
 
 
 class Switch:

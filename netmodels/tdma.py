@@ -11,8 +11,7 @@ from pydantic import Field, model_validator
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Length, Period, airtime_ns
-from netmodels.ideal_mac import reaches, tell
-from netmodels.neighbourhood import Neighbourhood, mask
+from netmodels.neighbourhood import Neighbourhood, mask, reaches, tell
 
 
 class _Waiting:

@@ -129,6 +129,14 @@ WRONG = {
         "fleet: {start: {poses: [{x: 1 m, y: 1 m, name: workstation}]}}", [
             "2:16: fleet.start: a robot is called 'workstation', which is the name of another host "
             "in a testbed"]),
+    "a channel that no radio has": (
+        "network: {media: {air: {model: radio, channels: {robot_0: -5, workstation: 9999}}}}", [
+            "2:59: network.media.air.channels.robot_0: must be at least 1, got -5",
+            "2:76: network.media.air.channels.workstation: must be at most 196, got 9999"]),
+    "nothing goes at once": (
+        "network: {media: {air: {model: ideal, rules: [\n"
+        "{rule: bandwidth, rate: 1 Mb/s, burst: 0 B}]}}}", [
+            "3:40: network.media.air.rules.0.burst: must be at least 1, got '0 B'"]),
     "unknown rule and parameter of a rule": (
         "network: {media: {lan: {model: ideal, rules: [{rule: rang}, {rule: range, dist: 3 m}]}}}",
         ["2:54: network.media.lan.rules.0.rule: unknown rule 'rang' (did you mean 'range'?); "

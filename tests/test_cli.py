@@ -253,6 +253,16 @@ def test_plugins_lists_every_kind():
     said = desim_("plugins")
     for word in ("network (desim.networks)", "switch", "range", "nearest_frontier", "direct"):
         assert word in said
+    for line in ("  Time division: a cycle of slots, each long enough for one packet, and each "
+                 "host sends in its own one.\n",
+                 "  The range of ``network.fidelity: disk``, computed from path loss and error "
+                 "model, against what ``mac`` delivers there to a single receiver.\n"):
+        assert line in said
+
+
+def test_what_must_be_given_has_an_example():
+    assert "  delay: must be given, e.g. '20 ms'.  one way\n" in desim_("describe", "latency")
+    assert "  at: must be given, e.g. ['3 m', '-2.5 m'].  x and y" in desim_("describe", "jamming")
 
 
 def test_describe_says_what_a_plugin_does_and_takes():
@@ -382,6 +392,7 @@ def test_net_prints_one_json_object_with_the_same_keys_everywhere():
     (("bottleneck", "--capacity", 1e-6), "it would last 1.34e+10 simulated seconds; at most 1e+09"),
     (("broadcast", "--hz", 1e-9), "--hz: nobody says anything in 40 s; allowed: more often, or a "
                                   "longer --duration"),
+    (("hidden", "--preset", "foo"), "--preset: 'foo' is not allowed; allowed: ns3_3_44, or none"),
     (("saturation", "--payload", 1.5), "--payload: '1.5 B' is not a whole number of B"),
     (("chain", "--leave", 100),
      "--leave: 100 s is not before the end, which is 12 s after the start of the flow"),
@@ -393,6 +404,24 @@ def test_net_prints_one_json_object_with_the_same_keys_everywhere():
 ])
 def test_net_complains_once_and_exits_with_2(words, says):
     assert desim_("net", *words, code=2) == f"{says}\n"
+
+
+@pytest.mark.parametrize(("words", "wrong", "command"), [
+    (("net", "bus", "--seed", -1), "Invalid value for '--seed': ", "desim net"),
+    (("net", "bus", "--seed", "abc"), "Invalid value for '--seed': ", "desim net"),
+    (("validate", "extra"), "Got unexpected extra argument", "desim validate"),
+    (("describe",), "Missing argument 'PLUGIN'", "desim describe"),
+    (("sweep", "--jbos", 3), "No such option: --jbos", "desim sweep"),
+    (("validat",), "No such command 'validat'", "desim"),
+])
+def test_a_wrong_command_line_takes_a_line(words, wrong, command):
+    """What is wrong in the words of typer."""
+    said, = desim_(*words, code=2).splitlines()
+    assert said.startswith(wrong) and said.endswith(f"; allowed: see {command} --help")
+
+
+def test_without_a_command_there_is_help():
+    assert "Commands" in desim_(code=2)
 
 
 def test_validate_compares():

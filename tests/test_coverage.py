@@ -64,8 +64,8 @@ def test_the_picture_and_what_it_comes_to(here):
      "'3 m, -2.5 m'; hosts that have a place: robot_0, robot_1"),
     (["--medium", "lan"], "two.yaml: --medium: no medium 'lan'; known: air"),
     (["--set", "network.media.air.fidelity=ideal"],
-     "two.yaml:5:43: network.media.air.model: radio does not say what comes in where; "
-     "coverage is for models that do, as radio does"),
+     "two.yaml:5:43: network.media.air.model: radio, fidelity ideal, does not say what comes in "
+     "where; coverage is for models that do, as radio with fidelity disk, walls or mac"),
 ])
 def test_wrong_questions(here, arguments, complaint):
     assert coverage(*arguments) == (2, "", f"{complaint}\n")

@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from desim.errors import InputError
+from desim.experiment.netcase import play
+from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import Bench, check_network
-from netmodels.bus import ARBITRATIONS, Bus
+from netmodels.bus import ARBITRATIONS, Bus, collisions
 from netmodels.bus.collisions import CollisionDetection
 
 MODES = ["csma", "csma_cd", "fifo"]
@@ -106,6 +108,71 @@ def test_who_has_won_wins_again():
     (_, _, _, _, first), (time_ns, _, _, _, last) = bench.run()
     assert (first, last) == ("excessive_collisions", "arrived")
     assert time_ns > 1000 * (PACKET_NS + GAP_NS)
+
+
+def test_the_backoff_of_csma_counts_in_microseconds():
+    """The first draw is of one slot only: who asks 300 ns before the bus is free begins 700 ns
+    after it."""
+    bench = bench_of(arbitration="csma", gap="0 B")
+    bench.send(0, "host_1", "host_3", 1518, label="a")
+    bench.send(PACKET_NS + CABLE_NS - 300, "host_2", "host_3", 1518, label="b")
+    assert [time_ns for time_ns, *_ in bench.run()] == [
+        PACKET_NS + CABLE_NS, 2 * (PACKET_NS + CABLE_NS) + 700]
+
+
+def contend(hosts, packets):
+    """Binary exponential backoff of saturated hosts by IEEE 802.3, 4.2.3: share of packets given up
+    after 16 collisions, and of the time in which packets are carried. All that want to begin while
+    the bus is busy begin together when it is not. A packet has 1518 B, there are no gaps."""
+    draw, slot_ns, jam_ns = random.Random(5), 51_200, 3_200
+    wants_ns, failed = [0] * hosts, [0] * hosts
+    free_ns = given_up = carried = 0
+    while carried + given_up < packets:
+        begins_ns = [max(time_ns, free_ns) for time_ns in wants_ns]
+        first_ns, *later_ns = sorted(begins_ns)
+        senders = [k for k, time_ns in enumerate(begins_ns) if time_ns <= first_ns + CABLE_NS]
+        if len(senders) == 1:
+            wants_ns[senders[0]], failed[senders[0]] = first_ns + PACKET_NS, 0
+            free_ns = first_ns + PACKET_NS + CABLE_NS
+            carried += 1
+            continue
+        stopped_ns = later_ns[0] + CABLE_NS + jam_ns
+        free_ns = stopped_ns + CABLE_NS
+        first = begins_ns.index(first_ns)
+        for k in senders:
+            failed[k] += 1
+            wants_ns[k] = stopped_ns if k == first else first_ns + CABLE_NS + jam_ns
+            if failed[k] == 16:
+                failed[k] = 0
+                given_up += 1
+            else:
+                wants_ns[k] += slot_ns * draw.randrange(2 ** min(failed[k], 10))
+    return given_up / packets, carried * PACKET_NS / free_ns
+
+
+def saturated(hosts, packets):
+    """The same of ours."""
+    senders = tuple(f"host_{k}" for k in range(1, hosts + 1))
+    model = Bus(Bus.Params(arbitration="csma_cd", gap="0 B", preamble="0 B"))
+    found = play(Setup(model, dict.fromkeys((*senders, "sink"), NOWHERE),
+                       [Flow(sender, ("sink",), 1518, 1500) for sender in senders],
+                       packets * PACKET_NS))
+    return found["loss"], found["throughput_mbps"] / 10
+
+
+@pytest.mark.parametrize("hosts", [10, 30])
+def test_exponential_backoff_of_ethernet(hosts):
+    """Packets given up within 10 % (chance makes 3 %), time in use within 0.005."""
+    lost, used = contend(hosts, 20_000)
+    found_lost, found_used = saturated(hosts, 20_000)
+    assert found_lost == pytest.approx(lost, rel=0.1)
+    assert found_used == pytest.approx(used, abs=0.005)
+
+
+def test_twin_that_doubles_nine_times_gives_up_more(monkeypatch):
+    lost, _ = contend(10, 20_000)
+    monkeypatch.setattr(collisions, "_CEILING", 9)
+    assert saturated(10, 20_000)[0] > 1.3 * lost
 
 
 def test_hosts_that_hear_each_other_do_not_collide():

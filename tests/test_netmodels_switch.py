@@ -5,7 +5,8 @@ from hypothesis import strategies as st
 
 from desim.testing import Bench
 from desim.units import airtime_ns
-from netmodels.switch import GAP_BYTES, Switch, segment_sizes
+from netmodels.ethernet import GAP_BYTES, segment_sizes
+from netmodels.switch import Switch
 
 GB = 10**9
 CABLE_NS = 500

@@ -85,9 +85,9 @@ def test_some_options_can_be_given_again():
     ("--rate --load 3", "--rate: its value is missing, e.g. --rate 54 Mb/s"),
     ("--load 1 --load 2", "--load: it is given twice"),
     ("--rate 5m", "--rate: unknown unit 'm' for a bit rate; allowed: b/s, kb/s, Mb/s, Gb/s, bit/s, "
-                  "kbit/s, Mbit/s, Gbit/s, B/s, kB/s, MB/s, GB/s, e.g. '54 Mb/s'"),
+                  "kbit/s, Mbit/s, Gbit/s, B/s, kB/s, MB/s, GB/s, e.g. '54 Mb/s', or none"),
     ("--rate fast", "--rate: 'fast' is not a bit rate; allowed: b/s, kb/s, Mb/s, Gb/s, bit/s, "
-                    "kbit/s, Mbit/s, Gbit/s, B/s, kB/s, MB/s, GB/s, e.g. '54 Mb/s'"),
+                    "kbit/s, Mbit/s, Gbit/s, B/s, kB/s, MB/s, GB/s, e.g. '54 Mb/s', or none"),
     ("--rate 0", "--rate: '0 Mb/s' must be above zero"),
     ("--distance -3", "--distance: '-3 m' must not be negative"),
     ("--payload 3000", "--payload: must be at most 2000, got '3000 B'"),

@@ -12,9 +12,10 @@ from test_radio_pathloss import room
 from desim import plugins
 from desim.errors import InputError
 from desim.testing import Bench, check_network
+from netmodels.ethernet import FULL_BYTES
 from netmodels.ideal import Ideal
 from netmodels.radio import Radio
-from netmodels.radio.clear import FULL_BYTES, Clear, times_ns
+from netmodels.radio.clear import Clear, times_ns
 from netmodels.radio.dcf import Reception
 from netmodels.radio.delivery import delivery, sensitivity_dbm
 from netmodels.radio.ladder import Ladder

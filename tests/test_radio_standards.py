@@ -2,6 +2,7 @@
 
 import pytest
 
+from netmodels.radio import Radio
 from netmodels.radio.standards import ACK_BYTES, RTS_BYTES, A, B, G, psdu_bytes
 
 
@@ -30,6 +31,29 @@ def test_replies_go_at_the_highest_basic_rate_not_above_the_frames(standard, mbp
                          [(A, 34, 94), (B, 50, 364), (G, 50, 364)])
 def test_interframe_spaces(standard, difs_us, eifs_us):
     assert (standard.difs_ns, standard.eifs_ns) == (difs_us * 1000, eifs_us * 1000)
+
+
+@pytest.mark.parametrize(("standard", "slot_us", "sifs_us", "cw_min", "cw_max", "extension_us"), [
+    (A, 9, 16, 15, 1023, 0), (B, 20, 10, 31, 1023, 0), (G, 20, 10, 15, 1023, 6)])
+def test_characteristics(standard, slot_us, sifs_us, cw_min, cw_max, extension_us):
+    """IEEE 802.11-2016, tables 17-21, 16-4 and 18-5; 10.3.8 for the signal extension. As ns-3's
+    802.11a and ad hoc 802.11g."""
+    assert standard.slot_ns == slot_us * 1000 and standard.sifs_ns == sifs_us * 1000
+    assert (standard.cw_min, standard.cw_max) == (cw_min, cw_max)
+    assert standard.extension_ns == extension_us * 1000
+
+
+def test_the_presets_values_are_those_of_the_reference_settings():
+    """ns-3 3.44's documented defaults: 40 mW, log-distance (3, 46.6777 dB), thermal noise of 20 MHz
+    and 7 dB, preambles from -82 dBm and 4 dB on, energy from -62 dBm on, 7 transmissions, a queue
+    of 500 packets. Noise floor: -93.97 dBm."""
+    params = Radio.Params(preset="ns3_3_44")
+    loss, heard = params.path_loss.chosen(), params.reception
+    assert (params.power_dbm, loss.exponent, loss.reference_db) == (16.0206, 3, 46.6777)
+    assert (heard.noise_figure_db, heard.heard_dbm, heard.energy_dbm, heard.preamble_dbm,
+            heard.preamble_above_db) == (7, -101, -62, -82, 4)
+    assert (params.retries, params.window_failures, params.queue) == (7, 8, 500)
+    assert heard.for_stations().noise_dbm == pytest.approx(-93.97, abs=0.01)
 
 
 def test_a_datagram_of_1000_bytes_is_1064_on_the_air():

@@ -7,18 +7,23 @@ from itertools import islice
 
 import pytest
 
+from desim import ports
 from desim.experiment.netcase import play
 from desim.ports.cases import Check
-from netmodels import bus, link
+from netmodels import aloha, bus, link
 from netmodels.cases import chain
-from netmodels.radio import delivery, pathloss
-from netmodels.radio.errors import bit_error, packet_error
+from netmodels.radio import Thresholds, delivery, errors, pathloss
+from netmodels.radio.errors import bit_error
+from netmodels.radio.presets import PRESETS
 from netmodels.radio.standards import STANDARDS
-from netmodels.validation import aloha, chance, fading, propagation, rfcomms, round_trip
+from netmodels.rules.flapping import Flapping
+from netmodels.rules.gilbert_elliott import GilbertElliott
+from netmodels.rules.latency import Latency
+from netmodels.validation import propagation, rfcomms
 from netmodels.validation.aloha import RandomAccess
 from netmodels.validation.broadcast import Heartbeats
 from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
-from netmodels.validation.chain import Chains
+from netmodels.validation.chain import Chains, repaired
 from netmodels.validation.chance import Bursts, Delays, Spells
 from netmodels.validation.disk import DiskOfRadio
 from netmodels.validation.fading import Outage
@@ -30,6 +35,9 @@ from netmodels.validation.rfcomms import RadioOfGazebo
 from netmodels.validation.round_trip import RoundTrip
 from netmodels.validation.saturation import SaturationOfOfdm
 from netmodels.validation.saturation_11b import SaturationOf11b
+from netmodels.validation.single_pair import SinglePair
+
+for_stations = Thresholds.for_stations
 
 
 @dataclass(frozen=True)
@@ -50,7 +58,8 @@ def slower_bus(monkeypatch):
 
 
 def longer_frames(monkeypatch):
-    monkeypatch.setattr(aloha, "RATE", "22.8 kb/s")
+    monkeypatch.setattr(aloha, "airtime_ns", lambda size_bytes, rate_bps: (
+        size_bytes * 8 * 10**9 * 21 // (20 * rate_bps)))
 
 
 def longer_slots(monkeypatch):
@@ -82,24 +91,50 @@ def less_indoor_loss(monkeypatch):
 
 
 def more_signal(monkeypatch):
-    monkeypatch.setattr(propagation, "packet_error", lambda mbps, ratio, size_bytes: (
-        packet_error(mbps, 1.05 * ratio, size_bytes)))
+    monkeypatch.setattr(errors, "bit_error", lambda mbps, ratio: bit_error(mbps, 1.05 * ratio))
+
+
+def once_begun(monkeypatch, rule, change):
+    """What a rule knows after its start is changed."""
+    start = rule.start
+
+    def changed(self, context, hosts):
+        start(self, context, hosts)
+        change(self)
+
+    monkeypatch.setattr(rule, "start", changed)
 
 
 def more_latency(monkeypatch):
-    monkeypatch.setattr(round_trip, "DELAY", "525 ms")
+    def change(rule):
+        rule._fixed = ports.Deliver(rule._delay_ns * 21 // 20)
+
+    once_begun(monkeypatch, Latency, change)
 
 
 def more_bursts(monkeypatch):
-    monkeypatch.setattr(chance, "TO_BAD", 0.055)
+    def change(rule):
+        good, bad = rule._change
+        rule._change = 1.1 * good, bad
+
+    once_begun(monkeypatch, GilbertElliott, change)
 
 
 def longer_spells(monkeypatch):
-    monkeypatch.setattr(chance, "DOWN", "11 s")
+    """Of being down."""
+    def change(rule):
+        for spells in rule._hosts.values():
+            down_ns, up_ns = spells._mean_ns
+            spells._mean_ns = 1.1 * down_ns, up_ns
+
+    once_begun(monkeypatch, Flapping, change)
 
 
 def more_jitter(monkeypatch):
-    monkeypatch.setattr(chance, "JITTER", "11 ms")
+    def change(rule):
+        rule._jitter_ns *= 1.1
+
+    once_begun(monkeypatch, Latency, change)
 
 
 def more_loss_in_gazebo(monkeypatch):
@@ -112,12 +147,32 @@ def more_noise_in_gazebo(monkeypatch):
 
 def deafer_receivers(monkeypatch):
     """By 10 %."""
-    monkeypatch.setattr(fading, "PREAMBLE", "-81.586 dBm")
+    monkeypatch.setattr(Thresholds, "for_stations", lambda self: replace(
+        for_stations(self), preamble_dbm=self.preamble_dbm + 0.414))
+
+
+def noisier_receivers(monkeypatch):
+    monkeypatch.setitem(PRESETS["ns3_3_44"]["reception"], "noise_figure", "7.7 dB")
+
+
+def better_receivers(monkeypatch):
+    monkeypatch.setitem(PRESETS["ns3_3_44"]["reception"], "noise_figure", "6.3 dB")
+
+
+def nobody_leaves(monkeypatch):
+    monkeypatch.setattr(chain._Deserted, "_leave", lambda self, way: None)
 
 
 def longer_disks(monkeypatch):
     """Only where the range is computed."""
     monkeypatch.setattr(delivery, "bit_error", lambda mbps, ratio: bit_error(mbps, 1.05 * ratio))
+
+
+class Repairs:
+    """The second half of ``Chains``."""
+
+    def checks(self, play):
+        return repaired(play, "ideal", 1)
 
 
 # Group, how many of its comparisons are quick, what is made wrong.
@@ -128,7 +183,8 @@ TWINS = [
     (RandomAccess, 2, longer_frames), (Pairs, 8, less_loss), (HiddenTerminals, 6, less_loss),
     (Heartbeats, 1, longer_symbols), (Chains, 6, shorter_interference),
     (Propagation, 27, less_loss), (Propagation, 27, less_indoor_loss),
-    (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
+    (SinglePair, 6, noisier_receivers), (SinglePair, 6, better_receivers),
+    (Repairs, 2, nobody_leaves), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
     (RadioOfGazebo, 36, more_loss_in_gazebo), (RadioOfGazebo, 36, more_noise_in_gazebo),
     (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
     (Delays, 8, more_jitter), (Outage, 1, deafer_receivers),

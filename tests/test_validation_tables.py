@@ -6,7 +6,15 @@ from statistics import mean
 
 import pytest
 
-from netmodels.validation import broadcast, bus, places, propagation, queues, saturation
+from netmodels.validation import (
+    broadcast,
+    bus,
+    places,
+    propagation,
+    queues,
+    saturation,
+    single_pair,
+)
 
 
 @pytest.fixture
@@ -47,6 +55,13 @@ def test_two_pairs(means):
         for apart_m, goodput_mbps in rows.items():
             assert runs[f"OfdmRate{mbps}Mbps", str(apart_m)] == [
                 pytest.approx(goodput_mbps, abs=6e-4)]
+
+
+def test_one_pair(means):
+    runs = means("s5_single_pair_vs_distance.csv", ("mode", "x_m"), ("p_fail_per_attempt",))
+    for mbps, rows in single_pair.FAILURES.items():
+        for apart_m, share in rows.items():
+            assert runs[f"OfdmRate{mbps}Mbps", str(apart_m)] == [share]
 
 
 def test_hidden_terminals(means):

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import airload
+import campaignload
 import simpy
 import workload
 from rich.console import Console
@@ -228,6 +229,13 @@ def scenarios() -> list[Row]:
     return rows
 
 
+def campaign() -> list[Row]:
+    """What a campaign costs beside its runs; CPU of it and its workers, start included."""
+    scratch = Path(_scratch.name)
+    return [campaignload.overhead(scratch), campaignload.resumed(scratch, 200, 500),
+            campaignload.resumed(scratch, 10_000, 10)]
+
+
 def manifest_of(what: list[str], repetition: int) -> dict[str, Any]:
     """What a run in a process of its own says about itself."""
     out = Path(_scratch.name) / f"run {repetition}"
@@ -245,7 +253,8 @@ def output_of(*arguments: str) -> str:
 
 # Scenarios early: a process that is started reports no less memory than the one that starts it.
 PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "scenarios": scenarios,
-                                             "laser": laser, "w": w, "network": network}
+                                             "laser": laser, "w": w, "network": network,
+                                             "campaign": campaign}
 
 
 def show(title: str, rows: list[Row]) -> None:

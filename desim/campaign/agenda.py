@@ -52,6 +52,16 @@ class Agenda:
         that two vectors ask for is one."""
         return self._done, self._failed, len(self._vectors_of)
 
+    @property
+    def most_left(self) -> dict[int, int]:
+        """How many runs of each vector there may still be, by its number."""
+        left = {number: sum(run_id not in self.rows for run_id in ids)
+                for number, ids in self._ids.items()}
+        if self._until:
+            left = {number: count and count + self._until.at_most - len(self._ids[number])
+                    for number, count in left.items()}
+        return left
+
     def __contains__(self, run_id: str) -> bool:
         """Whether the run belongs to the campaign."""
         return run_id in self._vectors_of

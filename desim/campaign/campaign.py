@@ -45,7 +45,7 @@ class Workers(Protocol):
 class Sweep:
     """One campaign being run in ``out``. Use it as a context: nobody else may run it meanwhile.
 
-    ``progress`` and ``rows`` tell how far it is. Raises ``InputError`` where the folder cannot be
+    ``progress`` and ``agenda`` tell how far it is. Raises ``InputError`` where the folder cannot be
     written, or another process runs the campaign.
     """
 
@@ -66,7 +66,7 @@ class Sweep:
             store(self.plan.loaded, self.out)
             self._index = Index(self.out / INDEX)
             self._index.recover(self._present(), self._read, self.metrics.functions)
-        self._agenda = _agenda(self.plan, self.metrics, self._index.rows, self._only,
+        self.agenda = _agenda(self.plan, self.metrics, self._index.rows, self._only,
                                self._retry_failed)
         return self
 
@@ -77,17 +77,17 @@ class Sweep:
     @property
     def runs(self) -> list[tuple[Vector, int, str]]:
         """Vector, iteration and run id of every run, as far as these are known."""
-        return self._agenda.runs
+        return self.agenda.runs
 
     @property
     def progress(self) -> tuple[int, int, int]:
         """Runs that are done, those that failed among them, and all as far as that is known."""
-        return self._agenda.progress
+        return self.agenda.progress
 
     @property
     def rows(self) -> Rows:
         """By run id, of the runs that are done."""
-        return self._agenda.rows
+        return self.agenda.rows
 
     @property
     def damaged(self) -> int:
@@ -98,7 +98,7 @@ class Sweep:
     def others(self) -> int:
         """Runs in the folder that do not belong to the campaign: they are of an earlier design, of
         another scenario or another version of desim."""
-        return 0 if self._only else sum(run_id not in self._agenda for run_id in self._index.rows)
+        return 0 if self._only else sum(run_id not in self.agenda for run_id in self._index.rows)
 
     def run(self, workers: Workers, heard: Callable[[Row], Any] = lambda row: None) -> None:
         """Run what is missing; ``heard`` is told of each run that ends. The table is written at
@@ -117,10 +117,10 @@ class Sweep:
         finally:
             with _writing(self.out):
                 write_table(self.out / TABLE, self.plan, self.metrics, self.rows,
-                            self._agenda.runs)
+                            self.agenda.runs)
 
     def _next(self) -> Task | None:
-        run = self._agenda.next()
+        run = self.agenda.next()
         if run is None:
             return None
         vector, iteration, run_id = run
@@ -130,7 +130,7 @@ class Sweep:
     def _add(self, row: Row) -> None:
         with _writing(self.out):
             self._index.add(row)
-        self._agenda.add(row)
+        self.agenda.add(row)
 
     @property
     def _runs(self) -> Path:

@@ -23,6 +23,7 @@ _REHEARSAL_NS = 10_000_000
 _MOST_REHEARSALS = 8
 # Which reasons there are shows only in a run: what did not happen happened 0 times.
 _COUNTED = re.compile(r"messages_dropped_\w+")
+_INSTANTS = ("exploration_time_s", "union_time_s", "fleet_time_s")
 _FUNCTION = re.compile(r"(.*/)?[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 
 
@@ -59,10 +60,14 @@ class Metrics:
         return {**row["metrics"], **{name: own(row) for name, own in self._own.items()}}
 
     def value(self, name: str, row: Row) -> Any:
-        """One metric of a run; None where it has none."""
+        """One metric of a run; None where it has none. An instant that was not reached counts as
+        the run's end, so that vectors that fail are not taken for well known (restricted mean)."""
         if row["status"] != "finished":
             return None
-        return self._own[name](row) if name in self._own else row["metrics"].get(name)
+        if name in self._own:
+            return self._own[name](row)
+        found = row["metrics"].get(name)
+        return row["metrics"]["simulated_s"] if found is None and name in _INSTANTS else found
 
     def _made(self, name: str, text: str, folder: str, run: api.Run,
               ) -> Callable[[Row], float | None]:
@@ -104,6 +109,7 @@ class Metrics:
         if hasattr(design.iterations, "metric"):
             asked.append((("iterations", "metric"), design.iterations.metric))
         for path, name in asked:
+            # What the report shows may be a pattern, "*_delivered", for metrics in one figure.
             known = fnmatch.filter(self._numbers, name) if path[0] == "report" \
                 else name in self._numbers
             if not known and not _COUNTED.fullmatch(name):

@@ -15,6 +15,7 @@ from desim.errors import did_you_mean
 from desim.experiment.identity import Identity
 from desim.scenario.load import Change, Loaded, varied
 from desim.scenario.places import Place
+from desim.units import NS_PER_S
 
 # Rows of messages are for looking at one run; the digest is the same without them.
 _KEEP_NOTHING = Change("trace.keep", "none", Place("desim sweep"))
@@ -24,12 +25,15 @@ _OF_THE_DESIGN = {"name": "runs of all vectors lie in one folder",
 
 
 class Vector(NamedTuple):
-    """One combination of values; ``run_id`` of a seed."""
+    """One combination of values; ``run_id`` of a seed, the size of the fleet, and the simulated
+    time at which its runs end in any case."""
 
     number: int
     levels: Combination
     changes: tuple[Change, ...]
     run_id: Callable[[int], str]
+    robots: int
+    limit_s: float
 
 
 class Plan:
@@ -56,7 +60,8 @@ class Plan:
         for number, levels in enumerate(chosen):
             changes = _changes(loaded, levels)
             scenario = varied(loaded.base, changes).scenario
-            self.vectors.append(Vector(number, levels, changes, Identity(scenario).run_id))
+            self.vectors.append(Vector(number, levels, changes, Identity(scenario).run_id,
+                                       scenario.fleet.size, scenario.stop.elapsed_ns / NS_PER_S))
             if checked is not None:
                 checked(number + 1, len(chosen))
 

@@ -7,6 +7,7 @@ import os
 import select
 import sys
 import threading
+from contextlib import suppress
 from multiprocessing.connection import Connection
 
 
@@ -20,13 +21,14 @@ def main(descriptor: int) -> None:
         gc.freeze()  # modules stay: looking through them for garbage takes longer than a small run
         try:
             task = connection.recv()
-        except EOFError:
+        except (EOFError, OSError):
             return
         try:
             outcome = work(task)
         except Unwritable as error:
             outcome = error
-        connection.send(outcome)
+        with suppress(OSError):  # a campaign that was killed hears nothing any more
+            connection.send(outcome)
 
 
 def _leave_with_parent(descriptor: int) -> None:

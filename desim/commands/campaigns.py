@@ -17,6 +17,7 @@ def add_to(app: typer.Typer) -> None:
     """Make them commands of ``app``."""
     app.command()(sweep)
     app.command()(report)
+    app.command()(ladder)
 
 
 def sweep(design: DesignPath,
@@ -54,7 +55,7 @@ def sweep(design: DesignPath,
             metrics = campaign.Metrics(plan)
         folder = out or campaign.default_folder(plan.loaded)
         if dry_run:
-            told.listed(campaign.foreseen(plan, metrics, folder, chosen, retry_failed))
+            told.listed(plan, campaign.foreseen(plan, metrics, folder, chosen, retry_failed), jobs)
             return
         with campaign.Sweep(plan, metrics, folder, only=chosen,
                             retry_failed=retry_failed) as work:
@@ -72,10 +73,52 @@ def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_def
                                                help="print nothing but errors")] = False) -> None:
     """Write the report of a campaign: a page, figures and tables."""
     with exits():
+        from desim.api import Campaign
         from desim.campaign.design import read_design
-        from desim.campaign.stored import DESIGN
         from desim.report.campaign.writing import write
 
-        page = write(campaign, read_design(str(design or campaign / DESIGN))[0], out)
+        chosen = read_design(str(design))[0] if design else Campaign(campaign).design
+        page = write(campaign, chosen, out)
         if not quiet:
+            typer.echo(f"report: {page}")
+
+
+def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
+                                                    help="a scenario's YAML file")],
+           compare: Annotated[str, typer.Option(
+               metavar="A.B.C=V1,V2,...", help="a key of the scenario and its values")]
+           = "coordination.strategy=nearest_frontier,random_frontier",
+           seeds: Annotated[int, typer.Option(min=1, help="runs of each value on each rung")] = 5,
+           metric: Annotated[str, typer.Option(help="by which values are ranked")]
+           = "exploration_time_s",
+           overrides: Annotated[list[str], typer.Option(
+               "--set", metavar="A.B.C=VALUE", help="another value; can be given again")] = [],  # noqa: B006
+           out: Annotated[Path | None, typer.Option(
+               help="the campaign's folder (default: results/ladder_...)",
+               show_default=False)] = None,
+           jobs: Annotated[int | None, typer.Option(
+               min=1, help="worker processes (default: one for each core)",
+               show_default=False)] = None,
+           quiet: Annotated[bool, typer.Option("--quiet", help="print nothing but errors")] = False,
+           ) -> None:
+    """Compare settings on every rung of the fidelity ladder: does their ranking hold?"""
+    with exits():
+        from desim.report.sweeping import Told
+
+        told = Told(quiet)
+        with compiling(quiet):
+            from desim.campaign import campaign
+            from desim.campaign.ladder import ladder as climbed
+
+            plan = told.planned(climbed(str(scenario), compare, seeds, metric, overrides))
+            metrics = campaign.Metrics(plan)
+        folder = out or campaign.default_folder(plan.loaded)
+        with campaign.Sweep(plan, metrics, folder) as work:
+            told.carried_out(work, jobs, None)
+        from desim.report.campaign.writing import write
+        from desim.report.laddering import tell
+
+        page = write(folder, plan.design)
+        if not quiet:
+            tell(folder, plan.design)
             typer.echo(f"report: {page}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import platform
 import sys
 import zlib
@@ -63,17 +64,11 @@ def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
 def source(scenario: Scenario) -> str:
     """A hash of the Python source of desim (but for what has no part in a run) and of the packages
     that the scenario's plug-ins come from: during development the version stays the same."""
-    files = set(_package(Path(desim.__file__).parent))
-    for kind, name in _chosen(scenario):
-        top = sys.modules[plugins.load(kind, name).__module__.partition(".")[0]].__file__
-        if top is not None:
-            path = Path(top)
-            files |= set(_package(path.parent)) if path.name == "__init__.py" else {path}
+    chosen = {plugins.load(kind, name).__module__ for kind, name in _chosen(scenario)}
     digest = hashlib.sha256()
-    for file in sorted(files):
-        if not _SHOWS.intersection(file.parts):
-            facts = file.stat()
-            digest.update(_hash(file, facts.st_mtime_ns, facts.st_size))
+    for file in _files(tuple(sorted(chosen))):
+        facts = os.stat(file)
+        digest.update(_hash(file, facts.st_mtime_ns, facts.st_size))
     return digest.hexdigest()[:12]
 
 
@@ -82,13 +77,26 @@ def source(scenario: Scenario) -> str:
 
 
 @cache
+def _files(modules: tuple[str, ...]) -> tuple[str, ...]:
+    """Whose content may be in results, in a fixed order: of desim and of these modules' packages.
+    """
+    files = set(_package(Path(desim.__file__).parent))
+    for module in modules:
+        top = sys.modules[module.partition(".")[0]].__file__
+        if top is not None:
+            path = Path(top)
+            files |= set(_package(path.parent)) if path.name == "__init__.py" else {path}
+    return tuple(str(file) for file in sorted(files) if not _SHOWS.intersection(file.parts))
+
+
+@cache
 def _package(folder: Path) -> tuple[Path, ...]:
     return tuple(folder.rglob("*.py"))
 
 
 @cache
-def _hash(file: Path, _modified_ns: int, _size_bytes: int) -> bytes:
-    return hashlib.sha256(file.read_bytes()).digest()
+def _hash(file: str, _modified_ns: int, _size_bytes: int) -> bytes:
+    return hashlib.sha256(Path(file).read_bytes()).digest()
 
 
 @cache

@@ -7,11 +7,14 @@ import re
 from collections.abc import Iterator
 from typing import Any, get_args
 
+from pydantic import WithJsonSchema
 from pydantic.fields import FieldInfo
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
 from desim.ports import Params
+
+_LONG = 120  # characters of a sentence in a list
 
 
 def listing() -> str:
@@ -48,7 +51,15 @@ def first_sentence(kind: str, name: str) -> str:
         text = " ".join((inspect.getdoc(plugins.load(kind, name)) or "").split())
     except (ImportError, AttributeError, InputError) as error:
         return f"(cannot be loaded: {error})"
-    return re.split(r"[.;:] ", text + " ")[0] + "."
+    return f"{_shortened(re.split(r'[.] ', text.rstrip('.') + '. ')[0])}."
+
+
+def _shortened(sentence: str) -> str:
+    """A long one up to its first colon or semicolon, but for those inside of code."""
+    if len(sentence) <= _LONG:
+        return sentence
+    return next((sentence[:mark.start()] for mark in re.finditer("[:;] ", sentence)
+                 if sentence.count("``", 0, mark.start()) % 2 == 0), sentence)
 
 
 def _about(name: str, kind: str, cls: Any) -> str:
@@ -80,7 +91,16 @@ def _block(annotation: Any) -> dict[str, FieldInfo]:
     return {}
 
 
+def _example(info: FieldInfo) -> Any:
+    """Its own, or that of its kind of quantity; None if there is neither."""
+    of_kind = (schema for kind in info.metadata if isinstance(kind, WithJsonSchema)
+               for schema in (kind.json_schema, *kind.json_schema.get("anyOf", ())))
+    given = (info.examples, *(schema.get("examples") for schema in of_kind))
+    return next((examples[0] for examples in given if examples), None)
+
+
 def _default(info: FieldInfo) -> str:
     if info.is_required():
-        return "must be given."
+        example = _example(info)
+        return "must be given." if example is None else f"must be given, e.g. {example!r}."
     return f"default {info.get_default(call_default_factory=True)!r}."

@@ -48,9 +48,12 @@ def _medium(simulation: Simulation, name: str | None) -> Medium:
                          f"{', '.join(media)}")
     medium = media[name or next(iter(media))]
     if not hasattr(medium.model, "signal"):
-        model = simulation.scenario.network.media[medium.name].model
+        choice = simulation.scenario.network.media[medium.name]
+        rung = choice.parameters().get("fidelity")
+        model = f"{choice.model}, fidelity {rung}," if rung else choice.model
         raise InputError(f"network.media.{medium.name}.model: {model} does not say what comes in "
-                         "where; coverage is for models that do, as radio does")
+                         "where; coverage is for models that do, as radio with fidelity disk, "
+                         "walls or mac")
     return medium
 
 

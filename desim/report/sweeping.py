@@ -15,18 +15,20 @@ from rich.progress import (
     TaskID,
     TextColumn,
     TimeElapsedColumn,
-    TimeRemainingColumn,
 )
 
+from desim.campaign import probes
 from desim.campaign.agenda import Agenda
 from desim.campaign.campaign import INDEX, TABLE, Sweep, Workers
 from desim.campaign.clustersettings import Settings
 from desim.campaign.crew import Crew
 from desim.campaign.design import LoadedDesign
 from desim.campaign.plan import Plan
+from desim.campaign.prediction import finished_costs, forecast
 from desim.campaign.work import Row
 
 LINE_EVERY_S = 10.0  # where there is no terminal
+_AGAIN_S = 3.0
 _MANY = 200  # scenarios take a while to check
 
 
@@ -40,18 +42,41 @@ class Told:
         """The plan of a design."""
         with self._progress() as progress:
             bar = progress.add_task("checking scenarios", total=None, visible=False,
-                                    failed="")
+                                    failed="", to_go="")
             return Plan(loaded, lambda done, total: progress.update(
                 bar, completed=done, total=total, visible=total > _MANY))
 
-    def listed(self, agenda: Agenda) -> None:
-        """Every run, and how it stands."""
+    def listed(self, plan: Plan, agenda: Agenda, jobs: int | None) -> None:
+        """Every run, how it stands, and how long those take that are to be made."""
         for vector, iteration, run_id in agenda.runs:
             levels = ", ".join(f"{name}={level.label}" for name, level in vector.levels.items())
             state = agenda.rows[run_id]["status"] if run_id in agenda.rows else "to run"
             self._console.print(f"{run_id}  {state:8}  {levels}, iteration {iteration}")
         done, failed, total = agenda.progress
         self._console.print(f"{total} runs, {done} done, {failed} of them failed")
+        if done < total:
+            self._predicted(plan, agenda, jobs or _cores())
+
+    def _predicted(self, plan: Plan, agenda: Agenda, jobs: int) -> None:
+        costs = finished_costs(agenda)
+        source = f"from {sum(map(len, costs.values()))} finished runs"
+        if not costs:
+            with self._progress() as progress:
+                bar = progress.add_task(f"probing, about {probes.BUDGET_S:.0f} s", failed="",
+                                        to_go="")
+                costs = probes.probed(plan, agenda, told=lambda done, total: progress.update(
+                    bar, completed=done, total=total))
+            found = [cost for own in costs.values() for cost in own]
+            source = (f"from {len(found)} probes of {sum(cost.cpu_s for cost in found):.0f} s, "
+                      f"{sum(cost.ended for cost in found)} of them to their end")
+        if not costs:
+            self._console.print("no prediction: every probe has failed")
+            return
+        found = forecast(plan, agenda, costs)
+        self._console.print(f"{_duration(found.expected_s)} of CPU are to be expected ({source}), "
+                            f"{_duration(found.expected_s / jobs)} with {jobs} jobs on cores of "
+                            f"their own; at most {_duration(found.longest_s / jobs)}, every run to "
+                            "its time limit")
 
     def carried_out(self, sweep: Sweep, jobs: int | None, cluster: Settings | None) -> None:
         """Run the campaign on this machine, or on a cluster."""
@@ -67,8 +92,9 @@ class Told:
         where = f"{jobs} at a time" if cluster is None else f"{cluster.where}"
         self._console.print(f"{total} runs, {done} done already; {where}, in {sweep.out}")
         with self._progress() as progress, ExitStack() as stack:
-            bar = progress.add_task("runs", total=total, completed=done, failed=_failed(failed))
-            lines = _Lines(self._console)
+            bar = progress.add_task("runs", total=total, completed=done, failed=_failed(failed),
+                                    to_go="")
+            lines, to_go = _Lines(self._console), _ToGo(sweep)
             if cluster is None:
                 workers: Workers = stack.enter_context(Crew(jobs))
             else:
@@ -76,8 +102,10 @@ class Told:
 
             def heard(row: Row) -> None:
                 done, failed, total = sweep.progress
-                progress.update(bar, completed=done, total=total, failed=_failed(failed))
-                lines.tell(f"{done} of {total} runs{_failed(failed)}")
+                left = to_go.after(row)
+                progress.update(bar, completed=done, total=total, failed=_failed(failed),
+                                to_go=left)
+                lines.tell(f"{done} of {total} runs{_failed(failed)}; {left} to go")
                 if row["status"] == "failed":
                     progress.console.print(f"{row['run_id']} failed: {row['error']}")
 
@@ -104,7 +132,7 @@ class Told:
     def _progress(self) -> Progress:
         return Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
                         TextColumn("{task.fields[failed]}"), TimeElapsedColumn(),
-                        TextColumn("to go"), TimeRemainingColumn(), console=self._console,
+                        TextColumn("to go {task.fields[to_go]}"), console=self._console,
                         transient=True, disable=not self._console.is_terminal)
 
 
@@ -118,6 +146,36 @@ class _Lines:
         if not self._console.is_terminal and time.monotonic() >= self._next_s:
             self._console.print(text)
             self._next_s = time.monotonic() + LINE_EVERY_S
+
+
+class _ToGo:
+    """The time until a campaign's end: what its runs will cost, by what they have cost, at the pace
+    that it has had since its first run was done."""
+
+    def __init__(self, sweep: Sweep) -> None:
+        self._sweep = sweep
+        self._begin_s: float | None = None
+        self._spent_s, self._text, self._next_s = 0.0, "?", 0.0
+
+    def after(self, row: Row) -> str:
+        """In words, when a run has come to its end; looked at again every few seconds."""
+        now_s = time.monotonic()
+        if self._begin_s is None:
+            self._begin_s = now_s
+            return self._text
+        self._spent_s += row.get("cost", {}).get("cpu_s", 0.0)
+        if self._spent_s and now_s >= self._next_s:
+            self._next_s = now_s + _AGAIN_S
+            agenda = self._sweep.agenda
+            left_s = forecast(self._sweep.plan, agenda, finished_costs(agenda)).expected_s
+            self._text = _duration(left_s * (now_s - self._begin_s) / self._spent_s)
+        return self._text
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 90 * 60 else f"{seconds / 3600:.1f} h"
 
 
 def _failed(count: int) -> str:

@@ -14,8 +14,7 @@ from netmodels.bus.collisions import JAM_BITS, SLOT_BITS, CollisionDetection
 from netmodels.bus.fifo import Fifo
 from netmodels.bus.sense import CarrierSense
 from netmodels.bus.stations import Cable
-
-LEAST_BYTES = 64  # IEEE 802.3, minFrameSize: shorter packets are padded
+from netmodels.ethernet import LEAST_BYTES
 
 Arbitration = CarrierSense | CollisionDetection | Fifo
 ARBITRATIONS = {"csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fifo}

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from desim import ports
-from netmodels.switch import segment_sizes
+from netmodels.ethernet import segment_sizes
 
 
 class Cable(NamedTuple):

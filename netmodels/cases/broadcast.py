@@ -15,8 +15,8 @@ from desim.units import NS_PER_S, BitRate, ByteSize, Frequency, Length, Period
 from netmodels.cases.equal_power import SAME_POWER
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
+from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio import Radio
-from netmodels.radio.standards import ETHERNET_BYTES
 
 _TURN_RAD = math.pi * (3 - math.sqrt(5))  # the golden angle
 

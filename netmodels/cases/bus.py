@@ -12,7 +12,7 @@ from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.bus import Bus
 from netmodels.cases.packets import MOST_UDP_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import flows, numbered, watch
-from netmodels.radio.standards import ETHERNET_BYTES
+from netmodels.ethernet import ETHERNET_BYTES
 
 _PACKETS = 20_000  # to measure
 

@@ -12,6 +12,7 @@ from desim.ports.cases import Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Length, Period, airtime_ns
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
+from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
 from netmodels.multihop.batman import BatmanParams
@@ -19,7 +20,7 @@ from netmodels.multihop.static import StaticParams
 from netmodels.radio import Radio
 from netmodels.radio.delivery import delivery
 from netmodels.radio.rates import chosen_rates
-from netmodels.radio.standards import ETHERNET_BYTES, STANDARDS, psdu_bytes
+from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.tdma import Tdma
 
 RANGE, INTERFERENCE = 1.1, 2.1  # of a frame, in hops: of ideal and tdma
@@ -49,11 +50,14 @@ class _Deserted(Multihop):
 
 
 class Chain:
-    """A chain of hops, 25 m each, that carries one saturated flow: two frames for each hop are on
-    the way at any time. A frame hinders whoever is two hops from its sender or nearer, so that of
-    four hosts in a row one sends: a quarter of the single-hop rate is the most that a long chain
-    carries, and carrier sense achieves less (Li, Blake, De Couto, Lee, Morris 2001).
-    ``goodput_share`` is of the goodput of one such hop. With ``dcf`` the protocol's messages are as
+    """A chain of hops that carries one saturated flow: two frames for each hop are on the way at
+    any time. A frame hinders whoever is two hops from its sender or nearer, so that of four hosts
+    in a row one sends: a quarter of the single-hop rate is the most that a long chain carries, and
+    carrier sense achieves less (Li, Blake, De Couto, Lee, Morris 2001). That holds for ``ideal``
+    and ``tdma``, and for ``dcf`` from 24 Mb/s on. With ``dcf``, frames of 6 to 12 Mb/s survive a
+    sender two hops from their receiver, 9 dB weaker than their own, and a third is the most; and
+    below 24 Mb/s they get over two hops of 25 m at once, so that routes leave out every other host.
+    ``goodput_share`` is of the goodput of one hop. With ``dcf`` the protocol's messages are as
     long as packets: shorter ones would get over two hops, which packets do not."""
 
     class Params(ports.Params):

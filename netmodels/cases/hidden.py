@@ -12,8 +12,8 @@ from desim.ports.cases import Setup
 from desim.units import BitRate, ByteSize, Length, Period
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import flows
+from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio import Radio
-from netmodels.radio.standards import ETHERNET_BYTES
 
 _WARM_UP_NS = 500_000_000
 

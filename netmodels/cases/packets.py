@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from netmodels.radio.standards import ETHERNET_BYTES, MOST_BYTES
+from netmodels.ethernet import ETHERNET_BYTES
+from netmodels.radio.standards import MOST_BYTES
 
 UDP_IP_BYTES = 8 + 20  # headers (RFC 768, RFC 791)
 PPP_BYTES = 2  # header, as in ns-3's point-to-point links

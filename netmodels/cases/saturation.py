@@ -14,8 +14,9 @@ from desim.units import BitRate, ByteSize, Period, airtime_ns
 from netmodels.cases.equal_power import SAME_POWER
 from netmodels.cases.packets import MOST_80211_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
+from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio import Radio
-from netmodels.radio.standards import ETHERNET_BYTES, STANDARDS
+from netmodels.radio.standards import STANDARDS
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured
 _WARM_UP = 0.1  # of that time

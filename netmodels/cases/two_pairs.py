@@ -11,8 +11,8 @@ from desim import ports
 from desim.ports.cases import Flow, Setup
 from desim.units import BitRate, ByteSize, Length, Period
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio import Radio
-from netmodels.radio.standards import ETHERNET_BYTES
 
 _WARM_UP_NS = 500_000_000
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from desim import ports
 from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
+from netmodels.ethernet import FULL_BYTES
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
 from netmodels.radio.dcf import (
@@ -24,7 +25,7 @@ from netmodels.radio.dcf import (
     Reception,
     Stations,
 )
-from netmodels.radio.delivery import FULL_BYTES, mean_delivery
+from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.errors import error_table
 from netmodels.radio.fading import Fades, Fading
 from netmodels.radio.pathloss import PathLossParams, reach_m
@@ -112,7 +113,8 @@ class Radio:
             "modulation as rate, which is the first (none: always rate)"))
         channel: int = Field(1, ge=1, le=196, description="its number: who is on different ones "
                                                           "does not hear the other (the first)")
-        channels: dict[str, int] = Field({}, description="by host, instead of channel (none)")
+        channels: dict[str, Annotated[int, Field(ge=1, le=196)]] = Field(
+            {}, description="by host, instead of channel (none)")
         power_dbm: Level = Field("16.0206 dBm", description="sent, antennas included (ns-3: 40 mW)")
         path_loss: PathLossParams = Field(PathLossParams(), description=(
             "model: log_distance, free_space, two_ray, itu_p1238 or fixed, with its parameters "
@@ -165,7 +167,7 @@ class Radio:
             params.power_dbm, params.path_loss.chosen(), params.walls,
             params.shadowing and Shadows(params.shadowing, hosts, context.stream),
             self._heard_dbm(), params.reception.preamble_dbm,
-            channels_of(hosts, params.channel, params.channels, standard.channels_apart))
+            channels_of(hosts, params.channel, params.channels, standard))
         self._fades = params.fading and Fades(
             params.fading, hosts, context.stream, standard.carrier_hz(params.channel),
             params.reception.preamble_dbm)

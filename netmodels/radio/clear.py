@@ -8,10 +8,11 @@ from functools import lru_cache
 import numpy as np
 
 from desim import ports
+from netmodels.ethernet import FULL_BYTES
 from netmodels.radio import Radio
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
-from netmodels.radio.delivery import FULL_BYTES, sensitivity_dbm
+from netmodels.radio.delivery import sensitivity_dbm
 from netmodels.radio.pathloss import reach_m
 from netmodels.radio.rates import chosen_rates
 from netmodels.radio.shadowing import Shadows
@@ -95,7 +96,7 @@ class Clear:
             self._walls.check(context.obstacles.materials)
         shadows = self._shadowing and Shadows(self._shadowing, hosts, context.stream)
         channels = channels_of(hosts, params.channel, params.channels,
-                               STANDARDS[params.standard].channels_apart)
+                               STANDARDS[params.standard])
         self._near = [
             Neighbours(Budget(params.power_dbm, params.path_loss.chosen(), self._walls, shadows,
                               level_dbm, level_dbm, channels), context, params.update_ns)

@@ -11,8 +11,6 @@ from netmodels.radio.errors import bit_error
 from netmodels.radio.fading import Fading
 from netmodels.radio.standards import Standard
 
-FULL_BYTES = 1518  # IEEE 802.3: 1500 B payload, 14 B header, 4 B check sequence
-
 _WEAKEST_DBM, _STRONGEST_DBM = -200.0, 100.0
 _LEVELS_DBM = np.linspace(_WEAKEST_DBM, _STRONGEST_DBM, 3001)
 

@@ -26,25 +26,16 @@ class Ladder(Radio):
 
     ``multihop``: ``mac``, and hosts pass on what others say to others, along routes that a protocol
     finds on the same air (``netmodels.multihop``, with its defaults).
-    ``mac``: carrier sense, backoff, acknowledgements and retries of unicast frames, none of
-    broadcast ones; hidden terminals, capture of the stronger frame, errors; walls weaken what goes
-    through them.
+    ``mac``: the whole radio, ``Radio`` (``desim describe netmodels.radio:Radio`` says what it does
+    and leaves out): who contends, collides and retries; walls weaken what goes through them.
     ``walls``: everybody has the air to himself, and whatever 90 % would get at its received power,
     through walls, arrives.
     ``disk``: the same without walls and shadowing; its range is where ``mac`` delivers 90 % in the
     open, computed from path loss and errors. Like ``walls`` it learns no rates: all go at ``rate``.
     ``ideal``: everything arrives at once and everywhere.
 
-    Times of a sender alone are the same on all of them but ``ideal``. A broadcast fails at a
-    receiver that is too far to find it (``out_of_reach``), that was sending or listening to
-    somebody else or found it under others (``collision``), or that made out its beginning but not
-    all of it (``channel_error``); a unicast frame after its last attempt (``retry_limit``), or
-    where there are no attempts, beyond the range (``out_of_range``). Propagation (0.7 us over 200
-    m) is left out.
-
-    Received powers are those of the places at a moment at most ``update`` ago, and of the present
-    walls and doors. A host without a place hears nobody, and nobody hears it, unless the path loss
-    is ``fixed``.
+    Times of a sender alone are the same on all of them but ``ideal``. Where there are no attempts,
+    a unicast frame is lost beyond the range (``out_of_range``).
     """
 
     class Params(Radio.Params):

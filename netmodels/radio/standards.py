@@ -9,9 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from netmodels.ethernet import ETHERNET_BYTES
+
 MSDU_BYTES = 2304  # the most that one packet carries (9.2.4.7.1), LLC included
-ETHERNET_BYTES = 14 + 4  # header and check sequence of what the host sends
-LLC_BYTES = 8  # logical link control and SNAP, in their place
+LLC_BYTES = 8  # logical link control and SNAP, in the place of Ethernet's header
 MAC_BYTES = 24 + 4  # header and check sequence of 802.11
 ACK_BYTES = CTS_BYTES = 14
 RTS_BYTES = 20
@@ -45,7 +46,7 @@ _OFDM = _ofdm(6, 9, 12, 18, 24, 36, 48, 54)
 class Standard:
     """Interframe spaces and contention windows (in slots), rates (the slowest first), those of them
     in Mb/s that everybody understands, by how many numbers channels must differ, of 5 MHz each, so
-    as not to overlap, and where they begin."""
+    as not to overlap, where they begin, and the last one."""
 
     slot_ns: int
     sifs_ns: int
@@ -54,6 +55,7 @@ class Standard:
     basic_mbps: tuple[float, ...]
     channels_apart: int
     band_hz: float
+    last_channel: int
     extension_ns: int = 0  # silence behind OFDM frames (ERP: for the decoder)
     cw_max: int = 1023
 
@@ -105,12 +107,12 @@ def psdu_bytes(size_bytes: int, segments: int) -> int:
 
 
 A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24),
-             channels_apart=4, band_hz=5e9)
+             channels_apart=4, band_hz=5e9, last_channel=196)
 B = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=31, rates=_DSSS, basic_mbps=(1, 2),
-             channels_apart=5, band_hz=2.407e9)
+             channels_apart=5, band_hz=2.407e9, last_channel=14)
 # Without an access point, and where stations of 802.11b may be: their slots.
 G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
              basic_mbps=(1, 2, 6, 12, 24), channels_apart=5, band_hz=2.407e9,
-             extension_ns=6_000)
+             last_channel=14, extension_ns=6_000)
 
 STANDARDS = {"11a": A, "11b": B, "11g": G}

@@ -17,8 +17,8 @@ class Bandwidth:
     """
 
     class Params(ports.Params):
-        rate_bps: BitRate
-        burst_bytes: ByteSize = Field("15 kB", description="(ten full Ethernet packets)")
+        rate_bps: BitRate = Field(examples=["4 Mb/s"], description="of each sender, all its frames")
+        burst_bytes: ByteSize = Field("15 kB", ge=1, description="(ten full Ethernet packets)")
         backlog_bytes: ByteSize = Field("64 MB", description="(as the queue of ``link``)")
 
     reasons = ("rate_limited",)

@@ -40,7 +40,8 @@ class Flapping:
     link is down in both directions at once."""
 
     class Params(Targets):
-        up_ns: Pace = Field(description="mean time from coming up to going down")
+        up_ns: Pace = Field(examples=["1 min"],
+                            description="mean time from coming up to going down")
         down_ns: Pace = Field(description="mean time from going down to coming up")
 
     reasons = ("outage",)

@@ -20,8 +20,10 @@ class Jamming:
     its own stream for each frame, jammed or not: with a larger disc only more is lost."""
 
     class Params(Window):
-        at_m: tuple[Position, Position] = Field(description="x and y of the middle of the disc")
-        radius_m: Length = Field(gt=0, description="of the disc, its edge included")
+        at_m: tuple[Position, Position] = Field(
+            examples=[["3 m", "-2.5 m"]], description="x and y of the middle of the disc")
+        radius_m: Length = Field(gt=0, examples=["10 m"],
+                                 description="of the disc, its edge included")
         probability: Ratio = Field(1.0, description="of one packet at one receiver (all)")
 
     reasons = ("jammed",)

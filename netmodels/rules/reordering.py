@@ -21,7 +21,7 @@ class Reordering:
 
     class Params(ports.Params):
         probability: Ratio = Field(description="that a frame is held back")
-        delay_ns: Period = Field(description="for how long")
+        delay_ns: Period = Field(examples=["20 ms"], description="for how long")
 
     reasons = ()
 

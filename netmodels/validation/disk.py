@@ -8,7 +8,8 @@ from typing import Any
 
 from desim.ports.cases import Check, Flow, Play, Setup
 from desim.units import NS_PER_S
-from netmodels.radio.clear import FULL_BYTES, SHARE
+from netmodels.ethernet import FULL_BYTES
+from netmodels.radio.clear import SHARE
 from netmodels.radio.ladder import Ladder
 
 RADIOS: dict[str, dict[str, Any]] = {
@@ -28,7 +29,7 @@ class DiskOfRadio:
     """The range of ``network.fidelity: disk``, computed from path loss and error model, against
     what ``mac`` delivers there to a single receiver: within 3.3 standard errors."""
 
-    source = "our own definition: 90 % of full packets, within the retries"
+    source = "a property, not a publication: 90 % of full packets, within the retries"
 
     def checks(self, play: Play) -> Iterator[Check]:
         tolerance = 3.3 * math.sqrt(SHARE * (1 - SHARE) / _FRAMES)

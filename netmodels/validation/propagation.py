@@ -44,7 +44,8 @@ PACKET_ERRORS = {
 class Propagation:
     """Received power and losses: to the printed digits (0.0005 dB, of ITU-R P.1238 0.005 dB)."""
 
-    source = "ns-3.44; ITU-R P.1238; Sommer, Eckhoff, German and Dressler 2011 (Veins)"
+    source = ("ns-3.44; ITU-R P.1238; Sommer, Eckhoff, German and Dressler 2011 (Veins); walls of "
+              "5 dB are a property, not a publication")
 
     def checks(self, play: Play) -> Iterator[Check]:
         models = {"log-distance": LogDistance(), "free space, 5180 MHz": FreeSpace(5.18e9),

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from scipy import stats
 from synthetic import LIMIT_S, campaign, design, timed
+from synthetic import write as table
 
 from desim.campaign.design import Design
 from desim.errors import InputError
 from desim.report.campaign.writing import write
+from desim.statistics.sensitivity import indices, saltelli
 
 RATES = ["1 Mb/s", "3 Mb/s", "10 Mb/s", "30 Mb/s", "100 Mb/s", "300 Mb/s"]
 BY = {"rate": RATES, "strategy": ["near", "far"]}
@@ -266,3 +268,21 @@ def test_a_table_of_another_design_is_refused(tmp_path):
     campaign(tmp_path, {"robots": [1]}, 1, lambda levels, k: timed(1.0))
     with pytest.raises(InputError, match="no parameter 'speed'"):
         write(tmp_path, design({"speed": [1]}))
+
+
+def test_a_saltelli_design_shows_its_indices(tmp_path):
+    parameters = {"a": 1, "b": 1}
+    points = saltelli(64, 2)
+    rows = [{"run_id": f"{i:012d}", "vector": i, "iteration": 0, "seed": 1, "status": "finished",
+             "error": None, "digest": None, "a": float(a), "b": float(b),
+             **timed(300.0 + 400.0 * a + 10.0 * b)} for i, (a, b) in enumerate(points)]
+    table(tmp_path, parameters, rows)
+    spans = {name: {"key": f"fleet.{name}", "from": 0.0, "to": 1.0} for name in parameters}
+    page = made(tmp_path, Design.model_validate({
+        "name": "x", "base": "x.yaml", "parameters": spans, "vectors": {"saltelli": 64},
+        "iterations": 1}))
+    first, second = indices([row["exploration_time_s"] for row in rows], 2)
+    assert f"a {first.total:.2g} [{first.total_low:.4g}, " in page.text
+    lines = (tmp_path / "report" / "tables" / "exploration_time_s_sobol.csv").read_text()
+    assert float(lines.splitlines()[2].split(",")[1]) == pytest.approx(second.first)
+    assert "figure-exploration_time_s_sobol" in page.ids

@@ -13,7 +13,7 @@ from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.study import Axis, Study, Vector
 from desim.statistics.comparisons import Paired, holm, paired
 
-MOST = 1000  # comparisons of a metric
+MOST = 500  # comparisons of a metric
 _ALL_PAIRS = 6  # up to so many levels each is compared with each, else with the next one
 
 

@@ -36,6 +36,7 @@ def metric_figure(study: Study, estimates: Estimates, metric: str, panels: list[
                 axes.axvline(bend.knee.at, color=colour(bend.line.style), linewidth=1.0,
                              linestyle=(0, (5, 2)))
         painter.axis(axes, panel.title)
+    limit(all_axes[0], painter.span)
     finish(figure, all_axes, panels, wording.titled(metric), painter.keys(bool(
         [bend for bend in bends if bend.knee])))
     return figure
@@ -86,7 +87,7 @@ class _Painter:
         # Shares are read on a linear scale.
         self._log = bool(len(values) and values.min() > 0 and values.max() > 1
                          and values.max() / values.min() > _WIDE_RANGE)
-        self._span = _span(values, self._log)
+        self.span = span(values, self._log)
 
     def line(self, axes: Axes, line: Line, place: float) -> None:
         """``place`` in [-0.5, 0.5]: where it stands among the others, so that intervals at one
@@ -98,12 +99,12 @@ class _Painter:
         means = np.array([np.nan if one.mean is None else one.mean for one in found])
         if self._axis is not None and self._axis.numbers is not None:
             axes.plot(x, means, color=shade, linewidth=1.4, zorder=3)
-        for at, one in zip(x, found, strict=True):
-            if one.low is not None:
-                axes.plot([at, at], [one.low, one.high], color=shade, linewidth=1.3, zorder=3,
-                          solid_capstyle="butt", marker="_", markersize=5)
+        low, high = np.array([[one.low, one.high] for one in found], float).T
+        axes.vlines(x, low, high, color=shade, linewidth=1.3, zorder=3)
+        axes.plot(np.tile(x, 2), np.concatenate([low, high]), color=shade, linestyle="none",
+                  marker="_", markersize=5, zorder=3)
         sizes = [self._area(one.reached) for one in found]
-        faces = [shade if one.reached else "none" for one in found]
+        faces = [shade if one.reached or len(self._successes) == 1 else "none" for one in found]
         axes.scatter(x, means, sizes, marker=symbol, facecolors=faces, edgecolors=shade,
                      linewidths=1.1, zorder=4)
         if self._limit is not None:
@@ -121,8 +122,6 @@ class _Painter:
             axes.axhline(self._limit, color=INK, linewidth=0.8, linestyle="--", alpha=0.6)
         if self._log:
             axes.set_yscale("log")
-        low, high = axes.get_ylim()
-        axes.set_ylim(max(low, self._span[0]), min(high, self._span[1]))
         along(axes, axis)
 
     def keys(self, with_knee: bool) -> list[Line2D]:
@@ -169,10 +168,12 @@ class _Painter:
                          linewidths=0, zorder=2)
 
     def _area(self, successes: int) -> float:
+        if len(self._successes) == 1:  # nothing to tell apart
+            return (_SMALL + _LARGE) / 2
         return _SMALL + (_LARGE - _SMALL) * successes / max(self._most, 1)
 
 
-def _span(values: np.ndarray, log: bool) -> tuple[float, float]:
+def span(values: np.ndarray, log: bool) -> tuple[float, float]:
     """As far as an axis goes at most: intervals of very few runs may be many times as wide as all
     of these lie apart."""
     if not len(values):
@@ -181,6 +182,12 @@ def _span(values: np.ndarray, log: bool) -> tuple[float, float]:
         return values.min() / 4.0, values.max() * 4.0
     apart = np.ptp(values) or abs(values[0]) or 1.0
     return values.min() - 0.4 * apart, values.max() + 0.4 * apart
+
+
+def limit(axes: Axes, farthest: tuple[float, float]) -> None:
+    """Cut what has been drawn, in all panels that share the axis."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(max(low, farthest[0]), min(high, farthest[1]))
 
 
 def along(axes: Axes, axis: Axis | None) -> None:

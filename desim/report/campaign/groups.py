@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from desim.report.campaign import figures, wording
 from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.knees import ONSET, Onset, bend, onset
+from desim.report.campaign.knees import ONSET, Knees, Onset, onset
 from desim.report.campaign.lines import Line, Panel
 from desim.report.campaign.study import Study
 from desim.report.campaign.style import colour, marker
@@ -66,31 +66,35 @@ def group_figure(study: Study, estimates: Estimates, group: Group, panels: list[
              for panel in panels for line in panel.lines][:12]
     figure, all_axes = figures.paneled(len(drawn))
     axis = study.against
+    farthest = figures.span(np.concatenate([
+        estimates.of(metric, vector).values for metric in group.metrics
+        for panel in drawn for vector in panel.lines[0].vectors]), False)
     for axes, panel in zip(all_axes, drawn, strict=True):
         line = panel.lines[0]
         at = np.array([vector.levels[axis.name] for vector in line.vectors])
         x = at if axis.numbers is None else axis.numbers[at]
         for i, metric in enumerate(group.metrics):
             found = [estimates.of(metric, vector) for vector in line.vectors]
-            mean, low, high = np.array([[one.mean, one.low, one.high] for one in found], float).T
+            mean, *bounds = np.array([[one.mean, one.low, one.high] for one in found], float).T
             axes.plot(x, mean, color=colour(i), marker=marker(i), markersize=4.5, linewidth=1.4,
                       linestyle="-" if axis.numbers is not None else "none")
-            axes.fill_between(x, low, high, color=colour(i), alpha=0.18, linewidth=0)
+            axes.fill_between(x, *bounds, color=colour(i), alpha=0.18, linewidth=0)
         axes.set_title(panel.title)
         figures.along(axes, axis)
+    figures.limit(all_axes[0], farthest)
     keys = [Line2D([], [], color=colour(i), marker=marker(i), markersize=5, label=group.of(metric))
             for i, metric in enumerate(group.metrics)]
     figures.finish(figure, all_axes, [], group.common, keys)
     return figure
 
 
-def order_of_onset(study: Study, estimates: Estimates, group: Group, panels: list[Panel],
-                   ) -> tuple[Table, list[str]]:
+def order_of_onset(study: Study, estimates: Estimates, knees: Knees, group: Group,
+                   panels: list[Panel]) -> tuple[Table, list[str]]:
     """Who falls under 95 % of its best first, as a table and in words, line by line."""
     rows, sentences = [], []
     for panel in panels:
         for line in panel.lines:
-            told = _Told(study, estimates, group, line,
+            told = _Told(study, estimates, knees, group, line,
                          ", ".join(filter(None, [panel.title, line.label])))
             rows += [told.row(metric) for metric in told.onsets]
             sentences += told.sentence()
@@ -104,9 +108,9 @@ def order_of_onset(study: Study, estimates: Estimates, group: Group, panels: lis
 class _Told:
     """What is said of one line; ``onsets`` by metric, of those that its runs have."""
 
-    def __init__(self, study: Study, estimates: Estimates, group: Group, line: Line, place: str,
-                 ) -> None:
-        self._study, self._estimates, self._group = study, estimates, group
+    def __init__(self, study: Study, estimates: Estimates, knees: Knees, group: Group, line: Line,
+                 place: str) -> None:
+        self._study, self._estimates, self._knees, self._group = study, estimates, knees, group
         self._line, self._place = line, place
         found = {metric: onset(estimates, metric, line) for metric in group.metrics}
         self.onsets: dict[str, Onset] = {metric: one for metric, one in found.items() if one}
@@ -116,11 +120,10 @@ class _Told:
         mean = self._estimates.of(metric, self._line.vectors[one.best]).mean
         row = [self._place or "all", self._group.of(metric), mean, self._label(one.best),
                "nowhere" if one.at is None else self._label(one.at)]
-        knee = None if axis.numbers is None else bend(
-            self._study, self._estimates, metric, self._line).knee
-        if knee is None:
-            return [*row, "none", ""]
-        at, low, high = (wording.quantity(value, axis.unit) for value in knee[:3])
+        found = None if axis.numbers is None else self._knees.of(metric, self._line)
+        if found is None or found.knee is None:
+            return [*row, "none" if found and found.was_sought else "–", ""]
+        at, low, high = (wording.quantity(value, axis.unit) for value in found.knee[:3])
         return [*row, at, f"{low} to {high}"]
 
     def sentence(self) -> list[str]:

@@ -14,7 +14,9 @@ from desim.statistics.knee import Knee, breakpoint_of
 
 FEWEST_LOADS = 5
 ONSET = 0.95  # of the best mean of a line
-_MOST_CELLS = 8_000_000  # resamples times points, for the memory
+_STRAIGHT = "two lines that meet do no better than one"
+_MOST_POINTS = 2000  # of a line
+_MOST_CELLS = 60_000_000  # resamples times points of all lines: some seconds
 
 
 class Bend(NamedTuple):
@@ -25,24 +27,37 @@ class Bend(NamedTuple):
     knee: Knee | None
     reason: str
 
+    @property
+    def was_sought(self) -> bool:
+        """Whether there were enough loads to look for one."""
+        return self.reason in ("", _STRAIGHT)
 
-def bend(study: Study, estimates: Estimates, metric: str, line: Line) -> Bend:
-    """The knee of a line of the metric's figure."""
-    axis = study.against
-    found = [(estimates.of(metric, vector), axis.numbers[vector.levels[axis.name]])
-             for vector in line.vectors]
-    loads = np.concatenate([np.full(one.n, x) for one, x in found])
-    values = np.concatenate([one.values for one, _ in found])
-    iterations = study.iterations[np.concatenate([one.rows for one, _ in found])]
-    if len(np.unique(loads)) < FEWEST_LOADS:
-        return Bend(line, None, f"fewer than {FEWEST_LOADS} values of {axis.name} with results")
-    balanced = len({tuple(np.sort(study.iterations[one.rows])) for one, _ in found}) == 1
-    resamples = min(1999, max(399, _MOST_CELLS // len(loads)))
-    if resamples * len(loads) > 4 * _MOST_CELLS:
-        return Bend(line, None, "too many runs to look for one")
-    knee = breakpoint_of(loads, values, log=axis.log, resamples=resamples,
-                         blocks=iterations if study.is_paired and balanced else None)
-    return Bend(line, knee, "" if knee else "two lines that meet do no better than one")
+
+class Knees:
+    """Looks for knees; for ``count`` lines in all, which says how long each may take."""
+
+    def __init__(self, study: Study, estimates: Estimates, count: int) -> None:
+        self._study, self._estimates, self._count = study, estimates, count
+
+    def of(self, metric: str, line: Line) -> Bend:
+        """The knee of a line of the metric's figure. Of very many runs the first iterations."""
+        study, axis = self._study, self._study.against
+        found = [(self._estimates.of(metric, vector), axis.numbers[vector.levels[axis.name]])
+                 for vector in line.vectors]
+        loads = np.concatenate([np.full(one.n, x) for one, x in found])
+        values = np.concatenate([one.values for one, _ in found])
+        iterations = study.iterations[np.concatenate([one.rows for one, _ in found])]
+        early = iterations < max(_MOST_POINTS // len(line.vectors), 1)
+        loads, values, iterations = loads[early], values[early], iterations[early]
+        if len(np.unique(loads)) < FEWEST_LOADS:
+            return Bend(line, None,
+                        f"fewer than {FEWEST_LOADS} values of {axis.name} with results")
+        counts = np.unique(np.unique(iterations, return_counts=True)[1])
+        balanced = len(counts) == 1 and counts[0] == len(np.unique(loads))
+        resamples = min(max(_MOST_CELLS // (self._count * len(loads)), 499), 1999)
+        knee = breakpoint_of(loads, values, log=axis.log, resamples=resamples,
+                             blocks=iterations if study.is_paired and balanced else None)
+        return Bend(line, knee, "" if knee else _STRAIGHT)
 
 
 def sentences(bends: list[Bend], axis: Axis, metric: str) -> list[str]:

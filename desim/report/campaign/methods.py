@@ -8,35 +8,52 @@ from pathlib import Path
 from typing import Any
 
 from desim.campaign.design import Function, LatinHypercube, Saltelli, Sobol, Until
+from desim.errors import InputError
 from desim.report.campaign import wording
 from desim.report.campaign.contrasts import Contrast
 from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.study import TIMES, Study
+from desim.report.campaign.study import TIMES, Axis, Study
+from desim.scenario import yaml12
 
+_LISTED = 40
+_MOST_READ = 200  # manifests
 _LONGEST_TEXT = 60_000  # of a file that the page holds
 
 
 class Sources:
-    """What one of the campaign's runs says of how all were made; None where no folder is left."""
+    """What the runs' folders say of how they were made; None, or nothing, where none is left."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, study: Study) -> None:
+        self._folder = study.folder
+        ids = study.text("run_id")
+        self._ids = [ids[vector.rows[0]] for vector in study.vectors[:_MOST_READ]]
 
     @cached_property
     def manifest(self) -> dict[str, Any] | None:
-        """Versions, plug-ins, machine."""
-        for path in sorted(self._folder.glob("runs/*/*/manifest.json")):
-            try:
-                return json.loads(path.read_text())
-            except (OSError, ValueError):
-                continue
-        return None
+        """Versions and machine, and the plug-ins of all vectors."""
+        found = [manifest for name in self._ids
+                 for path in self._folder.glob(f"runs/*/{name}/manifest.json")
+                 if (manifest := _read(path)) is not None]
+        if not found:
+            return None
+        plugins = {kind: name for one in found for kind, name in one.get("plugins", {}).items()}
+        return {**found[0], "plugins": plugins}
+
+    @cached_property
+    def stop(self) -> dict[str, Any]:
+        """The stop conditions of a run."""
+        try:
+            return yaml12.parse(self.scenario or "", "scenario.resolved.yaml")[0].get("stop", {})
+        except InputError:
+            return {}
 
     @cached_property
     def scenario(self) -> str | None:
         """Of one run, every value spelled out."""
-        paths = sorted(self._folder.glob("runs/*/*/scenario.resolved.yaml"))
-        return paths[0].read_text()[:_LONGEST_TEXT] if paths else None
+        paths = (path for name in self._ids
+                 for path in self._folder.glob(f"runs/*/{name}/scenario.resolved.yaml"))
+        path = next(paths, None)
+        return None if path is None else path.read_text()[:_LONGEST_TEXT]
 
     @cached_property
     def design(self) -> str | None:
@@ -45,10 +62,17 @@ class Sources:
         return path.read_text()[:_LONGEST_TEXT] if path.exists() else None
 
 
+def _read(path: Path) -> dict[str, Any] | None:
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None
+
+
 def paragraphs(study: Study, estimates: Estimates, sources: Sources, metrics: list[str],
                contrasts: dict[str, list[Contrast]], with_knees: bool) -> list[str]:
     """As prose for a paper."""
-    return [_made(study, sources), design_paragraph(study),
+    return [_made(study, sources), _design(study),
             _statistics(study, estimates, metrics, contrasts, with_knees)]
 
 
@@ -65,14 +89,15 @@ def _made(study: Study, sources: Sources) -> str:
     text += f". The base scenario was {Path(design.base).name}"
     if design.set:
         text += f", with {_settings(design.set)}"
-    stop = f" A run stopped at {_settings(design.stop)}." if design.stop else (
-        " Runs stopped as the base scenario says.")
+    # What a parameter sets differs from run to run.
+    shared = {key: value for key, value in (sources.stop or design.stop).items()
+              if value is not None and f"stop.{key}" not in map(_key, design.parameters.values())}
+    stop = f" A run stopped at {_settings(shared)}, whatever came first." if shared else ""
     measure = f" Measured: {_settings(design.measure)}." if design.measure else ""
     return text + "." + stop + measure
 
 
-def design_paragraph(study: Study) -> str:
-    """What was run, and what became of it."""
+def _design(study: Study) -> str:
     design = study.design
     text = []
     if study.axes:
@@ -88,7 +113,8 @@ def design_paragraph(study: Study) -> str:
                     f"most {rule.width} wide, at least {rule.at_least} and at most "
                     f"{rule.at_most} times (between {min(counts)} and {max(counts)} runs).")
     else:
-        text.append(f"Each vector was run {wording.counted(design.iterations, 'time')}.")
+        times = wording.counted(design.iterations, "time")
+        text.append(f"Each vector was run {'once' if design.iterations == 1 else times}.")
     if study.is_paired:
         last = int(study.iterations.max()) + design.seed
         seeds = f" (seeds {design.seed} to {last})" if last > design.seed else ""
@@ -97,16 +123,21 @@ def design_paragraph(study: Study) -> str:
     else:
         text.append(f"Each run had a seed of its own, derived from {design.seed} and its "
                     "parameters.")
-    failed = int(study.failed.sum())
-    text.append(f"{wording.counted(len(study.failed), 'run')} ended, of which "
-                f"{wording.number(int(study.reached.sum()), 9)} reached the aim, "
-                f"{wording.number(int((study.censored & ~study.failed).sum()), 9)} were stopped "
-                f"before it and {wording.number(failed, 9)} failed; failed runs are left out of "
-                "all estimates.")
+    text.append(outcome(study))
     own = "; ".join(f"{name} = {formula}" for name, formula in design.metrics.items())
     if own:
         text.append(f"Metrics of this campaign: {own}.")
     return " ".join(text)
+
+
+def outcome(study: Study) -> str:
+    """What became of the runs."""
+    failed = int(study.failed.sum())
+    return (f"{wording.counted(len(study.failed), 'run')} ended, of which "
+            f"{wording.number(int(study.reached.sum()), 9)} reached the aim, "
+            f"{wording.number(int((study.censored & ~study.failed).sum()), 9)} were stopped "
+            f"before it and {wording.number(failed, 9)} failed; failed runs are left out of all "
+            "estimates.")
 
 
 def _vectors(study: Study) -> str:
@@ -126,15 +157,22 @@ def _vectors(study: Study) -> str:
     return f"A list of {count}"
 
 
+def _key(shape: Any) -> str | None:
+    return getattr(shape, "key", None)
+
+
 def _levels(study: Study, name: str) -> str:
-    axis, shape = study.axes[name], study.design.parameters[name]
-    key = getattr(shape, "key", None)
-    where = f" ({key})" if key else ""
+    key = _key(study.design.parameters[name])
+    return f"{name}{f' ({key})' if key else ''}: {values(study, study.axes[name])}"
+
+
+def values(study: Study, axis: Axis) -> str:
+    """An axis' levels, or, of samples, their range."""
     if study.is_sampled and axis.numbers is not None:
         ends = (wording.quantity(x, axis.unit) for x in axis.numbers[[0, -1]])
-        return f"{name}{where} between {' and '.join(ends)}"
-    return f"{name}{where}: {', '.join(axis.labels[:40])}" + (
-        f" and {len(axis.labels) - 40} more" if len(axis.labels) > 40 else "")
+        return f"between {' and '.join(ends)}"
+    return ", ".join(axis.labels[:_LISTED]) + (
+        f" and {len(axis.labels) - _LISTED} more" if len(axis.labels) > _LISTED else "")
 
 
 def _statistics(study: Study, estimates: Estimates, metrics: list[str],

@@ -11,7 +11,7 @@ from desim.report.campaign.estimates import Estimate, Estimates
 from desim.report.campaign.study import TIMES, Axis, Study, Vector
 from desim.report.campaign.tables import Cell, Shown, Table
 
-_WIDE_FOR = 300  # up to so many vectors the page's table has all metrics
+_WIDE_FOR = 150  # up to so many vectors the page's table has all metrics
 
 
 def all_metrics(study: Study, estimates: Estimates) -> Table:

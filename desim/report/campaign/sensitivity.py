@@ -68,6 +68,18 @@ def sobol(study: Study, estimates: Estimates, metric: str) -> list[Index] | None
     return indices(means, dimensions)
 
 
+def sentences(study: Study, estimates: Estimates, metric: str) -> list[str]:
+    """Which parameters matter most, by their total index; nothing without indices."""
+    found = sobol(study, estimates, metric)
+    if found is None or found[0].total is None:
+        return []
+    order = sorted(zip(study.axes, found, strict=True), key=lambda one: -one[1].total)
+    told = [f"{name} {wording.number(one.total, 2)} "
+            f"{wording.between(one.total_low, one.total_high)}" for name, one in order]
+    return [f"Share of the variance of {wording.titled(metric)} in which each parameter has a part "
+            f"(total Sobol index): {wording.listed(told)}."]
+
+
 def sobol_figure(study: Study, found: list[Index], metric: str) -> Figure:
     """First-order and total indices as bars with their intervals."""
     figure = Figure(figsize=(WIDTH_IN, 0.62 * len(found) + 1.3), layout="constrained")

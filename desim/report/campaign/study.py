@@ -11,14 +11,15 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from desim.campaign.columns import FIXED
 from desim.campaign.design import Design, LatinHypercube, Saltelli, Sobol
 from desim.campaign.quantities import SUFFIXES
-from desim.campaign.table import FIXED
 from desim.errors import InputError, did_you_mean
 from desim.experiment.results import FAILED
 
 # Instants that a run may be stopped before: null is later than ``simulated_s``.
 TIMES = ("exploration_time_s", "union_time_s", "fleet_time_s")
+_COUNTED = "messages_dropped_"
 _LOG_FROM = 10.0  # largest over smallest value of an axis
 
 
@@ -82,7 +83,7 @@ class Study:
         self.failed = self.words("status") == FAILED
         self.iterations = self.numbers("iteration").astype(int)
         self.vectors = self._vectors()
-        self.column, self.text = cache(self.numbers), cache(self.words)
+        self.column, self.text = cache(self._metric), cache(self.words)
 
     def numbers(self, name: str) -> np.ndarray:
         """A column [runs] of float64; NaN is what a run has not."""
@@ -90,6 +91,13 @@ class Study:
         if pa.types.is_string(column.type):  # all of it is null
             return np.full(len(column), np.nan)
         return pc.cast(column, pa.float64()).to_numpy(zero_copy_only=False)
+
+    def _metric(self, name: str) -> np.ndarray:
+        """What did not happen happened 0 times: which reasons there are differs from run to run."""
+        column = self.numbers(name)
+        if name.startswith(_COUNTED):
+            column[np.isnan(column) & ~self.failed] = 0.0
+        return column
 
     def words(self, name: str) -> np.ndarray:
         """A column [runs] of text or None."""

@@ -4,7 +4,6 @@ symbols beside colours, one ink for everything else.
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,6 +23,7 @@ _RC = {"font.size": 9.5, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fo
        "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "xtick.color": INK,
        "ytick.color": INK, "grid.color": INK, "grid.alpha": _GRID_ALPHA, "grid.linewidth": 0.6,
        "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7,
+       "axes.facecolor": "none",
        "axes.grid": True, "axes.axisbelow": True, "legend.frameon": False, "axes.titlelocation":
        "left", "svg.fonttype": "none", "svg.hashsalt": "desim", "pdf.fonttype": 42}
 _UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}
@@ -46,17 +46,18 @@ def drawing() -> Iterator[None]:
         yield
 
 
-def save(figure: Figure, folder: Path, name: str) -> None:
-    """``name``.png, .svg and .pdf, the same bytes from the same figure."""
+def save(figure: Figure, folder: Path, name: str) -> str:
+    """``name``.png, .svg and .pdf, the same bytes from the same figure; returns it for the page."""
+    figure.get_layout_engine().execute(figure)
+    figure.set_layout_engine("none")  # laid out once, not once a format
     for ending, metadata in _UNDATED.items():
-        figure.savefig(folder / f"{name}.{ending}", dpi=160, metadata=metadata, facecolor="white")
+        figure.savefig(folder / f"{name}.{ending}", dpi=160, metadata=metadata,
+                       facecolor="none" if ending == "svg" else "white")
+    return _inline((folder / f"{name}.svg").read_text(), name)
 
 
-def inline(figure: Figure, name: str) -> str:
-    """The figure as SVG for the page, which gives it the ink and colours of light or dark."""
-    text = io.StringIO()
-    figure.savefig(text, format="svg", metadata=_UNDATED["svg"], transparent=True)
-    svg = text.getvalue()
+def _inline(svg: str, name: str) -> str:
+    """SVG to which the page gives the ink and the colours of light or dark."""
     svg = svg[svg.index("<svg"):]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
     svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)

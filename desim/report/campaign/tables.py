@@ -12,7 +12,7 @@ from desim.report.campaign import wording
 
 Cell = str | float | int | None
 
-_MOST_ROWS = 300  # on the page and in LaTeX; CSV has all
+_MOST_ROWS = 150  # on the page and in LaTeX; CSV has all
 _OF_LATEX = {"\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
              "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
              "–": "--", "²": "$^2$", " ": r"\,", "<": "$<$", ">": "$>$", "µ": r"$\mu$",
@@ -56,7 +56,7 @@ def as_latex(table: Table, folder: Path) -> None:
              rf"\caption{{{_escaped(caption)}}}\label{{tab:{table.name}}}\\", r"\toprule", head,
              r"\midrule", r"\endfirsthead", r"\toprule", head, r"\midrule", r"\endhead",
              r"\bottomrule", r"\endfoot",
-             *(" & ".join(_escaped(_text(cell)) for cell in row) + r" \\"
+             *(" & ".join(_escaped(text_of(cell)) for cell in row) + r" \\"
                for row in table.rows[:_MOST_ROWS]), r"\end{longtable}"]
     (folder / f"{table.name}.tex").write_text("\n".join(lines) + "\n")
 
@@ -78,7 +78,7 @@ def as_html(table: Table) -> str:
 
 
 def _td(cell: Cell | Shown, words: bool) -> str:
-    text = html.escape(_text(cell))
+    text = html.escape(text_of(cell))
     if words:
         return f"<td>{text}</td>"
     value = cell.value if isinstance(cell, Shown) else cell
@@ -86,7 +86,8 @@ def _td(cell: Cell | Shown, words: bool) -> str:
     return f'<td class="num"{sort}>{text}</td>'
 
 
-def _text(cell: Cell | Shown) -> str:
+def text_of(cell: Cell | Shown) -> str:
+    """What people read."""
     if isinstance(cell, Shown):
         return cell.text
     return cell if isinstance(cell, str) else wording.number(cell)

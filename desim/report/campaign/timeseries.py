@@ -59,8 +59,9 @@ def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
                           linestyle=_DASHES[i % len(_DASHES)], label=band.label)
         axes.set(xlabel="simulated time [s]", xlim=(0.0, longest_s), ylim=(0.0, 103.0),
                  title=title)
-        axes.legend(loc="lower right", fontsize=8)
-    figures.finish(figure, all_axes, [], "explored share [%]", [])
+    keys = {line.get_label(): line for axes in all_axes for line in axes.get_lines()}
+    figures.finish(figure, all_axes, [], "explored share [%]",
+                   list(keys.values()) if len(keys) > 1 else [])
     return figure
 
 
@@ -91,5 +92,5 @@ def _band(axis: Axis | None, vector: Vector, runs: list[tuple[np.ndarray, np.nda
     """A run that has ended keeps its last share."""
     shares = np.stack([np.interp(instants_s, time_s, share) for time_s, share in runs])
     low, median, high = np.quantile(shares, [0.25, 0.5, 0.75], axis=0)
-    label = "" if axis is None else f"{axis.labels[vector.levels[axis.name]]}"
+    label = "" if axis is None else f"{axis.name} = {axis.labels[vector.levels[axis.name]]}"
     return Band(label, low, median, high, len(runs))

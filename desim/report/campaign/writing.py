@@ -19,6 +19,7 @@ from desim.report.campaign import (
     methods,
     overview,
     page,
+    rungs,
     sensitivity,
     style,
     tables,
@@ -27,7 +28,7 @@ from desim.report.campaign import (
 )
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.page import Section
-from desim.report.campaign.study import Study
+from desim.report.campaign.study import Study, Vector
 from desim.report.campaign.tables import Table
 
 _MOST_ERRORS = 10
@@ -62,10 +63,14 @@ class _Report:
         self._drawn = lines.chosen(self._panels)
         self._found = {metric: contrasts.contrasts(study, self._estimates, metric)
                        for metric in self._single}
+        self._knees = knees.Knees(study, self._estimates, sum(
+            len(panel.lines) for panel in self._drawn) * sum(
+            [len(self._single), *(len(group.metrics) for group in self._groups)]))
         self._bends = {metric: self._bends_of(metric) for metric in self._single}
-        self._onsets = {group: groups.order_of_onset(study, self._estimates, group, self._drawn)
+        self._onsets = {group: groups.order_of_onset(study, self._estimates, self._knees, group,
+                                                    self._drawn)
                         for group in self._groups}
-        self._sources = methods.Sources(study.folder)
+        self._sources = methods.Sources(study)
 
     def page(self) -> str:
         """The document."""
@@ -96,6 +101,9 @@ class _Report:
         study, said = self._study, []
         for metric in self._single:
             said += knees.summary(self._bends[metric], study.against, metric)
+        if rungs.is_ladder(study):
+            for metric in self._single:
+                said += rungs.sentences(study, metric, self._rungs(metric))
         for group in self._groups:
             said += self._onsets[group][1]
         for metric in self._single:
@@ -103,17 +111,36 @@ class _Report:
             if clear:
                 said.append(_told(metric, clear, len(self._found[metric])))
         never = [vector for vector in study.vectors if not study.reached[vector.rows].any()]
-        if never:
-            shown = wording.listed([study.label(vector) for vector in never], _MOST_SAID)
+        if len(never) == len(study.vectors):
+            said.append("No run reached the aim.")
+        elif never:
             said.append(f"No run reached the aim in {len(never)} of "
-                        f"{wording.counted(len(study.vectors), 'vector')}: {shown}.")
-        body = page.items(said) if said else page.paragraph(
-            "No knee and no significant difference was found with these runs.")
+                        f"{wording.counted(len(study.vectors), 'vector')}: {self._named(never)}.")
+        if study.is_sampled:
+            said += [sentence for metric in self._single
+                     for sentence in sensitivity.sentences(study, self._estimates, metric)]
+        elif not said:
+            said = ["No knee and no significant difference was found with these runs."]
+        body = page.items(said)
         if max(len(vector.rows) for vector in study.vectors) == 1 and not study.is_sampled:
             body += page.paragraph("One run a vector: there are no intervals and no comparisons, "
                                    "and knees rest on how the points scatter around lines.",
                                    "warn")
         return Section("findings", "In short", body + self._missing())
+
+    def _named(self, vectors: list[Vector]) -> str:
+        """Some vectors, line by line."""
+        study = self._study
+        if study.is_sampled or study.against is None:
+            return wording.listed([study.label(vector) for vector in vectors], _MOST_SAID)
+        by_line: dict[str, list[str]] = {}
+        rest = [axis for axis in study.axes.values() if axis is not study.against]
+        for vector in vectors:
+            place = study.label(vector, *rest) if rest else ""
+            by_line.setdefault(place, []).append(study.label(vector, study.against).split(" = ")[1])
+        told = [f"{place + ', ' if place else ''}{study.against.name} = {wording.listed(labels)}"
+                for place, labels in list(by_line.items())[:_MOST_SAID]]
+        return "; ".join(told) + ("; ..." if len(by_line) > _MOST_SAID else "")
 
     def _missing(self) -> str:
         absent = [name for name in self._study.design.report.metrics if name not in self._single
@@ -123,14 +150,17 @@ class _Report:
     def _run(self) -> Section:
         study = self._study
         rows = [[axis.name, getattr(study.design.parameters[axis.name], "key", None) or "",
-                 str(len(axis.labels)), wording.listed(axis.labels)]
+                 len(axis.labels), methods.values(study, axis)]
                 for axis in study.axes.values()]
         head = ["parameter", "key", "levels", "values"]
-        body = page.paragraph(methods.design_paragraph(study))
+        body = page.paragraph(methods.outcome(study))
         if rows:
             table = Table("parameters", "Parameters.", head, rows, head, rows)
             tables.as_csv(table, self._out / "tables")
             body += tables.as_html(table)
+        if study.design.metrics:
+            body += page.paragraph("Metrics of this campaign:") + page.items(
+                [f"{name} = {formula}" for name, formula in study.design.metrics.items()])
         return Section("run", "What was run", body + self._failures())
 
     def _failures(self) -> str:
@@ -144,6 +174,8 @@ class _Report:
 
     def _reading(self) -> str:
         study = self._study
+        if study.is_sampled:
+            return ""
         text = ("Lines and large symbols are means over the runs of a vector, bars their 95 % "
                 "intervals, faint dots single runs (▲: stopped at the time limit).")
         if len({int(study.reached[vector.rows].sum()) for vector in study.vectors}) > 1:
@@ -164,6 +196,8 @@ class _Report:
             caption = self._caption(metric) + lines.left_out(self._panels, self._drawn)
             parts.append(self._figure(drawn, metric, caption))
             parts.append(page.items(knees.sentences(self._bends[metric], study.against, metric)))
+        if rungs.is_ladder(study):
+            parts.append(self._written(rungs.table(study, metric, self._rungs(metric))))
         parts.append(page.folded("By vector", self._written(
             overview.one_metric(study, estimates, metric))))
         if self._found[metric]:
@@ -216,8 +250,10 @@ class _Report:
         axis = self._study.against
         if axis is None or axis.numbers is None or self._study.is_sampled:
             return []
-        return [knees.bend(self._study, self._estimates, metric, line)
-                for panel in self._drawn for line in panel.lines]
+        return [self._knees.of(metric, line) for panel in self._drawn for line in panel.lines]
+
+    def _rungs(self, metric: str) -> list[rungs.Rung]:
+        return rungs.compared(self._study, self._estimates, metric)
 
     def _group(self, group: groups.Group) -> Section:
         study, estimates = self._study, self._estimates
@@ -247,7 +283,7 @@ class _Report:
         study, sources = self._study, self._sources
         body = "".join(map(page.paragraph, methods.paragraphs(
             study, self._estimates, sources, self._single, self._found,
-            any(self._bends.values()))))
+            any(one.was_sought for bends in self._bends.values() for one in bends))))
         for title, text in (("The design", sources.design),
                             ("The scenario of one run, every value spelled out",
                              sources.scenario)):
@@ -264,8 +300,7 @@ class _Report:
             wording.counted(len(names), "file"), f"<ul>{links}</ul>"))
 
     def _figure(self, drawn: Figure, name: str, caption: str) -> str:
-        style.save(drawn, self._out / "figures", name)
-        return page.figure(style.inline(drawn, name), name, caption)
+        return page.figure(style.save(drawn, self._out / "figures", name), name, caption)
 
     def _written(self, table: Table, latex: bool = True) -> str:
         tables.as_csv(table, self._out / "tables")

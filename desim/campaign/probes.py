@@ -1,0 +1,74 @@
+"""A few real runs of a design, made for nothing but to see what they cost."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Event, Timer
+from typing import Any
+
+from desim import api
+from desim.campaign.agenda import Agenda
+from desim.campaign.plan import Plan, Vector
+from desim.campaign.prediction import Cost
+from desim.experiment.results import FINISHED, RunFolder
+from desim.simulation import Simulation
+
+BUDGET_S = 20.0
+_MOST_PROBES = 8
+_GOLDEN = 0.6180339887  # its multiples, modulo 1, fill the interval evenly
+
+
+def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
+           told: Callable[[int, int], Any] = lambda done, total: None) -> dict[int, list[Cost]]:
+    """Runs of a few vectors that are spread over the design, small fleets first, made for nothing
+    else. Together they take ``budget_s``: each one is stopped when its share of what is left is
+    used up. What fails has no cost."""
+    vectors = _spread([plan.vectors[number] for number in dict.fromkeys(
+        vector.number for vector, _, _ in agenda.runs)])
+    costs: dict[int, list[Cost]] = {}
+    for done, vector in enumerate(vectors):
+        told(done, len(vectors))
+        try:
+            cost = _probe(plan, vector, budget_s / (len(vectors) - done))
+        except Exception:  # a run that fails is a result, but none of these
+            continue
+        costs[vector.number] = [cost]
+        budget_s -= min(cost.cpu_s, budget_s)
+    return costs
+
+
+def _probe(plan: Plan, vector: Vector, budget_s: float) -> Cost:
+    loaded, due = plan.scenario(vector, 0), Event()
+
+    @contextmanager
+    def limited(simulation: Simulation, _: RunFolder) -> Iterator[None]:
+        def stop() -> None:
+            due.set()
+            simulation.interrupt()
+
+        timer = Timer(budget_s, stop)
+        timer.start()
+        try:
+            yield
+        finally:
+            timer.cancel()
+
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            run = api.run(loaded, out=folder, watch=limited)
+        except KeyboardInterrupt as stopped:
+            if not due.is_set():
+                raise
+            run = api.Run(str(stopped))
+        return Cost(run.manifest["cpu_s"], run.manifest["simulated_s"],
+                    run.manifest["status"] == FINISHED)
+
+
+def _spread(vectors: list[Vector]) -> list[Vector]:
+    """Some of them, by ascending fleet; the largest one is among them."""
+    count = min(_MOST_PROBES, len(vectors))
+    places = sorted({int(i * _GOLDEN % 1 * len(vectors)) for i in range(1, count)}
+                    | {0, max(range(len(vectors)), key=lambda i: vectors[i].robots)})
+    return sorted((vectors[place] for place in places), key=lambda vector: vector.robots)

@@ -1,0 +1,33 @@
+"""What is wrong with a command line, in one line."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+_UsageError = typer.BadParameter.__base__  # of click, or of what typer has taken from it
+
+
+class Commands(TyperGroup):
+    """The commands. What typer would draw a box around takes a line here; exit code 2."""
+
+    def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
+        if not standalone_mode:
+            return super().main(*args, standalone_mode=False, **extra)
+        try:
+            code = super().main(*args, standalone_mode=False, **extra)
+        except _UsageError as error:
+            _tell(error)
+            code = error.exit_code
+        sys.exit(code or 0)
+
+
+def _tell(error: Any) -> None:
+    """Nothing where it has shown the help itself."""
+    context, wrong = error.ctx, error.format_message()
+    if wrong:
+        command = "desim" if context.parent is None else f"desim {context.info_name}"
+        typer.echo(f"{wrong.rstrip('.')}; allowed: see {command} --help", err=True)

@@ -1,0 +1,108 @@
+"""Whether settings rank alike on every rung of the fidelity ladder."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.report.campaign import wording
+from desim.report.campaign.estimates import Estimates
+from desim.report.campaign.study import Study
+from desim.report.campaign.tables import Shown, Table
+from desim.statistics.ranking import Flip, Kendall, flips, kendall
+
+FIDELITY = "network.fidelity"
+
+
+class Rung(NamedTuple):
+    """``means`` by setting and their ranking against that of the highest rung; None where a rung
+    lacks a setting's results. ``seeds`` that all settings share."""
+
+    name: str
+    means: tuple[float | None, ...]
+    kendall: Kendall | None
+    flips: list[Flip]
+    seeds: int
+
+
+def is_ladder(study: Study) -> bool:
+    """Whether the axis is the ladder, with settings to compare on it."""
+    against, by = study.against, study.by
+    return (against is not None and by is not None and len(by.labels) > 1 and not study.others
+            and not study.is_sampled
+            and getattr(study.design.parameters[against.name], "key", None) == FIDELITY)
+
+
+def compared(study: Study, estimates: Estimates, metric: str) -> list[Rung]:
+    """Each rung against the last one of the design."""
+    axis, by = study.against, study.by
+    found = {(vector.levels[axis.name], vector.levels[by.name]): estimates.of(metric, vector)
+             for vector in study.vectors}
+    values: list[np.ndarray | None] = []
+    for rung in range(len(axis.labels)):
+        own = [found.get((rung, setting)) for setting in range(len(by.labels))]
+        by_seed = [{} if one is None else dict(zip(
+            study.iterations[one.rows].tolist(), one.values.tolist(), strict=True))
+            for one in own]
+        shared = sorted(set.intersection(*(set(one) for one in by_seed)))
+        values.append(np.array([[one[k] for k in shared] for one in by_seed]) if shared else None)
+    highest = values[-1]
+    out = []
+    for name, own in zip(axis.labels, values, strict=True):
+        if own is None or highest is None:
+            means = (None,) * len(by.labels) if own is None else tuple(own.mean(axis=1).tolist())
+            out.append(Rung(name, means, None, [], 0))
+            continue
+        means = own.mean(axis=1)
+        out.append(Rung(name, tuple(means.tolist()), kendall(means, highest.mean(axis=1)),
+                        flips(own, highest), own.shape[1]))
+    return out
+
+
+def sentences(study: Study, metric: str, found: list[Rung]) -> list[str]:
+    """What it means."""
+    labels, highest = study.by.labels, found[-1]
+    if highest.kendall is None:
+        return [f"The highest rung, {highest.name}, has no runs to compare with."]
+    if highest.kendall.tau is None:
+        return [f"On the highest rung, {highest.name}, all settings have the same "
+                f"{wording.titled(metric)}: there is no ranking that others could hold."]
+    below = found[:-1]
+    turned = [rung for rung in below if rung.flips]
+    tied = [rung.name for rung in below if rung.kendall and rung.kendall.tau is None]
+    out = []
+    if not turned:
+        held = [rung.name for rung in below if rung.kendall and not rung.flips
+                and rung.kendall.tau is not None]
+        out.append(f"The ranking by {wording.titled(metric)} on {highest.name} holds on "
+                   f"{wording.listed(held)}.")
+    for rung in turned:
+        pairs = wording.listed([
+            f"{labels[flip.i]} and {labels[flip.j]} "
+            f"({'significant' if flip.significant else 'not significant'}, p "
+            f"{wording.probability(flip.p)})" for flip in rung.flips])
+        out.append(f"{rung.name} flips {pairs} against {highest.name}.")
+    if tied:
+        out.append(f"On {wording.listed(tied)} all settings come to the same.")
+    lacking = [rung.name for rung in below if rung.kendall is None]
+    if lacking:
+        out.append(f"Without results for every setting: {wording.listed(lacking)}.")
+    return out
+
+
+def table(study: Study, metric: str, found: list[Rung]) -> Table:
+    """Means, Kendall's tau and the pairs that are turned over."""
+    labels = study.by.labels
+    rows, exact = [], []
+    for rung in found:
+        tau = None if rung.kendall is None else rung.kendall.tau
+        pairs = ", ".join(f"{labels[flip.i]}/{labels[flip.j]}{'*' if flip.significant else ''}"
+                          for flip in rung.flips)
+        rows.append([rung.name, *rung.means, rung.seeds,
+                     Shown(wording.number(tau, 3), tau), pairs or "none"])
+        exact.append([rung.name, *rung.means, rung.seeds, tau, pairs])
+    head = ["rung", *labels, "seeds", "Kendall's tau", "flipped"]
+    return Table(f"{metric}_ladder", f"{wording.titled(metric)} on the fidelity ladder: means, and "
+                 f"Kendall's tau of the ranking against that of {found[-1].name}; * a flip that is "
+                 "significant at 5 % after Holm's correction.", head, rows, head, exact)

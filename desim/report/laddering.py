@@ -1,0 +1,31 @@
+"""What people are told when a ladder has been climbed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from desim.campaign.design import Design
+from desim.report.campaign import rungs
+from desim.report.campaign.estimates import Estimates
+from desim.report.campaign.study import Study
+from desim.report.campaign.tables import text_of
+
+
+def tell(folder: Path, design: Design) -> None:
+    """The table of the rungs, and whether the ranking holds."""
+    console = Console(highlight=False, markup=False)  # [s] is a unit
+    study = Study(folder, design)
+    metric = design.report.metrics[0]
+    found = rungs.compared(study, Estimates(study), metric)
+    shown = rungs.table(study, metric, found)
+    table = Table()
+    for i, title in enumerate(shown.head):
+        table.add_column(title, justify="left" if i in (0, len(shown.head) - 1) else "right")
+    for row in shown.rows:
+        table.add_row(*map(text_of, row))
+    console.print(table)
+    for sentence in rungs.sentences(study, metric, found):
+        console.print(sentence, soft_wrap=True)

@@ -1,0 +1,77 @@
+"""How long a campaign takes, from what is known of its runs."""
+
+import pytest
+from designs import planned, row
+
+from desim.campaign.agenda import Agenda
+from desim.campaign.prediction import Cost, Model, finished_costs, forecast
+from desim.campaign.probes import probed
+
+TEXT = """parameters:
+  robots: {key: fleet.size, values: [1, 2, 4]}
+  beams: {key: robot.laser.beams, values: [10, 20]}
+stop: {elapsed: 100 s}
+iterations: 2
+"""
+OVERHEAD_S = 0.015
+
+
+@pytest.fixture
+def plan(tmp_path):
+    return planned(tmp_path, TEXT)
+
+
+def test_a_vector_that_has_run_costs_what_it_cost(plan):
+    model = Model(plan, {0: [Cost(1, 10, True), Cost(3, 30, True)]})
+    assert model.expected_s(plan.vectors[0]) == pytest.approx(OVERHEAD_S + 2)
+    assert model.longest_s(plan.vectors[0]) == pytest.approx(OVERHEAD_S + 10)
+
+
+def test_fleets_in_between_and_beyond(plan):
+    """1 robot costs 0.1 s and 2 robots 0.3 s a simulated second; 4 robots twice as much as 2."""
+    model = Model(plan, {0: [Cost(1, 10, True)], 2: [Cost(6, 20, True)]})
+    assert model.longest_s(plan.vectors[4]) == pytest.approx(OVERHEAD_S + 0.6 * 100)
+    between = Model(plan, {0: [Cost(1, 10, True)], 4: [Cost(7, 10, True)]})
+    assert between.longest_s(plan.vectors[2]) == pytest.approx(OVERHEAD_S + 0.3 * 100)
+
+
+def test_what_did_not_end_is_expected_to_last_as_long_as_its_neighbours(plan):
+    cut_off = {0: [Cost(1, 10, True)], 1: [Cost(2, 10, False)]}
+    assert Model(plan, cut_off).expected_s(plan.vectors[1]) == pytest.approx(OVERHEAD_S + 2)
+    assert Model(plan, {1: cut_off[1]}).expected_s(plan.vectors[1]) == pytest.approx(
+        OVERHEAD_S + 20)  # nothing is known but the time limit
+
+
+def test_a_forecast_counts_what_is_left(plan):
+    runs = Agenda(plan, {}).runs
+    rows = {run_id: {**row(run_id), "cost": {"cpu_s": 1, "simulated_s": 10}}
+            for _, _, run_id in runs[:6]}
+    agenda = Agenda(plan, rows)
+    found = forecast(plan, agenda, finished_costs(agenda))
+    assert found.expected_s == pytest.approx(6 * (OVERHEAD_S + 1))
+    assert found.longest_s == pytest.approx(6 * (OVERHEAD_S + 10))
+
+
+def test_at_most_counts_all_iterations_that_there_may_be(tmp_path):
+    plan = planned(tmp_path, "iterations: {metric: explored, width: 1 %, at_most: 40}\n")
+    agenda = Agenda(plan, {}, (), lambda row: row["metrics"]["explored"])
+    found = forecast(plan, agenda, {0: [Cost(0.1, 0.1, True)]})
+    assert found.expected_s == pytest.approx(5 * (OVERHEAD_S + 0.1))
+    assert found.longest_s == pytest.approx(40 * (OVERHEAD_S + 0.1))
+
+
+def test_probes_are_real_runs_and_leave_nothing(plan, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.iterdir())
+    plan = planned(tmp_path, TEXT.replace("100 s", "100 ms").replace("2, 4]", "2, 3]"))
+    costs = probed(plan, Agenda(plan, {}))
+    assert len(costs) == 6
+    assert all(cost.ended and cost.simulated_s == 0.1 for own in costs.values() for cost in own)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_probe_that_takes_too_long_is_stopped(tmp_path):
+    plan = planned(tmp_path, "stop: {elapsed: 100000 s, when: time_s > 90000}\n"
+                             "set: {robot.passive: [robot_0, robot_1]}\n")
+    (cost,), = probed(plan, Agenda(plan, {}), budget_s=0.2).values()
+    assert not cost.ended and 0 < cost.simulated_s < 100_000

@@ -1,0 +1,68 @@
+"""What campaigns cost beside their runs, for `tools/bench.py campaign`."""
+
+from __future__ import annotations
+
+import json
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import manyruns
+
+from desim.campaign.design import load_design
+from desim.campaign.plan import Plan
+
+HELLO = Path(__file__).resolve().parent.parent / "scenarios" / "hello.yaml"
+TINY = """\
+name: tiny
+base: {base}
+set: {{stop.elapsed: 100 ms, robot.laser.beams: 20}}
+parameters: {{robots: {{key: fleet.size, values: [1, 2]}}}}
+iterations: {iterations}
+"""
+MANY = """\
+name: many
+base: {base}
+set: {{stop.elapsed: 100 ms}}
+parameters:
+  robots: {{key: fleet.size, values: [1, 2]}}
+  range: {{key: robot.laser.max_range, from: 1 m, to: 50 m, count: {ranges}}}
+iterations: {iterations}
+"""
+
+
+def overhead(scratch: Path, runs: int = 1000) -> dict[str, object]:
+    """Tiny runs by one worker: CPU of the whole campaign but for what its runs say they took."""
+    design = scratch / "tiny.yaml"
+    design.write_text(TINY.format(base=HELLO, iterations=runs // 2))
+    cpu_s, wall_s = _swept(design, scratch / "tiny")
+    own_s = sum(json.loads(line)["cost"]["cpu_s"] for line in
+                (scratch / "tiny" / "index.jsonl").read_text().splitlines())
+    return {"what": f"{runs} tiny runs, 1 job", "CPU s": round(cpu_s, 1),
+            "wall s": round(wall_s, 1), "ms a run": round(own_s / runs * 1e3, 1),
+            "overhead ms a run": round((cpu_s - own_s) / runs * 1e3, 1)}
+
+
+def resumed(scratch: Path, vectors: int, iterations: int) -> dict[str, object]:
+    """A campaign whose runs are all finished, to its table."""
+    design = scratch / "many.yaml"
+    design.write_text(MANY.format(base=HELLO, ranges=vectors // 2, iterations=iterations))
+    out = scratch / f"many_{vectors}"
+    count = manyruns.make(Plan(load_design(design)), out)
+    cpu_s, wall_s = _swept(design, out)
+    return {"what": f"resume {count} finished runs of {vectors} vectors", "CPU s": round(cpu_s, 1),
+            "wall s": round(wall_s, 1), "ms a run": "", "overhead ms a run": ""}
+
+
+def _swept(design: Path, out: Path) -> tuple[float, float]:
+    """Seconds of CPU, workers included, and of the clock."""
+    def used_s() -> float:
+        usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return usage.ru_utime + usage.ru_stime
+
+    before_s, begin_s = used_s(), time.perf_counter()
+    subprocess.run([sys.executable, "-m", "desim.cli", "sweep", str(design), "--out", str(out),
+                    "--jobs", "1", "--quiet"], check=True)
+    return used_s() - before_s, time.perf_counter() - begin_s

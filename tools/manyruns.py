@@ -1,0 +1,58 @@
+"""A campaign of runs that nobody made: `python tools/manyruns.py DESIGN OUT [--damaged]`.
+
+One run of the design is real. All others get its manifest and summary, with other numbers in them,
+in folders of their own, and a line in the index: what a campaign looks like when all its runs are
+finished. It shows how desim copes with many. ``--damaged`` leaves the index out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import tempfile
+from pathlib import Path
+
+from desim import api
+from desim.campaign.campaign import INDEX
+from desim.campaign.design import load_design
+from desim.campaign.plan import Plan
+from desim.campaign.work import row_of
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("design", type=Path)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--damaged", action="store_true")
+    arguments = parser.parse_args()
+    make(Plan(load_design(arguments.design)), arguments.out, not arguments.damaged)
+
+
+def make(plan: Plan, out: Path, with_index: bool = True) -> int:
+    """The folder of the plan's campaign; how many runs there are in it."""
+    loaded, luck = plan.scenario(plan.vectors[0], 0), random.Random(1)
+    with tempfile.TemporaryDirectory() as folder:
+        run = api.run(loaded, out=folder)
+        manifest, summary, row = run.manifest, run.metrics, row_of(run, ())
+    runs = out / "runs" / loaded.scenario.name
+    runs.mkdir(parents=True)
+    count = 0
+    with open(out / INDEX, "w") as index:
+        for iteration in range(plan.least_iterations):
+            for vector in plan.vectors:
+                run_id = plan.run_id(vector, iteration)
+                other = {"exploration_time_s": luck.gauss(100.0, 10.0), "explored": luck.random()}
+                folder = runs / run_id
+                folder.mkdir()
+                (folder / "manifest.json").write_text(json.dumps({**manifest, "run_id": run_id}))
+                (folder / "summary.json").write_text(json.dumps({**summary, **other}))
+                if with_index:
+                    index.write(json.dumps({**row, "run_id": run_id,
+                                            "metrics": {**row["metrics"], **other}}) + "\n")
+                count += 1
+    return count
+
+
+if __name__ == "__main__":
+    main()
