@@ -5,8 +5,11 @@ from __future__ import annotations
 import fcntl
 import importlib.util
 import os
+import socket
 import subprocess
 import sys
+import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -176,13 +179,33 @@ def test_ctrl_c_ends_everybody(repository, folder):
     assert "1 worker up" in said
 
 
+@pytest.fixture(params=["nobody", "somebody else"])
+def address(request):
+    """Where no Dask scheduler is."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        if request.param == "nobody":
+            server.close()
+        else:
+            threading.Thread(target=_refuse, args=(server,), daemon=True).start()
+        yield f"tcp://127.0.0.1:{port}"
+
+
+def _refuse(server: socket.socket) -> None:
+    with suppress(OSError):
+        while True:
+            connection, _ = server.accept()
+            with connection:
+                connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
+
+
 @needs_dask
-def test_nobody_answers(folder):
+def test_no_scheduler_answers(address):
     from desim.campaign.schedulers import connected
 
-    with pytest.raises(InputError, match=r"^--cluster tcp://127\.0\.0\.1:9: no Dask scheduler "
-                                         r"answers there within 5 s$"), \
-            connected(Running(kind="dask", address="tcp://127.0.0.1:9"), cores=1):
+    with pytest.raises(InputError, match=f"^--cluster {address}: no Dask scheduler answers there "
+                                         "within 5 s$"), \
+            connected(Running(kind="dask", address=address), cores=1):
         pass
 
 

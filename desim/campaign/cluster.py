@@ -7,10 +7,12 @@ campaign's folder, and the folder that the campaign was started in, under the sa
 from __future__ import annotations
 
 import fcntl
+import gc
 import os
 import socket
 from collections.abc import Callable
 from concurrent.futures import CancelledError
+from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Lock
@@ -118,7 +120,15 @@ def carried_out(task: Task, folder: str) -> Row:
             raise InputError(f"{machine} has another version of Python, desim, a plug-in or a "
                              "package than the machine that runs the campaign; its results would "
                              "be others")
+        _freeze_modules()
         return _left_behind(task) or work(task)
+
+
+@cache
+def _freeze_modules() -> None:
+    """Looking through them for garbage takes longer than a small run. Once only: what Dask leaves
+    behind later is not ours to keep."""
+    gc.freeze()
 
 
 def _left_behind(task: Task) -> Row | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import importlib
 import logging
 import shutil
@@ -12,6 +13,7 @@ from typing import Any
 
 import dask
 from distributed import Client, LocalCluster
+from distributed.comm import connect
 from distributed.deploy import SpecCluster
 
 from desim.campaign.clustersettings import Local, Queue, Running, Settings
@@ -24,7 +26,6 @@ _DASK = {
     "distributed.scheduler.allowed-failures": 1,  # a second death of its worker ends a run
     "distributed.scheduler.worker-saturation": 1.0,  # nobody dies with runs that have not begun
     "distributed.deploy.lost-worker-timeout": "5s",
-    "distributed.comm.timeouts.connect": f"{_CONNECT_S}s",
 }
 
 
@@ -36,20 +37,25 @@ def connected(settings: Settings, cores: int) -> Iterator[Client]:
         stack.callback(logging.disable, logging.root.manager.disable)
         logging.disable()  # Dask talks a lot; what matters is told by us
         if isinstance(settings, Running):
-            where: Any = settings.address
-        elif isinstance(settings, Local):
-            where = stack.enter_context(_local(settings.jobs or cores))
-        else:
-            where = stack.enter_context(_queued(settings))
-        yield stack.enter_context(_client(where))
+            yield stack.enter_context(_reached(settings.address))
+            return
+        cluster = stack.enter_context(_local(settings.jobs or cores) if isinstance(
+            settings, Local) else _queued(settings))
+        yield stack.enter_context(Client(cluster, set_as_default=False))
 
 
-def _client(where: Any) -> Client:
+def _reached(address: str) -> Client:
     try:
-        return Client(where, timeout=_CONNECT_S, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise InputError(f"--cluster {where}: no Dask scheduler answers there within "
+        asyncio.run(_greeted(address))  # a Client that cannot connect is noisy when it goes
+    except Exception as error:  # whatever somebody else's answer makes Dask do
+        raise InputError(f"--cluster {address}: no Dask scheduler answers there within "
                          f"{_CONNECT_S} s") from error
+    return Client(address, timeout=_CONNECT_S, set_as_default=False)
+
+
+async def _greeted(address: str) -> None:
+    connection = await connect(address, timeout=_CONNECT_S)
+    await connection.close()
 
 
 def _local(workers: int) -> LocalCluster:
@@ -115,7 +121,8 @@ def _keywords(settings: Queue) -> dict[str, Any]:
              "job_script_prologue": settings.prologue and list(settings.prologue),
              "log_directory": settings.logs}
     return {"cores": cores, "processes": cores, "memory": memory,
-            "scheduler_options": {"dashboard_address": ":0"},  # any free port
+            "scheduler_options": {"dashboard_address": ":0",  # any free port
+                                  **dask.config.get(f"{ours}.scheduler-options", {})},
             **{name: value for name, value in given.items() if value is not None}}
 
 
