@@ -18,7 +18,7 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph, Node
 from desim.middleware.medium import Medium
 from desim.ports import GridSpec
-from desim.robot.tiles import FREE
+from desim.robot.tiles import FREE, Layer, TilePool
 from desim.scenario.schema import Scenario
 from desim.streams import Streams
 from desim.trace import Names, Trace, real
@@ -28,6 +28,7 @@ from netmodels.rules.range import Range
 
 S = 1_000_000_000
 GRID = GridSpec(1.0, 32, 32, 0.0, 0.0)  # one tile; all of it free: 1024 cells
+TILE_0 = np.array([0], np.int32)
 
 
 def within(range_m: float) -> Range:
@@ -55,7 +56,7 @@ class Fleet:
             ground=Ground(GRID, np.zeros((32, 32), np.uint8), np.ones((32, 32), bool)),
             graph=graph, poses=lambda: self.poses, travelled_m=lambda: self.travelled_m)
         self.beliefs = {name: SimpleNamespace(fused=np.zeros((1, 1024), np.int16), observers=[],
-                                              received={})
+                                              received={}, own=Layer(TilePool(2), TILE_0))
                         for name in explorers}
         for name, belief in self.beliefs.items():
             self.monitor.watch(name, belief)

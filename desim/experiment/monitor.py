@@ -13,7 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from desim.experiment.awareness import Awareness
 from desim.experiment.metrics import EXPLORED, Coverage, Ground, Reached, map_age_s
+from desim.experiment.overlap import Overlap
 from desim.experiment.splits import Splits
 from desim.experiment.traffic import Families, totals
 from desim.kernel import Kernel, Phase
@@ -45,6 +47,9 @@ class Monitor:
         self.families = Families(graph)
         self.hosts = [graph.host(name) for name in robots]
         self.splits = Splits()
+        self.overlap = Overlap(ground.grid, ground.reachable)
+        self.awareness = Awareness(graph, [host for host in self.hosts
+                                           if host.name in self.beliefs], self._links)
         self.collisions = 0
         self.collisions_of = [0] * len(robots)
         self.recoveries_of = [0] * len(robots)
@@ -89,6 +94,8 @@ class Monitor:
     def watch(self, robot: str, belief: Belief | None) -> None:
         """``robot`` has a fresh belief (its software started), or none (its host stopped)."""
         i = self.explorers.index(robot)
+        if self.beliefs[robot] is not None:
+            self.overlap.forgets(robot, self.beliefs[robot])
         self.beliefs[robot] = belief
         self.coverage.restart(i)
         if belief is not None:
@@ -179,7 +186,8 @@ class Monitor:
         row(now_ns, kind["sample_motion"], self._entity, values["collisions"],
             values["recoveries"], bits(values["distance_m"]))
         self.samples.append({**values, "parts": self.splits.parts,
-                             "map_age_s": map_age_s(self.beliefs, now_ns), "cause": cause,
+                             "map_age_s": map_age_s(self.beliefs, now_ns),
+                             **self.awareness.sample(), "cause": cause,
                              "bytes": self.families.bytes()})
         self._judge(values)
 
@@ -205,7 +213,9 @@ class Monitor:
                             self.coverage.union_known, travelled_m,
                             [host.rx_bytes for host in self.hosts],
                             [host.tx_bytes for host in self.hosts]))
-        if self.splits.look(now_ns, self._links()):
+        links = self._links()
+        self.awareness.each_second(links)
+        if self.splits.look(now_ns, links):
             row(now_ns, self._kind["partition"], self._entity, self.splits.parts)
             self._happened("partition")
 

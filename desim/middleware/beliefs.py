@@ -25,7 +25,10 @@ OnSees = Callable[[int, int, str], Any]
 class Beliefs:
     """``informed`` is the end that has to learn, ``"subscriber"`` or ``"publisher"``.
     ``note(kind, host, a, b, c)`` writes a row; hosts are indices, ``ids`` their trace ids, ``name``
-    gives the id of a name. Those in ``watchers`` are called with each change of ``sees``."""
+    gives the id of a name. Those in ``watchers`` are called with each change of ``sees``.
+
+    ``true`` has the matches that there are, ``believed`` those that somebody believes in, ``seen``
+    what a believer takes another host for; all are to be read only."""
 
     def __init__(self, informed: str, note: Callable[..., Any], ids: list[int],
                  name: Callable[[str], int]) -> None:
@@ -35,24 +38,24 @@ class Beliefs:
         # By topic, who subscribes and who publishes; all as dictionaries without values, because
         # these keep their order.
         self._ends: dict[str, tuple[dict[int, None], dict[int, None]]] = {}
-        self._true: dict[Match, None] = {}
-        self._believed: dict[Match, None] = {}
-        self._seen: dict[tuple[int, int], str] = {}
+        self.true: dict[Match, None] = {}
+        self.believed: dict[Match, None] = {}
+        self.seen: dict[tuple[int, int], str] = {}
 
     @property
     def matches(self) -> int:
         """How many there are now."""
-        return len(self._true)
+        return len(self.true)
 
     @property
     def missing(self) -> int:
         """Matches that one end should have learnt of and has not."""
-        return len(self._true.keys() - self._believed.keys())
+        return len(self.true.keys() - self.believed.keys())
 
     @property
     def ghosts(self) -> int:
         """Beliefs in matches that there are not."""
-        return len(self._believed.keys() - self._true.keys())
+        return len(self.believed.keys() - self.true.keys())
 
     @property
     def divergence(self) -> float:
@@ -75,33 +78,33 @@ class Beliefs:
         for ends in self._ends.values():
             for side in ends:
                 side.pop(host, None)
-        self._true = {match: None for match in self._true if host not in match[:2]}
-        self._believed = {belief: None for belief in self._believed if belief[0] != host}
-        self._seen = {pair: state for pair, state in self._seen.items() if pair[0] != host}
+        self.true = {match: None for match in self.true if host not in match[:2]}
+        self.believed = {belief: None for belief in self.believed if belief[0] != host}
+        self.seen = {pair: state for pair, state in self.seen.items() if pair[0] != host}
 
     def _begins(self, side: int, host: int, topic: str) -> None:
         ends = self._ends.setdefault(topic, ({}, {}))
         ends[side][host] = None
         learns = side == self._informed
-        self._true |= {(host, other, topic) if learns else (other, host, topic): None
+        self.true |= {(host, other, topic) if learns else (other, host, topic): None
                        for other in ends[1 - side] if other != host}
 
     # What is believed.
 
     def knows(self, believer: int, other: int, topic: str, holds: bool) -> None:
         belief = believer, other, topic
-        if holds == (belief in self._believed):
+        if holds == (belief in self.believed):
             return
         if holds:
-            self._believed[belief] = None
+            self.believed[belief] = None
         else:
-            del self._believed[belief]
+            del self.believed[belief]
         self._note("believes", believer, self._ids[other], self._name(topic), int(holds))
 
     def sees(self, believer: int, other: int, state: str) -> None:
-        if self._seen.get((believer, other)) == state:
+        if self.seen.get((believer, other)) == state:
             return
-        self._seen[believer, other] = state
+        self.seen[believer, other] = state
         self._note("sees", believer, self._ids[other], self._name(state))
         for watcher in self.watchers:
             watcher(believer, other, state)

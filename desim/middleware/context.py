@@ -25,7 +25,7 @@ class Context:
 
     Each of these frames is a trace row ``control`` (entity: the source; a: the receiver, or the
     medium of a multicast; b: the kind; c: its bytes). One that gets lost leaves none: it is in the
-    medium's account.
+    medium's account. Those in ``watchers`` are called with each host that starts or stops.
     """
 
     def __init__(self, graph: Graph, middleware: Middleware) -> None:
@@ -38,17 +38,22 @@ class Context:
         informed = getattr(middleware, "informed", None)
         self.beliefs = None if informed is None else Beliefs(
             informed, self.note, [host.id for host in graph.hosts], graph.names.id)
+        self.watchers: list[Callable[[int, bool], Any]] = []
         self.changed = graph.changed
         self._control = graph.names.id("control")
 
     # What the graph says.
 
     def started(self, host: int) -> None:
+        for watcher in self.watchers:
+            watcher(host, True)
         self.middleware.switched(host, True)
 
     def stopped(self, host: int) -> None:
         if self.beliefs is not None:
             self.beliefs.stops(host)
+        for watcher in self.watchers:
+            watcher(host, False)
         self.middleware.switched(host, False)
 
     def advertised(self, offer: Offer) -> None:

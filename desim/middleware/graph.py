@@ -48,11 +48,13 @@ OnFate = Callable[[Message, int, int, "str | None", int, int], Any]
 class Host:
     """A computer: interfaces to media, and nodes that run while it is up.
 
-    ``software`` makes the nodes, afresh at every start.
+    ``software`` makes the nodes, afresh at every start. ``heard_ns`` says by host index when it
+    heard last of each other host since its start (0: never); whoever is in ``awaited``, by host
+    index too, is called when the next message of that host is here, once.
     """
 
     __slots__ = ("graph", "name", "index", "id", "media", "software", "nodes", "published",
-                 "_publishers", "_ends", "_inbox", "_awake")
+                 "heard_ns", "awaited", "_publishers", "_ends", "_inbox", "_awake")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
@@ -63,6 +65,8 @@ class Host:
         self.software: Callable[[Host], list[Node]] = lambda host: []
         self.nodes: list[Node] = []
         self.published = 0
+        self.heard_ns: list[int] = []
+        self.awaited: dict[int, Callable[[], Any]] = {}
         self._publishers: list[Publisher] = []
         self._ends: dict[str, Ends] = {}
         self._inbox: deque[tuple[Subscription, Message]] = deque()
@@ -115,6 +119,7 @@ class Host:
         self._publishers = []
         self._ends = {}
         self._inbox.clear()
+        self.heard_ns = [0] * len(graph.hosts)
         graph.context.stopped(self.index)
 
     def _tell_media(self, up: bool) -> None:
@@ -245,6 +250,8 @@ class Graph:
         self.hosts = [Host(self, name, index)
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
         self.up = [False] * len(self.hosts)
+        for host in self.hosts:
+            host.heard_ns = [0] * len(self.hosts)
         self._by_name = {host.name: host for host in self.hosts}
         self.context = Context(self, middleware)
         with below("middleware"):
@@ -320,6 +327,10 @@ class Graph:
         counts = message.about.counts
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
+        source = message.origin.index
+        host.heard_ns[source] = now_ns
+        if host.awaited and source in host.awaited:
+            host.awaited.pop(source)()
         self.put(pack(now_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns))
         if self._on_fate is not None:
             self._on_fate(message, host.index, now_ns, None, first_ns, last_ns)

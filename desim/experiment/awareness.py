@@ -1,0 +1,180 @@
+"""How the fleet's middleware copes: who notices whose silence when, who hears of whom again when,
+and how far what hosts believe is from the truth.
+
+It looks at the links once a second, and beside that whenever a host starts or stops or somebody is
+taken for gone. It reads; no result but its own depends on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from desim.middleware.counts import EDGES_NS
+from desim.middleware.graph import Graph, Host
+from desim.units import NS_PER_S
+
+LATE_NS = NS_PER_S  # a message that took so long is late; the edge of a bin
+
+Pair = tuple[int, int]  # believer, other: places in ``hosts``
+
+
+class Awareness:
+    """Watches ordered pairs (believer, other) of ``hosts``, those of the robots.
+
+    ``linked()`` says between which of ``hosts`` that are up, in their order, frames get now, [n, n]
+    bool; None: between all.
+    """
+
+    def __init__(self, graph: Graph, hosts: Sequence[Host],
+                 linked: Callable[[], np.ndarray | None]) -> None:
+        self._graph, self._hosts, self._linked = graph, tuple(hosts), linked
+        self._place = {host.index: i for i, host in enumerate(self._hosts)}
+        self._reach = np.zeros((len(hosts), len(hosts)), bool)  # who reached whom at the last look
+        self._met = np.zeros_like(self._reach)  # and who at any time
+        self._lost_ns: dict[Pair, int] = {}  # out of reach since then, and taken for online
+        self._gone: dict[Pair, None] = {}  # who is taken for offline or removed by whom
+        self._noticed_ns: list[int] = []
+        self._unnoticed = 0
+        self._false_alarms = 0
+        self._again = 0  # pairs that came into each other's reach again
+        self._resynced_ns: list[int] = []
+        self._divergence: list[float] = []
+        self._ghosts: list[int] = []
+        self._beliefs = graph.context.beliefs
+        graph.context.watchers.append(self._switched)
+        if self._beliefs is not None:
+            self._beliefs.watchers.append(self._sees)
+
+    # ------------------------------------------------------------------------- what happens
+
+    def each_second(self, links: np.ndarray | None) -> None:
+        """``links`` are what ``linked`` says."""
+        self._look(links)
+        if self._beliefs is not None:
+            self._divergence.append(self._beliefs.divergence)
+            self._ghosts.append(self._beliefs.ghosts)
+
+    def _look(self, links: np.ndarray | None) -> None:
+        reach = np.zeros_like(self._reach)
+        up = [i for i, host in enumerate(self._hosts) if host.up]
+        reach[np.ix_(up, up)] = True if links is None else links
+        np.fill_diagonal(reach, False)
+        before, self._reach = self._reach, reach
+        if np.array_equal(before, reach):
+            return
+        for believer, other in np.argwhere(before & ~reach).tolist():
+            self._part(believer, other)
+        for believer, other in np.argwhere(reach & ~before).tolist():
+            self._meet(believer, other)
+
+    def _part(self, believer: int, other: int) -> None:
+        self._hosts[believer].awaited.pop(self._hosts[other].index, None)
+        if self._hosts[believer].up and (believer, other) not in self._gone:
+            self._lost_ns[believer, other] = self._graph.kernel.now_ns
+
+    def _meet(self, believer: int, other: int) -> None:
+        if self._lost_ns.pop((believer, other), None) is not None:
+            self._unnoticed += 1
+        if self._met[believer, other]:
+            self._again += 1
+            self._hosts[believer].awaited[self._hosts[other].index] = partial(
+                self._heard, self._graph.kernel.now_ns)
+        self._met[believer, other] = True
+
+    def _heard(self, since_ns: int) -> None:
+        self._resynced_ns.append(self._graph.kernel.now_ns - since_ns)
+
+    def _switched(self, host: int, up: bool) -> None:
+        place = self._place.get(host)
+        # At the start of the run nobody is there again.
+        if place is None or (up and not self._met[place].any()):
+            return
+        if not up:
+            # What it believed is gone, and nobody is left to notice anything.
+            self._lost_ns = {pair: at for pair, at in self._lost_ns.items() if pair[0] != place}
+            self._gone = {pair: None for pair in self._gone if pair[0] != place}
+        self._look(self._linked())
+
+    def _sees(self, believer: int, other: int, state: str) -> None:
+        pair = self._place.get(believer), self._place.get(other)
+        if None in pair:
+            return
+        if state == "online":
+            self._gone.pop(pair, None)
+        elif pair not in self._gone:
+            if self._reach[pair]:  # as of the last look, which may be a second ago
+                self._look(self._linked())
+            self._gone[pair] = None
+            if pair in self._lost_ns:
+                self._noticed_ns.append(self._graph.kernel.now_ns - self._lost_ns.pop(pair))
+            elif self._reach[pair]:
+                self._false_alarms += 1
+
+    # ------------------------------------------------------------------------- what it comes to
+
+    def sample(self) -> dict[str, Any]:
+        """The present values; those of beliefs only where the middleware has some."""
+        out: dict[str, Any] = {"stale_age_s": self.stale_age_s()}
+        if self._beliefs is not None:
+            out |= {"registry_divergence": self._beliefs.divergence,
+                    "ghosts": self._beliefs.ghosts}
+        return out
+
+    def stale_age_s(self) -> float | None:
+        """How old the last message is that a robot has heard of another one: the mean over ordered
+        pairs that are up; of whom it heard nothing since its start, as old as the run. None without
+        pairs."""
+        up = [host.index for host in self._hosts if host.up]
+        pairs = len(up) * (len(up) - 1)
+        if not pairs:
+            return None
+        # Nobody hears itself: those entries are 0.
+        heard_ns = sum(self._graph.hosts[host].heard_ns[other] for host in up for other in up)
+        return (self._graph.kernel.now_ns - heard_ns / pairs) / NS_PER_S
+
+    def summary(self, samples: Iterable[dict[str, Any]]) -> dict[str, Any]:
+        """The numbers of the whole run; ``samples`` has what ``sample`` gave."""
+        context, believes = self._graph.context, self._beliefs is not None
+        delays = _delays(self._noticed_ns)
+        pairs = len(self._noticed_ns) + self._unnoticed + len(self._lost_ns)
+        return {
+            "registry_divergence": _over_time(self._divergence),
+            "ghosts": _over_time(self._ghosts),
+            "discovery_bytes": sum(context.discovery_bytes.values()),
+            "discovery_frames": sum(context.discovery_frames.values()),
+            "discovery_by_kind": {kind: {"bytes": size, "frames": context.discovery_frames[kind]}
+                                  for kind, size in sorted(context.discovery_bytes.items())},
+            "detection_delay_s": {**delays, "noticed": len(self._noticed_ns) if believes else None,
+                                  "pairs": pairs if believes else None},
+            "false_alarms": self._false_alarms if believes else None,
+            "resync_delay_s": {**_delays(self._resynced_ns), "resynced": len(self._resynced_ns),
+                               "pairs": self._again},
+            "stale_age_s": _mean([row["stale_age_s"] for row in samples
+                                  if row["stale_age_s"] is not None]),
+            "messages_late": messages_late(self._graph),
+        }
+
+
+def messages_late(graph: Graph) -> int:
+    """Messages between hosts that took ``LATE_NS`` or longer, once for each receiver."""
+    first = int(np.searchsorted(EDGES_NS, LATE_NS, side="right"))
+    return sum(int(topic.counts.latency.bins()[first:].sum()) for topic in graph.topics.values())
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return sum(values) / len(values) if values else None
+
+
+def _delays(delays_ns: list[int]) -> dict[str, float | None]:
+    delays_s = [delay_ns / NS_PER_S for delay_ns in delays_ns]
+    return {"mean": _mean(delays_s), "max": max(delays_s, default=None)}
+
+
+def _over_time(values: Sequence[float]) -> dict[str, float | None]:
+    """Of values once a second."""
+    return {"mean": _mean(values), "max": max(values, default=None),
+            "end": values[-1] if values else None}

@@ -1,0 +1,44 @@
+"""How much of the terrain several robots have seen, where one would have been enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from desim.ports import GridSpec
+from desim.robot.tiles import CELLS, FREE, OCCUPIED, Belief, tiles_of
+
+
+class Overlap:
+    """What each robot has seen with its own laser, also before it forgot it.
+
+    ``grid`` and ``reachable`` are those of ``desim.experiment.metrics.Ground``.
+    """
+
+    def __init__(self, grid: GridSpec, reachable: np.ndarray) -> None:
+        self._inside = tiles_of(grid, reachable.astype(np.uint8)) != 0
+        self._before: dict[str, np.ndarray] = {}
+
+    def forgets(self, robot: str, belief: Belief) -> None:
+        """``robot``'s host stops; so far it had ``belief``."""
+        self._before[robot] = self._seen(robot, belief)
+
+    def share(self, beliefs: Mapping[str, Belief | None]) -> float | None:
+        """The cells of G that at least two robots have seen, as a share of those that at least one
+        has; None where there are none. A cell is seen where a robot's own scans make it free or
+        occupied."""
+        seen = np.zeros(self._inside.shape, np.int32)
+        for robot, belief in beliefs.items():
+            seen += self._seen(robot, belief)
+        anybody = np.count_nonzero(self._inside & (seen > 0))
+        twice = np.count_nonzero(self._inside & (seen > 1))
+        return twice / anybody if anybody else None
+
+    def _seen(self, robot: str, belief: Belief | None) -> np.ndarray:
+        """[tiles, 1024] bool."""
+        seen = self._before.get(robot, np.zeros((1, CELLS), bool))
+        if belief is None:
+            return seen
+        own = belief.own.snapshot().cells()
+        return seen | (own <= FREE) | (own >= OCCUPIED)
