@@ -58,6 +58,20 @@ def _network(m: dict[str, Any]) -> list[tuple[str, str, str]]:
     if split["count"]:
         rows.append(("partitions", str(split["count"]), f"{split['total_s']:.0f} s in all, the "
                                                         f"longest {split['longest_s']:.0f} s"))
+    return rows + _awareness(m)
+
+
+def _awareness(m: dict[str, Any]) -> list[tuple[str, str, str]]:
+    rows = []
+    if m.get("discovery_frames"):
+        rows.append(("discovery", f"{m['discovery_bytes'] / 1e3:.1f} kB",
+                     f"{m['discovery_frames']} frames"))
+    for key, name, done in (("detection_delay_s", "loss noticed", "noticed"),
+                            ("resync_delay_s", "heard again", "resynced")):
+        delay = m.get(key, {})
+        if delay.get("pairs"):
+            mean = "never" if delay["mean"] is None else f"{delay['mean']:.1f} s"
+            rows.append((name, mean, f"later on average, {delay[done]} of {delay['pairs']} pairs"))
     return rows
 
 
