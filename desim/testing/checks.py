@@ -1,14 +1,10 @@
-"""What plug-in authors run: one function says whether a class keeps its contract.
-
-``check_network(MyModel, rate="1 Mb/s")`` builds the plug-in from keywords as a scenario would,
-plays it a small seeded load and raises ``AssertionError`` with what to change. ``Bench`` is the
-place where that load runs, and where a plug-in's own tests can run theirs.
-"""
+"""Does a network model, a rule, a strategy or a case keep its contract?"""
 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -16,11 +12,9 @@ import numpy as np
 from desim import ports
 from desim.experiment.netcase import play
 from desim.kernel import Kernel, Phase
-from desim.middleware.graph import Graph
 from desim.middleware.medium import Medium, Still
-from desim.ports.middleware import Endpoint, Offer
 from desim.streams import Streams
-from desim.trace import Names, Trace
+from desim.trace import Names
 from desim.units import NS_PER_S
 
 HOUR_NS = 3600 * NS_PER_S
@@ -116,55 +110,18 @@ def check_rule(cls: type, **params: Any) -> None:
                               rules=[cls(cls.Params(**params))]))
 
 
-def check_middleware(cls: type, **params: Any) -> None:
-    """Check a ``ports.middleware.Middleware`` whose registries settle at once: the answer does not
-    depend on the order of subscribing, changes are announced, a stopped host is no surprise."""
-    _check_parameters(cls)
-    ends = [Endpoint(host, node, "/map") for host in (2, 0, 10) for node in ("b", "a")]
-    offer = Offer(Endpoint(1, "talker", "/map"), "stream", "unicast", 1, False)
-    publisher, answers = offer.publisher, []
-    for order in (ends, ends[::-1]):
-        middleware, told, names = cls(cls.Params(**params)), _Told(), Names()
-        graph = Graph(Kernel(), names, Trace(names), Streams(0), middleware,
-                      [f"host_{i}" for i in range(12)])
-        graph.topic("/map").publishers.append(told)
-        middleware.advertise(offer)
-        for end in order:
-            before = middleware.subscribers(publisher)
-            middleware.subscribe(end)
-            if middleware.subscribers(publisher) != before:
-                _need(told.times, cls, "call changed(topic) when an answer changes")
-        answers.append(middleware.subscribers(publisher))
-        middleware.switched(11, False)
-        middleware.switched(2, False)
-        _need(set(middleware.subscribers(publisher)) <= set(ends), cls,
-              "answer with subscribers of the publisher's topic only")
-    _need(isinstance(answers[0], tuple), cls, "answer with a tuple")
-    _need(answers[0] == answers[1], cls, "answer in an order that does not depend on who came "
-                                         f"first, got {answers[0]} and {answers[1]}")
-
-
-class _Told:
-    """Stands for a publisher."""
-
-    times = 0
-
-    def changed(self) -> None:
-        self.times += 1
-
-
 def check_strategy(cls: type, **params: Any) -> None:
     """Check a ``ports.Strategy``: it takes one of the frontiers that it is shown, or None when
     there is none, and takes the same one when asked again."""
-    _check_parameters(cls)
+    check_parameters(cls)
     frontiers = [ports.Frontier(4.0, 0.0, 4.0, 12), ports.Frontier(0.0, 9.0, 11.0, 80),
                  ports.Frontier(-30.0, 2.0, 45.0, 7)]
-    _need(cls(cls.Params(**params)).choose(_View([])) is None, cls,
-          "return None when there is no frontier")
+    need(cls(cls.Params(**params)).choose(_View([])) is None, cls,
+         "return None when there is no frontier")
     choices = [cls(cls.Params(**params)).choose(_View(frontiers)) for _ in range(2)]
-    _need(choices[0] is None or choices[0] in frontiers, cls,
-          f"return one of view.frontiers() or None, not {choices[0]!r}")
-    _need(choices[0] == choices[1], cls, f"choose alike in like situations, got {choices}")
+    need(choices[0] is None or choices[0] in frontiers, cls,
+         f"return one of view.frontiers() or None, not {choices[0]!r}")
+    need(choices[0] == choices[1], cls, f"choose alike in like situations, got {choices}")
 
 
 class _View:
@@ -188,55 +145,54 @@ class _View:
 def check_case(cls: type, **params: Any) -> None:
     """Check a ``ports.cases.Case``: its options are described, its setup fits together, something
     becomes of what is sent, and the same seed gives the same measures."""
-    _check_parameters(cls)
+    check_parameters(cls)
     case = cls(cls.Params(**params))
     setup = case.setup()
     for flow in setup.flows:
         strangers = {flow.source, *flow.receivers} - set(setup.places)
-        _need(not strangers, cls, f"give a place to {', '.join(sorted(strangers))}")
-        _need(flow.source not in flow.receivers, cls, f"not let {flow.source} send to itself")
-    _need(0 <= setup.warm_up_ns < setup.duration_ns, cls, "measure after the warm-up, not "
-          f"{setup.duration_ns - setup.warm_up_ns} ns")
+        need(not strangers, cls, f"give a place to {', '.join(sorted(strangers))}")
+        need(flow.source not in flow.receivers, cls, f"not let {flow.source} send to itself")
+    need(0 <= setup.warm_up_ns < setup.duration_ns, cls, "measure after the warm-up, not "
+         f"{setup.duration_ns - setup.warm_up_ns} ns")
     measures = play(setup)
-    _need(measures["delivered"] + sum(measures["lost"].values()) > 0, cls,
-          "last so long that frames are settled")
-    _need(play(case.setup()) == measures, cls, "give the same measures for the same seed: make the "
-                                               "setup anew, and draw from context.stream(name)")
+    need(measures["delivered"] + sum(measures["lost"].values()) > 0, cls,
+         "last so long that frames are settled")
+    need(play(case.setup()) == measures, cls, "give the same measures for the same seed: make the "
+                                              "setup anew, and draw from context.stream(name)")
 
 
 def _check_declarations(cls: type) -> None:
     reasons = getattr(cls, "reasons", None)
-    _need(isinstance(reasons, tuple) and all(isinstance(reason, str) for reason in reasons), cls,
-          f"declare reasons = ('...',), a tuple of names, not {reasons!r}")
-    _check_parameters(cls)
+    need(isinstance(reasons, tuple) and all(isinstance(reason, str) for reason in reasons), cls,
+         f"declare reasons = ('...',), a tuple of names, not {reasons!r}")
+    check_parameters(cls)
 
 
-def _check_parameters(cls: type) -> None:
-    _need(isinstance(getattr(cls, "Params", None), type) and issubclass(cls.Params, ports.Params),
-          cls, "have a class Params(desim.ports.Params)")
+def check_parameters(cls: type) -> None:
+    """It says what its options are, and where their defaults come from."""
+    need(isinstance(getattr(cls, "Params", None), type) and issubclass(cls.Params, ports.Params),
+         cls, "have a class Params(desim.ports.Params)")
     for name, field in cls.Params.model_fields.items():
-        _need(field.description or field.is_required(), cls,
-              f"say where the default of parameter {name!r} comes from: Field(default, "
-              "description=...)")
+        need(field.description or field.is_required(), cls,
+             f"say where the default of parameter {name!r} comes from: Field(default, "
+             "description=...)")
 
 
 def _check_play(cls: type, make: Callable[[], Bench], make_larger: Callable[[], Bench]) -> None:
-    luck = random.getstate(), np.random.get_state()[1].tolist()  # noqa: NPY002 - it is watched
     bench = make()
-    log = _play(bench)
-    _need(luck == (random.getstate(), np.random.get_state()[1].tolist()), cls,  # noqa: NPY002
-          "draw from context.stream(name) only, not from random or numpy.random")
+    with own_luck(cls):
+        log = _play(bench)
     medium = bench.medium
-    _need(not medium.in_flight(), cls, f"settle every frame at every receiver: an hour after the "
-                                       f"last one {medium.in_flight()} were not")
+    need(not medium.in_flight(), cls, f"settle every frame at every receiver: an hour after the "
+                                      f"last one {medium.in_flight()} were not")
     fates = len(log) - medium.copies
-    _need(medium.intended == medium.delivered + sum(medium.dropped.values()) == fates, cls,
-          "settle each receiver exactly once")
-    _need(_play(make()) == log, cls, "give the same fates for the same seed: keep state in self, "
-                                     "and iterate over no set")
+    need(medium.intended == medium.delivered + sum(medium.dropped.values()) == fates, cls,
+         "settle each receiver exactly once")
+    need(_play(make()) == log, cls, "give the same fates for the same seed: keep state in self, "
+                                    "and iterate over no set")
     _check_links(cls, make())
-    _need(_play(make_larger()) == log, cls, "give the same fates when a host is added that says "
-                                            "nothing: draw from streams named by host, not index")
+    need(_play(make_larger()) == log, cls, "give the same fates when a host is added that says "
+                                           "nothing: draw from streams named by host, not index")
 
 
 def _check_links(cls: type, bench: Bench) -> None:
@@ -248,8 +204,8 @@ def _check_links(cls: type, bench: Bench) -> None:
     for _, label, source, receiver, fate in _play(bench, look):
         linked = links[label] is None or links[label][bench.hosts.index(source),
                                                       bench.hosts.index(receiver)]
-        _need(linked or fate != "arrived", cls, "deliver nothing beyond reach_m and nothing "
-                                                "between hosts that it separates")
+        need(linked or fate != "arrived", cls, "deliver nothing beyond reach_m and nothing "
+                                               "between hosts that it separates")
 
 
 def _play(bench: Bench, look: Callable[[int], None] | None = None
@@ -273,6 +229,19 @@ def _play(bench: Bench, look: Callable[[int], None] | None = None
     return bench.run(2 * NS_PER_S + HOUR_NS)
 
 
-def _need(kept: Any, cls: type, advice: str) -> None:
+@contextmanager
+def own_luck(cls: type) -> Iterator[None]:
+    """Whatever happens here draws nothing from the global generators."""
+    def state() -> Any:
+        return random.getstate(), np.random.get_state()[1].tolist()  # noqa: NPY002 - watched only
+
+    before = state()
+    yield
+    need(state() == before, cls, "draw from context.stream(name) only, not from random or "
+                                 "numpy.random")
+
+
+def need(kept: Any, cls: type, advice: str) -> None:
+    """Raises ``AssertionError`` with ``advice`` for the author of ``cls`` unless it is ``kept``."""
     if not kept:
         raise AssertionError(f"{cls.__module__}.{cls.__qualname__} must {advice}")

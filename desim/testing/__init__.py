@@ -1,0 +1,22 @@
+"""What plug-in authors run: one function says whether a class keeps its contract.
+
+``check_network(MyModel, rate="1 Mb/s")`` builds the plug-in from keywords as a scenario would,
+plays it a small seeded load and raises ``AssertionError`` with what to change. ``Bench`` is the
+place where that load runs, ``Fleet`` the hosts that a middleware is tried on, and where a plug-in's
+own tests can run theirs.
+"""
+
+from desim.testing.checks import (
+    HOUR_NS,
+    Bench,
+    Instant,
+    check_case,
+    check_network,
+    check_rule,
+    check_strategy,
+)
+from desim.testing.fleet import Fleet
+from desim.testing.middleware import Patience, check_discovery, check_middleware
+
+__all__ = ["HOUR_NS", "Bench", "Fleet", "Instant", "Patience", "check_case", "check_discovery",
+           "check_middleware", "check_network", "check_rule", "check_strategy"]
