@@ -1,0 +1,114 @@
+"""A random walk over outages: whatever hosts stop and whoever is kept apart, no message has two
+fates or is heard twice, none goes astray, nothing spins, and afterwards everything flows again."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import Phase, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    invariant,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
+from test_kit import Final, Sulking, Twice
+from toys import Late, Naive
+
+from desim.middleware.direct import Direct
+from desim.testing import Fleet, Patience
+
+S = 10**9
+MOST_EVENTS = 5000  # in a simulated second, all talk included
+
+hosts = st.integers(0, 3)
+
+# A middleware, and how long its author says that it takes; others are added here.
+MODELS = [
+    pytest.param(Direct, Patience(), id="direct"),
+    pytest.param(Late, Patience(), id="late"),
+    pytest.param(Naive, Patience(), id="naive"),
+]
+
+
+class Walk(RuleBasedStateMachine):
+    """Four hosts of the kit. Never fewer than one of them runs."""
+
+    def __init__(self, middleware, patience):
+        super().__init__()
+        self.fleet, self.patience = Fleet(middleware), patience
+        self.fleet.talk(S)
+
+    def running(self):
+        return [host.index for host in self.fleet.hosts if host.up]
+
+    @precondition(lambda self: len(self.running()) > 1)
+    @rule(host=hosts)
+    def stop(self, host):
+        self.fleet.stop(host)
+
+    @rule(host=hosts)
+    def start(self, host):
+        self.fleet.start(host)
+
+    @rule(groups=st.tuples(*[st.integers(0, 1)] * 4))
+    def part(self, groups):
+        self.fleet.apart.groups[:] = groups
+
+    @rule()
+    def heal(self):
+        self.fleet.apart.groups[:] = [0] * 4
+
+    @rule(halves=st.integers(1, 6))
+    def talk(self, halves):
+        self.spend(self.fleet.talk, halves * S // 2)
+
+    @rule(duration_s=st.integers(1, 40))
+    def wait(self, duration_s):
+        self.spend(self.fleet.run, duration_s * S)
+
+    def spend(self, how, duration_ns):
+        before = self.fleet.kernel.events
+        how(duration_ns)
+        assert self.fleet.kernel.events - before <= MOST_EVENTS * max(1, duration_ns // S)
+
+    @invariant()
+    def nothing_is_wrong(self):
+        self.fleet.balance()
+        assert not self.fleet.faults
+
+    def teardown(self):
+        fleet = self.fleet
+        self.heal()
+        for host in fleet.hosts:
+            fleet.start(host.index)
+        fleet.talk(S)
+        self.spend(fleet.run, self.patience.again_ns)
+        since = len(fleet.said)
+        fleet.talk(3 * S)
+        fleet.run(self.patience.arrive_ns)
+        assert not fleet.unheard(since)
+        for host in fleet.hosts:
+            fleet.stop(host.index)
+        fleet.run(self.patience.again_ns)
+        assert not fleet.open()
+        self.nothing_is_wrong()
+
+
+def walk(cls, patience, examples=40):
+    run_state_machine_as_test(
+        lambda: Walk(cls(cls.Params()), patience),
+        settings=settings(max_examples=examples, stateful_step_count=15, deadline=None,
+                          derandomize=True, phases=[Phase.generate]))  # found is enough
+
+
+@pytest.mark.parametrize(("cls", "patience"), MODELS)
+def test_a_walk_over_outages_ends_well(cls, patience):
+    walk(cls, patience)
+
+
+@pytest.mark.parametrize("cls", [Twice, Sulking, Final])
+def test_the_walk_finds_what_is_broken(cls):
+    with pytest.raises(AssertionError):
+        walk(cls, Patience(again_ns=130 * S))
