@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +16,7 @@ RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", s
 
 def add_to(app: typer.Typer) -> None:
     """Make them commands of ``app``."""
-    for command in run, trace, diff, figure:
+    for command in run, trace, diff, figure, graph:
         app.command()(command)
 
 
@@ -107,3 +109,49 @@ def figure(path: RunPath,
         target = to or path / "figure.png"
         draw(Run(path), target)
         typer.echo(str(target))
+
+
+def graph(path: RunPath,
+          at: Annotated[str | None, typer.Option(
+              metavar="TIME", help="when, e.g. 63s (default: at the end)",
+              show_default=False)] = None,
+          topic: Annotated[str | None, typer.Option(
+              help="of this topic only", show_default=False)] = None,
+          to: Annotated[Path | None, typer.Option(
+              help="draw it into this file, png, pdf or svg", show_default=False)] = None,
+          as_json: Annotated[bool, typer.Option("--json", help="all of it, as JSON")] = False,
+          ) -> None:
+    """Who believed what about whom, beside the truth: hosts seen online or not, matches of
+    publishers and subscribers that are known or missing, and ghosts."""
+    with exits():
+        at_ns = None if at is None else _instant(at)
+        with compiling(as_json):
+            from desim.api import Run
+            from desim.experiment.knowledge import knowledge
+            from desim.report import knowledge as report
+        known = knowledge(Run(path), at_ns)
+        if topic is not None:
+            known = known.of(topic)
+        if to is not None:
+            from desim.report.knowledgefigure import draw
+
+            draw(known, to)
+        if as_json:
+            typer.echo(json.dumps(report.as_json(known), indent=2))
+        elif to is not None:
+            typer.echo(f"{report.headline(known)}\n{to}")
+        else:
+            from rich.console import Console
+
+            report.show(known, Console())
+
+
+def _instant(text: str) -> int:
+    """``63s``, ``63 s`` or ``1 min 3 s`` in ns."""
+    from desim.errors import InputError
+    from desim.units import DURATION
+
+    try:
+        return sum(map(DURATION.parse, re.split(r"(?<=[a-zµ])\s+(?=[\d.])", text.strip())))
+    except ValueError as error:
+        raise InputError(f"--at: {error}") from None

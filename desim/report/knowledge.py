@@ -1,0 +1,111 @@
+"""Who believes what about whom, beside the truth: in words, as JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import Console
+from rich.measure import Measurement
+from rich.table import Table
+from rich.text import Text
+
+from desim.experiment.knowledge import Knowledge, View
+from desim.units import NS_PER_S
+
+SIGNS = {"online": "+", "offline": "-", "removed": "x", "never": "."}
+LISTED = 30  # of ghosts, and of missing matches
+
+
+def show(knowledge: Knowledge, console: Console) -> None:
+    """Print the matrix and the lists of what is wrong."""
+    table = matrix(knowledge)
+    if console.is_terminal and _width(table, console) > console.width:
+        table = matrix(knowledge, narrow=True)
+    console.width = max(console.width, _width(table, console))
+    console.print(headline(knowledge), style="bold", highlight=False, soft_wrap=True)
+    console.print(table)
+    console.print(Text(_legend(knowledge), style="dim"), soft_wrap=True)
+    for name, lines in (("ghosts", ghosts(knowledge)), ("missing", missing(knowledge))):
+        if lines:
+            console.print(f"\n{name}:", style="bold", highlight=False)
+            for line in lines[:LISTED]:
+                console.print(f"  {line}", highlight=False, soft_wrap=True, markup=False)
+            if len(lines) > LISTED:
+                console.print(f"  and {len(lines) - LISTED} more (--json has all)",
+                              highlight=False)
+
+
+def headline(knowledge: Knowledge) -> str:
+    """All of it in one line."""
+    matches = knowledge.known + knowledge.missing
+    return (f"at {knowledge.at_ns / NS_PER_S:g} s: {knowledge.known} of {matches} matches known, "
+            f"{knowledge.missing} missing, {_count(knowledge.ghosts, 'ghost')}, divergence "
+            f"{knowledge.divergence:.3f}")
+
+
+def matrix(knowledge: Knowledge, narrow: bool = False) -> Table:
+    """A row a believer, a column each host that it believes something of. ``narrow``: without
+    numbers."""
+    table = Table(box=None, padding=(0, 1, 0, 0) if narrow else (0, 2, 0, 0))
+    table.add_column("believes", no_wrap=True, style="cyan")
+    for host, up in knowledge.up.items():
+        # A name under its kind: "robot" over "12".
+        table.add_column(Text(host.replace("_", "\n"), style="" if up else "strike dim"))
+    views = {(view.believer, view.other): view for view in knowledge.views}
+    for believer, up in knowledge.up.items():
+        cells = [cell(views[believer, other], narrow) if up and other != believer else Text("")
+                 for other in knowledge.up]
+        table.add_row(believer if up else f"{believer} (stopped)", *cells)
+    return table
+
+
+def cell(view: View, narrow: bool = False) -> Text:
+    """``+ 2/3 !1``: seen online, two of three matches known, one ghost."""
+    style = "red" if view.ghosts else "yellow" if view.missing else "green" if view.known else "dim"
+    text = SIGNS.get(view.sees, view.sees)
+    matches = len(view.known) + len(view.missing)
+    if not narrow:
+        text += f" {len(view.known)}/{matches}" if matches else ""
+        text += f" !{len(view.ghosts)}" if view.ghosts else ""
+    return Text(text, style=style, no_wrap=True)
+
+
+def ghosts(knowledge: Knowledge) -> list[str]:
+    """Beliefs in matches that there are not, in words."""
+    does = _does(knowledge)
+    stopped = {host: "" if up else ", which has stopped," for host, up in knowledge.up.items()}
+    return [f"{view.believer} believes that {view.other}{stopped[view.other]} {does} {topic}"
+            for view in knowledge.views for topic in view.ghosts]
+
+
+def missing(knowledge: Knowledge) -> list[str]:
+    """Matches that one end has not learnt of, in words."""
+    does = _does(knowledge)
+    return [f"{view.believer} does not know that {view.other} {does} {topic}"
+            for view in knowledge.views for topic in view.missing]
+
+
+def as_json(knowledge: Knowledge) -> dict[str, Any]:
+    """All of it."""
+    return {"at_s": knowledge.at_ns / NS_PER_S, "informed": knowledge.informed,
+            "matches": knowledge.known + knowledge.missing, "known": knowledge.known,
+            "missing": knowledge.missing, "ghosts": knowledge.ghosts,
+            "divergence": knowledge.divergence, "up": knowledge.up,
+            "views": [view._asdict() for view in knowledge.views]}
+
+
+def _does(knowledge: Knowledge) -> str:
+    return "listens to" if knowledge.informed == "publisher" else "says"
+
+
+def _legend(knowledge: Knowledge) -> str:
+    return (f"+ seen online, - offline, x removed, . never seen; known/true matches of the "
+            f"{knowledge.informed} with the other host; !n ghosts")
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _width(table: Table, console: Console) -> int:
+    return Measurement.get(console, console.options.update(max_width=10_000), table).maximum

@@ -1,0 +1,179 @@
+"""``desim graph``: what rows come to, what is printed and drawn, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+from io import StringIO
+
+import numpy as np
+import pytest
+from graphs import Net, S
+from rich.console import Console
+from toys import Late, Naive
+from typer.testing import CliRunner
+
+from desim import api
+from desim.cli import app
+from desim.errors import InputError
+from desim.experiment.compare import Rows
+from desim.experiment.knowledge import View, folded
+from desim.report import knowledge as report
+from desim.report.knowledgefigure import draw
+
+
+def speaker(node):
+    node.advertise("/news")
+    node.advertise(f"/report/{node.host.name}")
+
+
+def hearer(node):
+    node.subscribe("/news", lambda message: None)
+    node.subscribe("/report/robot_0", lambda message: None)
+
+
+class Two:
+    """robot_0 says two topics, robot_1 and robot_2 hear them; all know that after 1 s."""
+
+    def __init__(self, middleware):
+        self.net = Net({"robot_0": speaker, "robot_1": hearer, "robot_2": hearer},
+                       middleware=middleware)
+        self.net.at(4 * S, self.net.graph.host("robot_2").stop)
+        self.net.run(20 * S)
+
+    def at(self, time_s, informed="publisher"):
+        self.net.trace.flush()
+        rows = np.concatenate(self.net._rows)
+        return folded(Rows(rows, self.net.names.items()), round(time_s * S), informed)
+
+
+TOPICS = ("/news", "/report/robot_0")
+
+
+def of(knowledge, believer, other):
+    return next(view for view in knowledge.views if view[:2] == (believer, other))
+
+
+def test_before_anybody_heard_everything_is_missing():
+    known = Two(Naive()).at(0.5)
+    assert of(known, "robot_0", "robot_1") == View("robot_0", "robot_1", "never", (), TOPICS, ())
+    assert (known.known, known.missing, known.ghosts, known.divergence) == (0, 4, 0, 1.0)
+    # Who has to learn nothing has nothing missing.
+    assert of(known, "robot_1", "robot_0") == View("robot_1", "robot_0", "never", (), (), ())
+
+
+def test_rows_up_to_and_with_the_instant_count():
+    known = Two(Naive()).at(1.0)
+    assert of(known, "robot_0", "robot_1") == View("robot_0", "robot_1", "online", TOPICS, (), ())
+    assert (known.known, known.missing, known.ghosts, known.divergence) == (4, 0, 0, 0.0)
+
+
+@pytest.mark.parametrize(("middleware", "sees", "ghosts"), [(Naive, "online", TOPICS),
+                                                            (Late, "offline", ())])
+def test_a_stopped_host_is_a_ghost_to_whoever_has_not_noticed(middleware, sees, ghosts):
+    known = Two(middleware()).at(10.0)
+    assert known.up == {"robot_0": True, "robot_1": True, "robot_2": False}
+    assert of(known, "robot_0", "robot_2") == View("robot_0", "robot_2", sees, (), (), ghosts)
+    assert of(known, "robot_2", "robot_0").sees == "never"  # nothing is left of it
+    assert known.divergence == len(ghosts) / (2 + len(ghosts))
+
+
+def test_the_account_is_that_of_the_run():
+    two = Two(Naive())
+    beliefs, known = two.net.graph.context.beliefs, two.at(20.0)
+    assert (known.known + known.missing, known.missing, known.ghosts, known.divergence) == (
+        beliefs.matches, beliefs.missing, beliefs.ghosts, beliefs.divergence)
+
+
+def test_one_topic():
+    known = Two(Naive()).at(10.0)
+    assert of(known.of("/news"), "robot_0", "robot_2").ghosts == ("/news",)
+    with pytest.raises(InputError, match="'/new' then.*did you mean '/news'"):
+        known.of("/new")
+
+
+def shown(known) -> list[str]:
+    console = Console(width=200, record=True, file=StringIO())
+    report.show(known, console)
+    return [line.rstrip() for line in console.export_text().splitlines()]
+
+
+def test_what_is_printed():
+    assert shown(Two(Naive()).at(10.0)) == [
+        "at 10 s: 2 of 2 matches known, 0 missing, 2 ghosts, divergence 0.500",
+        "                   robot  robot  robot",
+        "believes           0      1      2",
+        "robot_0                   + 2/2  + !2",
+        "robot_1            +             +",
+        "robot_2 (stopped)",
+        "+ seen online, - offline, x removed, . never seen; known/true matches of the publisher "
+        "with the other host; !n ghosts",
+        "",
+        "ghosts:",
+        "  robot_0 believes that robot_2, which has stopped, listens to /news",
+        "  robot_0 believes that robot_2, which has stopped, listens to /report/robot_0"]
+    lines = shown(Two(Naive()).at(0.5))
+    assert "robot_0          . 0/2  . 0/2" in lines
+    assert "  robot_0 does not know that robot_1 listens to /news" in lines
+
+
+def test_the_picture(tmp_path):
+    known = Two(Naive()).at(10.0)
+    for name in "a.svg", "b.png":
+        draw(known, tmp_path / name)
+        assert (tmp_path / name).stat().st_size > 5000
+    with pytest.raises(InputError, match="does not end like a picture"):
+        draw(known, tmp_path / "a.txt")
+
+
+# ------------------------------------------------------------------------------- the command
+
+
+@pytest.fixture(scope="module")
+def runs(repository, tmp_path_factory):
+    """A run that kept its rows, one that did not, and one under direct."""
+    folder, hello = tmp_path_factory.mktemp("runs"), repository / "scenarios" / "hello.yaml"
+    late = ["middleware.model=toys:Late", "stop.elapsed=6 s", "fleet.size=3",
+            "faults=[{at: 3 s, host: robot_1}]"]
+    return [api.run(hello, out=folder, overrides=overrides).path for overrides in (
+        [*late, "trace.keep=all"], late, ["stop.elapsed=1 s"])]
+
+
+def graph(*words, code=0) -> str:
+    done = CliRunner().invoke(app, ["graph", *map(str, words)], catch_exceptions=False)
+    assert done.exit_code == code, done.output
+    return done.output
+
+
+@pytest.mark.parametrize("at", ["4s", "4 s", "0 min 4 s", "4000 ms"])
+def test_rows_that_were_not_kept_are_made_again(runs, at):
+    assert graph(runs[0], "--at", at) == graph(runs[1], "--at", "4s")
+    assert graph(runs[0], "--at", at).startswith("at 4 s:")
+
+
+def test_json(runs):
+    told = json.loads(graph(runs[0], "--json", "--at", "4 s"))
+    assert told["at_s"] == 4.0 and told["informed"] == "publisher"
+    assert told["ghosts"] == sum(len(view["ghosts"]) for view in told["views"]) > 0
+    assert told["up"]["robot_1"] is False
+    assert json.loads(graph(runs[0], "--json"))["at_s"] == 6.0
+
+
+def test_into_a_file(runs, tmp_path):
+    assert graph(runs[0], "--to", tmp_path / "g.svg").endswith("g.svg\n")
+    assert (tmp_path / "g.svg").read_text().startswith("<?xml")
+
+
+@pytest.mark.parametrize(("words", "says"), [
+    (["--at", "63"], "--at: '63' has no unit"),
+    (["--at", "1 min 3"], "--at: '3' has no unit"),
+    (["--at", "63 s"], "--at: 63 s is after the end of the run, which was at 6 s"),
+    (["--topic", "/nope"], "--topic: nobody knows"),
+    (["--to", "g.txt"], "--to: g.txt does not end like a picture"),
+])
+def test_bad_input(runs, words, says):
+    assert says in graph(runs[0], *words, code=2)
+
+
+def test_direct_has_nothing_to_show(runs):
+    assert "under middleware 'direct' nobody believes anything" in graph(runs[2], code=2)
+    assert "not the folder of a run" in graph(runs[2] / "map", code=2)
