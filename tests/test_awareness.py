@@ -256,24 +256,29 @@ def belief(free=(), solid=()) -> Belief:
     return out
 
 
+def share(overlap, beliefs):
+    return overlap.measures(beliefs)["duplicated_exploration"]
+
+
 def test_cells_that_two_have_seen_are_a_share_of_all_that_are_seen():
     overlap = Overlap(GRID, np.ones((32, 32), bool))
     beliefs = {"robot_0": belief(range(6)), "robot_1": belief(range(4, 7), [7]),
                "robot_2": belief([5]), "robot_3": None}
-    assert overlap.share(beliefs) == 2 / 8  # cells 4 and 5 of 0 to 7
+    # Cells 4 and 5 of 0 to 7; 5 has been seen by three.
+    assert overlap.measures(beliefs) == {"duplicated_exploration": 2 / 8, "robots_per_cell": 11 / 8}
 
 
 def test_only_cells_count_that_can_be_reached():
     reachable = np.zeros((32, 32), bool)
     reachable[0, :5] = True
     overlap = Overlap(GRID, reachable)
-    assert overlap.share({"a": belief(range(6)), "b": belief(range(4, 8))}) == 1 / 5
-    assert overlap.share({"a": belief(), "b": None}) is None
+    assert share(overlap, {"a": belief(range(6)), "b": belief(range(4, 8))}) == 1 / 5
+    assert share(overlap, {"a": belief(), "b": None}) is None
 
 
 def test_what_a_robot_forgot_it_has_seen_all_the_same():
     overlap = Overlap(GRID, np.ones((32, 32), bool))
     overlap.forgets("robot_0", belief(range(4)))
     overlap.forgets("robot_0", belief(range(2, 6)))
-    assert overlap.share({"robot_0": None, "robot_1": belief(range(5, 10))}) == 1 / 10
-    assert overlap.share({"robot_0": belief([9]), "robot_1": belief(range(5, 10))}) == 2 / 10
+    assert share(overlap, {"robot_0": None, "robot_1": belief(range(5, 10))}) == 1 / 10
+    assert share(overlap, {"robot_0": belief([9]), "robot_1": belief(range(5, 10))}) == 2 / 10

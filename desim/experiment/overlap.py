@@ -24,16 +24,20 @@ class Overlap:
         """``robot``'s host stops; so far it had ``belief``."""
         self._before[robot] = self._seen(robot, belief)
 
-    def share(self, beliefs: Mapping[str, Belief | None]) -> float | None:
-        """The cells of G that at least two robots have seen, as a share of those that at least one
-        has; None where there are none. A cell is seen where a robot's own scans make it free or
-        occupied."""
+    def measures(self, beliefs: Mapping[str, Belief | None]) -> dict[str, float | None]:
+        """``duplicated_exploration``: the cells of G that at least two robots have seen, as a share
+        of those that at least one has; ``robots_per_cell``: how many robots have seen each of
+        these, on average. None where there are none. A cell is seen where a robot's own scans make
+        it free or occupied."""
         seen = np.zeros(self._inside.shape, np.int32)
         for robot, belief in beliefs.items():
             seen += self._seen(robot, belief)
-        anybody = np.count_nonzero(self._inside & (seen > 0))
-        twice = np.count_nonzero(self._inside & (seen > 1))
-        return twice / anybody if anybody else None
+        seen = seen[self._inside]
+        anybody = np.count_nonzero(seen)
+        if not anybody:
+            return {"duplicated_exploration": None, "robots_per_cell": None}
+        return {"duplicated_exploration": np.count_nonzero(seen > 1) / anybody,
+                "robots_per_cell": int(seen.sum()) / anybody}
 
     def _seen(self, robot: str, belief: Belief | None) -> np.ndarray:
         """[tiles, 1024] bool."""

@@ -59,7 +59,7 @@ def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
         "control_bytes": sum(medium.control_bytes for medium in monitor.graph.media),
         "partitions": monitor.splits.summary(),
         **monitor.awareness.summary(monitor.samples),
-        "duplicated_exploration": monitor.overlap.share(monitor.beliefs),
+        **monitor.overlap.measures(monitor.beliefs),
         "map_age_s": _mean_map_age_s(monitor.samples),
         "traffic": by_kind(monitor.graph),
         "latency_by_topic": monitor.families.latency(),
