@@ -116,6 +116,13 @@ def test_what_is_printed():
     assert "  robot_0 does not know that robot_1 listens to /news" in lines
 
 
+def test_a_narrow_terminal_is_shown_signs_only():
+    console = Console(width=30, record=True, file=StringIO(), force_terminal=True)
+    report.show(Two(Naive()).at(10.0), console)
+    assert "robot_0                 +     +" in [line.rstrip() for line in
+                                                 console.export_text().splitlines()]
+
+
 def test_the_picture(tmp_path):
     known = Two(Naive()).at(10.0)
     for name in "a.svg", "b.png":

@@ -22,6 +22,7 @@ from desim.units import NS_PER_S
 
 HOSTS = ("host_1", "host_2", "host_3", "host_10")
 TALK_NS = NS_PER_S // 2  # between two messages of a topic
+_LOOKS = 10  # at the accounts in this time
 _SIZES = (40, 300, 20_000)  # bytes, in turn
 
 
@@ -146,8 +147,9 @@ class Fleet:
             now_ns = self.kernel.now_ns
             for host in self.hosts:
                 self.kernel.at(now_ns, Phase.CONTROL, host.id, self._speak, host)
-            self.kernel.run(min(end_ns, now_ns + TALK_NS))
-            self.balance()
+            for step in range(1, _LOOKS + 1):
+                self.kernel.run(min(end_ns, now_ns + step * TALK_NS // _LOOKS))
+                self.balance()
 
     def stop(self, host: int) -> None:
         self._somebody_stopped = True

@@ -1,4 +1,4 @@
-"""The fleet that splits in two, with a shorter split, under the middleware that knows everything."""
+"""The fleet that splits in two, for five seconds, under the middleware that knows everything."""
 
 from __future__ import annotations
 
