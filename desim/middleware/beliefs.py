@@ -87,7 +87,7 @@ class Beliefs:
         ends[side][host] = None
         learns = side == self._informed
         self.true |= {(host, other, topic) if learns else (other, host, topic): None
-                       for other in ends[1 - side] if other != host}
+                      for other in ends[1 - side] if other != host}
 
     # What is believed.
 
