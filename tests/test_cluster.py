@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import importlib.util
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -163,6 +164,13 @@ def test_what_a_killed_campaign_still_writes_is_waited_for(plan, folder, monkeyp
     assert finished.stat().st_mtime_ns == written_ns  # it was not run again
     assert cluster.carried_out(run, os.getcwd())["digest"] == row["digest"]
     assert finished.stat().st_mtime_ns > written_ns  # nobody held the lock: it was
+
+
+@needs_dask
+def test_ctrl_c_is_not_for_workers(client):
+    for blocked in client.run(signal.pthread_sigmask, signal.SIG_BLOCK, ()).values():
+        assert signal.SIGINT in blocked
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
 @needs_dask

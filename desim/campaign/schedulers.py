@@ -10,6 +10,7 @@ import signal
 import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from multiprocessing import resource_tracker
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -76,8 +77,16 @@ async def _greeted(address: str) -> None:
 
 
 def _local(workers: int) -> LocalCluster:
-    return LocalCluster(n_workers=workers, threads_per_worker=1, memory_limit=0,
-                        dashboard_address=":0", silence_logs=logging.CRITICAL)
+    # Ctrl-C is for the campaign, which ends its workers. They would print where it has met them, but
+    # what the threads that begin now block is blocked in every process that these start; unless one
+    # of them has to start multiprocessing's tracker, which unblocks it.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return LocalCluster(n_workers=workers, threads_per_worker=1, memory_limit=0,
+                            dashboard_address=":0", silence_logs=logging.CRITICAL)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _queued(settings: Queue) -> SpecCluster:
