@@ -77,8 +77,8 @@ async def _greeted(address: str) -> None:
 
 
 def _local(workers: int) -> LocalCluster:
-    # Ctrl-C is for the campaign, which ends its workers. They would print where it has met them, but
-    # what the threads that begin now block is blocked in every process that these start; unless one
+    # Ctrl-C is for the campaign, which ends its workers. They would print where it has met them.
+    # What the threads that begin now block is blocked in every process that these start, unless one
     # of them has to start multiprocessing's tracker, which unblocks it.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
