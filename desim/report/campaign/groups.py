@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from desim.report.campaign import figures, wording
 from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.knees import ONSET, Knees, Onset, onset
+from desim.report.campaign.knees import ONSET, Knees, Onset, interval, onset
 from desim.report.campaign.lines import Line, Panel
 from desim.report.campaign.study import Study
 from desim.report.campaign.style import colour, marker
@@ -121,10 +121,11 @@ class _Told:
         row = [self._place or "all", self._group.of(metric), mean, self._label(one.best),
                "nowhere" if one.at is None else self._label(one.at)]
         found = None if axis.numbers is None else self._knees.of(metric, self._line)
-        if found is None or found.knee is None:
+        if found is None or not found.knees:
             return [*row, "none" if found and found.was_sought else "–", ""]
-        at, low, high = (wording.quantity(value, axis.unit) for value in found.knee[:3])
-        return [*row, at, f"{low} to {high}"]
+        return [*row, wording.listed([wording.quantity(knee.at, axis.unit)
+                                      for knee in found.knees]),
+                wording.listed([interval(knee, axis) for knee in found.knees])]
 
     def sentence(self) -> list[str]:
         """Nothing where there is nothing to compare."""
