@@ -202,8 +202,8 @@ def _statistics(study: Study, intervals: set[str], resamples: int, metrics: list
                 f", from {BOOTSTRAP_FROM} to {BOOTSTRAP_TO} runs by the bias-corrected and "
                 f"accelerated bootstrap (Efron 1987; {resamples} resamples), asked for a level "
                 f"widened from z to t and from n to n - 1 (Hesterberg 2015; "
-                f"{100 * widened(0.95, BOOTSTRAP_FROM):.1f} % for {BOOTSTRAP_FROM} runs) so that it holds "
-                "95 %" if "bca" in intervals else "") + "."]
+                f"{100 * widened(0.95, BOOTSTRAP_FROM):.1f} % for {BOOTSTRAP_FROM} runs) so that "
+                "it holds 95 %" if "bca" in intervals else "") + "."]
     if isinstance(study.design.iterations, Until):
         text.append("Stopping by the width of an interval makes it hold the mean less often than "
                     "it says: the share that it holds was simulated for normal values that spread "
