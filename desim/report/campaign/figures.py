@@ -60,8 +60,9 @@ def paneled(count: int) -> tuple[Figure, list[Axes]]:
 def finish(figure: Figure, all_axes: list[Axes], panels: list[Panel], title: str,
            more: list[Line2D]) -> None:
     """The name of the metric, and one legend for all panels."""
-    for axes in all_axes[:max(len(all_axes) - 2, 0)]:  # what has another panel below
-        axes.set_xlabel("")
+    for axes in all_axes:
+        if not axes.xaxis.get_tick_params()["labelbottom"]:  # another panel below has it
+            axes.set_xlabel("")
     for axes in all_axes[::2]:
         axes.set_ylabel(title)
     lines = {line.label: line for panel in panels for line in panel.lines if line.label}
