@@ -342,3 +342,13 @@ def test_a_saltelli_design_shows_its_indices(tmp_path):
     lines = (tmp_path / "report" / "tables" / "exploration_time_s_sobol.csv").read_text()
     assert float(lines.splitlines()[2].split(",")[1]) == pytest.approx(second.first)
     assert "figure-exploration_time_s_sobol" in page.ids
+
+
+def test_knees_say_which_panel_they_are_of(tmp_path):
+    """Of more lines than the table has columns each has a row."""
+    three = {"rate": RATES, "strategy": ["near", "far", "wide"], "terrain": ["maze", "loop"]}
+    page = made(campaign(tmp_path, three, 4, bent), design(three, iterations=4))
+    glance = page.text.split("In short")[2].partition("What was run")[0]
+    for place in ("terrain = maze, strategy = near", "terrain = loop, strategy = wide"):
+        assert f"exploration time [s] {place} " in glance
+        assert f"{place}: knee of exploration time [s] at rate " in page.text

@@ -19,19 +19,19 @@ def glance(study: Study, estimates: Estimates, bends: dict[str, list[Bend]]) -> 
     axis = study.against
     if axis is None or axis.numbers is None or len(axis.labels) < 2 or not any(bends.values()):
         return None
-    lines = [bend.line for bend in next(iter(bends.values()))]
+    places = [bend.place for bend in next(iter(bends.values()))]
     rows, exact = [], []
     for metric, found in bends.items():
         cells = [_told(study, estimates, metric, bend) for bend in found]
-        if len(lines) <= _MOST_COLUMNS:
+        if len(places) <= _MOST_COLUMNS:
             rows.append([wording.titled(metric), *cells])
         else:
-            rows += [[wording.titled(metric), bend.line.label, cell]
+            rows += [[wording.titled(metric), bend.place, cell]
                      for bend, cell in zip(found, cells, strict=True)]
-        exact += [[metric, bend.line.label, *knee] for bend in found for knee in bend.knees]
+        exact += [[metric, bend.place, *knee] for bend in found for knee in bend.knees]
     ends = f"{axis.labels[0]} → {axis.labels[-1]}"
-    head = ["metric", *(line.label or f"{axis.name} {ends}" for line in lines)] \
-        if len(lines) <= _MOST_COLUMNS else ["metric", "line", f"{axis.name} {ends}"]
+    head = ["metric", *(place or f"{axis.name} {ends}" for place in places)] \
+        if len(places) <= _MOST_COLUMNS else ["metric", "line", f"{axis.name} {ends}"]
     return Table("knees", f"Means at {axis.name} {ends}; below them where the line bends, with the "
                  "95 % interval of that place.", head, rows,
                  ["metric", "line", "at", "low", "high", "slope_before", "slope_after", "p", "n"],

@@ -22,10 +22,12 @@ _MOST_CELLS = 60_000_000  # resamples times points of all lines: some seconds
 
 
 class Bend(NamedTuple):
-    """What is known of one ``line``: its ``knees``, at most two; none where a straight line does as
-    well, or where it could not be looked for, for the ``reason``."""
+    """What is known of one ``line``, which ``place`` tells from the others: its ``knees``, at most
+    two; none where a straight line does as well, or where it could not be looked for, for the
+    ``reason``."""
 
     line: Line
+    place: str
     knees: tuple[Knee, ...]
     reason: str
 
@@ -42,7 +44,7 @@ class Knees:
         self._study, self._estimates, self._count = study, estimates, count
         self._find = bends_of if count <= MOST_WITH_TWO else _one
 
-    def of(self, metric: str, line: Line) -> Bend:
+    def of(self, metric: str, line: Line, place: str) -> Bend:
         """The knees of a line of the metric's figure. Of very many runs the first iterations."""
         study, axis = self._study, self._study.against
         found = [(self._estimates.of(metric, vector), axis.numbers[vector.levels[axis.name]])
@@ -58,11 +60,11 @@ class Knees:
             if 2 * whole.sum() >= max(len(whole), 2 * FEWEST_RUNS):
                 loads, values, blocks = loads[whole], values[whole], iterations[whole]
         if len(np.unique(loads)) < FEWEST_LOADS or len(loads) < FEWEST_RUNS:
-            return Bend(line, (), f"that wants {FEWEST_LOADS} values of {axis.name} and "
-                                  f"{FEWEST_RUNS} runs with results")
+            return Bend(line, place, (), f"that wants {FEWEST_LOADS} values of {axis.name} and "
+                                         f"{FEWEST_RUNS} runs with results")
         resamples = min(max(_MOST_CELLS // (self._count * len(loads)), 499), 1999)
         knees = self._find(loads, values, log=axis.log, resamples=resamples, blocks=blocks)
-        return Bend(line, knees, "" if knees else _STRAIGHT)
+        return Bend(line, place, knees, "" if knees else _STRAIGHT)
 
 
 def _one(*arguments: np.ndarray, **more: Any) -> tuple[Knee, ...]:
@@ -82,14 +84,14 @@ def sentences(bends: list[Bend], axis: Axis, metric: str) -> list[str]:
     out = [_sentence(one, axis, metric) for one in bends if one.knees]
     for reason in dict.fromkeys(one.reason for one in bends if not one.knees):
         without = [one for one in bends if not one.knees and one.reason == reason]
-        where = "" if len(without) == len(bends) or not without[0].line.label \
-            else f" for {wording.listed([one.line.label for one in without])}"
+        where = "" if len(without) == len(bends) or not without[0].place \
+            else f" for {wording.listed([one.place for one in without])}"
         out.append(f"No knee of {wording.titled(metric)}{where}: {reason}.")
     return out
 
 
 def _sentence(bend: Bend, axis: Axis, metric: str) -> str:
-    label, first = bend.line.label, bend.knees[0]
+    label, first = bend.place, bend.knees[0]
     per = "decade" if axis.log else axis.unit or "1"
     slopes = [wording.number(slope) for slope in (
         first.slope_before, *(knee.slope_after for knee in bend.knees))]

@@ -235,10 +235,10 @@ class _Report:
             coverage.coverage_table(self._study, found)))
 
     def _bends_of(self, metric: str) -> list[knees.Bend]:
-        axis = self._study.against
-        if axis is None or axis.numbers is None or self._study.is_sampled:
+        if self._study.is_sampled or getattr(self._study.against, "numbers", None) is None:
             return []
-        return [self._knees.of(metric, line) for panel in self._drawn for line in panel.lines]
+        return [self._knees.of(metric, line, panel.place(line)) for panel in self._drawn
+                for line in panel.lines]
 
     def _rungs(self, metric: str) -> list[rungs.Rung]:
         return rungs.compared(self._study, self._estimates, metric)
