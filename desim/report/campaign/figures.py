@@ -30,15 +30,16 @@ def metric_figure(study: Study, estimates: Estimates, metric: str, panels: list[
         for place, line in enumerate(panel.lines):
             painter.line(axes, line, (place + 0.5) / len(panel.lines) - 0.5)
         for bend in bends:
-            if bend.knee and any(bend.line is line for line in panel.lines):
-                axes.axvspan(bend.knee.low, bend.knee.high, color=colour(bend.line.style),
-                             alpha=0.13, linewidth=0)
-                axes.axvline(bend.knee.at, color=colour(bend.line.style), linewidth=1.0,
-                             linestyle=(0, (5, 2)))
+            if any(bend.line is line for line in panel.lines):
+                for knee in bend.knees:
+                    axes.axvspan(knee.low, knee.high, color=colour(bend.line.style), alpha=0.13,
+                                 linewidth=0)
+                    axes.axvline(knee.at, color=colour(bend.line.style), linewidth=1.0,
+                                 linestyle=(0, (5, 2)))
         painter.axis(axes, panel.title)
     limit(all_axes[0], painter.span)
-    finish(figure, all_axes, panels, wording.titled(metric), painter.keys(bool(
-        [bend for bend in bends if bend.knee])))
+    finish(figure, all_axes, panels, wording.titled(metric), painter.keys(
+        any(bend.knees for bend in bends)))
     return figure
 
 
@@ -59,6 +60,9 @@ def paneled(count: int) -> tuple[Figure, list[Axes]]:
 def finish(figure: Figure, all_axes: list[Axes], panels: list[Panel], title: str,
            more: list[Line2D]) -> None:
     """The name of the metric, and one legend for all panels."""
+    for axes in all_axes:
+        if not axes.xaxis.get_tick_params()["labelbottom"]:  # another panel below has it
+            axes.set_xlabel("")
     for axes in all_axes[::2]:
         axes.set_ylabel(title)
     lines = {line.label: line for panel in panels for line in panel.lines if line.label}
