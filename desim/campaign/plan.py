@@ -36,6 +36,14 @@ class Vector(NamedTuple):
     robots: int
     limit_s: float
 
+    def matches(self, only: tuple[str, ...]) -> bool:
+        """Whether it has one of the wanted levels of each parameter: ``robots=8``."""
+        wanted: dict[str, set[str]] = {}
+        for text in only:
+            name, _, label = text.partition("=")
+            wanted.setdefault(name.strip(), set()).add(label.strip())
+        return all(self.levels[name].label in labels for name, labels in wanted.items())
+
 
 class Plan:
     """A design's vectors, and what each of their runs is.
