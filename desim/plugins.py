@@ -14,6 +14,7 @@ from typing import Any
 from desim import ports
 from desim.errors import InputError, did_you_mean, first_line
 from desim.ports.cases import Case, Validation
+from desim.ports.middleware import Middleware
 
 GROUPS = {
     "network": "desim.networks",
@@ -30,7 +31,7 @@ CONTRACTS = {
     "network": ports.NetworkModel,
     "rule": ports.Rule,
     "strategy": ports.Strategy,
-    "middleware": ports.Middleware,
+    "middleware": Middleware,
     "world": ports.World,
     "case": Case,
     "validation": Validation,

@@ -16,9 +16,11 @@ import numpy as np
 from desim import ports
 from desim.experiment.netcase import play
 from desim.kernel import Kernel, Phase
+from desim.middleware.graph import Graph
 from desim.middleware.medium import Medium, Still
+from desim.ports.middleware import Endpoint, Offer
 from desim.streams import Streams
-from desim.trace import Names
+from desim.trace import Names, Trace
 from desim.units import NS_PER_S
 
 HOUR_NS = 3600 * NS_PER_S
@@ -115,29 +117,40 @@ def check_rule(cls: type, **params: Any) -> None:
 
 
 def check_middleware(cls: type, **params: Any) -> None:
-    """Check a ``ports.Middleware`` whose registries settle at once: the answer does not depend on
-    the order of subscribing, changes are announced, and a stopped host is no surprise."""
+    """Check a ``ports.middleware.Middleware`` whose registries settle at once: the answer does not
+    depend on the order of subscribing, changes are announced, a stopped host is no surprise."""
     _check_parameters(cls)
-    ends = [ports.Endpoint(host, node, "/map") for host in (2, 0, 10) for node in ("b", "a")]
-    publisher = ports.Endpoint(1, "talker", "/map")
-    answers = []
+    ends = [Endpoint(host, node, "/map") for host in (2, 0, 10) for node in ("b", "a")]
+    offer = Offer(Endpoint(1, "talker", "/map"), "stream", "unicast", 1, False)
+    publisher, answers = offer.publisher, []
     for order in (ends, ends[::-1]):
-        middleware, announced = cls(cls.Params(**params)), []
-        middleware.start(announced.append)
-        middleware.advertise(publisher)
+        middleware, told, names = cls(cls.Params(**params)), _Told(), Names()
+        graph = Graph(Kernel(), names, Trace(names), Streams(0), middleware,
+                      [f"host_{i}" for i in range(12)])
+        graph.topic("/map").publishers.append(told)
+        middleware.advertise(offer)
         for end in order:
             before = middleware.subscribers(publisher)
             middleware.subscribe(end)
             if middleware.subscribers(publisher) != before:
-                _need("/map" in announced, cls, "call changed(topic) when an answer changes")
+                _need(told.times, cls, "call changed(topic) when an answer changes")
         answers.append(middleware.subscribers(publisher))
-        middleware.forget(99)
-        middleware.forget(2)
+        middleware.switched(11, False)
+        middleware.switched(2, False)
         _need(set(middleware.subscribers(publisher)) <= set(ends), cls,
               "answer with subscribers of the publisher's topic only")
     _need(isinstance(answers[0], tuple), cls, "answer with a tuple")
     _need(answers[0] == answers[1], cls, "answer in an order that does not depend on who came "
                                          f"first, got {answers[0]} and {answers[1]}")
+
+
+class _Told:
+    """Stands for a publisher."""
+
+    times = 0
+
+    def changed(self) -> None:
+        self.times += 1
 
 
 def check_strategy(cls: type, **params: Any) -> None:

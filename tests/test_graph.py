@@ -249,7 +249,7 @@ def test_misuse_is_refused():
 
 def test_what_a_middleware_finds_wrong_has_its_place():
     class Starved(Direct):
-        def start(self, changed):
+        def start(self, context):
             raise InputError(".master: no host 'base'")
 
     with pytest.raises(InputError, match="^middleware.master: no host 'base'$"):

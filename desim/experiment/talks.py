@@ -23,7 +23,8 @@ from desim.middleware.messages import (
     occupancy_grid_bytes,
 )
 from desim.middleware.topics import Latest, Publisher
-from desim.ports import Endpoint, GridSpec
+from desim.ports import GridSpec
+from desim.ports.middleware import Endpoint, MiddlewareContext, Offer
 from desim.scenario.schema import Scenario
 from desim.simulation import Simulation
 from desim.trace import Names, Trace
@@ -181,13 +182,13 @@ class _Stage(Host):
 class _Nobody:
     """A registry in which nobody finds anybody."""
 
-    def start(self, changed: Callable[[str], None]) -> None: ...
+    def start(self, context: MiddlewareContext) -> None: ...
 
-    def advertise(self, publisher: Endpoint) -> None: ...
+    def advertise(self, offer: Offer) -> None: ...
 
     def subscribe(self, subscriber: Endpoint) -> None: ...
 
-    def forget(self, host: int) -> None: ...
+    def switched(self, host: int, up: bool) -> None: ...
 
     def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
         return ()

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Callable
 
-from desim.ports import Endpoint, Params
+from desim.ports import Params
+from desim.ports.middleware import Endpoint, MiddlewareContext, Offer
 
 
 class Direct:
@@ -17,10 +17,10 @@ class Direct:
     def __init__(self, params: Params | None = None) -> None:
         self._subscribers: dict[str, list[Endpoint]] = {}
 
-    def start(self, changed: Callable[[str], None]) -> None:
-        self._changed = changed
+    def start(self, context: MiddlewareContext) -> None:
+        self._changed = context.changed
 
-    def advertise(self, publisher: Endpoint) -> None:
+    def advertise(self, offer: Offer) -> None:
         """Publishers need not be known: they ask."""
 
     def subscribe(self, subscriber: Endpoint) -> None:
@@ -29,7 +29,7 @@ class Direct:
             insort(known, subscriber)
             self._changed(subscriber.topic)
 
-    def forget(self, host: int) -> None:
+    def switched(self, host: int, up: bool) -> None:
         for topic, known in self._subscribers.items():
             left = [end for end in known if end.host != host]
             if len(left) < len(known):

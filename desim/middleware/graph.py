@@ -21,9 +21,11 @@ import numpy as np
 
 from desim.errors import InputError, KernelError, below, did_you_mean
 from desim.kernel import Kernel, Phase
+from desim.middleware.context import Context
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Message, Publisher, Subscription, Topic
-from desim.ports import Endpoint, Middleware, natural_key
+from desim.ports import natural_key
+from desim.ports.middleware import Endpoint, Middleware, Offer
 from desim.streams import Streams
 from desim.trace import Names, Trace, pack
 
@@ -88,6 +90,7 @@ class Host:
         graph.up[self.index] = True
         self._tell_media(True)
         graph.trace.row(graph.kernel.now_ns, graph.names.id("host_started"), self.id)
+        graph.context.started(self.index)
         self.nodes = self.software(self)
         for node in self.nodes:
             node.start()
@@ -112,7 +115,7 @@ class Host:
         self._publishers = []
         self._ends = {}
         self._inbox.clear()
-        graph.middleware.forget(self.index)
+        graph.context.stopped(self.index)
 
     def _tell_media(self, up: bool) -> None:
         for medium in self.media:
@@ -126,10 +129,11 @@ class Host:
                   latch: bool) -> Publisher:
         """A publisher of ``topic`` for ``node``; see ``Node.advertise``."""
         about = self.graph.topic(self.absolute(topic))
-        publisher = Publisher(self, node, about, transport, via, queue, latch)
+        offer = Offer(Endpoint(self.index, node, about.name), transport, via, queue, latch)
+        publisher = Publisher(self, about, offer)
         about.publishers.append(publisher)
         self._publishers.append(publisher)
-        self.graph.middleware.advertise(publisher.endpoint)
+        self.graph.context.advertised(offer)
         return publisher
 
     def subscribe(self, node: str, topic: str, callback: Callable[[Message], Any],
@@ -137,7 +141,7 @@ class Host:
         """See ``Node.subscribe``."""
         about = self.graph.topic(self.absolute(topic))
         self._ends_of(about.name)[1].append(Subscription(about, callback, queue))
-        self.graph.middleware.subscribe(Endpoint(self.index, node, about.name))
+        self.graph.context.subscribed(Endpoint(self.index, node, about.name))
 
     def latest(self, node: str, topic: str) -> Latest:
         """See ``Node.latest``."""
@@ -146,7 +150,7 @@ class Host:
         if latest is None:
             latest = Latest()
             self._ends[name] = latest, subscriptions
-        self.graph.middleware.subscribe(Endpoint(self.index, node, name))
+        self.graph.context.subscribed(Endpoint(self.index, node, name))
         return latest
 
     def _ends_of(self, topic: str) -> Ends:
@@ -215,10 +219,10 @@ class Graph:
     first and last frame, -1 for a message that never became a frame.
     """
 
-    __slots__ = ("kernel", "names", "trace", "streams", "put", "middleware", "read_at_birth",
-                 "_read_at_delivery", "_on_fate", "SENT", "FRAME", "LOST", "DELIVERED", "DROPPED",
-                 "CALLBACK", "OVERWRITTEN", "listeners", "topics", "media", "messages", "hosts",
-                 "up", "_by_name")
+    __slots__ = ("kernel", "names", "trace", "streams", "put", "middleware", "context",
+                 "read_at_birth", "_read_at_delivery", "_on_fate", "SENT", "FRAME", "LOST",
+                 "DELIVERED", "DROPPED", "CALLBACK", "OVERWRITTEN", "listeners", "topics", "media",
+                 "messages", "hosts", "up", "_by_name")
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, payloads: str = "lazy",
@@ -242,8 +246,9 @@ class Graph:
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
         self.up = [False] * len(self.hosts)
         self._by_name = {host.name: host for host in self.hosts}
+        self.context = Context(self, middleware)
         with below("middleware"):
-            middleware.start(self._changed)
+            middleware.start(self.context)
 
     def host(self, name: str) -> Host:
         if name not in self._by_name:
@@ -346,7 +351,8 @@ class Graph:
             for receiver in receivers:
                 self._on_fate(message, receiver, now_ns, reason, message.born_ns, message.born_ns)
 
-    def _changed(self, topic: str) -> None:
+    def changed(self, topic: str) -> None:
+        """The registries answer differently now for publishers of ``topic``."""
         about = self.topics.get(topic)
         if about is not None:
             for publisher in about.publishers:

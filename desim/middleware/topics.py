@@ -9,8 +9,7 @@ from desim.errors import InputError
 from desim.kernel import Phase
 from desim.middleware.counts import TopicCounts
 from desim.middleware.messages import Lazy
-from desim.middleware.transports import Datagram, Stream
-from desim.ports import Endpoint
+from desim.ports.middleware import Offer
 
 if TYPE_CHECKING:
     from desim.middleware.graph import Host
@@ -88,20 +87,19 @@ class Publisher:
     The registries are asked again only after they said that the topic changed.
     """
 
-    __slots__ = ("host", "topic", "endpoint", "transport", "latch", "_last", "_local", "_stale",
+    __slots__ = ("host", "topic", "offer", "transport", "latch", "_last", "_local", "_stale",
                  "_receivers", "_heard")
 
-    def __init__(self, host: Host, node: str, topic: Topic, transport: str, via: str,
-                 queue: int, latch: bool) -> None:
-        if transport not in ("stream", "datagram") or via not in ("unicast", "broadcast"):
-            raise InputError(f"topic {topic.name}: no transport {transport!r} via {via!r}; "
-                             "allowed: stream or datagram, unicast or broadcast")
+    def __init__(self, host: Host, topic: Topic, offer: Offer) -> None:
+        if offer.transport not in ("stream", "datagram") or offer.via not in ("unicast",
+                                                                              "broadcast"):
+            raise InputError(f"topic {topic.name}: no transport {offer.transport!r} via "
+                             f"{offer.via!r}; allowed: stream or datagram, unicast or broadcast")
         self.host = host
         self.topic = topic
-        self.endpoint = Endpoint(host.index, node, topic.name)
-        self.transport = (Stream(host, queue) if (transport, via) == ("stream", "unicast")
-                          else Datagram(host, via == "broadcast"))
-        self.latch = latch
+        self.offer = offer
+        self.transport = host.graph.context.transport(offer)
+        self.latch = offer.latch
         self._last: Any = None  # content, of a latched topic
         self._local = self._heard = False
         self._stale = True
@@ -152,7 +150,7 @@ class Publisher:
         self._stale = False
         own = self.host.index
         hosts = dict.fromkeys(end.host for end in
-                              self.host.graph.middleware.subscribers(self.endpoint))
+                              self.host.graph.middleware.subscribers(self.offer.publisher))
         self._local = hosts.pop(own, own) is None
         self._receivers = len(hosts)
         self._heard = self._local or self._receivers > 0

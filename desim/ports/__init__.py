@@ -347,33 +347,3 @@ class Strategy(Protocol):
 
     def choose(self, view: ExplorationView) -> Frontier | None:
         """The frontier to drive to, or None when there is nothing left to explore."""
-
-
-# ------------------------------------------------------------------------------------- middleware
-
-
-class Endpoint(NamedTuple):
-    """A subscription or an advertisement of ``topic`` by ``node`` on host index ``host``."""
-
-    host: int
-    node: str
-    topic: str
-
-
-class Middleware(Protocol):
-    """Who may talk to whom: the registries, and what they know now."""
-
-    Params: ClassVar[type[Params]]
-
-    def start(self, changed: Callable[[str], None]) -> None:
-        """``changed(topic)`` is to be called whenever the answer for a topic changes later."""
-
-    def advertise(self, publisher: Endpoint) -> None: ...
-
-    def subscribe(self, subscriber: Endpoint) -> None: ...
-
-    def forget(self, host: int) -> None:
-        """The host stopped: whatever a registry would notice of that, it notices."""
-
-    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
-        """Whom this publisher's messages go to now, in a fixed order."""

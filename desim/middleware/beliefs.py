@@ -1,0 +1,107 @@
+"""Who believes what about whom, beside the truth.
+
+The truth is who runs: a *match* is a publisher and a subscriber of one topic on two hosts that are
+both up. Of its two ends one has to learn of the other before messages flow; a match that this end
+has not learnt is *missing*, and what it believes of a match that there is not is a *ghost*. Whether
+frames get from one to the other is not asked here: an unreachable host that runs is no ghost.
+
+Each change is a trace row: ``advertises`` and ``subscribes`` (entity: the host; a: the topic),
+``believes`` (entity: the believer; a: the other host, b: the topic, c: 1 or 0), ``sees`` (a: the
+other host, b: the state).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+STATES = ("online", "offline", "removed")
+
+Match = tuple[int, int, str]  # believer, other, topic
+
+OnSees = Callable[[int, int, str], Any]
+
+
+class Beliefs:
+    """``informed`` is the end that has to learn, ``"subscriber"`` or ``"publisher"``.
+    ``note(kind, host, a, b, c)`` writes a row; hosts are indices, ``ids`` their trace ids, ``name``
+    gives the id of a name. Those in ``watchers`` are called with each change of ``sees``."""
+
+    def __init__(self, informed: str, note: Callable[..., Any], ids: list[int],
+                 name: Callable[[str], int]) -> None:
+        self.watchers: list[OnSees] = []
+        self._note, self._ids, self._name = note, ids, name
+        self._informed = 0 if informed == "subscriber" else 1
+        # By topic, who subscribes and who publishes; all as dictionaries without values, because
+        # these keep their order.
+        self._ends: dict[str, tuple[dict[int, None], dict[int, None]]] = {}
+        self._true: dict[Match, None] = {}
+        self._believed: dict[Match, None] = {}
+        self._seen: dict[tuple[int, int], str] = {}
+
+    @property
+    def matches(self) -> int:
+        """How many there are now."""
+        return len(self._true)
+
+    @property
+    def missing(self) -> int:
+        """Matches that one end should have learnt of and has not."""
+        return len(self._true.keys() - self._believed.keys())
+
+    @property
+    def ghosts(self) -> int:
+        """Beliefs in matches that there are not."""
+        return len(self._believed.keys() - self._true.keys())
+
+    @property
+    def divergence(self) -> float:
+        """Missing matches and ghosts, as a share of matches and ghosts; 0 where there are none."""
+        ghosts = self.ghosts
+        return (self.missing + ghosts) / max(1, self.matches + ghosts)
+
+    # The truth.
+
+    def subscribes(self, host: int, topic: str) -> None:
+        self._begins(0, host, topic)
+        self._note("subscribes", host, self._name(topic))
+
+    def advertises(self, host: int, topic: str) -> None:
+        self._begins(1, host, topic)
+        self._note("advertises", host, self._name(topic))
+
+    def stops(self, host: int) -> None:
+        """Nothing of ``host`` is left, what it believed included."""
+        for ends in self._ends.values():
+            for side in ends:
+                side.pop(host, None)
+        self._true = {match: None for match in self._true if host not in match[:2]}
+        self._believed = {belief: None for belief in self._believed if belief[0] != host}
+        self._seen = {pair: state for pair, state in self._seen.items() if pair[0] != host}
+
+    def _begins(self, side: int, host: int, topic: str) -> None:
+        ends = self._ends.setdefault(topic, ({}, {}))
+        ends[side][host] = None
+        learns = side == self._informed
+        self._true |= {(host, other, topic) if learns else (other, host, topic): None
+                       for other in ends[1 - side] if other != host}
+
+    # What is believed.
+
+    def knows(self, believer: int, other: int, topic: str, holds: bool) -> None:
+        belief = believer, other, topic
+        if holds == (belief in self._believed):
+            return
+        if holds:
+            self._believed[belief] = None
+        else:
+            del self._believed[belief]
+        self._note("believes", believer, self._ids[other], self._name(topic), int(holds))
+
+    def sees(self, believer: int, other: int, state: str) -> None:
+        if self._seen.get((believer, other)) == state:
+            return
+        self._seen[believer, other] = state
+        self._note("sees", believer, self._ids[other], self._name(state))
+        for watcher in self.watchers:
+            watcher(believer, other, state)

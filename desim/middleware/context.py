@@ -1,0 +1,142 @@
+"""Between the graph and its middleware: what this one is told and asked, what it may do
+(``ports.middleware.MiddlewareContext``), and the account of both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim.kernel import Call, Phase
+from desim.middleware.beliefs import Beliefs
+from desim.middleware.transports import Datagram, Stream
+from desim.ports.middleware import Endpoint, Middleware, Offer, Transport
+
+if TYPE_CHECKING:
+    from desim.middleware.graph import Graph
+    from desim.middleware.medium import Medium
+
+
+class Context:
+    """Over one ``Graph``. ``discovery_bytes`` are those of the middleware's own frames by their
+    kind, with all headers, ``discovery_frames`` how many there were.
+
+    Each of these frames is a trace row ``control`` (entity: the source; a: the receiver, or the
+    medium of a multicast; b: the kind; c: its bytes). One that gets lost leaves none: it is in the
+    medium's account.
+    """
+
+    def __init__(self, graph: Graph, middleware: Middleware) -> None:
+        self.graph = graph
+        self.middleware = middleware
+        self.transport: Callable[[Offer], Transport] = getattr(middleware, "transport", self._plain)
+        self.hosts = tuple(host.name for host in graph.hosts)
+        self.discovery_bytes: dict[str, int] = {}
+        self.discovery_frames: dict[str, int] = {}
+        informed = getattr(middleware, "informed", None)
+        self.beliefs = None if informed is None else Beliefs(
+            informed, self.note, [host.id for host in graph.hosts], graph.names.id)
+        self.changed = graph.changed
+        self._control = graph.names.id("control")
+
+    # What the graph says.
+
+    def started(self, host: int) -> None:
+        self.middleware.switched(host, True)
+
+    def stopped(self, host: int) -> None:
+        if self.beliefs is not None:
+            self.beliefs.stops(host)
+        self.middleware.switched(host, False)
+
+    def advertised(self, offer: Offer) -> None:
+        if self.beliefs is not None:
+            self.beliefs.advertises(offer.publisher.host, offer.publisher.topic)
+        self.middleware.advertise(offer)
+
+    def subscribed(self, subscriber: Endpoint) -> None:
+        if self.beliefs is not None:
+            self.beliefs.subscribes(subscriber.host, subscriber.topic)
+        self.middleware.subscribe(subscriber)
+
+    def _plain(self, offer: Offer) -> Transport:
+        """By what a publisher's messages travel where the middleware leaves it to desim."""
+        host = self.graph.hosts[offer.publisher.host]
+        if (offer.transport, offer.via) == ("stream", "unicast"):
+            return Stream(host, offer.queue)
+        return Datagram(host, offer.via == "broadcast")
+
+    # What the middleware may know and do.
+
+    now_ns = property(attrgetter("graph.kernel.now_ns"))
+
+    def at(self, time_ns: int, host: int, fn: Callable[[Any], Any], arg: Any = None) -> Call:
+        graph = self.graph
+        return graph.kernel.at(time_ns, Phase.NETWORK, graph.hosts[host].id, fn, arg)
+
+    def up(self, host: int) -> bool:
+        return self.graph.up[host]
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return self.graph.streams("middleware", *name)
+
+    def knows(self, believer: int, other: int, topic: str, holds: bool) -> None:
+        if self.beliefs is not None:
+            self.beliefs.knows(believer, other, topic, holds)
+
+    def sees(self, believer: int, other: int, state: str) -> None:
+        if self.beliefs is not None:
+            self.beliefs.sees(believer, other, state)
+
+    def note(self, kind: str, host: int, a: int = 0, b: int = 0, c: int = 0) -> None:
+        """A trace row of ``host``."""
+        graph = self.graph
+        graph.trace.row(graph.kernel.now_ns, graph.names.id(kind), graph.hosts[host].id, a, b, c)
+
+    def tell(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
+             heard: Callable[[Any, int], Any], token: Any = None, *, segments: int = 1,
+             multicast: bool = False) -> None:
+        by_medium: dict[Medium, list[int]] = {}
+        for receiver in sorted(receivers):
+            medium = self.graph.route(self.graph.hosts[source], receiver)
+            if medium is not None:
+                by_medium.setdefault(medium, []).append(receiver)
+        carrier = _Heard(heard)
+        for medium, group in by_medium.items():
+            for receivers_ in [tuple(group)] if multicast else [(one,) for one in group]:
+                to = medium.id if multicast else self.graph.hosts[receivers_[0]].id
+                self.book(kind, source, to, size_bytes)
+                medium.transmit(source, receivers_, size_bytes, segments, multicast, carrier, token)
+
+    def book(self, kind: str, source: int, to: int, size_bytes: int) -> None:
+        """Account for a frame of the middleware's own that ``source`` sends; ``to`` is a trace
+        id."""
+        self.discovery_bytes[kind] = self.discovery_bytes.get(kind, 0) + size_bytes
+        self.discovery_frames[kind] = self.discovery_frames.get(kind, 0) + 1
+        graph = self.graph
+        graph.trace.row(graph.kernel.now_ns, self._control, graph.hosts[source].id, to,
+                        graph.names.id(kind), size_bytes)
+
+
+class _Heard:
+    """The carrier of frames of which only the arrival matters."""
+
+    __slots__ = ("_heard",)
+
+    def __init__(self, heard: Callable[[Any, int], Any]) -> None:
+        self._heard = heard
+
+    def arrived(self, token: Any, receiver: int) -> None:
+        self._heard(token, receiver)
+
+    def lost(self, token: Any, receiver: int, reason: str) -> None:
+        """Nobody is told."""
+
+    def missed(self, token: Any, receivers: Collection[int], reason: str, medium: Medium) -> None:
+        """Nobody is told."""
+
+    def repeated(self, token: Any, receiver: int) -> None:
+        """A protocol over UDP hears it once more."""
+        self._heard(token, receiver)
