@@ -45,6 +45,17 @@ def below(path: str) -> Iterator[None]:
                            for line in map(str, error.args))) from error
 
 
+def first_line(error: BaseException) -> str:
+    """What somebody else's error says, in one line; its type where it says nothing."""
+    return str(error).strip().partition("\n")[0].rstrip() or type(error).__name__
+
+
+def told(error: BaseException) -> str:
+    """``ValueError: ...``: type and first line of somebody else's error."""
+    kind, line = type(error).__name__, first_line(error)
+    return kind if line == kind else f"{kind}: {line}"
+
+
 def did_you_mean(word: str, known) -> str:
     """`` (did you mean 'rate'?)`` for the nearest of ``known``, or an empty string."""
     import difflib

@@ -12,7 +12,7 @@ from operator import attrgetter
 from typing import Any
 
 from desim import ports
-from desim.errors import InputError, did_you_mean
+from desim.errors import InputError, did_you_mean, first_line
 from desim.ports.cases import Case, Validation
 from desim.ports.middleware import Middleware
 
@@ -107,7 +107,7 @@ def imported(kind: str, path: str) -> Any:
     try:
         return attrgetter(attribute)(_module(*os.path.split(place)))
     except (Exception, SystemExit) as error:  # a stranger's module may fail in any way
-        reason = error if isinstance(error, Exception) else repr(error)
+        reason = first_line(error) if isinstance(error, Exception) else repr(error)
         raise InputError(f"cannot load {kind} {bare(path)!r}: {reason}") from error
 
 

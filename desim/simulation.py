@@ -5,9 +5,7 @@ The one place that knows every part. Nothing here computes; it says who is conne
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +16,7 @@ from desim.drivers import Driver
 from desim.experiment.metrics import Ground
 from desim.experiment.monitor import Monitor
 from desim.experiment.station import Station
+from desim.garbage import rare_collections
 from desim.kernel import Kernel, Phase
 from desim.middleware.graph import Host, Node
 from desim.ports import World
@@ -88,7 +87,7 @@ class Simulation:
         if until_ns is not None:
             limit_ns = min(limit_ns, until_ns)
         self.graph.start()
-        with _rare_collections():
+        with rare_collections():
             self.kernel.run(limit_ns)
         self.monitor.finish()
         return Outcome(self.monitor.stop_reason, self.kernel.now_ns, self.kernel.events,
@@ -134,20 +133,3 @@ class Simulation:
         if fault.down_for_ns is not None:
             yield fault.down_for_ns
             host.start()
-
-
-@contextmanager
-def _rare_collections() -> Iterator[None]:
-    """What a run makes goes when nobody refers to it any more; Python's search for cycles among all
-    that stays would find nothing, again and again."""
-    before = gc.get_threshold()
-    is_ours = not gc.get_freeze_count()  # a process of many runs has frozen what stays, already
-    if is_ours:
-        gc.freeze()
-    gc.set_threshold(50_000, 20, 50)
-    try:
-        yield
-    finally:
-        gc.set_threshold(*before)
-        if is_ours:
-            gc.unfreeze()

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, PlainSerializer, WithJsonSchema
@@ -22,6 +23,7 @@ NS_PER_S = 1_000_000_000
 # Two digits of exponent are enough for every quantity, and keep the exact arithmetic short.
 _DECIMAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,2})?"
 _NUMBER = re.compile(rf"\s*({_DECIMAL})(?![\d.])\s*(\S.*?)?\s*")
+_REMEMBERED = 1024  # quantities of a dimension
 _LONGEST_NUMBER, _LONGEST = 40, 60  # characters; more would only cost time in exact arithmetic
 
 
@@ -51,7 +53,27 @@ class Dimension:
         """The quantity in inner units. Raises ``ValueError`` with what is wrong and allowed."""
         if isinstance(value, (int, float, Fraction)) and not isinstance(value, bool):
             raise ValueError(f"{value} has no unit; {self._allowed}")
-        match = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+        if not isinstance(value, str):
+            raise ValueError(f"{_short(value)} is not a {self.name}; {self._allowed}")
+        return self._read(value)
+
+    def format(self, quantity: Any) -> str:
+        """The shortest text that parses back to ``quantity`` exactly."""
+        return self._shortest(quantity)
+
+    # A campaign reads and writes the same quantities in each of its thousands of scenarios, and the
+    # exact arithmetic takes its time.
+
+    @cached_property
+    def _read(self) -> Callable[[str], Any]:
+        return lru_cache(_REMEMBERED)(self._parsed)
+
+    @cached_property
+    def _shortest(self) -> Callable[[Any], str]:
+        return lru_cache(_REMEMBERED, typed=True)(self._formatted)
+
+    def _parsed(self, value: str) -> Any:
+        match = _NUMBER.fullmatch(value)
         if match is None or len(value) > _LONGEST:
             raise ValueError(f"{_short(value)} is not a {self.name}; {self._allowed}")
         number, unit = match.groups()
@@ -78,8 +100,7 @@ class Dimension:
             return round(exact)
         return exact if self.kind is Fraction else float(exact)
 
-    def format(self, quantity: Any) -> str:
-        """The shortest text that parses back to ``quantity`` exactly."""
+    def _formatted(self, quantity: Any) -> str:
         exact = Fraction(quantity)
         texts = [f"{_plain(float(exact / size))} {unit}" for unit, size in self.units.items()
                  if unit not in self.aliases]

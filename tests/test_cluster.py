@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import importlib.util
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -166,6 +167,13 @@ def test_what_a_killed_campaign_still_writes_is_waited_for(plan, folder, monkeyp
 
 
 @needs_dask
+def test_ctrl_c_is_not_for_workers(client):
+    for blocked in client.run(signal.pthread_sigmask, signal.SIG_BLOCK, ()).values():
+        assert signal.SIGINT in blocked
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+@needs_dask
 def test_ctrl_c_ends_everybody(repository, folder):
     Path("design.yaml").write_text(DESIGN.format(base=repository / "scenarios" / "hello.yaml") +
                                    "metrics: {pressed: 'deadly:interrupting'}\n")
@@ -175,20 +183,26 @@ def test_ctrl_c_ends_everybody(repository, folder):
                           stderr=subprocess.PIPE, text=True) as sweep:
         # It returns when nobody is left who has the pipes.
         said, complained = sweep.communicate(timeout=120)
-    assert (sweep.returncode, complained) == (130, "interrupted\n")
+    assert (sweep.returncode, complained) == (130, (
+        "interrupted; what there is until then: 0 of 4 runs in results/clustered; the same command "
+        "goes on from there\n"))
     assert "1 worker up" in said
 
 
-@pytest.fixture(params=["nobody", "somebody else"])
-def address(request):
-    """Where no Dask scheduler is."""
+@pytest.fixture
+def silent():
+    """Where somebody listens who is no Dask scheduler."""
     with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
-        if request.param == "nobody":
-            server.close()
-        else:
-            threading.Thread(target=_refuse, args=(server,), daemon=True).start()
-        yield f"tcp://127.0.0.1:{port}"
+        threading.Thread(target=_refuse, args=(server,), daemon=True).start()
+        yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+
+
+@pytest.fixture
+def nobody():
+    """A port that is taken, but at which nobody listens."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        yield f"tcp://127.0.0.1:{taken.getsockname()[1]}"
 
 
 def _refuse(server: socket.socket) -> None:
@@ -199,14 +213,31 @@ def _refuse(server: socket.socket) -> None:
                 connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
 
 
-@needs_dask
-def test_no_scheduler_answers(address):
+def reached(address: str) -> None:
     from desim.campaign.schedulers import connected
 
-    with pytest.raises(InputError, match=f"^--cluster {address}: no Dask scheduler answers there "
-                                         "within 5 s$"), \
-            connected(Running(kind="dask", address=address), cores=1):
+    with connected(Running(kind="dask", address=address), cores=1):
         pass
+
+
+@needs_dask
+def test_somebody_else_answers(silent):
+    with pytest.raises(InputError, match=f"^--cluster {silent}: no Dask scheduler answers there "
+                                         "within 5 s$"):
+        reached(silent)
+
+
+@needs_dask
+def test_nobody_answers(nobody):
+    with pytest.raises(InputError, match=f"^--cluster {nobody}: cannot be reached: "
+                                         "Connection refused$"):
+        reached(nobody)
+
+
+@needs_dask
+def test_a_port_that_is_none():
+    with pytest.raises(InputError, match="with a port of 1 to 65535$"):
+        reached("tcp://127.0.0.1:70000")
 
 
 @needs_dask

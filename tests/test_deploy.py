@@ -140,10 +140,27 @@ def test_the_largest_team_counts(design):
     assert demand(plan) == (6, 15, 600.0, 1500.0)
 
 
+def test_robots_are_on_the_nodes_whose_ports_they_share_when_it_is_run(design):
+    plan = Plan(load_design(design))
+    largest = plan.vectors[1]
+    assert largest.levels["robots"].label == "6"
+    lan = plan.scenario(largest, 0).scenario.network.media["lan"]
+    assert {node: tuple(robots) for node, robots in lan.parameters()["ports"].items()} == (
+        smallest_testbed(plan).nodes)
+
+
+def test_one_of_each(tmp_path, repository):
+    file = tmp_path / "design.yaml"
+    file.write_text(DESIGN.format(base=repository / "scenarios" / "maze_8.yaml").replace(
+        "[1, 6, 3]", "[1]"))
+    told = CliRunner().invoke(app, ["deploy", str(file), "--image", "20 MB"])
+    assert "deployed: 1 node for 1 virtual machine, up to 4 on a node" in told.output
+
+
 def test_the_command(design):
     told = CliRunner().invoke(app, ["deploy", str(design), "--image", "20 MB"])
     assert told.exit_code == 0, told.output
-    for line in ("deployed: 2 nodes for 6 virtual machines, 4 on a node",
+    for line in ("deployed: 2 nodes for 6 virtual machines, up to 4 on a node",
                  "node_1  robot_4, robot_5", "Copies of an image of 20 MB over switch, 1 Gb/s:",
                  "server to node_0", "6 to 15 runs in real time"):
         assert line in told.output

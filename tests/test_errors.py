@@ -4,7 +4,7 @@ import pickle
 
 import pytest
 
-from desim.errors import DesimError, InputError, KernelError, ModelError, below, did_you_mean
+from desim.errors import DesimError, InputError, KernelError, ModelError, below, did_you_mean, told
 
 
 @pytest.mark.parametrize("kind", [DesimError, InputError, KernelError, ModelError])
@@ -29,3 +29,10 @@ def test_a_plug_in_names_its_own_keys_and_others_where_it_stands():
 def test_the_nearest_word_is_suggested():
     assert did_you_mean("ratee", ["rate", "range"]) == " (did you mean 'rate'?)"
     assert did_you_mean("zzz", ["rate", "range"]) == ""
+
+
+@pytest.mark.parametrize("error, expected", [
+    (ValueError("oh no"), "ValueError: oh no"), (ValueError("oh\r\nno"), "ValueError: oh"),
+    (ValueError(), "ValueError"), (SystemExit("bye"), "SystemExit: bye")])
+def test_what_others_raise_is_told_in_one_line(error, expected):
+    assert told(error) == expected

@@ -232,8 +232,8 @@ def scenarios() -> list[Row]:
 def campaign() -> list[Row]:
     """What a campaign costs beside its runs; CPU of it and its workers, start included."""
     scratch = Path(_scratch.name)
-    return [campaignload.overhead(scratch), campaignload.resumed(scratch, 200, 500),
-            campaignload.resumed(scratch, 10_000, 10)]
+    return [campaignload.overhead(scratch), *campaignload.finished(scratch, 200, 500),
+            *campaignload.finished(scratch, 10_000, 10)]
 
 
 def manifest_of(what: list[str], repetition: int) -> dict[str, Any]:

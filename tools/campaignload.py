@@ -40,29 +40,36 @@ def overhead(scratch: Path, runs: int = 1000) -> dict[str, object]:
     cpu_s, wall_s = _swept(design, scratch / "tiny")
     own_s = sum(json.loads(line)["cost"]["cpu_s"] for line in
                 (scratch / "tiny" / "index.jsonl").read_text().splitlines())
-    return {"what": f"{runs} tiny runs, 1 job", "CPU s": round(cpu_s, 1),
-            "wall s": round(wall_s, 1), "ms a run": round(own_s / runs * 1e3, 1),
-            "overhead ms a run": round((cpu_s - own_s) / runs * 1e3, 1)}
+    return _row(f"{runs} tiny runs, 1 job", cpu_s, wall_s, round(own_s / runs * 1e3, 1),
+                round((cpu_s - own_s) / runs * 1e3, 1))
 
 
-def resumed(scratch: Path, vectors: int, iterations: int) -> dict[str, object]:
-    """A campaign whose runs are all finished, to its table."""
+def finished(scratch: Path, vectors: int, iterations: int) -> list[dict[str, object]]:
+    """A campaign whose runs are all finished: to its table, and to its report."""
     design = scratch / "many.yaml"
     design.write_text(MANY.format(base=HELLO, ranges=vectors // 2, iterations=iterations))
     out = scratch / f"many_{vectors}"
     count = manyruns.make(Plan(load_design(design)), out)
-    cpu_s, wall_s = _swept(design, out)
-    return {"what": f"resume {count} finished runs of {vectors} vectors", "CPU s": round(cpu_s, 1),
-            "wall s": round(wall_s, 1), "ms a run": "", "overhead ms a run": ""}
+    return [_row(f"{what} {count} finished runs of {vectors} vectors", *measured) for what, measured
+            in (("resume", _swept(design, out)), ("report", _used("report", str(out))))]
+
+
+def _row(what: str, cpu_s: float, wall_s: float, own_ms: object = "",
+         overhead_ms: object = "") -> dict[str, object]:
+    return {"what": what, "CPU s": round(cpu_s, 1), "wall s": round(wall_s, 1),
+            "ms a run": own_ms, "overhead ms a run": overhead_ms}
 
 
 def _swept(design: Path, out: Path) -> tuple[float, float]:
-    """Seconds of CPU, workers included, and of the clock."""
+    return _used("sweep", str(design), "--out", str(out), "--jobs", "1")
+
+
+def _used(*command: str) -> tuple[float, float]:
+    """Seconds of CPU of a command, workers included, and of the clock."""
     def used_s() -> float:
         usage = resource.getrusage(resource.RUSAGE_CHILDREN)
         return usage.ru_utime + usage.ru_stime
 
     before_s, begin_s = used_s(), time.perf_counter()
-    subprocess.run([sys.executable, "-m", "desim.cli", "sweep", str(design), "--out", str(out),
-                    "--jobs", "1", "--quiet"], check=True)
+    subprocess.run([sys.executable, "-m", "desim.cli", *command, "--quiet"], check=True)
     return used_s() - before_s, time.perf_counter() - begin_s

@@ -13,12 +13,15 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from desim.statistics.bends import bends_of
 from desim.statistics.censoring import median_time, restricted_mean
 from desim.statistics.intervals import bca_interval, t_interval
 from desim.statistics.knee import breakpoint_of
 from desim.statistics.sequential import Rule, coverage_of
 
 LIMIT = 1.2  # of exponential times with mean 1: stops 30 % of the runs
+
+STEP = 3.6, 7.3  # bends of a line
 
 Bounds = tuple[float | None, float | None]
 
@@ -65,6 +68,16 @@ def cases() -> Iterator[tuple[str, float, Callable[[int], Bounds]]]:
     for knee, seeds in ((6.0, 10), (6.3, 10), (6.0, 1), (6.3, 1)):
         yield (f"knee at {knee}, {seeds} runs at each load of 1 to 10", knee,
                lambda k, at=knee, seeds=seeds: bend(k, at, seeds))
+    for which, at in enumerate(STEP):
+        yield (f"{('first', 'second')[which]} of two bends, at {at}, 10 runs at each of 1 to 10",
+               at, lambda k, which=which: step(k)[which])
+
+
+def step(number: int) -> list[Bounds]:
+    """Flat, falling, flat."""
+    loads = np.repeat(np.arange(1.0, 11.0), 10)
+    metric = -2 * np.clip(loads, *STEP) + generator(number).normal(size=100) * 0.5
+    return [found[1:3] for found in bends_of(loads, metric, seed=number, resamples=499)]
 
 
 def generator(number: int) -> np.random.Generator:

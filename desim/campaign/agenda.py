@@ -36,7 +36,7 @@ class Agenda:
         self._next = 0  # in runs
         self._vectors_of: dict[str, list[Vector]] = {}  # two may ask for one and the same run
         self._done = self._failed = 0
-        vectors = [vector for vector in plan.vectors if _matches(vector, only)]
+        vectors = [vector for vector in plan.vectors if vector.matches(only)]
         self._ids: dict[int, list[str]] = {vector.number: [] for vector in vectors}
         for iteration in range(plan.least_iterations):
             for vector in vectors:
@@ -123,12 +123,3 @@ def rule_of(until: Until) -> Rule:
     relative = width.unit == "%"
     return Rule(float(width.number) / (200 if relative else 2), relative, until.at_least,
                 until.at_most)
-
-
-def _matches(vector: Vector, only: tuple[str, ...]) -> bool:
-    """Whether it has one of the wanted levels of each parameter: ``robots=8``."""
-    wanted: dict[str, set[str]] = {}
-    for text in only:
-        name, _, label = text.partition("=")
-        wanted.setdefault(name.strip(), set()).add(label.strip())
-    return all(vector.levels[name].label in labels for name, labels in wanted.items())

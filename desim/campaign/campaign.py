@@ -56,8 +56,12 @@ class Sweep:
         self._scenario = plan.scenario(plan.vectors[0], 0).scenario.name
 
     def __enter__(self) -> Sweep:
-        with _writing(self.out):
+        try:
             (self._runs / self._scenario).mkdir(parents=True, exist_ok=True)
+        except (NotADirectoryError, FileExistsError, FileNotFoundError, PermissionError) as error:
+            raise InputError(f"{self.out}: cannot be a campaign's folder: {error.strerror}; choose "
+                             "another one with --out") from error
+        with _writing(self.out):
             self._lock = os.open(self.out / ".lock", os.O_CREAT | os.O_RDWR)
             try:
                 fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -188,6 +192,8 @@ def selected(plan: Plan, only: tuple[str, ...]) -> tuple[str, ...]:
         if label not in labels:
             raise InputError(f"--only {text}: {name} has no level {label!r}"
                              f"{did_you_mean(label, labels)}; allowed: {', '.join(labels)}")
+    if not any(vector.matches(only) for vector in plan.vectors):
+        raise InputError(f"--only {' --only '.join(only)}: no vector has these levels together")
     return only
 
 

@@ -7,7 +7,6 @@ campaign's folder, and the folder that the campaign was started in, under the sa
 from __future__ import annotations
 
 import fcntl
-import gc
 import os
 import socket
 from collections.abc import Callable
@@ -25,6 +24,7 @@ from desim.campaign.work import Row, Task, Unwritable, failure, folder_of, row_o
 from desim.errors import InputError
 from desim.experiment.identity import Identity
 from desim.experiment.results import manifest_of
+from desim.garbage import keep_what_there_is
 
 _LOOK_S = 1.0  # for workers that have come or gone, where nothing else happens
 _alone = Lock()
@@ -126,9 +126,8 @@ def carried_out(task: Task, folder: str) -> Row:
 
 @cache
 def _freeze_modules() -> None:
-    """Looking through them for garbage takes longer than a small run. Once only: what Dask leaves
-    behind later is not ours to keep."""
-    gc.freeze()
+    """Once only: what Dask leaves behind later is not ours to keep."""
+    keep_what_there_is()
 
 
 def _left_behind(task: Task) -> Row | None:

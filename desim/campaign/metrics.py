@@ -15,7 +15,7 @@ from desim import api, plugins
 from desim.campaign.columns import refuse_twins
 from desim.campaign.plan import Plan
 from desim.campaign.work import Row, flat
-from desim.errors import InputError, did_you_mean
+from desim.errors import InputError, did_you_mean, told
 from desim.scenario import expression
 
 # A rehearsal is long enough for everything to be measured once, and too short to be felt.
@@ -60,14 +60,16 @@ class Metrics:
         return {**row["metrics"], **{name: own(row) for name, own in self._own.items()}}
 
     def value(self, name: str, row: Row) -> Any:
-        """One metric of a run; None where it has none. An instant that was not reached counts as
-        the run's end, so that vectors that fail are not taken for well known (restricted mean)."""
+        """One metric of a run, to judge whether it is known well enough; None where it has none. An
+        instant that was not reached counts as the run's end, in the design's expressions too, so
+        that vectors that fail are not taken for well known (restricted mean)."""
         if row["status"] != "finished":
             return None
-        if name in self._own:
-            return self._own[name](row)
-        found = row["metrics"].get(name)
-        return row["metrics"]["simulated_s"] if found is None and name in _INSTANTS else found
+        found = row["metrics"]
+        ends = {instant: found["simulated_s"] for instant in _INSTANTS
+                if found.get(instant) is None}
+        row = {**row, "metrics": {**found, **ends}}
+        return self._own[name](row) if name in self._own else row["metrics"].get(name)
 
     def _made(self, name: str, text: str, folder: str, run: api.Run,
               ) -> Callable[[Row], float | None]:
@@ -93,9 +95,9 @@ class Metrics:
             value = function(run)
             if value is not None:
                 float(value)
-        except Exception as error:  # a stranger's function may fail in any way
-            raise InputError(f"{plugins.bare(path)} raised {type(error).__name__}: {error} (tried "
-                             "on a run of 0.01 s)") from error
+        except (Exception, SystemExit) as error:  # a stranger's function may fail in any way
+            raise InputError(f"{plugins.bare(path)} raised {told(error)} (tried on a run of "
+                             "0.01 s)") from error
         self.functions += (path,)
         return lambda row: row["functions"].get(path)
 
@@ -137,10 +139,5 @@ def _rehearsed(plan: Plan, folder: str) -> api.Run:
         except InputError as error:
             wrong.append(error)
         except Exception as error:  # of a model or a plug-in
-            wrong.append(plan.loaded.wrong(("base",), "a run fails at once: "
-                                           f"{type(error).__name__}: {_first_line(error)}"))
+            wrong.append(plan.loaded.wrong(("base",), f"a run fails at once: {told(error)}"))
     raise wrong[0]
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).partition("\n")[0]

@@ -48,9 +48,20 @@ def parameters_of(loaded: LoadedDesign) -> dict[str, Parameter]:
     for name, shape in loaded.design.parameters.items():
         try:
             made[name] = _MAKERS[type(shape)](("parameters", name), shape)
+            _refuse_rival(name, loaded.design.parameters)
         except InputError as error:
             raise loaded.wrong(("parameters", name), str(error)) from None
     return made
+
+
+def _refuse_rival(name: str, parameters: dict[str, Any]) -> None:
+    """Of two parameters with one key the later one would always win."""
+    key = getattr(parameters[name], "key", None)
+    for other in parameters:
+        if other == name:
+            return
+        if key is not None and key == getattr(parameters[other], "key", None):
+            raise InputError(f"sets {key}, which {other} sets, too; one of them is enough")
 
 
 def _of_values(path: Path, shape: Values) -> Parameter:
@@ -98,6 +109,7 @@ def _of_span(path: Path, shape: Span) -> Parameter:
         raise InputError("a logarithmic range begins above zero")
     levels = [_level(first.of(number), shape.key, path)
               for number in _numbers(shape, first, last, whole)]
+    _refuse_twins(levels)
     return Parameter(levels, lambda value: _level(value, shape.key, ("vectors",)), sampled)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import Any, NamedTuple
 
 from desim.campaign.design import MOST_RUNS, LoadedDesign, Until
@@ -12,7 +13,7 @@ from desim.campaign.parameters import Level, Setting, parameters_of
 from desim.campaign.quantities import quantity
 from desim.campaign.vectors import Combination, combinations
 from desim.errors import did_you_mean
-from desim.experiment.identity import Identity
+from desim.experiment.identity import Identity, source
 from desim.scenario.load import Change, Loaded, varied
 from desim.scenario.places import Place
 from desim.units import NS_PER_S
@@ -34,6 +35,14 @@ class Vector(NamedTuple):
     run_id: Callable[[int], str]
     robots: int
     limit_s: float
+
+    def matches(self, only: tuple[str, ...]) -> bool:
+        """Whether it has one of the wanted levels of each parameter: ``robots=8``."""
+        wanted: dict[str, set[str]] = {}
+        for text in only:
+            name, _, label = text.partition("=")
+            wanted.setdefault(name.strip(), set()).add(label.strip())
+        return all(self.levels[name].label in labels for name, labels in wanted.items())
 
 
 class Plan:
@@ -57,11 +66,13 @@ class Plan:
             raise loaded.wrong(("iterations",), f"{len(chosen):,} vectors of "
                                f"{self.most_iterations:,} iterations; at most {MOST_RUNS:,} runs")
         self.vectors: list[Vector] = []
+        hashed = cache(source)
         for number, levels in enumerate(chosen):
             changes = _changes(loaded, levels)
             scenario = varied(loaded.base, changes).scenario
-            self.vectors.append(Vector(number, levels, changes, Identity(scenario).run_id,
-                                       scenario.fleet.size, scenario.stop.elapsed_ns / NS_PER_S))
+            self.vectors.append(Vector(
+                number, levels, changes, Identity(scenario, hashed).run_id, scenario.fleet.size,
+                scenario.stop.elapsed_ns / NS_PER_S))
             if checked is not None:
                 checked(number + 1, len(chosen))
 

@@ -7,9 +7,12 @@ import importlib
 import logging
 import shutil
 import signal
+import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from multiprocessing import resource_tracker
 from typing import Any
+from urllib.parse import urlsplit
 
 import dask
 from distributed import Client, LocalCluster
@@ -46,11 +49,26 @@ def connected(settings: Settings, cores: int) -> Iterator[Client]:
 
 def _reached(address: str) -> Client:
     try:
+        with socket.create_connection(_host_and_port(address), timeout=_CONNECT_S):
+            pass  # Dask tries again until the time is over where nobody listens
+    except OSError as error:
+        raise InputError(f"--cluster {address}: cannot be reached: "
+                         f"{error.strerror or error}") from error
+    try:
         asyncio.run(_greeted(address))  # a Client that cannot connect is noisy when it goes
     except Exception as error:  # whatever somebody else's answer makes Dask do
         raise InputError(f"--cluster {address}: no Dask scheduler answers there within "
                          f"{_CONNECT_S} s") from error
     return Client(address, timeout=_CONNECT_S, set_as_default=False)
+
+
+def _host_and_port(address: str) -> tuple[str, int]:
+    where = urlsplit(address)
+    try:
+        return where.hostname or "", where.port or 0
+    except ValueError:  # a port that is none
+        raise InputError(f"--cluster {address}: must be tcp://host:port, with a port of "
+                         "1 to 65535") from None
 
 
 async def _greeted(address: str) -> None:
@@ -59,8 +77,16 @@ async def _greeted(address: str) -> None:
 
 
 def _local(workers: int) -> LocalCluster:
-    return LocalCluster(n_workers=workers, threads_per_worker=1, memory_limit=0,
-                        dashboard_address=":0", silence_logs=logging.CRITICAL)
+    # Ctrl-C is for the campaign, which ends its workers. They would print where it has met them.
+    # What the threads that begin now block is blocked in every process that these start, unless one
+    # of them has to start multiprocessing's tracker, which unblocks it.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return LocalCluster(n_workers=workers, threads_per_worker=1, memory_limit=0,
+                            dashboard_address=":0", silence_logs=logging.CRITICAL)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _queued(settings: Queue) -> SpecCluster:
@@ -78,6 +104,7 @@ def _queued(settings: Queue) -> SpecCluster:
     except (OSError, RuntimeError) as error:
         with suppress(AssertionError):  # Dask does not expect jobs that were refused
             cluster.close()
+        cluster.shutdown_on_close = False  # nor does it then know at exit that it is closed
         raise InputError(f"--cluster: {command} refuses the job: {_reason(error)}") from error
     # Jobs that end (their time is over, their machine went down) are replaced.
     cluster.adapt(minimum_jobs=settings.jobs, maximum_jobs=settings.jobs)

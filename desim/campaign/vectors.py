@@ -19,7 +19,7 @@ from desim.campaign.design import (
     Sobol,
 )
 from desim.campaign.parameters import Level, Parameter
-from desim.errors import InputError, did_you_mean
+from desim.errors import InputError, did_you_mean, told
 
 Combination = dict[str, Level]
 
@@ -77,8 +77,8 @@ def _answered(loaded: LoadedDesign, name: str) -> Iterable[Any]:
         raise InputError(f"{name!r} is not a function")
     try:
         vectors = list(itertools.islice(iter(function()), MOST_RUNS + 1))
-    except Exception as error:  # a stranger's function may fail in any way
-        raise InputError(f"{name} raised {type(error).__name__}: {error}") from error
+    except (Exception, SystemExit) as error:  # a stranger's function may fail in any way
+        raise InputError(f"{name} raised {told(error)}") from error
     if len(vectors) > MOST_RUNS:
         raise InputError(f"{name} gives more than {MOST_RUNS:,}")
     return vectors
@@ -99,10 +99,15 @@ def _named(number: int, one: Any, parameters: dict[str, Parameter]) -> Combinati
     made = {}
     for name, parameter in parameters.items():
         try:
-            made[name] = parameter.named(one[name])
+            made[name] = parameter.named(_plain(one[name]))
         except (InputError, TypeError) as error:  # TypeError: what JSON cannot hold
             raise InputError(f"vector {number}: {name}: {error}") from None
     return made
+
+
+def _plain(value: Any) -> Any:
+    """Functions count with numpy, scenarios are written in Python's own numbers."""
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def _points(samples: LatinHypercube | Sobol | Saltelli, dimensions: int, seed: int) -> np.ndarray:

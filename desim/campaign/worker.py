@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import select
 import sys
@@ -10,6 +9,8 @@ import threading
 from contextlib import suppress
 from itertools import count
 from multiprocessing.connection import Connection
+
+from desim.garbage import keep_what_there_is
 
 
 def main(descriptor: int) -> None:
@@ -20,7 +21,7 @@ def main(descriptor: int) -> None:
 
     for number in count():
         if number < 2:  # the first run imports the rest
-            gc.freeze()  # modules stay: looking through them for garbage takes longer than a run
+            keep_what_there_is()
         try:
             task = connection.recv()
         except (EOFError, OSError):

@@ -101,7 +101,7 @@ def trace_of(run: Run, spool: Path, until_ns: int | None = None) -> Rows:
         return rows
     scenario = load(run.path / "scenario.resolved.yaml").scenario
     now = {"versions": identity.versions(), "plugins": identity.plugin_references(scenario),
-           "source": identity.source(scenario)}
+           "source": identity.source(identity.modules(scenario))}
     other = [name for name, value in now.items() if run.manifest.get(name) != value]
     if other:
         raise InputError(f"{run.path}: its trace rows were not kept, and it cannot be repeated: "

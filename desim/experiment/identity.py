@@ -7,6 +7,7 @@ import os
 import platform
 import sys
 import zlib
+from collections.abc import Callable
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -25,11 +26,13 @@ _SHOWS = frozenset({"report", "campaign", "statistics", "commands", "cli.py"})
 
 
 class Identity:
-    """What names the runs of a scenario, whatever their seed."""
+    """What names the runs of a scenario, whatever their seed. ``hashed``: the hash of the source,
+    for whoever asks for thousands of identities at one time, and has looked at the files once."""
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario,
+                 hashed: Callable[[tuple[str, ...]], str] | None = None) -> None:
         self.plugins = plugin_references(scenario)
-        self.source = source(scenario)
+        self.source = (hashed or source)(modules(scenario))
         self._run_id = scenario_id(scenario, {**versions(), **self.plugins,
                                               "source": self.source})
 
@@ -61,12 +64,16 @@ def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
     return sorted(chosen)
 
 
-def source(scenario: Scenario) -> str:
+def modules(scenario: Scenario) -> tuple[str, ...]:
+    """Those of the scenario's plug-ins."""
+    return tuple(sorted({plugins.load(kind, name).__module__ for kind, name in _chosen(scenario)}))
+
+
+def source(modules: tuple[str, ...]) -> str:
     """A hash of the Python source of desim (but for what has no part in a run) and of the packages
-    that the scenario's plug-ins come from: during development the version stays the same."""
-    chosen = {plugins.load(kind, name).__module__ for kind, name in _chosen(scenario)}
+    that plug-ins come from: during development the version stays the same."""
     digest = hashlib.sha256()
-    for file in _files(tuple(sorted(chosen))):
+    for file in _files(modules):
         facts = os.stat(file)
         digest.update(_hash(file, facts.st_mtime_ns, facts.st_size))
     return digest.hexdigest()[:12]

@@ -69,9 +69,10 @@ def show(deployment: dict[str, Any]) -> None:
     """Print it."""
     console = Console(highlight=False, soft_wrap=True)
     nodes = deployment["nodes"]
-    console.print(f"{deployment['design']}: {len(nodes)} nodes for {deployment['virtual_machines']}"
-                  f" virtual machines, {deployment['robots_per_node']} on a node, beside the "
-                  "workstation with simulator and monitor")
+    machines, per_node = deployment["virtual_machines"], deployment["robots_per_node"]
+    console.print(f"{deployment['design']}: {len(nodes)} node{'s' * (len(nodes) != 1)} for "
+                  f"{machines} virtual machine{'s' * (machines != 1)}, up to {per_node} on a node, "
+                  "beside the workstation with simulator and monitor")
     console.print(_placement(deployment))
     size = BYTE_SIZE.format(deployment["image_bytes"])
     network = deployment["network"]

@@ -95,6 +95,7 @@ class Told:
             bar = progress.add_task("runs", total=total, completed=done, failed=_failed(failed),
                                     to_go="")
             lines, to_go = _Lines(self._console), _ToGo(sweep)
+            errors: set[str] = set()  # each is told once, the others are counted
             if cluster is None:
                 workers: Workers = stack.enter_context(Crew(jobs))
             else:
@@ -106,10 +107,16 @@ class Told:
                 progress.update(bar, completed=done, total=total, failed=_failed(failed),
                                 to_go=left)
                 lines.tell(f"{done} of {total} runs{_failed(failed)}; {left} to go")
-                if row["status"] == "failed":
+                if row["status"] == "failed" and row["error"] not in errors:
+                    errors.add(row["error"])
                     progress.console.print(f"{row['run_id']} failed: {row['error']}")
 
-            sweep.run(workers, heard)
+            try:
+                sweep.run(workers, heard)
+            except KeyboardInterrupt:
+                done, _, total = sweep.progress
+                raise KeyboardInterrupt(f"{done} of {total} runs in {sweep.out}; the same command "
+                                        "goes on from there") from None
         done, failed, total = sweep.progress
         self._console.print(f"{done} of {total} runs{_failed(failed)}; table: "
                             f"{sweep.out / TABLE}")
@@ -155,21 +162,21 @@ class _ToGo:
     def __init__(self, sweep: Sweep) -> None:
         self._sweep = sweep
         self._begin_s: float | None = None
-        self._spent_s, self._text, self._next_s = 0.0, "?", 0.0
+        self._spent_s, self._end_s, self._next_s = 0.0, 0.0, 0.0
 
     def after(self, row: Row) -> str:
         """In words, when a run has come to its end; looked at again every few seconds."""
         now_s = time.monotonic()
         if self._begin_s is None:
             self._begin_s = now_s
-            return self._text
+            return "?"
         self._spent_s += row.get("cost", {}).get("cpu_s", 0.0)
         if self._spent_s and now_s >= self._next_s:
             self._next_s = now_s + _AGAIN_S
             agenda = self._sweep.agenda
             left_s = forecast(self._sweep.plan, agenda, finished_costs(agenda)).expected_s
-            self._text = _duration(left_s * (now_s - self._begin_s) / self._spent_s)
-        return self._text
+            self._end_s = now_s + left_s * (now_s - self._begin_s) / self._spent_s
+        return _duration(max(self._end_s - now_s, 0.0)) if self._next_s else "?"
 
 
 def _duration(seconds: float) -> str:

@@ -16,7 +16,7 @@ from desim.scenario import yaml12
 from desim.scenario.communication import Coordination, Medium, MiddlewareChoice, PluginChoice
 from desim.scenario.environment import Environment
 from desim.scenario.fleet import Fleet
-from desim.scenario.places import Path, Place, Places, dotted, split
+from desim.scenario.places import Path, Place, Places, dotted, split, steps
 from desim.scenario.shapes import alternatives, keys, which
 
 Document = tuple[dict[str, Any], Places]
@@ -72,8 +72,10 @@ def changed(document: Document, path: Path, value: Any, place: Place) -> Documen
     data, places = document
     merged = _put(data, path, value, (), str(place))
     top = Places(places.root)  # what nobody wrote is still a default of the file
-    for depth in range(1, len(path)):  # what it had to bring into being on the way
-        if path[:depth] not in places:
+    below = data
+    for depth, step in enumerate(path[:-1], 1):  # what it had to bring into being on the way
+        below = below[step] if step in steps(below) else None
+        if path[:depth] not in places or not isinstance(below, (dict, list)):
             top.put(path[:depth], place, place)
     top.put_all(value, place, path)
     return merged, places.under(top, merged)

@@ -20,7 +20,7 @@ def resolved(scenario: Scenario, folder: str | os.PathLike | None = None) -> str
     The paths of a map and of plug-ins' modules and files are absolute, or relative to ``folder``,
     where the text will be stored.
     """
-    return yaml12.dump(_data(scenario, lambda path: path if folder is None else
+    return yaml12.dump(_data(scenario, _dumped(scenario), lambda path: path if folder is None else
                              os.path.relpath(path, folder)))
 
 
@@ -28,11 +28,11 @@ def scenario_id(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[in
     """The 12 hex digits that name the scenario's run with a seed: of the scenario, of the content
     of its map and of its plug-ins' files (wherever they lie), and of the versions that it runs
     with."""
-    digest = hashlib.sha256()
-    for file in _files(scenario):
+    digest, data = hashlib.sha256(), _dumped(scenario)
+    for file in _files(scenario, data):
         with open(file, "rb") as content:
             digest.update(hashlib.sha256(content.read()).digest())
-    digest.update(json.dumps({**_data(scenario, os.path.basename), "seed": 0}).encode())
+    digest.update(json.dumps({**_data(scenario, data, os.path.basename), "seed": 0}).encode())
     digest.update(repr(sorted(versions.items())).encode())
 
     def with_seed(seed: int) -> str:
@@ -43,9 +43,13 @@ def scenario_id(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[in
     return with_seed
 
 
-def _data(scenario: Scenario, written: Callable[[str], str]) -> dict[str, Any]:
+def _dumped(scenario: Scenario) -> dict[str, Any]:
+    return scenario.model_dump(mode="json", by_alias=True)
+
+
+def _data(scenario: Scenario, data: dict[str, Any], written: Callable[[str], str],
+          ) -> dict[str, Any]:
     """As a file has it, with each absolute path as ``written`` gives it."""
-    data = scenario.model_dump(mode="json", by_alias=True)
     if isinstance(scenario.environment.terrain, MapFile):
         terrain = data["environment"]["terrain"]
         terrain["map"] = written(terrain["map"])
@@ -55,9 +59,8 @@ def _data(scenario: Scenario, written: Callable[[str], str]) -> dict[str, Any]:
     return data
 
 
-def _files(scenario: Scenario) -> list[str]:
+def _files(scenario: Scenario, data: dict[str, Any]) -> list[str]:
     """All that it names, as far as they exist: what is wrong with them is for others to say."""
-    data = scenario.model_dump(mode="json", by_alias=True)
     files = [mapping[key] for _, mapping, key in pluginchoices.files(data)]
     if isinstance(scenario.environment.terrain, MapFile):
         files = _map_files(scenario.environment.terrain) + files

@@ -36,7 +36,9 @@ def which(shapes: tuple, value: Any) -> str | None:
     if isinstance(value, dict):
         blocks = [shape for shape in shapes if isinstance(shape, type) and
                   issubclass(shape, Params)]
-        return tag(max(blocks, key=lambda shape: _likeness(value, shape))) if blocks else None
+        known = next((shape for shape in blocks if value.keys() <= {*keys(shape)}), None)
+        return tag(known or max(blocks, key=lambda shape: _likeness(value, shape))) \
+            if blocks else None
     for shape in shapes:
         kind = get_origin(shape) or shape
         if isinstance(value, (list, tuple) if kind is tuple else kind):

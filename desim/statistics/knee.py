@@ -53,11 +53,7 @@ def breakpoint_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: 
     Raises ``ValueError`` for fewer than 5 different loads or 8 runs, for ``blocks`` of which not
     each has one run at each load, and, if ``log``, for a load that is not above zero.
     """
-    points, y = aligned(load, metric)
-    if blocks is not None:
-        y = _without_blocks(points, y, np.asarray(blocks))
-    order = np.lexsort((y, points))
-    x, y = _axis(points[order], log), y[order]
+    x, y = prepared(load, metric, log, blocks)
     fits = _Fits(x)
     draw = Streams(seed)("statistics", "knee")
     signs = 2.0 * draw.integers(0, 2, (resamples, len(x))) - 1.0
@@ -85,6 +81,17 @@ def breakpoint_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: 
     _, before, change = np.linalg.lstsq(np.stack([np.ones_like(x), x, hinge], axis=1), y,
                                         rcond=None)[0]
     return Knee(at, low, high, float(before), float(before + change), p, len(x))
+
+
+def prepared(load: ArrayLike, metric: ArrayLike, log: bool, blocks: ArrayLike | None,
+             ) -> tuple[np.ndarray, np.ndarray]:
+    """Loads, ascending, in log10 if ``log``, and values [n] without what a block adds to all of
+    them; in an order that does not depend on the one given. Raises as ``breakpoint_of``."""
+    points, y = aligned(load, metric)
+    if blocks is not None:
+        y = _without_blocks(points, y, np.asarray(blocks))
+    order = np.lexsort((y, points))
+    return _axis(points[order], log), y[order]
 
 
 class _Fits:

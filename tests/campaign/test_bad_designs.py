@@ -5,6 +5,7 @@ import sys
 import pytest
 from designs import BASE
 from typer.testing import CliRunner
+from wrong_parameters import PARAMETERS, P
 
 from desim.campaign.design import load_design
 from desim.campaign.metrics import Metrics
@@ -12,7 +13,6 @@ from desim.campaign.plan import Plan
 from desim.cli import app
 from desim.errors import InputError
 
-P = "parameters: {robots: {key: fleet.size, values: [1, 2]}}\n"
 FUNCTIONS = """\
 THING = 5
 
@@ -39,177 +39,36 @@ def raises_q(quantities):
 
 def words(run):
     return "many"
+
+def nothing():
+    return None
+
+def a_mapping():
+    return {"robots": [1, 2]}
+
+def quits():
+    raise SystemExit("bye")
+
+def quits_run(run):
+    raise SystemExit("bye")
+
+def says_much():
+    raise ValueError("first\\nsecond")
+
+def says_nothing():
+    raise ValueError
+
+def not_a_number():
+    return [{"robots": float("nan")}]
 """
 
 # What follows "name: d" and "base: small.yaml", and the complaint without "d.yaml:" in front; "..."
 # stands for more of what is allowed.
-WRONG = {
+WRONG = PARAMETERS | {
     "unknown key": ("paramters: {}",
         "3:1: paramters: unknown key (did you mean 'parameters'?); allowed: name, question, "
         "base, set, parameters, vectors, iterations, seed, random_numbers, stop, measure, "
         "metrics, report"),
-    "unknown key of a parameter": ("parameters: {robots: {key: fleet.size, "
-        "vals: [1]}}",
-        "3:40: parameters.robots.vals: unknown key (did you mean 'values'?); allowed: key, "
-        "values"),
-    "no shape": ("parameters: {robots: 5}",
-        "3:22: parameters.robots: must be a mapping with key, values, or a mapping with "
-        "levels, or a mapping with key, from, to, step, count, scale, got 5"),
-    "unknown path": ("parameters: {robots: {key: fleet.siz, values: [1, 2]}}",
-        "3:48: fleet.siz: unknown key (did you mean 'size'?); allowed: size, robots, types, "
-        "start"),
-    "unknown family": ("parameters: {robots: {key: flet.size, values: [1, 2]}}",
-        "3:48: flet: unknown key (did you mean 'fleet'?); allowed: name, seed, deployment, "
-        "testbed, physics, environment, fleet, robot, hosts, network, middleware, "
-        "coordination, faults, stop, measure, trace"),
-    "empty key": ("parameters: {robots: {key: '', values: [1, 2]}}",
-        "3:41: parameters.robots.values.0: '' is not a key of the scenario, e.g. fleet.size"),
-    "wrong value": ("parameters: {robots: {key: fleet.size, values: [1, two]}}",
-        "3:52: fleet.size: must be a whole number, got 'two'"),
-    "unit missing": ("parameters: {range: {key: robot.laser.max_range, from: "
-        "1, to: 5}}",
-        "3:21: robot.laser.max_range: 1 has no unit; allowed: m, km, cm, mm, e.g. '200 m'"),
-    "empty range": ("parameters: {robots: {key: fleet.size, from: 5, to: 1}}",
-        "3:22: parameters.robots: the range from 5 to 1 is empty"),
-    "different units": ("parameters: {robots: {key: robot.laser.max_range, "
-        "from: 5 m, to: 100 cm}}",
-        "3:22: parameters.robots: '5 m' and '100 cm' have different units; write them in one"),
-    "no number": ("parameters: {robots: {key: fleet.size, from: one, to: 5}}",
-        "3:22: parameters.robots: 'one' is not a number, e.g. 8 or '10 Mb/s'"),
-    "step zero": ("parameters: {robots: {key: fleet.size, from: 1, to: 5, "
-        "step: 0}}",
-        "3:22: parameters.robots: the step 0 must be above zero"),
-    "step text": ("parameters: {robots: {key: fleet.size, from: 1, to: 5, "
-        "step: x}}",
-        "3:22: parameters.robots: 'x' is not a number, e.g. 8 or '10 Mb/s'"),
-    "step and count": ("parameters: {robots: {key: fleet.size, from: 1, to: "
-        "5, step: 1, count: 3}}",
-        "3:22: parameters.robots: has step and count; one of them is enough"),
-    "log from zero": ("parameters: {robots: {key: fleet.size, from: 0, to: "
-        "5, count: 3, scale: log}}",
-        "3:22: parameters.robots: a logarithmic range begins above zero"),
-    "log step": ("parameters: {robots: {key: fleet.size, from: 1, to: 5, "
-        "step: 2, scale: log}}",
-        "3:22: parameters.robots: a logarithmic range has a count, not a step"),
-    "scale": ("parameters: {robots: {key: fleet.size, from: 1, to: 5, scale: "
-        "lg, count: 2}}",
-        "3:63: parameters.robots.scale: 'lg' is not allowed (did you mean 'log'?); allowed: "
-        "linear, log"),
-    "too many values": ("parameters: {robots: {key: fleet.size, from: 1, to: "
-        "1000000000}}",
-        "3:22: parameters.robots: has more than 100,000 values"),
-    "count huge": ("parameters: {robots: {key: fleet.size, from: 1, to: 5, "
-        "count: 1000000000}}",
-        "3:63: parameters.robots.count: must be at most 10000, got 1000000000"),
-    "infinite": ("parameters: {robots: {key: fleet.size, from: 1, to: .inf}}",
-        "3:53: .inf is not a finite number"),
-    "huge exp": ("parameters: {robots: {key: fleet.size, from: 1 m, to: 1e99 "
-        "m, step: 1 m}}",
-        "3:22: parameters.robots: has more than 100,000 values"),
-    "no values": ("parameters: {robots: {key: fleet.size}}",
-        "3:22: parameters.robots: has no values; give it values, a step or a count, or let "
-        "the vectors name them"),
-    "no values in all": ("parameters: {range: {key: robot.laser.max_range, "
-        "from: 1 m, to: 5 m}}",
-        "3:21: parameters.range: has no values; give it values, a step or a count, or let the "
-        "vectors name them"),
-    "twice": ("parameters: {robots: {key: fleet.size, values: [1, 2, 1]}}",
-        "3:22: parameters.robots: the value 1 stands there twice"),
-    "two levels of one name": ("parameters: {how: {levels: {a: {fleet.size: "
-        "1}, a: {fleet.size: 2}}}}",
-        "3:49: the key 'a' stands here a second time, first in line 3"),
-    "levels empty": ("parameters: {how: {levels: {}}}",
-        "3:19: parameters.how: has no levels"),
-    "level no mapping": ("parameters: {how: {levels: {a: 5}}}",
-        "3:32: parameters.how.levels.a: must be a mapping, got 5"),
-    "name": ("parameters: {'my robots': {key: fleet.size, values: [1]}}",
-        "3:14: parameters.my robots: 'my robots' is not allowed; allowed: text that matches "
-        "^[A-Za-z][A-Za-z0-9_]{0,59}$"),
-    "sets nothing": ("parameters: {robots: {values: [1, 2]}}",
-        "3:22: parameters.robots: sets nothing: give it a key, or use $robots in set or in "
-        "levels"),
-    "dollar": (P + "set: {robot.laser.beams: $robts}",
-        "4:26: set.robot.laser.beams: there is no parameter 'robts' (did you mean 'robots'?); "
-        "allowed: $robots"),
-    "fixed column": ("parameters: {seed: {key: fleet.size, values: [1]}}",
-        "3:20: parameters.seed: seed is a column of every campaign in runs.parquet, too; "
-        "choose another name"),
-    "metric column": ("parameters: {explored: {key: fleet.size, values: [1]}}",
-        "3:24: parameters.explored: explored is a column of a metric in runs.parquet, too; "
-        "choose another name"),
-    "two columns": ("parameters: {t: {key: stop.elapsed, values: [1 s]}, "
-        "t_s: {key: fleet.size, values: [1]}}",
-        "3:58: parameters.t_s: t_s is a column of the parameter t in runs.parquet, too; "
-        "choose another name"),
-    "metric run_id": ("metrics: {seed: explored / 2}",
-        "3:17: metrics.seed: is a column that runs.parquet always has; choose another name"),
-    "metric like a parameter": (P + "metrics: {robots: explored / 2}",
-        "3:22: parameters.robots: robots is a column of a metric in runs.parquet, too; choose "
-        "another name"),
-    "seed key": ("parameters: {s: {key: seed, values: [1, 2]}}",
-        "3:38: parameters.s.values.0: sets the scenario's seed, which is the design's: see "
-        "seed, iterations and random_numbers"),
-    "name key": ("set: {name: foo}",
-        "3:13: set.name: sets the scenario's name, which is the design's: runs of all vectors "
-        "lie in one folder"),
-    "vectors word": (P + "vectors: al",
-        "4:10: vectors: 'al' is not allowed (did you mean 'all'?); allowed: all, zip, a list "
-        "of mappings, function, latin_hypercube, sobol, saltelli"),
-    "vectors number": (P + "vectors: 5",
-        "4:10: vectors: must be text, or a list, or a mapping with function, or a mapping "
-        "with latin_hypercube, or a mapping with sobol, or a mapping with saltelli, got 5"),
-    "vectors mapping": (P + "vectors: {sobl: 8}",
-        "4:11: vectors.sobl: unknown key (did you mean 'sobol'?); allowed: sobol"),
-    "zip lengths2": ("parameters: {robots: {key: fleet.size, values: [1, "
-        "2]}, b: {key: robot.laser.beams, values: [1]}}\nvectors: zip",
-        "4:10: vectors: zip needs as many values of each parameter, but there are 2 of "
-        "robots, 1 of b"),
-    "vectors empty": (P + "vectors: []",
-        "4:10: vectors: there are none"),
-    "vector no mapping": (P + "vectors: [5]",
-        "4:11: vectors.0: must be a mapping, got 5"),
-    "vector unknown": (P + "vectors: [{robts: 1}]",
-        "4:10: vectors: vector 0 has an unknown parameter 'robts' (did you mean 'robots'?); "
-        "allowed: robots"),
-    "vector missing": (P + "vectors: [{}]",
-        "4:10: vectors: vector 0 has no robots"),
-    "vector level": ("parameters: {how: {levels: {near: {fleet.size: "
-        "1}}}}\nvectors: [{how: neer}]",
-        "4:10: vectors: vector 0: how: 'neer' is not one of its levels (did you mean "
-        "'near'?); allowed: near"),
-    "vector unhashable": ("parameters: {how: {levels: {near: {fleet.size: "
-        "1}}}}\nvectors: [{how: [near]}]",
-        "4:10: vectors: vector 0: how: ['near'] is not one of its levels (did you mean "
-        "'near'?); allowed: near"),
-    "function none": (P + "vectors: {function: 'no_such:f'}",
-        "4:10: vectors: cannot load function 'no_such:f': No module named 'no_such'"),
-    "function raises": (P + "vectors: {function: 'bad_functions:raises'}",
-        "4:10: vectors: bad_functions:raises raised ValueError: oh no"),
-    "function not callable": (P + "vectors: {function: 'bad_functions:THING'}",
-        "4:10: vectors: 'bad_functions:THING' is not a function"),
-    "function endless": (P + "vectors: {function: 'bad_functions:endless'}",
-        "4:10: vectors: bad_functions:endless gives more than 1,000,000"),
-    "function odd": (P + "vectors: {function: 'bad_functions:odd'}",
-        "4:10: vectors: vector 0: robots: Object of type object is not JSON serializable"),
-    "function no colon": (P + "vectors: {function: 'bad_functions'}",
-        "4:10: vectors: function: 'bad_functions' is not 'package.module:function'"),
-    "sobol 0": (P + "vectors: {sobol: 0}",
-        "4:18: vectors.sobol: must be at least 1, got 0"),
-    "sobol huge": (P + "vectors: {sobol: 1000000000}",
-        "4:18: vectors.sobol: must be at most 1000000, got 1000000000"),
-    "saltelli 3": (P + "vectors: {saltelli: 3}",
-        "4:10: vectors: saltelli: the number of points must be a power of two, got 3"),
-    "samples none": ("vectors: {sobol: 4}",
-        "3:10: vectors: there are no parameters to take samples of"),
-    "samples no values": ("parameters: {robots: {key: fleet.size}}\nvectors: "
-        "{sobol: 4}",
-        "3:22: parameters.robots: has no values to take samples of; give it values, or from "
-        "and to"),
-    "combinations": ("parameters:\n  p0: {key: robot.laser.beams, from: 1, "
-        "to: 1000}\n  p1: {key: robot.laser.beams, from: 1, to: 1000}\n  p2: {key: "
-        "robot.laser.beams, from: 1, to: 1000}",
-        "1:1: vectors: all combinations are 1,000,000,000 (1000 of p0 x 1000 of p1 x 1000 of "
-        "p2); at most 1,000,000: leave out values, or take samples (latin_hypercube)"),
     "iterations x": ("parameters: {p: {key: robot.laser.beams, from: 1, to: "
         "1000}}\niterations: 100000",
         "4:13: iterations: 1,000 vectors of 100,000 iterations; at most 1,000,000 runs"),
@@ -266,6 +125,17 @@ WRONG = {
     "metric no number": ("metrics: {mine: 'bad_functions:words'}",
         "3:17: metrics.mine: bad_functions:words raised ValueError: could not convert string "
         "to float: 'many' (tried on a run of 0.01 s)"),
+    "metric quits": ("metrics: {mine: 'bad_functions:quits_run'}",
+        "3:17: metrics.mine: bad_functions:quits_run raised SystemExit: bye (tried on a run of "
+        "0.01 s)"),
+    "metric of a metric": ("metrics: {mine: explored, yours: mine * 2}",
+        "3:34: metrics.yours: unknown quantity 'mine'; allowed: ..."),
+    "metric power": ("metrics: {mine: explored ** 2}",
+        "3:17: metrics.mine: 'explored ** 2' is not allowed in an expression; allowed: numbers, "
+        "names, + - * /, comparisons, and, or, not, min(), max(), abs() and parentheses"),
+    "metric attribute": ("metrics: {mine: explored.__class__}",
+        "3:17: metrics.mine: 'explored.__class__' is not allowed in an expression; allowed: "
+        "numbers, names, + - * /, comparisons, and, or, not, min(), max(), abs() and parentheses"),
     "metric nofile": ("metrics: {mine: 'no_such:f'}",
         "3:17: metrics.mine: cannot load function 'no_such:f': No module named 'no_such'"),
     "metric number": ("metrics: {mine: 5}",
@@ -276,6 +146,8 @@ WRONG = {
     "report metric": ("report: {metrics: [explord]}",
         "3:20: report.metrics.0: no run has a number 'explord' (did you mean 'explored'?); "
         "allowed: ..."),
+    "report pattern": ("report: {metrics: ['*_qqq']}",
+        "3:20: report.metrics.0: no run has a number '*_qqq'; allowed: ..."),
     "report against": (P + "report: {against: robts}",
         "4:19: report.against: there is no parameter 'robts' (did you mean 'robots'?); "
         "allowed: robots"),
@@ -317,6 +189,13 @@ WHOLE = {
                       "size, robots, types, start"),
     "empty": ("", "d.yaml: is empty; a scenario is a mapping, e.g. 'name: hello'"),
     "not YAML": ("name: [d\n", "d.yaml:2:1: not YAML: expected ',' or ']', but got '<stream end>'"),
+    "extends itself": ("name: d\nextends: d.yaml\n",
+                       "d.yaml:2:10: extends: a circle: d.yaml -> d.yaml"),
+    "extends nothing": ("name: d\nextends: gone.yaml\n",
+                        "d.yaml:2:10: extends: no such file: gone.yaml"),
+    "a list": ("- a\n", "d.yaml:1:1: is a list; a scenario is a mapping, e.g. 'name: hello'"),
+    "a tab": ("name: d\nset:\n\ta: 1\n",
+              "d.yaml:3:1: not YAML: a tab; indent with spaces"),
     "a name that is a path": ("name: 'a/b'\nbase: small.yaml\n",
                               "d.yaml:1:7: name: 'a/b' is not allowed; allowed: text that matches "
                               "^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"),
@@ -329,6 +208,7 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "small.yaml").write_text(BASE)
     (tmp_path / "wrong.yaml").write_text(BASE.replace("size: 2", "siz: 2"))
     (tmp_path / "bad_functions.py").write_text(FUNCTIONS)
+    (tmp_path / "bad_module.py").write_text('raise RuntimeError("first\\nsecond")\n')
     yield tmp_path
     sys.modules.pop("bad_functions", None)
 
@@ -370,6 +250,7 @@ def test_the_command_says_so_and_nothing_else(folder):
     ("robots", "--only robots: must be PARAMETER=LEVEL; parameters: robots\n"),
     ("robts=1", "--only robts=1: must be PARAMETER=LEVEL; parameters: robots\n"),
     ("robots=3", "--only robots=3: robots has no level '3'; allowed: 1, 2\n"),
+    ("", "--only : must be PARAMETER=LEVEL; parameters: robots\n"),
 ])
 def test_only(folder, only, expected):
     (folder / "d.yaml").write_text(f"name: d\nbase: small.yaml\n{P}")
@@ -382,5 +263,25 @@ def test_a_folder_that_cannot_be_written(folder):
     (folder / "file").write_text("")
     done = CliRunner().invoke(app, ["sweep", "d.yaml", "--out", "file/out"])
     assert done.exit_code == 2
-    assert done.output == ("cannot write to file/out: Not a directory; what is finished stays, and "
-                           "the same command goes on from there\n")
+    assert done.output == ("file/out: cannot be a campaign's folder: Not a directory; choose "
+                           "another one with --out\n")
+
+
+def test_levels_that_never_come_together(folder):
+    (folder / "d.yaml").write_text("name: d\nbase: small.yaml\nvectors: zip\nparameters: {robots: "
+                                   "{key: fleet.size, values: [1, 2]}, "
+                                   "beams: {key: robot.laser.beams, values: [10, 20]}}\n")
+    done = CliRunner().invoke(app, ["sweep", "d.yaml", "--only", "robots=1", "--only", "beams=20"])
+    assert (done.exit_code, done.output) == (
+        2, "--only robots=1 --only beams=20: no vector has these levels together\n")
+    assert not (folder / "results").exists()
+
+
+@pytest.mark.parametrize("jobs, expected", [
+    ("0", "Invalid value for '--jobs': Input should be greater than or equal to 1; allowed: see "
+          "desim sweep --help\n"),
+    ("two", "Invalid value for '--jobs': Input should be a valid integer, unable to parse string "
+            "as an integer; allowed: see desim sweep --help\n")])
+def test_jobs(folder, jobs, expected):
+    done = CliRunner().invoke(app, ["sweep", "wrong.yaml", "--jobs", jobs])
+    assert done.exit_code == 2 and done.output.endswith(expected)

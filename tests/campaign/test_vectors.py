@@ -37,6 +37,14 @@ def test_a_function_beside_the_design(tmp_path):
     assert labels(plan) == [("1", "10"), ("2", "20")]
 
 
+def test_a_function_may_count_with_numpy(tmp_path):
+    (tmp_path / "counts_with_numpy.py").write_text(
+        "import numpy as np\n\ndef pairs():\n"
+        "    return [{'robots': n, 'beams': b} for n, b in zip(np.arange(1, 3), [10, 20])]\n")
+    plan = planned(tmp_path, TWO + "vectors: {function: 'counts_with_numpy:pairs'}\n")
+    assert labels(plan) == [("1", "10"), ("2", "20")]
+
+
 def strata(plan, name, low, high, count):
     """In which of ``count`` equal parts of the range each sample lies."""
     found = [float(vector.levels[name].label.removesuffix(" m")) for vector in plan.vectors]

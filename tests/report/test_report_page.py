@@ -11,7 +11,9 @@ from synthetic import write as table
 
 from desim.campaign.design import Design
 from desim.errors import InputError
+from desim.report.campaign import wording
 from desim.report.campaign.writing import write
+from desim.statistics.intervals import bca_interval, t_interval
 from desim.statistics.sensitivity import indices, saltelli
 
 RATES = ["1 Mb/s", "3 Mb/s", "10 Mb/s", "30 Mb/s", "100 Mb/s", "300 Mb/s"]
@@ -109,12 +111,36 @@ def test_means_and_intervals_are_those_of_the_runs(whole):
 
 
 def test_the_knee_is_named_for_each_line(whole):
-    found = re.findall(r"Knee of exploration time \[s\] at rate ([\d.]+) Mb/s "
-                       r"\(95 % interval ([\d.]+) Mb/s to ([\d.]+) Mb/s, strategy = near\)",
-                       whole[1].text)
+    """At a glance, in the metric's section, and for programs."""
+    folder, page = whole
+    assert len(re.findall(r"≥? ?5\d\d → 2\d\d knee ", page.text)) == 2
+    found = re.findall(r"strategy = near: knee of exploration time \[s\] at rate ([\d.]+) Mb/s "
+                       r"\(95 % interval ([\d.]+) to ([\d.]+) Mb/s\)", page.text)
     at, low, high = map(float, found[0])
     assert low <= 10.0 <= high
     assert at == pytest.approx(10.0, rel=0.1)
+    lines = (folder / "report" / "tables" / "knees.csv").read_text().splitlines()
+    row = dict(zip(lines[0].split(","), lines[1].split(","), strict=True))
+    assert float(row["at"]) == pytest.approx(1e6 * at, rel=0.01)
+
+
+def test_a_line_that_starves_to_the_end_has_two_knees(tmp_path):
+    """Some runs failed: the other seeds still show what they have in common."""
+    rates = {"rate": ["100 kb/s", "300 kb/s", *RATES]}
+
+    def outcome(levels, k):
+        if k == 3 and levels["rate"] == "3 Mb/s":
+            return {"error": "broke"}
+        kbps = float(levels["rate"].split()[0]) * (1 if "k" in levels["rate"] else 1000)
+        own = np.random.default_rng([k, int(kbps)]).normal()
+        return timed(200.0 + 50.0 * k + own + 500.0 * np.clip(np.log10(30e3 / kbps), 0.0, 1.5))
+
+    page = made(campaign(tmp_path, rates, 6, outcome), design(rates, iterations=6))
+    found = re.search(r"Knees of exploration time \[s\] at rate ([\d.]+) (k|M)b/s .* and "
+                      r"([\d.]+) Mb/s \(95 % interval ([\d.]+) to ([\d.]+) Mb/s\)", page.text)
+    low, high = float(found[4]), float(found[5])
+    assert low <= 30.0 <= high < 1.4 * low
+    assert "What a seed adds at all values of the axis alike" in page.text
 
 
 def test_strategies_are_compared_run_by_run_and_corrected(whole):
@@ -257,6 +283,36 @@ def test_stopping_by_width_shows_the_measured_coverage(tmp_path):
                                            "at_least": 3, "at_most": 20}))
     share = float(re.search(r"by simulation ([\d.]+)% to", page.text)[1])
     assert 80.0 < share < 96.0
+    rows = [line.split(",") for line in (tmp_path / "report" / "tables" / "exploration_time_s.csv")
+            .read_text().splitlines()]
+    assert 100 * float(rows[1][rows[0].index("coverage")]) == pytest.approx(share, abs=0.06)
+
+
+def test_many_runs_say_how_their_interval_is_computed(tmp_path):
+    """Widened, where a bootstrap is; t, where stopping by the width of t ended the runs."""
+    robots = {"robots": [1, 2]}
+    campaign(tmp_path, robots, 30, lambda levels, k: timed(100.0 + k, collisions=k % 7))
+    report = {"metrics": ["collisions"]}
+    page = made(tmp_path, design(robots, iterations=30, report=report))
+    assert "(Hesterberg 2015; 96.2 % for 30 runs)" in page.text
+    assert wording.between(*bca_interval([k % 7 for k in range(30)])[1:3]) in page.text
+    page = made(tmp_path, design(robots, report=report, iterations={
+        "metric": "collisions", "width": 1.0, "at_least": 5, "at_most": 30}))
+    assert "bootstrap" not in page.text
+    shown = wording.between(*t_interval([k % 7 for k in range(30)])[1:3])
+    assert f"{shown} 30 9" in page.text  # and its measured coverage
+
+
+def test_a_parameter_with_levels_says_what_it_sets(tmp_path):
+    chosen = Design.model_validate({
+        "name": "x", "base": "x.yaml", "iterations": 1, "parameters": {
+            "rate": {"values": [1, 2]},
+            "place": {"levels": {"in": {"network.rate": "$rate"},
+                                 "out": {"deployment": "field"}}}}})
+    levels = {"rate": [1, 2], "place": ["in", "out"]}
+    page = made(campaign(tmp_path, levels, 1, lambda levels, k: timed(1.0)), chosen)
+    assert "rate $rate in place 2" in page.text
+    assert "place network.rate, deployment 2" in page.text
 
 
 def test_a_folder_without_runs_is_refused(tmp_path):
@@ -286,3 +342,13 @@ def test_a_saltelli_design_shows_its_indices(tmp_path):
     lines = (tmp_path / "report" / "tables" / "exploration_time_s_sobol.csv").read_text()
     assert float(lines.splitlines()[2].split(",")[1]) == pytest.approx(second.first)
     assert "figure-exploration_time_s_sobol" in page.ids
+
+
+def test_knees_say_which_panel_they_are_of(tmp_path):
+    """Of more lines than the table has columns each has a row."""
+    three = {"rate": RATES, "strategy": ["near", "far", "wide"], "terrain": ["maze", "loop"]}
+    page = made(campaign(tmp_path, three, 4, bent), design(three, iterations=4))
+    glance = page.text.split("In short")[2].partition("What was run")[0]
+    for place in ("terrain = maze, strategy = near", "terrain = loop, strategy = wide"):
+        assert f"exploration time [s] {place} " in glance
+        assert f"{place}: knee of exploration time [s] at rate " in page.text

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import shutil
+import socket
 import subprocess
 from pathlib import Path
 
@@ -30,6 +31,17 @@ set: {{stop.elapsed: 2 s}}
 parameters:
   robots: {{key: fleet.size, values: [1, 2]}}
 iterations: 2
+"""
+# A metric that ends the whole job in which it is worked out, the first time, if that is Slurm's.
+FATAL = """
+import os, subprocess, threading
+
+def lost(run):
+    if "SLURM_JOB_ID" in os.environ and not os.path.exists("lost"):
+        os.close(os.open("lost", os.O_CREAT | os.O_EXCL))
+        subprocess.run(["scancel", "--signal=KILL", "--full", os.environ["SLURM_JOB_ID"]])
+        threading.Event().wait()
+    return 1.0
 """
 
 
@@ -55,10 +67,13 @@ def slurm(repository, tmp_path_factory):
     if os.geteuid() != 0:
         pytest.skip("no Slurm answers, and only root can start one")
     state = tmp_path_factory.mktemp("slurm")
+    controller, node = free_ports()
     script = [str(repository / "tools" / "slurm_one_machine.sh")]
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SLURM_STATE", str(state))
         patch.setenv("SLURM_CONF", str(state / "slurm.conf"))
+        patch.setenv("SLURMCTLD_PORT", controller)
+        patch.setenv("SLURMD_PORT", node)
         with open(state / "started", "w") as said:  # a pipe would stay open in the daemons
             started = subprocess.run([*script, "start"], stdout=said, stderr=said,
                                      timeout=2 * ANSWER_S)
@@ -67,7 +82,27 @@ def slurm(repository, tmp_path_factory):
                 pytest.skip(f"Slurm cannot be started here: {(state / 'started').read_text()}")
             yield
         finally:
-            subprocess.run([*script, "stop"], timeout=ANSWER_S)
+            subprocess.run([*script, "stop"], timeout=3 * ANSWER_S)
+
+
+def free_ports() -> tuple[str, str]:
+    """Not Slurm's own: another one may be running."""
+    with socket.create_server(("", 0)) as one, socket.create_server(("", 0)) as another:
+        return str(one.getsockname()[1]), str(another.getsockname()[1])
+
+
+@pytest.fixture
+def design(repository, tmp_path, monkeypatch) -> Path:
+    """In the current folder."""
+    monkeypatch.chdir(tmp_path)
+    file = Path("design.yaml")
+    file.write_text(DESIGN.format(base=repository / "scenarios" / "hello.yaml"))
+    return file
+
+
+def queue(jobs: int) -> Queue:
+    return Queue(kind="slurm", jobs=jobs, cores=1, memory="500 MB", interface="lo", logs="logs",
+                 walltime="10 min")
 
 
 def swept(plan: Plan, out: Path, workers) -> dict[str, str]:
@@ -77,20 +112,30 @@ def swept(plan: Plan, out: Path, workers) -> dict[str, str]:
         return {run_id: row["digest"] for run_id, row in sweep.rows.items()}
 
 
-def test_slurm_gives_the_bytes_that_processes_give(slurm, repository, tmp_path, monkeypatch):
+def test_slurm_gives_the_bytes_that_processes_give(slurm, design):
     from desim.campaign.cluster import Cluster
     from desim.campaign.schedulers import connected
 
-    monkeypatch.chdir(tmp_path)
-    Path("design.yaml").write_text(
-        DESIGN.format(base=repository / "scenarios" / "hello.yaml"))
-    plan = Plan(load_design("design.yaml"))
+    plan = Plan(load_design(design))
     with Crew(2) as crew:
         digests = swept(plan, Path("crew"), crew)
-    queue = Queue(kind="slurm", jobs=2, cores=1, memory="500 MB", interface="lo", logs="logs",
-                  walltime="10 min")
-    with connected(queue, cores=1) as client:
+    with connected(queue(jobs=2), cores=1) as client:
         assert swept(plan, Path("slurm"), Cluster(client)) == digests
     assert len(digests) == 4
     assert Path("slurm", "runs.parquet").read_bytes() == Path("crew", "runs.parquet").read_bytes()
     assert list(Path("logs").glob("*.err"))  # Slurm's jobs did it
+
+
+def test_a_job_that_is_lost_is_replaced_and_its_run_tried_again(slurm, design):
+    from desim.campaign.cluster import Cluster
+    from desim.campaign.schedulers import connected
+
+    Path("fatal.py").write_text(FATAL)
+    design.write_text(design.read_text() + "metrics: {lost: 'fatal:lost'}\n")
+    plan = Plan(load_design(design))
+    with connected(queue(jobs=1), cores=1) as client:
+        swept(plan, Path("slurm"), Cluster(client))
+    with Crew(1) as crew:
+        swept(plan, Path("crew"), crew)
+    assert Path("lost").exists() and len(list(Path("logs").glob("*.err"))) > 1  # one for each job
+    assert Path("slurm", "runs.parquet").read_bytes() == Path("crew", "runs.parquet").read_bytes()

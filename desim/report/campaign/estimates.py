@@ -122,7 +122,9 @@ class Estimates:
             return self._time(metric, rows[~failed], counts)
         column = study.column(metric)[rows]
         there = np.isfinite(column)
-        found = self._interval(column[there])
+        # A rule that stops by a width looks at the t interval, whatever the number of runs.
+        stops = getattr(study.design.iterations, "metric", None) == metric
+        found = t_interval(column[there]) if stops else self._interval(column[there])
         return Estimate(found.mean, found.low, found.high, found.method, column[there],
                         rows[there], *counts, None)
 

@@ -18,6 +18,7 @@ from desim.report.campaign.style import INK, WIDTH_IN, colour, marker
 _MOST_DOTS = 800  # in a figure
 _LABELLED = 14  # up to so many levels each has its name at the axis
 _SMALL, _LARGE = 10.0, 62.0  # area of symbols [pt^2], for no success and for the most
+_BANDS = 3  # lines whose knees are drawn over the whole height
 _WIDE_RANGE = 50.0  # largest over smallest value of a metric with a logarithmic scale
 
 
@@ -29,17 +30,26 @@ def metric_figure(study: Study, estimates: Estimates, metric: str, panels: list[
     for axes, panel in zip(all_axes, panels, strict=True):
         for place, line in enumerate(panel.lines):
             painter.line(axes, line, (place + 0.5) / len(panel.lines) - 0.5)
-        for bend in bends:
-            if bend.knee and any(bend.line is line for line in panel.lines):
-                axes.axvspan(bend.knee.low, bend.knee.high, color=colour(bend.line.style),
-                             alpha=0.13, linewidth=0)
-                axes.axvline(bend.knee.at, color=colour(bend.line.style), linewidth=1.0,
-                             linestyle=(0, (5, 2)))
+        _mark_knees(axes, [bend for bend in bends if bend.knees
+                           and any(bend.line is line for line in panel.lines)])
         painter.axis(axes, panel.title)
     limit(all_axes[0], painter.span)
-    finish(figure, all_axes, panels, wording.titled(metric), painter.keys(bool(
-        [bend for bend in bends if bend.knee])))
+    finish(figure, all_axes, panels, wording.titled(metric), painter.keys(
+        any(bend.knees for bend in bends)))
     return figure
+
+
+def _mark_knees(axes: Axes, bends: list[Bend]) -> None:
+    """Bands from top to bottom; those of many lines would hide each other and get a strip each."""
+    strips = len(bends) > _BANDS
+    for place, bend in enumerate(bends):
+        bottom, top = (0.03 * place, 0.03 * (place + 1)) if strips else (0.0, 1.0)
+        for knee in bend.knees:
+            axes.axvspan(knee.low, knee.high, bottom, top, color=colour(bend.line.style),
+                         alpha=0.35 if strips else 0.13, linewidth=0)
+            axes.axvline(knee.at, bottom, top, color=colour(bend.line.style),
+                         linewidth=2.0 if strips else 1.0,
+                         linestyle="-" if strips else (0, (5, 2)))
 
 
 def paneled(count: int) -> tuple[Figure, list[Axes]]:
@@ -59,6 +69,9 @@ def paneled(count: int) -> tuple[Figure, list[Axes]]:
 def finish(figure: Figure, all_axes: list[Axes], panels: list[Panel], title: str,
            more: list[Line2D]) -> None:
     """The name of the metric, and one legend for all panels."""
+    for axes in all_axes:
+        if not axes.xaxis.get_tick_params()["labelbottom"]:  # another panel below has it
+            axes.set_xlabel("")
     for axes in all_axes[::2]:
         axes.set_ylabel(title)
     lines = {line.label: line for panel in panels for line in panel.lines if line.label}

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from desim.report.campaign import figures, wording
 from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.knees import ONSET, Knees, Onset, onset
+from desim.report.campaign.knees import ONSET, Knees, Onset, interval, onset
 from desim.report.campaign.lines import Line, Panel
 from desim.report.campaign.study import Study
 from desim.report.campaign.style import colour, marker
@@ -62,8 +62,7 @@ def presented(study: Study) -> tuple[list[str], list[Group]]:
 
 def group_figure(study: Study, estimates: Estimates, group: Group, panels: list[Panel]) -> Figure:
     """A panel for each line of the metrics' own figures, in it a line for each metric."""
-    drawn = [Panel(", ".join(filter(None, [panel.title, line.label])), [line])
-             for panel in panels for line in panel.lines][:12]
+    drawn = [Panel(panel.place(line), [line]) for panel in panels for line in panel.lines][:12]
     figure, all_axes = figures.paneled(len(drawn))
     axis = study.against
     farthest = figures.span(np.concatenate([
@@ -95,7 +94,7 @@ def order_of_onset(study: Study, estimates: Estimates, knees: Knees, group: Grou
     for panel in panels:
         for line in panel.lines:
             told = _Told(study, estimates, knees, group, line,
-                         ", ".join(filter(None, [panel.title, line.label])))
+                         panel.place(line))
             rows += [told.row(metric) for metric in told.onsets]
             sentences += told.sentence()
     head = ["line", "metric", "best mean", "at", f"under {100 * ONSET:.0f} % of it from", "knee",
@@ -120,11 +119,12 @@ class _Told:
         mean = self._estimates.of(metric, self._line.vectors[one.best]).mean
         row = [self._place or "all", self._group.of(metric), mean, self._label(one.best),
                "nowhere" if one.at is None else self._label(one.at)]
-        found = None if axis.numbers is None else self._knees.of(metric, self._line)
-        if found is None or found.knee is None:
+        found = None if axis.numbers is None else self._knees.of(metric, self._line, self._place)
+        if found is None or not found.knees:
             return [*row, "none" if found and found.was_sought else "–", ""]
-        at, low, high = (wording.quantity(value, axis.unit) for value in found.knee[:3])
-        return [*row, at, f"{low} to {high}"]
+        return [*row, wording.listed([wording.quantity(knee.at, axis.unit)
+                                      for knee in found.knees]),
+                wording.listed([interval(knee, axis) for knee in found.knees])]
 
     def sentence(self) -> list[str]:
         """Nothing where there is nothing to compare."""

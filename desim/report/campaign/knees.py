@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,21 +10,25 @@ from desim.report.campaign import wording
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.lines import Line
 from desim.report.campaign.study import Axis, Study
+from desim.statistics.bends import bends_of
 from desim.statistics.knee import Knee, breakpoint_of
 
 FEWEST_LOADS, FEWEST_RUNS = 5, 8
 ONSET = 0.95  # of the best mean of a line
-_STRAIGHT = "two lines that meet do no better than one"
+_STRAIGHT = "lines that meet do no better than a straight one"
 _MOST_POINTS = 2000  # of a line
+MOST_WITH_TWO = 100  # lines of which a second knee is looked for, a fifth of a second each
 _MOST_CELLS = 60_000_000  # resamples times points of all lines: some seconds
 
 
 class Bend(NamedTuple):
-    """What is known of one ``line``: its ``knee``; None where a straight line does as well, or
-    where it could not be looked for, for the ``reason``."""
+    """What is known of one ``line``, which ``place`` tells from the others: its ``knees``, at most
+    two; none where a straight line does as well, or where it could not be looked for, for the
+    ``reason``."""
 
     line: Line
-    knee: Knee | None
+    place: str
+    knees: tuple[Knee, ...]
     reason: str
 
     @property
@@ -38,9 +42,10 @@ class Knees:
 
     def __init__(self, study: Study, estimates: Estimates, count: int) -> None:
         self._study, self._estimates, self._count = study, estimates, count
+        self._find = bends_of if count <= MOST_WITH_TWO else _one
 
-    def of(self, metric: str, line: Line) -> Bend:
-        """The knee of a line of the metric's figure. Of very many runs the first iterations."""
+    def of(self, metric: str, line: Line, place: str) -> Bend:
+        """The knees of a line of the metric's figure. Of very many runs the first iterations."""
         study, axis = self._study, self._study.against
         found = [(self._estimates.of(metric, vector), axis.numbers[vector.levels[axis.name]])
                  for vector in line.vectors]
@@ -49,58 +54,67 @@ class Knees:
         iterations = study.iterations[np.concatenate([one.rows for one, _ in found])]
         early = iterations < max(_MOST_POINTS // len(line.vectors), 1)
         loads, values, iterations = loads[early], values[early], iterations[early]
+        blocks = None
+        if study.is_paired:
+            whole = _whole(loads, iterations)
+            if 2 * whole.sum() >= max(len(whole), 2 * FEWEST_RUNS):
+                loads, values, blocks = loads[whole], values[whole], iterations[whole]
         if len(np.unique(loads)) < FEWEST_LOADS or len(loads) < FEWEST_RUNS:
-            return Bend(line, None, f"that wants {FEWEST_LOADS} values of {axis.name} and "
-                                    f"{FEWEST_RUNS} runs with results")
-        counts = np.unique(np.unique(iterations, return_counts=True)[1])
-        balanced = len(counts) == 1 and counts[0] == len(np.unique(loads))
+            return Bend(line, place, (), f"that wants {FEWEST_LOADS} values of {axis.name} and "
+                                         f"{FEWEST_RUNS} runs with results")
         resamples = min(max(_MOST_CELLS // (self._count * len(loads)), 499), 1999)
-        knee = breakpoint_of(loads, values, log=axis.log, resamples=resamples,
-                             blocks=iterations if study.is_paired and balanced else None)
-        return Bend(line, knee, "" if knee else _STRAIGHT)
+        knees = self._find(loads, values, log=axis.log, resamples=resamples, blocks=blocks)
+        return Bend(line, place, knees, "" if knees else _STRAIGHT)
+
+
+def _one(*arguments: np.ndarray, **more: Any) -> tuple[Knee, ...]:
+    knee = breakpoint_of(*arguments, **more)
+    return (knee,) if knee else ()
+
+
+def _whole(loads: np.ndarray, iterations: np.ndarray) -> np.ndarray:
+    """[n] of which iterations there is a value at each load: what a seed adds to all of them can be
+    told only of those."""
+    which, counts = np.unique(iterations, return_counts=True)
+    return np.isin(iterations, which[counts == len(np.unique(loads))])
 
 
 def sentences(bends: list[Bend], axis: Axis, metric: str) -> list[str]:
     """All of a metric's lines in words, those without a knee together."""
-    out = [_sentence(one, axis, metric) for one in bends if one.knee]
-    for reason in dict.fromkeys(one.reason for one in bends if not one.knee):
-        without = [one for one in bends if not one.knee and one.reason == reason]
-        where = "" if len(without) == len(bends) or not without[0].line.label \
-            else f" for {wording.listed([one.line.label for one in without])}"
+    out = [_sentence(one, axis, metric) for one in bends if one.knees]
+    for reason in dict.fromkeys(one.reason for one in bends if not one.knees):
+        without = [one for one in bends if not one.knees and one.reason == reason]
+        where = "" if len(without) == len(bends) or not without[0].place \
+            else f" for {wording.listed([one.place for one in without])}"
         out.append(f"No knee of {wording.titled(metric)}{where}: {reason}.")
     return out
 
 
-def summary(bends: list[Bend], axis: Axis, metric: str) -> list[str]:
-    """The knees of a metric in one sentence; nothing if there are none."""
-    told = [f"{wording.quantity(one.knee.at, axis.unit)} (95 % interval {_interval(one, axis)}"
-            f"{', ' + one.line.label if one.line.label else ''})" for one in bends if one.knee]
-    return [f"Knee of {wording.titled(metric)} at {axis.name} {wording.listed(told)}."] \
-        if told else []
-
-
 def _sentence(bend: Bend, axis: Axis, metric: str) -> str:
-    knee, label = bend.knee, bend.line.label
+    label, first = bend.place, bend.knees[0]
     per = "decade" if axis.log else axis.unit or "1"
-    return (f"{label + ': k' if label else 'K'}nee of {wording.titled(metric)} at {axis.name} "
-            f"{wording.quantity(knee.at, axis.unit)}, 95 % interval {_interval(bend, axis)}; slope "
-            f"{wording.number(knee.slope_before)} below and {wording.number(knee.slope_after)} "
-            f"above, per {per}; p of a single straight line "
-            f"{wording.probability(knee.p)}.")
+    slopes = [wording.number(slope) for slope in (
+        first.slope_before, *(knee.slope_after for knee in bend.knees))]
+    places = wording.listed([f"{wording.quantity(knee.at, axis.unit)} (95 % interval "
+                             f"{interval(knee, axis)})" for knee in bend.knees])
+    fewer = "a single straight line" if len(bend.knees) == 1 else "fewer lines"
+    return (f"{label + ': k' if label else 'K'}nee{'s' if len(bend.knees) > 1 else ''} of "
+            f"{wording.titled(metric)} at {axis.name} {places}; slopes {wording.listed(slopes)} "
+            f"per {per}, from low to high; p of {fewer} {wording.probability(first.p)}.")
 
 
-def _interval(bend: Bend, axis: Axis) -> str:
-    low, high = (wording.quantity(value, axis.unit) for value in (bend.knee.low, bend.knee.high))
-    return f"{low} to {high}{_open(bend.knee, axis)}"
-
-
-def _open(knee: Knee, axis: Axis) -> str:
-    """A bound at the second load, or the last but one, is as far as a knee is looked for."""
-    inner = axis.numbers[1], axis.numbers[-2]
-    ends = [word for word, bound, edge in (("below", knee.low, inner[0]),
-                                           ("above", knee.high, inner[1]))
-            if np.isclose(bound, edge)]
-    return f", open {' and '.join(ends)}" if ends else ""
+def interval(knee: Knee, axis: Axis) -> str:
+    """From where to where; a bound at the second load, or the last but one, is open: that is as far
+    as a knee is looked for."""
+    low, high = (wording.quantity(value, axis.unit) for value in (knee.low, knee.high))
+    is_low, is_high = (bool(np.isclose(bound, edge)) for bound, edge in (
+        (knee.low, axis.numbers[1]), (knee.high, axis.numbers[-2])))
+    if is_low and is_high:
+        return "open at both ends"
+    if is_low or is_high:
+        return f"below {high}" if is_low else f"above {low}"
+    number, _, unit = low.partition(" ")
+    return f"{number if high.endswith(f' {unit}') else low} to {high}"
 
 
 class Onset(NamedTuple):

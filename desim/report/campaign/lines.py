@@ -30,6 +30,10 @@ class Panel(NamedTuple):
     title: str
     lines: list[Line]
 
+    def place(self, line: Line) -> str:
+        """What tells one of its lines from all others."""
+        return ", ".join(filter(None, [self.title, line.label]))
+
 
 def panels(study: Study) -> list[Panel]:
     """All panels with all lines, in the order of the levels."""

@@ -7,12 +7,21 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from desim.campaign.design import Function, LatinHypercube, Saltelli, Sobol, Until
+from desim.campaign.design import (
+    Design,
+    Function,
+    LatinHypercube,
+    Levels,
+    Saltelli,
+    Sobol,
+    Until,
+)
 from desim.errors import InputError
 from desim.report.campaign import wording
 from desim.report.campaign.contrasts import Contrast
 from desim.report.campaign.study import TIMES, Axis, Study
 from desim.scenario import yaml12
+from desim.statistics.intervals import BOOTSTRAP_FROM, BOOTSTRAP_TO, widened
 
 _LISTED = 40
 _MOST_READ = 200  # manifests
@@ -161,9 +170,20 @@ def _key(shape: Any) -> str | None:
     return getattr(shape, "key", None)
 
 
+def sets(design: Design, name: str) -> str:
+    """The keys of the scenario that a parameter sets, or whose levels use it as $name."""
+    shape = design.parameters[name]
+    if isinstance(shape, Levels):
+        return ", ".join(dict.fromkeys(key for keys in shape.levels.values() for key in keys))
+    users = [other for other, one in design.parameters.items() if isinstance(one, Levels)
+             and f'"${name}"' in json.dumps(one.levels)]
+    used = f"${name} in {wording.listed(users)}" if users else ""
+    return ", ".join(filter(None, [shape.key, used]))
+
+
 def _levels(study: Study, name: str) -> str:
-    key = _key(study.design.parameters[name])
-    return f"{name}{f' ({key})' if key else ''}: {values(study, study.axes[name])}"
+    found = sets(study.design, name)
+    return f"{name}{f' ({found})' if found else ''}: {values(study, study.axes[name])}"
 
 
 def values(study: Study, axis: Axis) -> str:
@@ -179,8 +199,15 @@ def _statistics(study: Study, intervals: set[str], resamples: int, metrics: list
                 contrasts: dict[str, list[Contrast]], with_knees: bool) -> str:
     text = ["Intervals are 95 % confidence intervals of the mean over the runs of a vector, from "
             "Student's t" + (
-                f", from 30 runs by the bias-corrected and accelerated bootstrap (Efron 1987; "
-                f"{resamples} resamples)" if "bca" in intervals else "") + "."]
+                f", from {BOOTSTRAP_FROM} to {BOOTSTRAP_TO} runs by the bias-corrected and "
+                f"accelerated bootstrap (Efron 1987; {resamples} resamples), asked for a level "
+                f"widened from z to t and from n to n - 1 (Hesterberg 2015; "
+                f"{100 * widened(0.95, BOOTSTRAP_FROM):.1f} % for {BOOTSTRAP_FROM} runs) so that "
+                "it holds 95 %" if "bca" in intervals else "") + "."]
+    if isinstance(study.design.iterations, Until):
+        text.append("Stopping by the width of an interval makes it hold the mean less often than "
+                    "it says: the share that it holds was simulated for normal values that spread "
+                    "as measured, and stands beside each interval of that metric.")
     if any(metric in TIMES for metric in metrics):
         text.append("A run that was stopped before it reached the aim is right-censored at the "
                     "instant at which it was stopped: reported are the mean restricted to the time "
@@ -197,7 +224,10 @@ def _statistics(study: Study, intervals: set[str], resamples: int, metrics: list
         text.append("Knees are those of two straight lines that meet (Quandt 1958), accepted where "
                     "a wild bootstrap of sup F rejects a single straight line at 5 %"
                     + (f", in the logarithm of {study.against.name}" if study.against.log else "")
-                    + "; their intervals invert the same test (Hansen 2017).")
+                    + "; of three lines, where these are accepted against two in the same way (Bai "
+                    "and Perron 1998); their intervals invert the same test (Hansen 2017)."
+                    + (" What a seed adds at all values of the axis alike was taken out before."
+                       if study.is_paired else ""))
     if isinstance(study.design.vectors, Saltelli):
         text.append("Sobol indices: first order as in Saltelli et al. (2010), total as in Jansen "
                     "(1999), intervals by bootstrap over the points.")

@@ -36,12 +36,17 @@ def all_metrics(study: Study, estimates: Estimates) -> Table:
                                  for ending in ("", "_low", "_high", "_n"))], exact)
 
 
-def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vector]) -> Table:
+def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vector],
+               holds: dict[int, float]) -> Table:
     """A metric by vector, and, of times, what the censored runs do to it. Of very many vectors
-    those that are drawn."""
+    those that are drawn. ``holds``, by vector's number: how often such an interval holds the mean,
+    where that was measured."""
     timed = metric in TIMES
     head = [*_head(study), "mean" if not timed else "restricted mean", "95 % interval", "n"]
     exact_head = [*_exact_head(study), "mean", "low", "high", "n", "method"]
+    if holds:
+        head.append("which holds")
+        exact_head.append("coverage")
     if timed:
         head += ["median (Kaplan-Meier)", "mean of the successes"]
         exact_head += ["median", "median_low", "median_high", "successes_mean", "successes_low",
@@ -53,6 +58,10 @@ def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vect
         row = [*_begin(study, vector), one.mean,
                Shown(wording.between(one.low, one.high), one.low), one.n]
         line = [*_exact_begin(study, vector), one.mean, one.low, one.high, one.n, one.method]
+        if holds:
+            share = holds.get(vector.number)
+            row.append(Shown("–" if share is None else f"{share:.1%}", share))
+            line.append(share)
         if timed:
             more, exact_more = _times(one)
             row, line = row + more, line + exact_more

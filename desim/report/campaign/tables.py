@@ -61,29 +61,32 @@ def as_latex(table: Table, folder: Path) -> None:
     (folder / f"{table.name}.tex").write_text("\n".join(lines) + "\n")
 
 
-def as_html(table: Table) -> str:
-    """A table that sorts by the column whose head is clicked."""
+def as_html(table: Table, stacked: bool = False) -> str:
+    """A table that sorts by the column whose head is clicked; ``stacked``: on a phone its cells
+    stand below one another, each with the name of its column."""
     textual = [_is_text(table, i) for i in range(len(table.head))]
     head = "".join(f'<th scope="col" class="{"words" if words else "num"}" aria-sort="none">'
                    f'<button type="button">{html.escape(title)}</button></th>'
                    for title, words in zip(table.head, textual, strict=True))
-    body = "\n".join("<tr>" + "".join(_td(cell, words) for cell, words in
-                                      zip(row, textual, strict=True)) + "</tr>"
+    names = [f' data-head="{html.escape(title)}"' if stacked else "" for title in table.head]
+    body = "\n".join("<tr>" + "".join(_td(cell, words, name) for cell, words, name in
+                                      zip(row, textual, names, strict=True)) + "</tr>"
                      for row in table.rows[:_MOST_ROWS])
     more = len(table.rows) - _MOST_ROWS
     note = f'<p class="note">{more} more rows in tables/{table.name}.csv.</p>' if more > 0 else ""
-    return (f'<div class="wide"><table id="table-{table.name}" class="sortable">'
+    kind = "wide stacked" if stacked else "wide"
+    return (f'<div class="{kind}"><table id="table-{table.name}" class="sortable">'
             f"<caption>{html.escape(table.caption)}</caption>"
             f"<thead><tr>{head}</tr></thead><tbody>\n{body}\n</tbody></table></div>{note}")
 
 
-def _td(cell: Cell | Shown, words: bool) -> str:
+def _td(cell: Cell | Shown, words: bool, name: str) -> str:
     text = html.escape(text_of(cell))
     if words:
-        return f"<td>{text}</td>"
+        return f"<td{name}>{text}</td>"
     value = cell.value if isinstance(cell, Shown) else cell
     sort = "" if value is None or isinstance(value, str) else f' data-v="{value:.9g}"'
-    return f'<td class="num"{sort}>{text}</td>'
+    return f'<td class="num"{sort}{name}>{text}</td>'
 
 
 def text_of(cell: Cell | Shown) -> str:

@@ -13,6 +13,7 @@ from desim.report.campaign import (
     contrasts,
     coverage,
     figures,
+    findings,
     groups,
     knees,
     lines,
@@ -28,11 +29,10 @@ from desim.report.campaign import (
 )
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.page import Section
-from desim.report.campaign.study import Study, Vector
+from desim.report.campaign.study import Study
 from desim.report.campaign.tables import Table
 
 _MOST_ERRORS = 10
-_MOST_SAID = 6  # findings of a kind
 
 
 def write(folder: Path, design: Design, out: Path | None = None) -> Path:
@@ -101,48 +101,28 @@ class _Report:
 
     def _findings(self) -> Section:
         study, said = self._study, []
-        for metric in self._single:
-            said += knees.summary(self._bends[metric], study.against, metric)
+        table = findings.glance(study, self._estimates, self._bends)
         if rungs.is_ladder(study):
             for metric in self._single:
                 said += rungs.sentences(study, metric, self._rungs(metric))
         for group in self._groups:
             said += self._onsets[group][1]
-        for metric in self._single:
-            clear = contrasts.strongest(self._found[metric])
-            if clear:
-                said.append(_told(metric, clear, len(self._found[metric])))
-        never = [vector for vector in study.vectors if not study.reached[vector.rows].any()]
-        if len(never) == len(study.vectors):
-            said.append("No run reached the aim.")
-        elif never:
-            said.append(f"No run reached the aim in {len(never)} of "
-                        f"{wording.counted(len(study.vectors), 'vector')}: {self._named(never)}.")
+        said += findings.starved(study) + findings.differing(self._found)
         if study.is_sampled:
             said += [sentence for metric in self._single
                      for sentence in sensitivity.sentences(study, self._estimates, metric)]
-        elif not said:
+        elif not said and not any(bend.knees for bends in self._bends.values() for bend in bends):
             said = ["No knee and no significant difference was found with these runs."]
-        body = page.items(said)
+        body = ""
+        if table is not None:
+            tables.as_csv(table, self._out / "tables")
+            body = tables.as_html(table, stacked=True)
+        body += page.items(said)
         if max(len(vector.rows) for vector in study.vectors) == 1 and not study.is_sampled:
             body += page.paragraph("One run a vector: there are no intervals and no comparisons, "
                                    "and knees rest on how the points scatter around lines.",
                                    "warn")
         return Section("findings", "In short", body + self._missing())
-
-    def _named(self, vectors: list[Vector]) -> str:
-        """Some vectors, line by line."""
-        study = self._study
-        if study.is_sampled or study.against is None:
-            return wording.listed([study.label(vector) for vector in vectors], _MOST_SAID)
-        by_line: dict[str, list[str]] = {}
-        rest = [axis for axis in study.axes.values() if axis is not study.against]
-        for vector in vectors:
-            place = study.label(vector, *rest) if rest else ""
-            by_line.setdefault(place, []).append(study.label(vector, study.against).split(" = ")[1])
-        told = [f"{place + ', ' if place else ''}{study.against.name} = {wording.listed(labels)}"
-                for place, labels in list(by_line.items())[:_MOST_SAID]]
-        return "; ".join(told) + ("; ..." if len(by_line) > _MOST_SAID else "")
 
     def _missing(self) -> str:
         absent = [name for name in self._study.design.report.metrics if name not in self._single
@@ -151,10 +131,9 @@ class _Report:
 
     def _run(self) -> Section:
         study = self._study
-        rows = [[axis.name, getattr(study.design.parameters[axis.name], "key", None) or "",
-                 len(axis.labels), methods.values(study, axis)]
-                for axis in study.axes.values()]
-        head = ["parameter", "key", "levels", "values"]
+        rows = [[axis.name, methods.sets(study.design, axis.name), len(axis.labels),
+                 methods.values(study, axis)] for axis in study.axes.values()]
+        head = ["parameter", "sets", "levels", "values"]
         body = page.paragraph(methods.outcome(study))
         if rows:
             table = Table("parameters", "Parameters.", head, rows, head, rows)
@@ -200,13 +179,17 @@ class _Report:
             parts.append(page.items(knees.sentences(self._bends[metric], study.against, metric)))
         if rungs.is_ladder(study):
             parts.append(self._written(rungs.table(study, metric, self._rungs(metric))))
-        parts.append(page.folded("By vector", self._written(
-            overview.one_metric(study, estimates, metric, self._vectors))))
+        covered = self._covered(metric)
+        parts.append(page.folded("By vector", self._written(overview.one_metric(
+            study, estimates, metric, self._vectors,
+            {one.vector.number: one.coverage.share for one in covered}))))
         if self._found[metric]:
+            clear = findings.clearest(metric, self._found[metric])
             parts.append(page.folded(
                 f"Comparisons ({len(self._found[metric])})",
-                self._written(overview.compared(metric, self._found[metric]))))
-        parts.append(self._coverage(metric))
+                (page.paragraph(clear) if clear else "")
+                + self._written(overview.compared(metric, self._found[metric]))))
+        parts.append(self._coverage(covered))
         return Section(f"metric-{metric}", wording.titled(metric), "\n".join(parts), 3)
 
     def _caption(self, metric: str) -> str:
@@ -235,10 +218,13 @@ class _Report:
                       self._written(sensitivity.sobol_table(study, found, metric))]
         return parts
 
-    def _coverage(self, metric: str) -> str:
+    def _covered(self, metric: str) -> list[coverage.Covered]:
+        """Of the metric whose interval ended the iterations."""
         if getattr(self._study.design.iterations, "metric", None) != metric:
-            return ""
-        found = coverage.measured(self._study, self._estimates)
+            return []
+        return coverage.measured(self._study, self._estimates)
+
+    def _coverage(self, found: list[coverage.Covered]) -> str:
         if not found:
             return ""
         shares = [one.coverage.share for one in found]
@@ -249,10 +235,10 @@ class _Report:
             coverage.coverage_table(self._study, found)))
 
     def _bends_of(self, metric: str) -> list[knees.Bend]:
-        axis = self._study.against
-        if axis is None or axis.numbers is None or self._study.is_sampled:
+        if self._study.is_sampled or getattr(self._study.against, "numbers", None) is None:
             return []
-        return [self._knees.of(metric, line) for panel in self._drawn for line in panel.lines]
+        return [self._knees.of(metric, line, panel.place(line)) for panel in self._drawn
+                for line in panel.lines]
 
     def _rungs(self, metric: str) -> list[rungs.Rung]:
         return rungs.compared(self._study, self._estimates, metric)
@@ -312,19 +298,3 @@ class _Report:
             tables.as_latex(table, self._out / "tables")
         return tables.as_html(table)
 
-
-def _told(metric: str, clear: list[contrasts.Contrast], tested: int) -> str:
-    one = clear[0]
-    pair = one.paired
-    where = f" at {one.where}" if one.where else ""
-    return (f"{wording.titled(metric)}: {len(clear)} of {wording.counted(tested, 'comparison')} "
-            f"significant after Holm's correction; the clearest: {one.axis} {one.first} minus "
-            f"{one.second}{where}, {wording.number(pair.difference.mean)} "
-            f"{wording.between(pair.difference.low, pair.difference.high)}, d_z "
-            f"{wording.number(pair.cohen_dz, 3)}, p {_p(one.p)} "
-            f"({wording.counted(pair.difference.n, 'seed')}).")
-
-
-def _p(p: float) -> str:
-    text = wording.probability(p)
-    return text if text.startswith("<") else f"= {text}"

@@ -1,0 +1,104 @@
+"""What a campaign found, at a glance: a table of all metrics and lines, and a few sentences."""
+
+from __future__ import annotations
+
+from desim.report.campaign import wording
+from desim.report.campaign.contrasts import Contrast, strongest
+from desim.report.campaign.estimates import Estimate, Estimates
+from desim.report.campaign.knees import Bend, interval
+from desim.report.campaign.study import Study, Vector
+from desim.report.campaign.tables import Cell, Table
+
+_MOST_SAID = 6  # places of a kind
+_MOST_COLUMNS = 4
+
+
+def glance(study: Study, estimates: Estimates, bends: dict[str, list[Bend]]) -> Table | None:
+    """How each metric goes along the axis and where it bends, a column a line; None where the axis
+    has no numbers or one value. Of many lines a row each."""
+    axis = study.against
+    if axis is None or axis.numbers is None or len(axis.labels) < 2 or not any(bends.values()):
+        return None
+    places = [bend.place for bend in next(iter(bends.values()))]
+    rows, exact = [], []
+    for metric, found in bends.items():
+        cells = [_told(study, estimates, metric, bend) for bend in found]
+        if len(places) <= _MOST_COLUMNS:
+            rows.append([wording.titled(metric), *cells])
+        else:
+            rows += [[wording.titled(metric), bend.place, cell]
+                     for bend, cell in zip(found, cells, strict=True)]
+        exact += [[metric, bend.place, *knee] for bend in found for knee in bend.knees]
+    ends = f"{axis.labels[0]} → {axis.labels[-1]}"
+    head = ["metric", *(place or f"{axis.name} {ends}" for place in places)] \
+        if len(places) <= _MOST_COLUMNS else ["metric", "line", f"{axis.name} {ends}"]
+    return Table("knees", f"Means at {axis.name} {ends}; below them where the line bends, with the "
+                 "95 % interval of that place.", head, rows,
+                 ["metric", "line", "at", "low", "high", "slope_before", "slope_after", "p", "n"],
+                 exact)
+
+
+def _told(study: Study, estimates: Estimates, metric: str, bend: Bend) -> Cell:
+    axis = study.against
+    ends = [estimates.of(metric, vector) for vector in (bend.line.vectors[0],
+                                                        bend.line.vectors[-1])]
+    text = " → ".join(map(_mean, ends))
+    if not bend.knees:
+        return f"{text}\nno knee" if bend.was_sought else text
+    return "\n".join([text, *(f"knee {wording.quantity(knee.at, axis.unit)} "
+                              f"({interval(knee, axis)})" for knee in bend.knees)])
+
+
+def _mean(one: Estimate) -> str:
+    """At least so much, of times of which some are not known."""
+    late = one.times is not None and one.times.successes.n < one.n
+    return f"{'≥ ' if late else ''}{wording.number(one.mean, 3)}"
+
+
+def starved(study: Study) -> list[str]:
+    """Where no run reached the aim."""
+    never = [vector for vector in study.vectors if not study.reached[vector.rows].any()]
+    if len(never) == len(study.vectors):
+        return ["No run reached the aim."]
+    return [f"No run reached the aim in {len(never)} of "
+            f"{wording.counted(len(study.vectors), 'vector')}: {_named(study, never)}."] \
+        if never else []
+
+
+def differing(found: dict[str, list[Contrast]]) -> list[str]:
+    """How many comparisons of each metric are significant, in one sentence."""
+    told = [f"{wording.titled(metric)} in {len(strongest(pairs))} of {len(pairs)}"
+            for metric, pairs in found.items() if strongest(pairs)]
+    return [f"Significant differences, pair by pair after Holm's correction: "
+            f"{wording.listed(told)}."] if told else []
+
+
+def clearest(metric: str, found: list[Contrast]) -> str:
+    """The largest effect of a metric in words; empty where none is significant."""
+    clear = strongest(found)
+    if not clear:
+        return ""
+    one, pair = clear[0], clear[0].paired
+    where = f" at {one.where}" if one.where else ""
+    p = wording.probability(one.p)
+    return (f"{wording.titled(metric)}: {len(clear)} of "
+            f"{wording.counted(len(found), 'comparison')} significant after Holm's correction; the "
+            f"clearest: {one.axis} {one.first} minus {one.second}{where}, "
+            f"{wording.number(pair.difference.mean)} "
+            f"{wording.between(pair.difference.low, pair.difference.high)}, d_z "
+            f"{wording.number(pair.cohen_dz, 3)}, p {p if p.startswith('<') else f'= {p}'} "
+            f"({wording.counted(pair.difference.n, 'seed')}).")
+
+
+def _named(study: Study, vectors: list[Vector]) -> str:
+    """Some vectors, line by line."""
+    if study.is_sampled or study.against is None:
+        return wording.listed([study.label(vector) for vector in vectors], _MOST_SAID)
+    by_line: dict[str, list[str]] = {}
+    rest = [axis for axis in study.axes.values() if axis is not study.against]
+    for vector in vectors:
+        place = study.label(vector, *rest) if rest else ""
+        by_line.setdefault(place, []).append(study.label(vector, study.against).split(" = ")[1])
+    told = [f"{place + ', ' if place else ''}{study.against.name} = {wording.listed(labels)}"
+            for place, labels in list(by_line.items())[:_MOST_SAID]]
+    return "; ".join(told) + ("; ..." if len(by_line) > _MOST_SAID else "")

@@ -1,0 +1,134 @@
+"""Where a metric bends that has a plateau at either end: it begins to give in, and has given in.
+
+A network that is starved to the end cannot get worse: times stand at their limit, shares near 0.
+One bend through such a curve lies somewhere between the two that it has.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from desim.statistics.knee import Knee, breakpoint_of, prepared
+from desim.streams import Streams
+
+FEWEST_LOADS = 7  # three lines that meet have six parameters
+_GRID = 81  # places tried, of which all pairs
+
+
+def bends_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: float = 0.95,
+             seed: int = 0, resamples: int = 1999, blocks: ArrayLike | None = None,
+             ) -> tuple[Knee, ...]:
+    """No knee, the one of ``breakpoint_of``, or two, where three straight lines that meet do
+    significantly better than two (sequential tests, as Bai and Perron 1998), in ascending order.
+    A curve with two bends that are alike may look straight to a single one: where there is none,
+    three lines are tested against one, at half the error.
+
+    Arguments and errors are those of ``breakpoint_of``. ``p`` of two knees: that the fewer lines
+    would leave so much more, by a wild bootstrap around them. The bounds of a knee hold every place
+    at which, wherever the other one lies, three lines are not significantly worse.
+    """
+    one = breakpoint_of(load, metric, log, level, seed, resamples, blocks)
+    fewer = () if one is None else (one,)
+    if len(np.unique(np.asarray(load))) < FEWEST_LOADS:
+        return fewer
+    x, y = prepared(load, metric, log, blocks)
+    fits = _Pairs(x)
+    draw = Streams(seed)("statistics", "bends")
+    signs = 2.0 * draw.integers(0, 2, (resamples, len(x))) - 1.0
+
+    sums, squares = fits.parts(y[None, :])
+    bent, leverage = fits.fit(y, *(fits.best_of_one(sums) if one else ()))
+    strength = fits.strengths(sums, squares, bool(one))[0]
+    chance = fits.strengths(*fits.parts(bent + signs * (y - bent) / (1 - leverage)), bool(one))
+    p = (1 + int((chance >= strength).sum())) / (resamples + 1)
+    if not strength > 0 or p > (1 - level) / (1 if one else 2):
+        return fewer
+
+    gained = fits.of_two(sums)[0]
+    best = int(np.argmax(gained))
+    pair = fits.first[best], fits.second[best]
+    bent, leverage = fits.fit(y, *pair)
+    left = max(((y - bent)**2).sum(), np.finfo(float).tiny)
+    sums, squares = fits.parts(bent + signs * (y - bent) / (1 - leverage))
+    drawn = fits.of_two(sums)
+    most = drawn.max(axis=1)
+    left_over = np.maximum(squares - most, np.finfo(float).tiny)
+    slopes = fits.slopes(y, *pair)
+    found = []
+    for which, (ends, place) in enumerate(zip((fits.first, fits.second), pair, strict=True)):
+        excess = (most - drawn[:, ends == place].max(axis=1)) / left_over
+        enough = gained[best] - np.quantile(excess, level) * left
+        held = np.unique(ends[gained >= enough])
+        # The first places that are not held, as the bounds lie before them.
+        at = fits.places[[place, max(held[0] - 1, 0), min(held[-1] + 1, len(fits.places) - 1)]]
+        found.append(Knee(*(float(10.0**value if log else value) for value in at),
+                          *slopes[which:which + 2], p, len(x)))
+    return tuple(found)
+
+
+class _Pairs:
+    """Lines with one bend or two through points at ``x`` [n], ascending, for many y at once.
+
+    All is done with the sums [m, l] over the points of each of l loads, as a fit is the same at all
+    of them. ``first`` and ``second`` [p] index ``places``: bends with at least one load between
+    them or on them, so that the middle line is one.
+    """
+
+    def __init__(self, x: np.ndarray) -> None:
+        loads, self._begins, counts = np.unique(x, return_index=True, return_counts=True)
+        self._x = x
+        self.places = np.union1d(np.linspace(loads[1], loads[-2], _GRID), loads[1:-1])
+        self._root = np.sqrt(counts)
+        line = np.linalg.qr(np.stack([np.ones_like(loads), loads], axis=1)
+                            * self._root[:, None])[0]
+        hinges = np.maximum(0.0, loads - self.places[:, None]) * self._root
+        self._line, self._one = line, _unit(hinges - hinges @ line @ line.T)
+        first, second = np.triu_indices(len(self.places), 1)
+        apart = np.searchsorted(loads, self.places[second], "right") \
+            > np.searchsorted(loads, self.places[first], "left")
+        self.first, self.second = first[apart], second[apart]
+        one, other = self._one[self.first], self._one[self.second]
+        self._two = _unit(other - (one * other).sum(axis=1)[:, None] * one)
+
+    def parts(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Of each row of ``y`` [m, n] the weighted sums by load [m, l], and the squares [m] that
+        a straight line leaves."""
+        sums = np.add.reduceat(y, self._begins, axis=1) / self._root
+        return sums, (y**2).sum(axis=1) - ((sums @ self._line)**2).sum(axis=1)
+
+    def best_of_one(self, sums: np.ndarray) -> np.ndarray:
+        """The place [m] of the best single bend."""
+        return ((sums @ self._one.T)**2).argmax(axis=1)
+
+    def of_two(self, sums: np.ndarray) -> np.ndarray:
+        """By how much each pair lowers the squares [m, p]."""
+        return ((sums @ self._one.T)**2)[:, self.first] + (sums @ self._two.T)**2
+
+    def strengths(self, sums: np.ndarray, squares: np.ndarray, of_second: bool) -> np.ndarray:
+        """sup F [m] of a second bend, or of both, but for a factor that all share."""
+        single = ((sums @ self._one.T)**2).max(axis=1) if of_second else 0.0
+        double = self.of_two(sums).max(axis=1)
+        floor = 1e-12 * np.maximum(squares, 0.0) + np.finfo(float).tiny
+        return np.where(squares > 1e-24 * (sums**2).sum(axis=1),
+                        (double - single) / np.maximum(squares - double, floor), 0.0)
+
+    def fit(self, y: np.ndarray, *places: int) -> tuple[np.ndarray, np.ndarray]:
+        """The lines [n] that bend at ``places``, and by how much each point draws them to itself,
+        below 1 (MacKinnon, White 1985)."""
+        basis = np.linalg.qr(self._columns(*places))[0]
+        return basis @ (basis.T @ y), np.minimum((basis**2).sum(axis=1), 0.99)
+
+    def slopes(self, y: np.ndarray, *places: int) -> list[float]:
+        """Of the lines that bend at ``places``, from the lowest load."""
+        found = np.linalg.lstsq(self._columns(*places), y, rcond=None)[0]
+        return np.cumsum(found[1:]).tolist()
+
+    def _columns(self, *places: int) -> np.ndarray:
+        x = self._x
+        return np.stack([np.ones_like(x), x, *(np.maximum(0.0, x - self.places[place])
+                                               for place in places)], axis=1)
+
+
+def _unit(rows: np.ndarray) -> np.ndarray:
+    return rows / np.linalg.norm(rows, axis=1)[:, None]

@@ -1,0 +1,59 @@
+"""What is said while a campaign runs."""
+
+import pytest
+from designs import Here, written
+from typer.testing import CliRunner
+
+from desim.campaign.work import failure
+from desim.cli import app
+from desim.report import sweeping
+
+
+@pytest.fixture
+def sweep(tmp_path, monkeypatch):
+    """The exit code and the output of a sweep whose runs are worked on by ``work``."""
+    monkeypatch.chdir(tmp_path)
+    design = written(tmp_path, "parameters: {robots: {key: fleet.size, values: [1, 2]}}\n"
+                               "iterations: 2\n")
+
+    class Crew(Here):
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+    def done(work):
+        monkeypatch.setattr(sweeping, "Crew", lambda jobs: Crew(work=work))
+        result = CliRunner().invoke(app, ["sweep", design.name, "--jobs", "1"])
+        return result.exit_code, result.output.splitlines()
+
+    return done
+
+
+def test_ctrl_c_says_how_far_it_came(sweep):
+    asked = []
+
+    def work(task):
+        asked.append(task.run_id)
+        if len(asked) == 3:
+            raise KeyboardInterrupt
+        return failure(task.run_id, "boom")
+
+    assert sweep(work) == (130, [
+        "4 runs, 0 done already; 1 at a time, in results/d", f"{asked[0]} failed: boom",
+        "interrupted; what there is until then: 2 of 4 runs in results/d; the same command goes on "
+        "from there"])
+
+
+def test_an_error_is_told_once(sweep):
+    asked = []
+
+    def work(task):
+        asked.append(task.run_id)
+        return failure(task.run_id, "boom" if len(asked) < 4 else "bang")
+
+    code, lines = sweep(work)
+    assert code == 0 and lines[1:] == [
+        f"{asked[0]} failed: boom", f"{asked[3]} failed: bang",
+        "4 of 4 runs, 4 failed; table: results/d/runs.parquet"]
