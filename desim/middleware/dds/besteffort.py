@@ -18,17 +18,20 @@ class Sample:
     """A message on its way in ``chunks`` UDP messages: how many of them have not met their fate at
     each receiver, and why one of them was lost there."""
 
-    __slots__ = ("message", "left", "failed")
+    __slots__ = ("message", "number", "left", "failed")
 
-    def __init__(self, message: Message, receivers: tuple[int, ...], chunks: int) -> None:
+    def __init__(self, message: Message, number: int, receivers: tuple[int, ...], chunks: int
+                 ) -> None:
         self.message = message
+        self.number = number
         self.left = dict.fromkeys(receivers, chunks)
         self.failed: dict[int, str] = {}
 
 
 class BestEffort:
     """One writer, to each matched reader by unicast, or by one multicast on each medium. A sample
-    that comes to a host which has not matched the writer (yet, or any more) is ``unmatched``."""
+    that comes to a host which has not matched the writer (yet, or any more) is ``unmatched``; one
+    that a later one has overtaken is of no use to the reader, and ``overtaken``."""
 
     def __init__(self, dds: Dds, offer: Offer) -> None:
         self._dds, self._topic = dds, offer.publisher.topic
@@ -39,7 +42,8 @@ class BestEffort:
         self._routes: list[tuple[Medium, tuple[int, ...]]] = []
         self._known: dict[int, Any] = {}  # receivers and their participants
         self._unrouted: list[int] = []
-        self._flying = 0
+        self._flying = self._sent = 0
+        self._newest: dict[int, int] = {}  # number that each receiver has had
 
     def connect(self, receivers: list[int]) -> list[int]:
         graph, old = self._graph, self._known
@@ -67,7 +71,8 @@ class BestEffort:
         graph, host = self._graph, self._host
         chunks = wire.data(message.size_bytes, self._dds.params.data_message_bytes, False)
         to = medium.id if self._multicast else graph.hosts[group[0]].id
-        sample = Sample(message, group, len(chunks))
+        self._sent += 1
+        sample = Sample(message, self._sent, group, len(chunks))
         self._flying += len(group)
         for chunk in chunks:
             graph.trace.row(graph.kernel.now_ns, graph.FRAME, graph.hosts[host].id, to,
@@ -100,11 +105,14 @@ class BestEffort:
         born_ns, reason = message.born_ns, sample.failed.get(receiver)
         if reason is None:
             writer = self._dds.writer(self._guid, receiver, self._topic)
+            reason = "unmatched"
             if writer is not None:
                 writer.heard_ns = graph.kernel.now_ns
-                graph.deliver(message, graph.hosts[receiver], born_ns, graph.kernel.now_ns)
-                return
-            reason = "unmatched"
+                reason = "overtaken"
+                if sample.number > self._newest.get(receiver, 0):
+                    self._newest[receiver] = sample.number
+                    graph.deliver(message, graph.hosts[receiver], born_ns, born_ns)
+                    return
         graph.drop(message, receiver, reason, born_ns, born_ns)
 
     def close(self, reason: str) -> None:

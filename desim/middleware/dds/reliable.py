@@ -93,7 +93,7 @@ class ReliableLink:
         self._depth = offer.queue if dds.params.depth is None else dds.params.depth
         self._history: deque[Sample] = deque()
         self._unacked_bytes = self._last = self._beats = 0
-        self._beat_ns = graph.kernel.now_ns
+        self._beat_ns = -dds.params.heartbeat_asks_after_ns  # the first sample asks
         self._timer: Any = None
         self._closed: str | None = None
         self.ends = source, receiver, topic
