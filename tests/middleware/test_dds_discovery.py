@@ -137,8 +137,8 @@ def test_a_large_sample_is_a_few_datagrams_that_ip_cuts():
 
 def test_the_whole_log_of_two_participants():
     """Announced twice in one packet, answered at once; heartbeats of the built-in writers after
-    5 ms, acknowledged at once; endpoints after 35 ms, each in a packet of its own; the next heartbeat
-    is due 100 ms after the first."""
+    5 ms, acknowledged at once; endpoints after 35 ms, each in a packet of its own; the next
+    heartbeat is due 100 ms after the first."""
     net = Net({"a": talker([]), "b": listener([])}, middleware=dds()).run(900 * MS)
     log = [(t / MS, host, to, kind, size) for t, _, host, to, kind, size in net.rows("control")]
     assert log[:4] == [(0, "a", "medium/lan", "spdp", 714), (0, "b", "medium/lan", "spdp", 714),

@@ -1,4 +1,4 @@
-"""DDS data: reliable exactly once and in order, whatever the network does; best effort by chance."""
+"""DDS data: reliable once and in order, whatever the network does; best effort by chance."""
 
 import math
 from fractions import Fraction

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from desim.kernel import Phase
 from desim.middleware.dds import wire
+from desim.trace import pack
 
 if TYPE_CHECKING:
     from desim.middleware.dds.plugin import Dds
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 
 OPEN, HELD, DONE = 0, 1, 2  # states of a sample at its reader
 MOST = 256  # numbers in an ACKNACK (RTPS)
+_NETWORK = Phase.NETWORK  # cheaper than to look it up each time
+_ALL_THERE = wire.acknacks(1)
 
 
 class Sample:
@@ -43,7 +47,7 @@ class Reader:
 
     __slots__ = ("_link", "_dds", "_graph", "_params", "_host", "_writer", "_topic", "_to",
                  "_to_id", "_send", "_next", "_known", "_held", "_parts", "_timer", "_due_ns",
-                 "_seen", "_remote", "_asking")
+                 "_seen", "_remote", "_asking", "_row")
 
     def __init__(self, link: ReliableLink, dds: Dds, offer: Offer, host: Host,
                  medium: Medium) -> None:
@@ -64,6 +68,7 @@ class Reader:
         self._seen = -1  # state of the matches when it last looked for its writer
         self._remote: Remote | None = None
         self._asking = False
+        self._row = self._graph.names.id("acknack")
 
     def _match(self) -> Remote | None:
         """What this host knows of the writer's participant, None if it has not matched it."""
@@ -156,8 +161,8 @@ class Reader:
 
     def _answer_in(self, delay_ns: int) -> None:
         """Answer then, or when an answer is due anyhow."""
-        graph = self._graph
-        due_ns = graph.kernel.now_ns + delay_ns
+        kernel = self._graph.kernel
+        due_ns = kernel.now_ns + delay_ns
         if self._timer is not None:
             if self._due_ns <= due_ns:
                 return
@@ -165,7 +170,7 @@ class Reader:
             self._timer = None
         if delay_ns:
             self._due_ns = due_ns
-            self._timer = self._dds.context.at(due_ns, self._host.index, self._answer)
+            self._timer = kernel.after(delay_ns, _NETWORK, self._host.id, self._answer)
         else:
             self._answer(None)
 
@@ -174,16 +179,21 @@ class Reader:
         self._timer = None
         if self._match() is None:
             return
-        graph = self._graph
-        missing = tuple((number, tuple(self._parts[number].lacks) if number in self._parts else ())
-                        for number in range(self._next, min(self._known, self._next + MOST) + 1)
-                        if number not in self._held)
+        graph, missing, chunk = self._graph, (), _ALL_THERE
+        if self._next <= self._known:
+            missing = self._missing()
+            chunk = wire.acknacks(1, len(missing))
         asks, self._asking = self._asking, False
-        chunk = wire.acknacks(1, len(missing))
-        graph.trace.row(graph.kernel.now_ns, graph.names.id("acknack"), self._host.id, self._to_id,
-                        self._next, len(missing))
+        graph.put(pack(graph.kernel.now_ns, self._row, self._host.id, self._to_id, self._next,
+                       len(missing)))
         self._send(self._host.index, self._to, chunk.size_bytes, chunk.packets, False, self,
                    (self._next, missing, asks))
+
+    def _missing(self) -> tuple[tuple[int, tuple[int, ...]], ...]:
+        """Numbers that it lacks, each with the chunks that it lacks (none: all)."""
+        parts, last = self._parts, min(self._known, self._next + MOST - 1)
+        return tuple((number, tuple(parts[number].lacks) if number in parts else ())
+                     for number in range(self._next, last + 1) if number not in self._held)
 
     def drop(self, reason: str) -> None:
         """What it held is gone."""

@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, Any
 
+from desim.kernel import Phase
 from desim.middleware.dds import wire
 from desim.middleware.dds.reader import DONE, HELD, Reader, Sample
+from desim.trace import pack
 
 if TYPE_CHECKING:
     from desim.middleware.dds.plugin import Dds
@@ -121,8 +123,10 @@ class ReliableLink:
         asks = (now_ns - self._beat_ns >= params.heartbeat_asks_after_ns
                 or self._unacked_bytes >= params.high_water_bytes)
         self._beats = 0
-        for index in range(len(chunks)):
-            self._transmit(sample, index, asks and index == len(chunks) - 1)
+        last = len(chunks) - 1
+        for index in range(last):
+            self._transmit(sample, index, False)
+        self._transmit(sample, last, asks)
         self._beat_ns = now_ns
         if self._timer is None:
             self._book(params.heartbeat_period_ns, self._tick)
@@ -133,10 +137,10 @@ class ReliableLink:
         now_ns = graph.kernel.now_ns
         sample.sent_ns = now_ns
         sample.flying += 1
-        graph.trace.row(now_ns, graph.FRAME, self._from_id, self._host.id, message.seq,
-                        chunk.size_bytes)
+        graph.put(pack(now_ns, graph.FRAME, self._from_id, self._host.id, message.seq,
+                       chunk.size_bytes))
         self._send(self._from, self._to, chunk.size_bytes, chunk.packets, False, self,
-                   (sample, index, self._first(), asks))
+                   (sample, index, self._history[0].number, asks))
 
     def _first(self) -> int:
         """Number of the first sample that there is to be had."""
@@ -149,8 +153,9 @@ class ReliableLink:
         if self._closed is not None:
             return
         me = self._dds.participants[self._from]
-        if self.guid in me.remotes:
-            me.remotes[self.guid].heard_ns = self._graph.kernel.now_ns
+        reader = me.remotes.get(self.guid)
+        if reader is not None:
+            reader.heard_ns = self._graph.kernel.now_ns
         history = self._history
         while history and history[0].number < base:
             sample = history.popleft()
@@ -220,7 +225,7 @@ class ReliableLink:
         self._timer = self._call(delay_ns, fn, None)
 
     def _call(self, delay_ns: int, fn: Any, arg: Any) -> Any:
-        return self._dds.context.at(self._graph.kernel.now_ns + delay_ns, self._from, fn, arg)
+        return self._graph.kernel.after(delay_ns, Phase.NETWORK, self._from_id, fn, arg)
 
     def joined(self) -> None:
         """The reader has matched the writer."""
