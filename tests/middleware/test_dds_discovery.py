@@ -122,17 +122,27 @@ def test_single_messages_are_as_long_as_those_on_the_wire():
     assert [chunk.size_bytes - 4 for chunk in apart] == [350, 390]
     again = wire.endpoints([276, 260, 272, 292, 292], 1456, False, True)
     assert [chunk.size_bytes - 4 for chunk in again] == [1226, 382]
-    assert [chunk.size_bytes - 4 for chunk in wire.data(804, 13440, True)] == [938]
+    assert [chunk.size_bytes - 4 for chunk in wire.messages(804, 13440, True)] == [938]
 
 
 def test_a_large_sample_is_a_few_datagrams_that_ip_cuts():
     """20 008 B and their encapsulation went in 13 536 and 6656 B of RTPS; a map of 160 109 B in
     twelve datagrams of cyclonedds and three of fastdds."""
-    first, last = wire.data(20_004, 13440, True)
+    first, last = wire.messages(20_004, 13440, True)
     assert (first.size_bytes, first.packets) == (13_536 + 46 + 9 * 38, 10)
     assert (last.size_bytes, last.packets) == (6656 + 46 + 4 * 38, 5)
-    assert len(wire.data(160_109, 13440, True)) == 12
-    assert [chunk.packets for chunk in wire.data(160_109, 65400, True)] == [45, 45, 20]
+    assert len(wire.messages(160_109, 13440, True)) == 12
+    assert [chunk.packets for chunk in wire.messages(160_109, 65400, True)] == [45, 45, 20]
+
+
+def test_datagrams_travel_in_trains():
+    """Of up to 64 kB: four of cyclonedds, one of fastdds, which is 67 kB with its headers."""
+    for whole_bytes, parts in (13440, [4, 4, 4]), (65400, [1, 1, 1]):
+        datagrams = wire.messages(160_109, whole_bytes, True)
+        trains = wire.trains(160_109, whole_bytes, True)
+        assert [len(part) for part, _ in trains] == parts
+        assert [sum(each) for each in zip(*(chunk for _, chunk in trains), strict=True)] == [
+            sum(each) for each in zip(*datagrams, strict=True)]
 
 
 def test_the_whole_log_of_two_participants():

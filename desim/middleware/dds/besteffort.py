@@ -15,16 +15,16 @@ if TYPE_CHECKING:
 
 
 class Sample:
-    """A message on its way in ``chunks`` UDP messages: how many of them have not met their fate at
-    each receiver, and why one of them was lost there."""
+    """A message on its way in some frames: how many of them have not met their fate at each
+    receiver, and why one of them was lost there."""
 
     __slots__ = ("message", "number", "left", "failed")
 
-    def __init__(self, message: Message, number: int, receivers: tuple[int, ...], chunks: int
+    def __init__(self, message: Message, number: int, receivers: tuple[int, ...], frames: int
                  ) -> None:
         self.message = message
         self.number = number
-        self.left = dict.fromkeys(receivers, chunks)
+        self.left = dict.fromkeys(receivers, frames)
         self.failed: dict[int, str] = {}
 
 
@@ -69,12 +69,12 @@ class BestEffort:
 
     def _send(self, message: Message, medium: Medium, group: tuple[int, ...]) -> None:
         graph, host = self._graph, self._host
-        chunks = wire.data(message.size_bytes, self._dds.params.data_message_bytes, False)
+        trains = wire.trains(message.size_bytes, self._dds.params.data_message_bytes, False)
         to = medium.id if self._multicast else graph.hosts[group[0]].id
         self._sent += 1
-        sample = Sample(message, self._sent, group, len(chunks))
+        sample = Sample(message, self._sent, group, len(trains))
         self._flying += len(group)
-        for chunk in chunks:
+        for _, chunk in trains:
             graph.trace.row(graph.kernel.now_ns, graph.FRAME, graph.hosts[host].id, to,
                             message.seq, chunk.size_bytes)
             medium.transmit(host, group, chunk.size_bytes, chunk.packets, self._multicast, self,

@@ -25,14 +25,14 @@ _ALL_THERE = wire.acknacks(1)
 
 class Sample:
     """A message on one link. ``kept``: the writer can send it again; ``flying``: frames of it on
-    their way; ``lacks``: the chunks that the reader does not have, None for all."""
+    their way; ``lacks``: those of its UDP messages that the reader does not have, None for all."""
 
-    __slots__ = ("message", "number", "chunks", "kept", "flying", "state", "lacks", "sent_ns")
+    __slots__ = ("message", "number", "parts", "kept", "flying", "state", "lacks", "sent_ns")
 
-    def __init__(self, message: Message, number: int, chunks: tuple[wire.Chunk, ...]) -> None:
+    def __init__(self, message: Message, number: int, parts: int) -> None:
         self.message = message
         self.number = number
-        self.chunks = chunks
+        self.parts = parts  # UDP messages
         self.kept = True
         self.flying = 0
         self.state = OPEN
@@ -62,7 +62,7 @@ class Reader:
         self._next = 1
         self._known = 0
         self._held: dict[int, Sample] = {}
-        self._parts: dict[int, Sample] = {}  # of which some chunks are there
+        self._parts: dict[int, Sample] = {}  # of which some parts are there
         self._timer: Any = None
         self._due_ns = 0
         self._seen = -1  # state of the matches when it last looked for its writer
@@ -81,32 +81,34 @@ class Reader:
                             else None)
         return self._remote
 
-    def take(self, sample: Sample, index: int, first: int, asks: bool) -> bool:
-        """A chunk has arrived; False if nobody reads here."""
+    def take(self, sample: Sample, part: range, first: int, asks: bool) -> bool:
+        """A part of a sample has arrived; False if nobody reads here."""
         remote = self._match()
         if remote is None:
             return False
         remote.heard_ns = self._graph.kernel.now_ns
         number = sample.number
-        if sample.state == OPEN and number >= self._next and self._complete(sample, index):
+        if sample.state == OPEN and number >= self._next and self._complete(sample, part):
             if number == self._next and not self._held:
                 self._deliver(sample)
             else:
                 sample.state = HELD
                 self._held[number] = sample
-        if index == len(sample.chunks) - 1:
+        if part.stop == sample.parts:
             self._heartbeat(first, number, asks)
-        else:
+        elif first > self._next or self._held:
             self._advance(first)
         return True
 
-    def _complete(self, sample: Sample, index: int) -> bool:
-        if len(sample.chunks) == 1:
+    def _complete(self, sample: Sample, part: range) -> bool:
+        if len(part) == sample.parts:
+            self._parts.pop(sample.number, None)
             return True
         if sample.lacks is None:
-            sample.lacks = dict.fromkeys(range(len(sample.chunks)))
+            sample.lacks = dict.fromkeys(range(sample.parts))
             self._parts[sample.number] = sample
-        sample.lacks.pop(index, None)
+        for index in part:
+            sample.lacks.pop(index, None)
         if sample.lacks:
             return False
         self._parts.pop(sample.number, None)
@@ -190,7 +192,7 @@ class Reader:
                    (self._next, missing, asks))
 
     def _missing(self) -> tuple[tuple[int, tuple[int, ...]], ...]:
-        """Numbers that it lacks, each with the chunks that it lacks (none: all)."""
+        """Numbers that it lacks, each with the parts that it lacks (none: all)."""
         parts, last = self._parts, min(self._known, self._next + MOST - 1)
         return tuple((number, tuple(parts[number].lacks) if number in parts else ())
                      for number in range(self._next, last + 1) if number not in self._held)

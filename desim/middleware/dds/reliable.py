@@ -109,8 +109,8 @@ class ReliableLink:
     def offer(self, message: Message) -> None:
         history, params = self._history, self._params
         self._last = number = self._last + 1
-        chunks = wire.data(message.size_bytes, params.data_message_bytes, True)
-        sample = Sample(message, number, chunks)
+        trains = wire.trains(message.size_bytes, params.data_message_bytes, True)
+        sample = Sample(message, number, trains[-1][0].stop)
         self.waiting += 1
         history.append(sample)
         self._unacked_bytes += message.size_bytes
@@ -123,24 +123,22 @@ class ReliableLink:
         asks = (now_ns - self._beat_ns >= params.heartbeat_asks_after_ns
                 or self._unacked_bytes >= params.high_water_bytes)
         self._beats = 0
-        last = len(chunks) - 1
-        for index in range(last):
-            self._transmit(sample, index, False)
-        self._transmit(sample, last, asks)
+        for part, chunk in trains:
+            self._transmit(sample, part, chunk, asks)
         self._beat_ns = now_ns
         if self._timer is None:
             self._book(params.heartbeat_period_ns, self._tick)
 
-    def _transmit(self, sample: Sample, index: int, asks: bool) -> None:
+    def _transmit(self, sample: Sample, part: range, chunk: wire.Chunk, asks: bool) -> None:
+        """Send some UDP messages of a sample; the last one's heartbeat may ask for an answer."""
         graph, message = self._graph, sample.message
-        chunk = sample.chunks[index]
         now_ns = graph.kernel.now_ns
         sample.sent_ns = now_ns
         sample.flying += 1
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._host.id, message.seq,
                        chunk.size_bytes))
         self._send(self._from, self._to, chunk.size_bytes, chunk.packets, False, self,
-                   (sample, index, self._history[0].number, asks))
+                   (sample, part, self._history[0].number, asks))
 
     def _first(self) -> int:
         """Number of the first sample that there is to be had."""
@@ -148,7 +146,7 @@ class ReliableLink:
 
     def acknowledged(self, token: tuple[int, tuple[tuple[int, tuple[int, ...]], ...], bool],
                      _: int) -> None:
-        """The reader has all before ``base`` and misses chunks of some; or asks what there is."""
+        """The reader has all before ``base`` and misses parts of some; or asks what there is."""
         base, missing, asks = token
         if self._closed is not None:
             return
@@ -173,7 +171,7 @@ class ReliableLink:
             self._beat(wire.heartbeats(1))
 
     def _repeat(self, missing: tuple[tuple[int, tuple[int, ...]], ...]) -> None:
-        """Send again what is asked for; where that is gone, say so."""
+        """Send again what is asked for, a UDP message at a time; where it is gone, say so."""
         if self._closed is not None:
             return
         gone = False
@@ -183,9 +181,10 @@ class ReliableLink:
                 gone = True
                 continue
             sample = self._history[place]
-            for index in indices or range(len(sample.chunks)):
-                self._transmit(sample, index, index == len(sample.chunks) - 1)
-                self._beat_ns = self._graph.kernel.now_ns
+            chunks = wire.messages(sample.message.size_bytes, self._params.data_message_bytes, True)
+            for index in indices or range(sample.parts):
+                self._transmit(sample, range(index, index + 1), chunks[index], True)
+            self._beat_ns = self._graph.kernel.now_ns
         if gone:
             self._beat(wire.gap())
         if self._timer is None and self._history:
@@ -258,18 +257,18 @@ class ReliableLink:
             self._graph.drop(sample.message, self._host.index, reason, sample.message.born_ns,
                              sample.sent_ns)
 
-    def arrived(self, token: tuple[Sample, int, int, bool], receiver: int) -> None:
-        sample, index, first, asks = token
+    def arrived(self, token: tuple[Sample, range, int, bool], receiver: int) -> None:
+        sample, part, first, asks = token
         sample.flying -= 1
         closed = self._closed
-        if closed == "link_closed" or not self.reader.take(sample, index, first, asks):
+        if closed == "link_closed" or not self.reader.take(sample, part, first, asks):
             self.settle(sample, closed or "unmatched")
         elif sample.state != HELD:
             self.settle(sample, closed or "overwritten")
         elif closed:
             self.reader.drop(closed)  # nobody will bring what it waits for
 
-    def lost(self, token: tuple[Sample, int, int, bool], receiver: int, reason: str) -> None:
+    def lost(self, token: tuple[Sample, range, int, bool], receiver: int, reason: str) -> None:
         sample = token[0]
         sample.flying -= 1
         graph = self._graph
@@ -277,7 +276,7 @@ class ReliableLink:
                         sample.message.seq, graph.names.id(reason))
         self.settle(sample, reason if self._closed else "overwritten")
 
-    def repeated(self, token: tuple[Sample, int, int, bool], receiver: int) -> None:
+    def repeated(self, token: tuple[Sample, range, int, bool], receiver: int) -> None:
         """A reader knows by its number what it has already, and throws it away."""
         self._graph.repeat(token[0].message, self._host)
 

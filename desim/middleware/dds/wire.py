@@ -25,6 +25,7 @@ GAP_BYTES = 32
 ACKNACK_BYTES = 28  # and 4 for every 32 numbers that it asks for
 ANNOUNCEMENT_BYTES = 304  # a DATA of SPDP (measured)
 LIVELINESS_BYTES = 52  # a DATA of ParticipantMessageData (measured)
+TRAIN_BYTES = 65_536  # as much as TCP hands to an interface at once (GSO)
 BUILT_IN_WRITERS = 5  # publications, subscriptions, liveliness, type look-up and its replies
 
 TYPE_NAME = "nav_msgs::msg::dds_::OccupancyGrid_"  # stands for the type of any topic of the robots
@@ -39,7 +40,7 @@ _SERVICES = ("GetParameters", "GetParameterTypes", "SetParameters", "SetParamete
 
 
 class Chunk(NamedTuple):
-    """One UDP message: bytes with all headers, and IP packets."""
+    """One UDP message, or several in a train: bytes with all headers, and IP packets."""
 
     size_bytes: int
     packets: int
@@ -53,7 +54,7 @@ def udp(rtps_bytes: int) -> Chunk:
 
 
 @lru_cache(maxsize=1 << 12)
-def data(size_bytes: int, whole_bytes: int, heartbeat: bool) -> tuple[Chunk, ...]:
+def messages(size_bytes: int, whole_bytes: int, heartbeat: bool) -> tuple[Chunk, ...]:
     """The UDP messages of a sample of ``size_bytes``, at most ``whole_bytes`` of it in each; with
     a heartbeat behind them, and behind each but the last one a heartbeat of fragments."""
     payload = size_bytes + ENCAPSULATION_BYTES
@@ -67,6 +68,20 @@ def data(size_bytes: int, whole_bytes: int, heartbeat: bool) -> tuple[Chunk, ...
         chunks.append(udp(HEADER_BYTES + TIME_BYTES * (not chunks) + DATA_FRAG_BYTES + part
                           + (HEARTBEAT_FRAG_BYTES * heartbeat if payload else last)))
     return tuple(chunks)
+
+
+@lru_cache(maxsize=1 << 12)
+def trains(size_bytes: int, whole_bytes: int, heartbeat: bool) -> tuple[tuple[range, Chunk], ...]:
+    """``messages`` as frames of up to 64 kB, which arrive or get lost as a whole: which messages
+    each is made of, and all of them together."""
+    out: list[tuple[range, Chunk]] = []
+    for k, chunk in enumerate(messages(size_bytes, whole_bytes, heartbeat)):
+        first = k
+        if out and out[-1][1].size_bytes + chunk.size_bytes <= TRAIN_BYTES:
+            (first, *_), before = out.pop()
+            chunk = Chunk(before.size_bytes + chunk.size_bytes, before.packets + chunk.packets)
+        out.append((range(first, k + 1), chunk))
+    return tuple(out)
 
 
 def _padded(name: str) -> int:
