@@ -16,7 +16,7 @@ LEASE_S = {"fastdds": 20, "cyclonedds": 10}
 
 
 def dds(preset="cyclonedds", **params):
-    return Dds(Dds.Params(preset=preset, **params))
+    return Dds(Dds.Params(preset=preset, **{"start_spread": "0 ns", **params}))
 
 
 def partition(start, until, *groups):
@@ -173,6 +173,7 @@ class Outages(RuleBasedStateMachine):
                 listener(self.heard, f"/{other}", queue=0)(node)
 
         options = {"discovery": "server", "server": "a"} if server else {}
+        options["start_spread"] = "200 ms"
         self.cut = Cut()
         self.net = Net(dict.fromkeys("abc", life), middleware=dds(preset, **options),
                        rules=[self.cut, Loss(Loss.Params(probability="3 %"))])

@@ -20,7 +20,7 @@ PRESETS = pytest.mark.parametrize("preset", ["fastdds", "cyclonedds"])
 
 
 def dds(preset="cyclonedds", **params):
-    return Dds(Dds.Params(preset=preset, **params))
+    return Dds(Dds.Params(preset=preset, **{"start_spread": "0 ns", **params}))
 
 
 def partition(start, until):

@@ -37,7 +37,6 @@ class Endpoints:
                 wire.built_in_endpoints(self._context.hosts[me.host]))]
         self._beat: Any = None
         self._beats = 0
-        me.after(self._params.endpoint_delay_ns, self._appear, None)
 
     def write(self, item: Item) -> None:
         """There is, or will soon be, one more endpoint."""
@@ -46,7 +45,8 @@ class Endpoints:
         else:
             self._add([item])
 
-    def _appear(self, _: Any) -> None:
+    def appear(self, _: Any) -> None:
+        """The endpoints are there."""
         coming, self._coming = self._coming, None
         self._add(coming)
 

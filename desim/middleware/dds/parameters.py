@@ -47,6 +47,10 @@ class DdsParams(ports.Params):
     response_period_ns: Period = Field("1 s", description="between these (cyclonedds, measured)")
     liveliness_period_ns: Duration = Field("0 ns", description=(
         "of messages that say nothing else, 0: none (fastdds none, cyclonedds 80 % of its lease)"))
+    start_spread_ns: Duration = Field("200 ms", description=(
+        "a participant starts up to so much after its host, at random: hosts that all announce "
+        "themselves in one nanosecond would collide on a radio for ever (ours; eight processes "
+        "that a loop started were 0.25 s apart)"))
     endpoint_delay_ns: Duration = Field("35 ms", description=(
         "from a participant's start until its endpoints are there (measured, cyclonedds)"))
     endpoints_apart: bool = Field(False, description=(

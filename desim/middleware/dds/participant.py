@@ -30,7 +30,19 @@ class Participant:
         self.relay = Relay(self) if dds.server == host else None
         self.endpoints = Endpoints(self)
         self._hello = (self.guid, dds.leases_ns[host])
+        self.awake = False
+        spread_ns = self.params.start_spread_ns
+        if spread_ns:
+            luck = self.context.stream("start", self.context.hosts[host], life)
+            self.after(int(luck.integers(spread_ns)), self._wake, None)
+        else:
+            self._wake(None)
+
+    def _wake(self, _: Any) -> None:
+        """The process runs: from now on it talks and listens."""
+        self.awake = True
         self._announce(0)
+        self.after(self.params.endpoint_delay_ns, self.endpoints.appear, None)
         if self.params.liveliness_period_ns:
             self.after(self.params.liveliness_period_ns, self._assert_liveliness, None)
 

@@ -115,7 +115,8 @@ class Dds:
 
     def announced(self, token: tuple[tuple[Guid, int], bool], receiver: int) -> None:
         me, ((guid, lease_ns), wants_response) = self.participants[receiver], token
-        if me is not None and (self.server is None or self.server in (receiver, guid[0])):
+        if me is not None and me.awake and (
+                self.server is None or self.server in (receiver, guid[0])):
             me.announced(guid, lease_ns, wants_response)
 
     def told(self, token: tuple[Guid, Guid, tuple[tuple[int, Item], ...], int | None],
