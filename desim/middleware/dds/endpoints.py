@@ -10,15 +10,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim.middleware.dds import wire
-from desim.middleware.dds.remote import Guid, Item, Remote
+from desim.middleware.dds.remote import Item, Remote
 
 if TYPE_CHECKING:
     from desim.middleware.dds.participant import Participant
 
 TRAIN = 10  # samples in one frame, so that a large fleet's start is not a frame for each of them
-
-Told = tuple[Guid, Guid, int, tuple[Item, ...], "int | None"]
-# from, to, number of the first item, the items; how many there are where a heartbeat is behind
 
 
 class Endpoints:
@@ -89,7 +86,7 @@ class Endpoints:
 
     def _send(self, remote: Remote, numbers: Any, message_bytes: int, *, heartbeat: bool,
               addressed: bool) -> None:
-        """Items in trains; each train's are neighbours in the series or have gaps."""
+        """Items of these numbers, in trains."""
         for first in range(0, len(numbers), TRAIN):
             train = numbers[first:first + TRAIN]
             last = heartbeat and first + TRAIN >= len(numbers)
@@ -122,7 +119,7 @@ class Endpoints:
         if behind:
             self._beats += 1
             self._book(min(self._params.heartbeat_limit_ns,
-                           self._params.heartbeat_period_ns << max(0, self._beats - 2)))
+                           self._params.heartbeat_period_ns << min(16, max(0, self._beats - 2))))
 
     def _offer(self, remote: Remote) -> None:
         writers = 2 if remote.answered else wire.BUILT_IN_WRITERS

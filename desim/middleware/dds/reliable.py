@@ -204,7 +204,7 @@ class ReliableLink:
             return
         params = self._params
         period_ns = min(params.heartbeat_limit_ns,
-                        params.heartbeat_period_ns << max(0, self._beats - 2))
+                        params.heartbeat_period_ns << min(16, max(0, self._beats - 2)))
         left_ns = self._beat_ns + period_ns - self._graph.kernel.now_ns
         if left_ns <= 0:
             self._beats += 1
