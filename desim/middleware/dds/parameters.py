@@ -1,0 +1,98 @@
+"""What can be set about DDS, and the two implementations whose values are known."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from desim import ports
+from desim.units import ByteSize, Duration, Period
+
+# What Cyclone DDS has different (src/core/ddsi/defconfig.c, docs/manual/options.md).
+CYCLONEDDS: dict[str, Any] = {
+    "lease": "10 s", "initial_announcements": 1, "first_times": 2,
+    "announcement_period": "8 s", "announces_to_known": True, "responses": 4,
+    "liveliness_period": "8 s", "initial_heartbeat": "5 ms", "heartbeat_period": "100 ms",
+    "heartbeat_limit": "8 s", "heartbeat_asks_after": "80 ms", "heartbeat_response": "0 ns",
+    "initial_acknack": "10 ms",
+    "nack_delay": "100 ms", "nack_response": "0 ns", "endpoints_apart": True,
+    "repeated_message": "1456 B", "data_message": "13440 B"}
+
+
+class DdsParams(ports.Params):
+    """Defaults are those of ``fastdds``; ``preset: cyclonedds`` changes them where it differs."""
+
+    preset: Literal["fastdds", "cyclonedds"] = Field("fastdds", description="(ROS 2's default)")
+    discovery: Literal["simple", "server"] = Field("simple", description=(
+        "everybody tells everybody, or all tell one server (Fast DDS Discovery Server)"))
+    server: str | None = Field(None, description="the host of the server (none)")
+    lease_ns: Period = Field("20 s", description=(
+        "a participant that was silent for so long is gone; each says it about itself (fastdds "
+        "20 s, cyclonedds 10 s)"))
+    leases: dict[str, Period] = Field({}, description="of single hosts, by name (none)")
+    initial_announcements: int = Field(5, ge=1, description=(
+        "of a participant that starts (fastdds 5, cyclonedds 1)"))
+    first_times: int = Field(1, ge=1, description=(
+        "announcements in the first packet (fastdds 1, not verified; cyclonedds 2, measured)"))
+    initial_period_ns: Period = Field("100 ms", description="between these (fastdds)")
+    announcement_period_ns: Period = Field("3 s", description=(
+        "after these (fastdds 3 s, cyclonedds 80 % of its lease)"))
+    announces_to_known: bool = Field(False, description=(
+        "each announcement also goes to every known participant (fastdds no; cyclonedds yes, "
+        "measured with 11.0.1)"))
+    responses: int = Field(1, ge=0, description=(
+        "announcements to somebody whose multicast is new (fastdds 1, not verified; cyclonedds 4, "
+        "measured)"))
+    response_period_ns: Period = Field("1 s", description="between these (cyclonedds, measured)")
+    liveliness_period_ns: Duration = Field("0 ns", description=(
+        "of messages that say nothing else, 0: none (fastdds none, cyclonedds 80 % of its lease)"))
+    start_spread_ns: Duration = Field("200 ms", description=(
+        "a participant starts up to so much after its host, at random: hosts that all announce "
+        "themselves in one nanosecond would collide on a radio for ever (ours; eight processes "
+        "that a loop started were 0.25 s apart)"))
+    endpoint_delay_ns: Duration = Field("35 ms", description=(
+        "from a participant's start until its endpoints are there (measured, cyclonedds)"))
+    endpoints_apart: bool = Field(False, description=(
+        "each new endpoint is announced in a packet of its own, without a heartbeat (cyclonedds "
+        "yes, measured; fastdds no, not verified)"))
+    initial_heartbeat_ns: Duration = Field("12 ms", description=(
+        "to a new reader (fastdds 12 ms, cyclonedds 5 ms)"))
+    heartbeat_period_ns: Period = Field("3 s", description=(
+        "while something is not acknowledged (fastdds 3 s, cyclonedds 100 ms)"))
+    heartbeat_limit_ns: Period = Field("3 s", description=(
+        "up to which the period doubles without an answer (fastdds: never; cyclonedds 8 s)"))
+    heartbeat_asks_after_ns: Duration = Field("0 ns", description=(
+        "since the last heartbeat, the one behind a sample asks for an answer (fastdds always; "
+        "cyclonedds 80 % of its period, measured)"))
+    heartbeat_response_ns: Duration = Field("5 ms", description=(
+        "until a reader answers (fastdds 5 ms; cyclonedds at once, measured)"))
+    initial_acknack_ns: Duration | None = Field("70 ms", description=(
+        "until a reader asks a new writer for its samples, then again and again in doubled times; "
+        "null: never (fastdds 70 ms, cyclonedds 10 ms)"))
+    nack_delay_ns: Duration = Field("5 ms", description=(
+        "until a reader asks for what it misses if it was not asked (fastdds 5 ms, cyclonedds "
+        "100 ms)"))
+    nack_response_ns: Duration = Field("5 ms", description=(
+        "until a writer repeats something (fastdds 5 ms; cyclonedds at once, measured)"))
+    repeated_message_bytes: ByteSize = Field("65500 B", description=(
+        "of one RTPS message of endpoints that are told once more (fastdds maximum, cyclonedds "
+        "rexmit message)"))
+    data_message_bytes: ByteSize = Field("65400 B", ge=1, description=(
+        "of a sample in one UDP message (fastdds: UDP messages up to 65500 B; cyclonedds: ten "
+        "fragments of 1344 B in 14720 B, measured)"))
+    depth: int | None = Field(None, ge=0, description=(
+        "samples that a reliable writer keeps for a reader, 0: all (null: the publisher's queue; "
+        "ROS 2 default 10)"))
+    high_water_bytes: ByteSize = Field("375 kB", description=(
+        "not acknowledged, from which each heartbeat asks (cyclonedds: three quarters of "
+        "WhcHigh)"))
+    server_period_ns: Period = Field("450 ms", description=(
+        "in which a client calls a server that does not answer (fastdds)"))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _filled(cls, given: Any) -> Any:
+        if isinstance(given, dict) and given.get("preset") == "cyclonedds":
+            return {**CYCLONEDDS, **given}
+        return given

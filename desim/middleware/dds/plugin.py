@@ -1,0 +1,145 @@
+"""The middleware ``dds``: the participants of a run, and what travels between them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from desim.errors import InputError
+from desim.middleware.dds.besteffort import BestEffort
+from desim.middleware.dds.parameters import DdsParams
+from desim.middleware.dds.participant import Participant
+from desim.middleware.dds.reliable import Reliable, ReliableLink
+from desim.middleware.dds.remote import Guid, Item, Remote
+from desim.ports.middleware import Endpoint, Offer
+
+if TYPE_CHECKING:
+    from desim.middleware.context import Context
+
+
+class Dds:
+    """One participant per host, as if all of its nodes were one process (ROS 2 components); a
+    writer and a reader per host and topic. A stream is reliable, a datagram best effort; a latched
+    topic is ``transient_local``. ``matches`` counts changes of who reads whom."""
+
+    Params = DdsParams
+    informed = "subscriber"
+
+    def __init__(self, params: DdsParams | None = None) -> None:
+        self.params = DdsParams() if params is None else params
+        self.server: int | None = None
+        self.matches = 0
+
+    def start(self, context: Context) -> None:
+        params, hosts = self.params, context.hosts
+        for key, named in ("server", [params.server] if params.server else []), (
+                "leases", list(params.leases)):
+            for name in named:
+                if name not in hosts:
+                    raise InputError(f".{key}: no host {name!r}; known: {', '.join(hosts)}")
+        if (params.discovery == "server") != (params.server is not None):
+            raise InputError(".server: the host of the discovery server is wanted with discovery: "
+                             "server, and only then")
+        self.context = context
+        self.leases_ns = [params.leases.get(host, params.lease_ns) for host in hosts]
+        self.participants: list[Participant | None] = [None] * len(hosts)
+        self._lives = [0] * len(hosts)
+        self._links: dict[tuple[int, int, str], list[ReliableLink]] = {}
+        if params.server is not None:
+            self.server = hosts.index(params.server)
+
+    def switched(self, host: int, up: bool) -> None:
+        former = self.participants[host]
+        if former is not None:
+            former.alive = False
+            self.participants[host] = None
+            for (_, receiver, _), links in self._links.items():
+                for link in links if receiver == host else ():
+                    link.forgotten()
+        self.matches += 1
+        if up:
+            self._lives[host] += 1
+            self.participants[host] = Participant(self, host, self._lives[host])
+
+    def advertise(self, offer: Offer) -> None:
+        self.participants[offer.publisher.host].advertise(offer.publisher.topic)
+
+    def subscribe(self, subscriber: Endpoint) -> None:
+        known = subscriber.topic in self.participants[subscriber.host].readers
+        self.participants[subscriber.host].subscribe(subscriber.topic)
+        if not known:
+            self.context.changed(subscriber.topic)
+
+    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
+        """The hosts whose readers the publisher's participant has matched, and its own."""
+        me, topic = self.participants[publisher.host], publisher.topic
+        hosts = {remote.host: None for remote in me.remotes.values() if topic in remote.readers}
+        if topic in me.readers:
+            hosts[me.host] = None
+        return tuple(Endpoint(host, "", topic) for host in sorted(hosts))
+
+    def transport(self, offer: Offer) -> Any:
+        if offer.transport == "stream" and offer.via == "unicast":
+            return Reliable(self, offer)
+        return BestEffort(self, offer)
+
+    # What transports ask.
+
+    def reader(self, host: int, receiver: int, topic: str) -> Guid | None:
+        """The participant on ``receiver`` whose reader a writer of ``host`` has matched, the
+        latest if there are several."""
+        me = self.participants[host]
+        return max((remote.guid for remote in me.of(receiver) if topic in remote.readers),
+                   default=None)
+
+    def writer(self, guid: Guid, receiver: int, topic: str) -> Remote | None:
+        """What ``receiver`` knows of ``guid`` if it reads its ``topic``."""
+        me = self.participants[receiver]
+        remote = None if me is None else me.remotes.get(guid)
+        if remote is None or topic not in remote.writers or topic not in me.readers:
+            return None
+        return remote
+
+    def linked(self, link: ReliableLink) -> None:
+        """``link`` is open."""
+        self._links.setdefault(link.ends, []).append(link)
+
+    def unlinked(self, link: ReliableLink) -> None:
+        self._links[link.ends].remove(link)
+
+    # What participants are told; a message may come to one that is no more.
+
+    def joined(self, me: Participant, remote: Remote, topic: str) -> None:
+        """A reader of ``me`` has matched a writer."""
+        for link in self._links.get((remote.host, me.host, topic), ()):
+            link.joined()
+
+    def announced(self, token: tuple[tuple[Guid, int], bool], receiver: int) -> None:
+        me, ((guid, lease_ns), wants_response) = self.participants[receiver], token
+        if me is not None and me.awake and (
+                self.server is None or self.server in (receiver, guid[0])):
+            me.announced(guid, lease_ns, wants_response)
+
+    def told(self, token: tuple[Guid, Guid, tuple[tuple[int, Item], ...], int | None],
+             receiver: int) -> None:
+        self._hear("told", token, receiver)
+
+    def offered(self, token: tuple[Guid, Guid, int], receiver: int) -> None:
+        self._hear("offered", token, receiver)
+
+    def acknowledged(self, token: tuple[Guid, Guid, int, tuple[int, ...], bool], receiver: int
+                     ) -> None:
+        self._hear("acknowledged", token, receiver)
+
+    def greeted(self, token: tuple[Guid, Guid, bool], receiver: int) -> None:
+        self._hear("greeted", token, receiver)
+
+    def _hear(self, what: str, token: tuple[Any, ...], receiver: int) -> None:
+        """A message from one participant to another: from strangers and for former lives it is
+        not read."""
+        me = self.participants[receiver]
+        if me is None or me.guid != token[1]:
+            return
+        remote = me.remotes.get(token[0])
+        if remote is not None and remote.direct:
+            remote.heard_ns = self.context.now_ns
+            getattr(me.endpoints, what)(remote, *token[2:])

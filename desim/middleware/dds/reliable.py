@@ -1,0 +1,299 @@
+"""Reliable data: what a writer keeps for each reader, and which of it the reader has.
+
+Numbers are counted for each reader, as if each had a writer of its own: one that sends everything
+to everybody has the same ones. What the writer knows comes from acknowledgements alone; that a
+frame is lost only makes a row ``lost``.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+from desim.kernel import Phase
+from desim.middleware.dds import wire
+from desim.middleware.dds.reader import DONE, HELD, Reader, Sample
+from desim.trace import pack
+
+if TYPE_CHECKING:
+    from desim.middleware.dds.plugin import Dds
+    from desim.middleware.medium import Medium
+    from desim.middleware.topics import Message
+    from desim.ports.middleware import Offer
+
+
+class Reliable:
+    """One writer: a link for each host whose reader it has matched."""
+
+    def __init__(self, dds: Dds, offer: Offer) -> None:
+        self._dds, self._offer = dds, offer
+        self._host, self._topic = offer.publisher.host, offer.publisher.topic
+        self._links: dict[int, ReliableLink] = {}
+        self._unrouted: list[int] = []
+
+    def connect(self, receivers: list[int]) -> list[int]:
+        """New links are to participants that were not known before, a host's new life too."""
+        graph, dds, old = self._dds.context.graph, self._dds, self._links
+        self._links, self._unrouted = {}, []
+        fresh = []
+        for receiver in receivers:
+            medium = graph.route(graph.hosts[self._host], receiver)
+            if medium is None:
+                self._unrouted.append(receiver)
+                continue
+            guid = dds.reader(self._host, receiver, self._topic)
+            link = old.get(receiver)
+            if link is None or link.guid != guid:
+                link = ReliableLink(dds, self._offer, receiver, guid, medium)
+                fresh.append(receiver)
+            self._links[receiver] = link
+        for receiver, link in old.items():
+            if self._links.get(receiver) is not link:
+                link.close("link_closed")
+        return fresh
+
+    def send(self, message: Message, only: list[int] | None = None) -> None:
+        if only is not None:
+            for receiver in only:
+                self._links[receiver].offer(message)
+            return
+        for link in self._links.values():
+            link.offer(message)
+        for receiver in self._unrouted:
+            self._dds.context.graph.drop(message, receiver, "no_route")
+
+    def close(self, reason: str) -> None:
+        for link in self._links.values():
+            link.close(reason)
+        self._links, self._unrouted = {}, []
+
+    def waiting(self) -> int:
+        return sum(link.waiting for link in self._links.values())
+
+
+class ReliableLink:
+    """The writer's side towards one reader, and the carrier of its data.
+
+    It keeps the last ``depth`` samples that are not acknowledged (0: all); an older one is
+    ``overwritten``, unless its frames are still on their way or the reader holds it. Heartbeats
+    travel with every sample, and alone while something is not acknowledged.
+    """
+
+    __slots__ = ("guid", "waiting", "reader", "_dds", "_graph", "_params", "_from", "_from_id",
+                 "_host", "_to", "_send", "_depth", "_history", "_unacked_bytes", "_last",
+                 "_beat_ns", "_beats", "_timer", "_closed", "ends", "_beating")
+
+    def __init__(self, dds: Dds, offer: Offer, receiver: int, guid: Any, medium: Medium) -> None:
+        graph, source, topic = dds.context.graph, offer.publisher.host, offer.publisher.topic
+        self.guid = guid
+        self.waiting = 0  # samples without a fate
+        self._dds, self._graph, self._params = dds, graph, dds.params
+        self._from, self._from_id = source, graph.hosts[source].id
+        self._host = graph.hosts[receiver]
+        self._to = (receiver,)
+        self._send = medium.transmit
+        self._depth = offer.queue if dds.params.depth is None else dds.params.depth
+        self._history: deque[Sample] = deque()
+        self._unacked_bytes = self._last = self._beats = 0
+        self._beat_ns = -dds.params.heartbeat_asks_after_ns  # the first sample asks
+        self._timer: Any = None
+        self._closed: str | None = None
+        self.ends = source, receiver, topic
+        self._beating = Beating(self)
+        self.reader = Reader(self, dds, offer, self._host, medium)
+        dds.linked(self)
+        self._book(dds.params.initial_heartbeat_ns, self._greet)
+
+    # The writer.
+
+    def offer(self, message: Message) -> None:
+        history, params = self._history, self._params
+        self._last = number = self._last + 1
+        trains = wire.trains(message.size_bytes, params.data_message_bytes, True)
+        sample = Sample(message, number, trains[-1][0].stop)
+        self.waiting += 1
+        history.append(sample)
+        self._unacked_bytes += message.size_bytes
+        if 0 < self._depth < len(history):
+            oldest = history.popleft()
+            self._unacked_bytes -= oldest.message.size_bytes
+            oldest.kept = False
+            self.settle(oldest, "overwritten")
+        now_ns = message.born_ns
+        asks = (now_ns - self._beat_ns >= params.heartbeat_asks_after_ns
+                or self._unacked_bytes >= params.high_water_bytes)
+        self._beats = 0
+        for part, chunk in trains:
+            self._transmit(sample, part, chunk, asks)
+        self._beat_ns = now_ns
+        if self._timer is None:
+            self._book(params.heartbeat_period_ns, self._tick)
+
+    def _transmit(self, sample: Sample, part: range, chunk: wire.Chunk, asks: bool) -> None:
+        """Send some UDP messages of a sample; the last one's heartbeat may ask for an answer."""
+        graph, message = self._graph, sample.message
+        now_ns = graph.kernel.now_ns
+        sample.sent_ns = now_ns
+        sample.flying += 1
+        graph.put(pack(now_ns, graph.FRAME, self._from_id, self._host.id, message.seq,
+                       chunk.size_bytes))
+        self._send(self._from, self._to, chunk.size_bytes, chunk.packets, False, self,
+                   (sample, part, self._history[0].number, asks))
+
+    def _first(self) -> int:
+        """Number of the first sample that there is to be had."""
+        return self._history[0].number if self._history else self._last + 1
+
+    def acknowledged(self, token: tuple[int, tuple[tuple[int, tuple[int, ...]], ...], bool],
+                     _: int) -> None:
+        """The reader has all before ``base`` and misses parts of some; or asks what there is."""
+        base, missing, asks = token
+        if self._closed is not None:
+            return
+        me = self._dds.participants[self._from]
+        reader = me.remotes.get(self.guid)
+        if reader is not None:
+            reader.heard_ns = self._graph.kernel.now_ns
+        history = self._history
+        while history and history[0].number < base:
+            sample = history.popleft()
+            self._unacked_bytes -= sample.message.size_bytes
+            sample.kept = False
+            self.settle(sample, "overwritten")
+        self._beats = 0
+        if missing:
+            delay_ns = self._params.nack_response_ns
+            if delay_ns:
+                self._call(delay_ns, self._repeat, missing)
+            else:
+                self._repeat(missing)
+        elif asks and history:
+            self._beat(wire.heartbeats(1))
+
+    def _repeat(self, missing: tuple[tuple[int, tuple[int, ...]], ...]) -> None:
+        """Send again what is asked for, a UDP message at a time; where it is gone, say so."""
+        if self._closed is not None:
+            return
+        gone = False
+        for number, indices in missing:
+            place = number - self._first()
+            if not 0 <= place < len(self._history):
+                gone = True
+                continue
+            sample = self._history[place]
+            chunks = wire.messages(sample.message.size_bytes, self._params.data_message_bytes, True)
+            for index in indices or range(sample.parts):
+                self._transmit(sample, range(index, index + 1), chunks[index], True)
+            self._beat_ns = self._graph.kernel.now_ns
+        if gone:
+            self._beat(wire.gap())
+        if self._timer is None and self._history:
+            self._book(self._params.heartbeat_period_ns, self._tick)
+
+    def _greet(self, _: Any) -> None:
+        """The first heartbeat to a reader that is new."""
+        self._timer = None
+        if self._closed is None:
+            self._beat(wire.heartbeats(1))
+            if self._history:
+                self._book(self._params.heartbeat_period_ns, self._tick)
+
+    def _tick(self, _: Any) -> None:
+        self._timer = None
+        if self._closed is not None or not self._history:
+            return
+        params = self._params
+        period_ns = min(params.heartbeat_limit_ns,
+                        params.heartbeat_period_ns << min(16, max(0, self._beats - 2)))
+        left_ns = self._beat_ns + period_ns - self._graph.kernel.now_ns
+        if left_ns <= 0:
+            self._beats += 1
+            self._beat(wire.heartbeats(1))
+            left_ns = period_ns
+        self._book(left_ns, self._tick)
+
+    def _beat(self, chunk: wire.Chunk) -> None:
+        graph = self._graph
+        self._beat_ns = now_ns = graph.kernel.now_ns
+        graph.trace.row(now_ns, graph.names.id("heartbeat"), self._from_id, self._host.id,
+                        self._first(), self._last)
+        self._send(self._from, self._to, chunk.size_bytes, chunk.packets, False, self._beating,
+                   (self._first(), self._last))
+
+    def _book(self, delay_ns: int, fn: Any) -> None:
+        self._timer = self._call(delay_ns, fn, None)
+
+    def _call(self, delay_ns: int, fn: Any, arg: Any) -> Any:
+        return self._graph.kernel.after(delay_ns, Phase.NETWORK, self._from_id, fn, arg)
+
+    def joined(self) -> None:
+        """The reader has matched the writer."""
+        if self._closed is None:
+            self.reader.joined()
+
+    def forgotten(self) -> None:
+        """The reader's host has stopped, and what the reader held is gone."""
+        self.reader.drop("host_down")
+
+    def close(self, reason: str) -> None:
+        """Drop what waits. Frames that are on their way meet their own fate."""
+        self._closed = reason
+        self._dds.unlinked(self)
+        if self._timer is not None:
+            self._timer.cancel()
+        self.reader.drop(reason)
+        for sample in self._history:
+            sample.kept = False
+            self.settle(sample, reason)
+        self._history.clear()
+
+    # Fates.
+
+    def settle(self, sample: Sample, reason: str) -> None:
+        """If nothing can bring ``sample`` to the reader any more, it is dropped."""
+        if not (sample.kept or sample.flying or sample.state):
+            sample.state = DONE
+            self.waiting -= 1
+            self._graph.drop(sample.message, self._host.index, reason, sample.message.born_ns,
+                             sample.sent_ns)
+
+    def arrived(self, token: tuple[Sample, range, int, bool], receiver: int) -> None:
+        sample, part, first, asks = token
+        sample.flying -= 1
+        closed = self._closed
+        if closed == "link_closed" or not self.reader.take(sample, part, first, asks):
+            self.settle(sample, closed or "unmatched")
+        elif sample.state != HELD:
+            self.settle(sample, closed or "overwritten")
+        elif closed:
+            self.reader.drop(closed)  # nobody will bring what it waits for
+
+    def lost(self, token: tuple[Sample, range, int, bool], receiver: int, reason: str) -> None:
+        sample = token[0]
+        sample.flying -= 1
+        graph = self._graph
+        graph.trace.row(graph.kernel.now_ns, graph.LOST, self._host.id, self._from_id,
+                        sample.message.seq, graph.names.id(reason))
+        self.settle(sample, reason if self._closed else "overwritten")
+
+    def repeated(self, token: tuple[Sample, range, int, bool], receiver: int) -> None:
+        """A reader knows by its number what it has already, and throws it away."""
+        self._graph.repeat(token[0].message, self._host)
+
+
+class Beating:
+    """The carrier of heartbeats to one reader."""
+
+    __slots__ = ("_link",)
+
+    def __init__(self, link: ReliableLink) -> None:
+        self._link = link
+
+    def arrived(self, token: tuple[int, int], receiver: int) -> None:
+        self._link.reader.offered(*token)
+
+    def lost(self, token: tuple[int, int], receiver: int, reason: str) -> None:
+        """Another one will come."""
+
+    def repeated(self, token: tuple[int, int], receiver: int) -> None:
+        self._link.reader.offered(*token)

@@ -1,0 +1,46 @@
+"""What a participant remembers of another one."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+Guid = tuple[int, int]  # host index, and which of its lives: a new one at every start
+
+
+class Item(NamedTuple):
+    """What is told in discovery: that ``owner`` has a ``writer`` or a ``reader`` of ``topic``; a
+    ``built_in`` endpoint; that there is a ``participant``, or that it is ``gone``."""
+
+    owner: Guid
+    kind: str
+    topic: str
+    size_bytes: int
+
+
+class Remote:
+    """``told`` of what it is to be told (``out``) has been sent, ``acked`` has arrived as far as is
+    known; ``got`` of what it tells has come in order, ``held`` beyond that, ``known`` is there.
+
+    ``answered``: it has acknowledged anything; ``asked``: a heartbeat of its has come. Who is known
+    only by hearsay of a server (``direct`` False) has neither lease nor telling of its own.
+    """
+
+    __slots__ = ("guid", "host", "lease_ns", "heard_ns", "direct", "writers", "readers", "out",
+                 "told", "acked", "answered", "got", "held", "known", "asked", "answering")
+
+    def __init__(self, guid: Guid, lease_ns: int, heard_ns: int, direct: bool,
+                 out: list[Item]) -> None:
+        self.guid = guid
+        self.host = guid[0]
+        self.lease_ns = lease_ns
+        self.heard_ns = heard_ns
+        self.direct = direct
+        self.writers: dict[str, None] = {}  # topics
+        self.readers: dict[str, None] = {}
+        self.out = out
+        self.told = len(out)
+        self.acked = 0
+        self.answered = False
+        self.got = self.known = 0
+        self.held: dict[int, Item] = {}
+        self.asked = self.answering = False

@@ -1,0 +1,221 @@
+"""DDS discovery: what it costs beside measured packets, and whole logs of how it goes.
+
+Measured with Cyclone DDS 11.0.1 on loopback, multicast for SPDP alone, each process with 17
+endpoints named like those of a ROS 2 node; Ethernet frames of the first 15 s.
+"""
+
+import pytest
+from graphs import MS, Net, S, listener, silent, talker
+
+from desim.errors import InputError
+from desim.middleware.dds import endpoints, wire
+from desim.middleware.dds.plugin import Dds
+from netmodels.rules.loss import Loss
+
+MEASURED_BYTES = {2: 19_200, 4: 130_000, 8: 576_000}  # a second time: 22.6, 125.9, 595.9 kB
+
+
+def dds(preset="cyclonedds", **params):
+    return Dds(Dds.Params(preset=preset, **{"start_spread": "0 ns", **params}))
+
+
+def robots(count, seed=0, **options):
+    return Net({f"robot_{k}": silent for k in range(count)}, middleware=dds(**options), seed=seed)
+
+
+def total(net):
+    return sum(net.graph.context.discovery_bytes.values())
+
+
+def starting_together(count, seed=0):
+    """Bytes in 15 s of ``count`` participants that a loop has started: within 200 ms."""
+    return total(robots(count, seed, start_spread="200 ms").run(15 * S))
+
+
+def assert_bytes_are_those_that_were_measured():
+    for count, measured in MEASURED_BYTES.items():
+        for seed in 0, 1:
+            assert starting_together(count, seed) == pytest.approx(measured, rel=0.15)
+
+
+def test_discovery_bytes_are_those_that_were_measured():
+    assert_bytes_are_those_that_were_measured()
+
+
+def test_of_endpoints_that_take_a_tenth_less_they_are_not(monkeypatch):
+    whole = wire.built_in_endpoints
+    monkeypatch.setattr(endpoints.wire, "built_in_endpoints",
+                        lambda host: [size * 9 // 10 for size in whole(host)])
+    with pytest.raises(AssertionError):
+        assert_bytes_are_those_that_were_measured()
+
+
+def by_pair(pairs):
+    """Bytes but for the multicasts, for each of ``pairs(n)``."""
+    multicast = wire.announcement(2).size_bytes + wire.announcement().size_bytes
+    return [(starting_together(count) - count * multicast) / pairs(count) for count in (2, 4, 8)]
+
+
+def test_discovery_grows_with_the_ordered_pairs():
+    each = by_pair(lambda n: n * (n - 1))
+    assert max(each) / min(each) < 1.05
+
+
+def test_and_not_with_the_square():
+    each = by_pair(lambda n: n * n)
+    assert not max(each) / min(each) < 1.05
+
+
+@pytest.mark.parametrize(("count", "measured_bps"), [(2, 155), (8, 105)])
+def test_at_rest_a_pair_takes_as_much_as_measured_after_8_s(count, measured_bps):
+    """105 to 155 B/s: one round of announcements and liveliness, in the 7 s up to 15 s."""
+    net = robots(count).run(8 * S - 1)
+    before = total(net)
+    rate = (total(net.run(15 * S)) - before) / 7 / (count * (count - 1))
+    assert rate == pytest.approx(measured_bps, rel=0.05)
+
+
+def at_rest(**options):
+    """Bytes per second and ordered pair of four participants, over ten periods."""
+    net = robots(4, **options).run(17 * S)
+    before = total(net)
+    return (total(net.run(97 * S)) - before) / 80 / 12
+
+
+def test_in_the_long_run_it_is_one_round_in_eight_seconds():
+    """Liveliness and its acknowledgement, an announcement to each, one to all: 166 B less the four
+    of check sequences, 106, 394 and 394 / 3 were measured."""
+    round_bytes = 158 + 4 + 106 + 4 + (394 + 4) * (1 + 1 / 3)
+    assert at_rest() == pytest.approx(round_bytes / 8, rel=0.001)
+    assert at_rest(liveliness_period="7.2 s") != pytest.approx(round_bytes / 8, rel=0.001)
+
+
+def test_single_messages_are_as_long_as_those_on_the_wire():
+    """Without the check sequence of 4 B, which a capture does not see."""
+    assert wire.announcement().size_bytes - 4 == 394
+    assert wire.announcement(2).size_bytes - 4 == 710
+    assert wire.heartbeats(5).size_bytes - 4 == 238
+    assert wire.acknacks(5).size_bytes - 4 == 218
+    assert wire.acknacks(1).size_bytes - 4 == 106
+    assert wire.liveliness().size_bytes - 4 == 158
+    assert wire.built_in_endpoints("robot_1")[:5] == [276, 316, 260, 272, 300]
+    services = ["get_parameters", "set_parameters", "list_parameters", "describe_parameters",
+                "get_parameter_types", "set_parameters_atomically"]
+    kind = "rcl_interfaces::srv::dds_::GetParameters_"
+    assert [wire.reader_bytes(f"rq/robot_1/{name}Request", f"{kind}Request_", wire.QUEUED)
+            for name in services] == [324, 324, 324, 328, 328, 332]
+    assert [wire.writer_bytes(f"rr/robot_1/{name}Reply", f"{kind}Response_", wire.QUEUED)
+            for name in services] == [292, 292, 292, 296, 296, 304]
+    apart = wire.endpoints([276, 316], 0, False, False)
+    assert [chunk.size_bytes - 4 for chunk in apart] == [350, 390]
+    again = wire.endpoints([276, 260, 272, 292, 292], 1456, False, True)
+    assert [chunk.size_bytes - 4 for chunk in again] == [1226, 382]
+    assert [chunk.size_bytes - 4 for chunk in wire.messages(804, 13440, True)] == [938]
+
+
+def test_a_large_sample_is_a_few_datagrams_that_ip_cuts():
+    """20 008 B and their encapsulation went in 13 536 and 6656 B of RTPS; a map of 160 109 B in
+    twelve datagrams of cyclonedds and three of fastdds."""
+    first, last = wire.messages(20_004, 13440, True)
+    assert (first.size_bytes, first.packets) == (13_536 + 46 + 9 * 38, 10)
+    assert (last.size_bytes, last.packets) == (6656 + 46 + 4 * 38, 5)
+    assert len(wire.messages(160_109, 13440, True)) == 12
+    assert [chunk.packets for chunk in wire.messages(160_109, 65400, True)] == [45, 45, 20]
+
+
+def test_datagrams_travel_in_trains():
+    """Of up to 64 kB: four of cyclonedds, one of fastdds, which is 67 kB with its headers."""
+    for whole_bytes, parts in (13440, [4, 4, 4]), (65400, [1, 1, 1]):
+        datagrams = wire.messages(160_109, whole_bytes, True)
+        trains = wire.trains(160_109, whole_bytes, True)
+        assert [len(part) for part, _ in trains] == parts
+        assert [sum(each) for each in zip(*(chunk for _, chunk in trains), strict=True)] == [
+            sum(each) for each in zip(*datagrams, strict=True)]
+
+
+def test_the_whole_log_of_two_participants():
+    """Announced twice in one packet, answered at once; heartbeats of the built-in writers after
+    5 ms, acknowledged at once; endpoints after 35 ms, each in a packet of its own; the next
+    heartbeat is due 100 ms after the first."""
+    net = Net({"a": talker([]), "b": listener([])}, middleware=dds()).run(900 * MS)
+    log = [(t / MS, host, to, kind, size) for t, _, host, to, kind, size in net.rows("control")]
+    assert log[:4] == [(0, "a", "medium/lan", "spdp", 714), (0, "b", "medium/lan", "spdp", 714),
+                       (0, "a", "b", "spdp", 398), (0, "b", "a", "spdp", 398)]
+    assert [(t, kind, size) for t, _, _, kind, size in log[4:12]] == [
+        (5, kind, size)
+        for kind, size in (("sedp_heartbeat", 242), ("sedp_acknack", 222), ("liveliness", 162),
+                           ("acknack", 110)) for _ in range(2)]
+    kinds = [(t, kind) for t, _, _, kind, _ in log[12:]]
+    assert kinds == [(35, "sedp")] * 4 + [(35, "endpoints")] * 4 + [(35, "acknack")] * 4 + [
+        (105, "sedp_heartbeat")] * 2 + [(105, "sedp_acknack")] * 2
+    assert net.rows("believes", "sees") == [
+        (0, "sees", "a", "b", "online", 0), (0, "sees", "b", "a", "online", 0),
+        (35 * MS, "believes", "b", "a", "/talk", 1)]
+    assert net.graph.context.beliefs.divergence == 0
+
+
+def test_participants_do_not_start_in_one_nanosecond():
+    net = robots(4, start_spread="200 ms").run(S)
+    starts = sorted(row[0] for row in net.rows("control") if row[3] == "medium/lan")
+    assert len(set(starts)) == 4 and starts[0] > 0 and starts[-1] < 200 * MS
+
+
+@pytest.mark.parametrize("preset", ["fastdds", "cyclonedds"])
+def test_discovery_survives_loss(preset):
+    """One packet in five is lost: after a minute all know all."""
+    nodes = {host: {"t": talker([], f"/{host}"), "l": lambda node: [
+        listener([], f"/{other}")(node) for other in "abcd"]} for host in "abcd"}
+    net = Net(nodes, middleware=dds(preset), rules=[Loss(Loss.Params(probability="20 %"))])
+    net.run(60 * S)
+    assert net.graph.context.beliefs.matches == 12
+    assert net.graph.context.beliefs.divergence == 0
+
+
+# ------------------------------------------------------------------------------ a server
+
+
+def listening(count, **options):
+    """Robots that talk and all listen to each other, by a server on ``robot_0``."""
+    names = [f"robot_{k}" for k in range(count)]
+    nodes = {name: {"t": talker([], f"/{name}/talk"), "l": lambda node: [
+        listener([], f"/{other}/talk")(node) for other in names]} for name in names}
+    return Net(nodes, middleware=dds("fastdds", **options))
+
+
+def test_with_a_server_clients_talk_to_it_alone():
+    net = listening(5, discovery="server", server="robot_0").run(15 * S)
+    beliefs = net.graph.context.beliefs
+    assert (beliefs.matches, beliefs.divergence) == (20, 0)
+    assert all("robot_0" in row[2:4] for row in net.rows("control") if row[4] != "acknack")
+    assert total(net) < 0.6 * total(listening(5).run(15 * S))
+
+
+def test_a_server_tells_that_somebody_is_gone():
+    """robot_3 is silent from 30.3 s on; the server heard it last at 30 s."""
+    net = listening(4, discovery="server", server="robot_0")
+    net.at(30_300 * MS, net.graph.host("robot_3").stop)
+    net.run(60 * S)
+    removed = [(row[0], row[2]) for row in net.rows("sees") if row[3:5] == ("robot_3", "removed")]
+    assert [host for _, host in removed] == ["robot_0", "robot_1", "robot_2"]
+    assert {time for time, _ in removed} == {removed[0][0]}
+    assert 47 * S < removed[0][0] <= 50_300 * MS
+    assert net.graph.context.beliefs.divergence == 0
+
+
+def test_clients_outlive_their_server_and_find_its_next_life():
+    net = listening(4, discovery="server", server="robot_0")
+    net.at(5 * S, net.graph.host("robot_0").stop)
+    net.at(60 * S, net.graph.host("robot_0").start)
+    net.run(50 * S)
+    assert net.graph.context.beliefs.divergence == 0, "those who know each other still do"
+    net.run(90 * S)
+    assert (net.graph.context.beliefs.matches, net.graph.context.beliefs.divergence) == (12, 0)
+
+
+@pytest.mark.parametrize(("params", "complaint"), [
+    ({"discovery": "server"}, ".server: the host"), ({"server": "a"}, ".server: the host"),
+    ({"discovery": "server", "server": "c"}, "no host 'c'; known: a, b"),
+    ({"leases": {"c": "1 s"}}, ".leases: no host 'c'")])
+def test_bad_parameters(params, complaint):
+    with pytest.raises(InputError, match=complaint):
+        Net({"a": silent, "b": silent}, middleware=dds(**params))
