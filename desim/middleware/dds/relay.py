@@ -33,12 +33,15 @@ class Relay:
                 self._tell(item.owner, other)
 
     def gone(self, guid: Guid) -> None:
-        """Tell all who were told of ``guid``."""
+        """Tell all who were told of ``guid``, which may come again."""
         for owners in self._items.values():
             owners.pop(guid, None)
         self._told.pop(guid, None)
         for to, told in self._told.items():
-            if any(item.owner == guid for item in told):
+            stale = [item for item in told if item.owner == guid]
+            for item in stale:
+                del told[item]
+            if any(item.kind != "gone" for item in stale):
                 self._tell(to, Item(guid, "gone", "", wire.ANNOUNCEMENT_BYTES))
 
     def _tell(self, to: Guid, item: Item) -> None:
