@@ -160,12 +160,11 @@ class End:
     def _establish(self, rtt_ns: int) -> None:
         self.state = OPEN
         self._rest()
-        self.heard_ns = now_ns = self._kernel.now_ns
+        self.heard_ns = self._kernel.now_ns
         self.sender.sample(rtt_ns)
-        self.receiver.open = True
+        self.sender.open = self.receiver.open = True
         if self.connection.keepalive:
             self._watch(self._params.keepalive_idle_ns)
-        self.sender.start(now_ns)
 
     def _rest(self) -> None:
         self._tries = 0
@@ -201,6 +200,7 @@ class End:
             self._establish(self._kernel.now_ns - sent_ns)
             self._tell(ACK, sent_ns)
             self.connection.open = True
+            self.sender.push()
             self.connection.tcp.opened(self.connection)
         elif self.state in (OPEN, CLOSING, DONE):
             self._tell(ACK, sent_ns)

@@ -163,7 +163,7 @@ class Sender:
         self.rto_ns = min(max(rto_ns, params.rto_min_ns), params.rto_max_ns)
 
     def push(self) -> None:
-        """Send what may go now."""
+        """Send what may go now, if the connection is open."""
         if not self.open:
             return
         params = self._params
@@ -196,12 +196,6 @@ class Sender:
             if kind is None:
                 graph.trace.row(self._kernel.now_ns, graph.LOST, self._to_id, self._host_id,
                                 message.seq, graph.names.id(reason))
-
-    def start(self, now_ns: int) -> None:
-        """The connection is open: what was written meanwhile may go."""
-        self.open = True
-        self._sent_ns = now_ns
-        self.push()
 
     def finish(self, finishes: Callable[[Any], Any]) -> None:
         """Send all that was written, without delay, and a FIN behind it: one byte of the sequence,
