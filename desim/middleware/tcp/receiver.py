@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from desim.middleware.tcp.end import End
     from desim.middleware.tcp.sender import Sender
 
-_NETWORK = Phase.NETWORK
+_CONTROL = Phase.CONTROL  # of an instant, after what comes in it
+_FIRST_MSS_BYTES = 536  # what Linux takes for a full segment before it has seen a larger one
 
 # What a data train carries beside its bytes: first byte, end, what its sender has received, when it
 # was sent, the time that it echoes.
@@ -29,9 +30,9 @@ class Receiver:
     with the next data of this end.
     """
 
-    __slots__ = ("end", "origin", "back", "open", "nxt", "ranges", "due_ns",
-                 "echo_ns", "heard_ns", "said", "_delay_ns", "_timer", "_kernel", "_transmit",
-                 "_counts", "_frames", "_host", "_to", "_entity")
+    __slots__ = ("end", "origin", "back", "open", "nxt", "ranges", "due_ns", "echo_ns", "heard_ns",
+                 "said", "_full", "_delay_ns", "_timer", "_kernel", "_transmit", "_counts",
+                 "_frames", "_host", "_to", "_entity")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         graph = connection.tcp.context.graph
@@ -45,6 +46,7 @@ class Receiver:
         self.echo_ns = 0
         self.heard_ns = 0
         self.said = 0
+        self._full = _FIRST_MSS_BYTES  # bytes of the largest segment seen
         self._delay_ns = connection.tcp.params.delayed_ack_ns
         self._timer: Any = None
         self._kernel = graph.kernel
@@ -71,11 +73,13 @@ class Receiver:
             self.due_ns = now_ns + self._delay_ns
         self._deliver()
         if self.due_ns:
+            if end - start > self._full:
+                self._full = min(end - start, MSS_BYTES)
             unsaid = self.nxt - self.said
-            if unsaid > MSS_BYTES:
-                self.acknowledge(max(unsaid // MSS_BYTES // 2, 1))
+            if unsaid > self._full:
+                self.acknowledge((unsaid // MSS_BYTES or 2) // 2 or 1)
             elif self._timer is None:
-                self._timer = self._kernel.after(self._delay_ns, _NETWORK, self._entity,
+                self._timer = self._kernel.after(self._delay_ns, _CONTROL, self._entity,
                                                  self._due)
 
     def lost(self, train: Train, receiver: int, reason: str) -> None:
@@ -118,7 +122,7 @@ class Receiver:
             return
         now_ns = self._kernel.now_ns
         if due_ns > now_ns:
-            self._timer = self._kernel.after(due_ns - now_ns, _NETWORK, self._entity,
+            self._timer = self._kernel.after(due_ns - now_ns, _CONTROL, self._entity,
                                              self._due)
         else:
             self.acknowledge(1)

@@ -118,27 +118,29 @@ class Sender(Window):
             self.grow(number - una, nxt - una)
         self.una = number
         if number > nxt:
-            self.nxt = nxt = number
+            self.nxt = number
         self._expiries = self._duplicates = 0
         now_ns = self._kernel.now_ns
         self.sample(now_ns - echo_ns)
         self._deadline_ns = now_ns + self.rto_ns
-        messages = self.messages
+        messages, known = self.messages, 0
         while messages and messages[0][0] <= number:
             messages.popleft()
-            self.heard -= 1
+            known += 1
+        self.heard -= known
         if self._recovering:
             self._recovered()
-        if number < self.written:
-            if len(messages) == 1 and number == self.top and messages[0][3] is None \
-                    and self.written - number <= MSS_BYTES:
+        left = self.written - number
+        if left:
+            if left <= MSS_BYTES and number == self.top and len(messages) == 1 \
+                    and messages[0][3] is None:
                 self._lone(number, self.written, messages[0][2])
             else:
                 self.push()
         elif self.finishing:
             self.end.finished()
-        while self.waiters and self.room:
-            self.waiters.pop(0)()
+        if self.waiters:
+            self._tell_waiters()
 
     def push(self) -> None:
         """Send what may go now, if the connection is open."""
@@ -192,6 +194,10 @@ class Sender(Window):
     def _small_may_go(self) -> bool:
         """Nagle's algorithm as Linux has it: one segment that is not full may be on its way."""
         return self._small <= self.una or self.nodelay or self.finishing
+
+    def _tell_waiters(self) -> None:
+        while self.waiters and self.room:
+            self.waiters.pop(0)()
 
     def _duplicate(self, duplicates: int) -> None:
         """Something behind the first missing segment has arrived."""
