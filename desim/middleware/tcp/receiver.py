@@ -137,7 +137,8 @@ class Receiver:
                 return
             origin.heard += 1
             entry[1](entry[2])
-            if not self.open:
+            if not self.open:  # closed by what it heard: the rest is refused
+                self.nxt = entry[0]
                 return
 
     def _out_of_order(self, start: int, end: int, sent_ns: int) -> None:
