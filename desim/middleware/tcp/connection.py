@@ -17,8 +17,8 @@ Closed = Callable[["Connection", str], Any]
 class Connection:
     """From ``client`` to ``service`` on ``server``.
 
-    ``open`` from the moment that the client knows so, until one end closes it or finds it dead; a
-    host that stops says nothing. ``about`` is for its owner. A host that is neither end is none of
+    ``open`` from the moment that the client knows so, until one end closes it or finds it dead (a
+    host that stops says nothing) or both have stopped. ``about`` is for its owner. A host that is neither end is none of
     its business: calls for one are calls for the server.
     """
 
