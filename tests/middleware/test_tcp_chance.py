@@ -1,4 +1,4 @@
-"""TCP in all sorts of trouble: what arrives does so once and in order, and all ends come to rest."""
+"""TCP in all sorts of trouble: what arrives does so once and in order; all ends come to rest."""
 
 from graphs import MS, S
 from hypothesis import example, given
@@ -13,7 +13,7 @@ from netmodels.rules.reordering import Reordering
 GAPS_NS = st.one_of(st.integers(0, 10 * MS), st.integers(0, 5 * S))
 
 
-@given(st.floats(0, 0.3), st.floats(0, 0.3), st.floats(0, 0.3), st.integers(1, 100), st.booleans(),
+@given(st.floats(0, 0.2), st.floats(0, 0.3), st.floats(0, 0.3), st.integers(1, 100), st.booleans(),
        st.integers(0, 9), st.lists(st.tuples(GAPS_NS, st.integers(0, 1), st.integers(1, 60_000)),
                                    max_size=20))
 def test_each_message_arrives_once_and_in_order(lost, twice, late, late_ms, nodelay, seed, says):
