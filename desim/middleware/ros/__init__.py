@@ -1,0 +1,1 @@
+"""ROS 1: what its processes say to each other."""

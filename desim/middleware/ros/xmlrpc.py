@@ -1,0 +1,218 @@
+"""XML-RPC: calls over kept alive HTTP connections, as roscpp makes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from desim.middleware.tcp.connection import Connection
+
+if TYPE_CHECKING:
+    from desim.middleware.context import Context
+    from desim.middleware.tcp.stack import Tcp
+
+IDLE_NS = 30_000_000_000  # roscpp xmlrpc_manager: a cached client that rests is reaped
+
+Done = Callable[[bool, Any], Any]
+
+
+class Call:
+    """One call under way. ``request`` and what ``reply`` gives are for the two ends to understand;
+    the network sees sizes: with the HTTP header, without TCP and IP."""
+
+    __slots__ = ("client", "server", "service", "kind", "request_bytes", "request", "done",
+                 "connection", "response", "_fresh", "_rpc", "_timer", "_reused", "_over")
+
+    def __init__(self, rpc: XmlRpc, client: int, server: int, service: str, kind: str,
+                 request_bytes: int, request: Any, done: Done, fresh: bool) -> None:
+        self.client, self.server, self.service = client, server, service
+        self.kind = kind
+        self.request_bytes, self.request = request_bytes, request
+        self.done = done
+        self.connection: Connection | None = None
+        self.response: Any = None
+        self._fresh = fresh
+        self._rpc = rpc
+        self._timer: Any = None
+        self._reused = False
+        self._over = False
+
+    def reply(self, response_bytes: int, response: Any = None) -> None:
+        """The server answers, once, now or later. Nothing happens where it has restarted, or the
+        client has given up."""
+        self.response = response
+        if self.connection is None:
+            self._rpc.soon(self.client, self._local_end)
+        elif self.connection.holds(self.server):
+            self.connection.send(self.server, response_bytes, self._answered, None, self.kind)
+
+    def wait(self, timeout_ns: int) -> None:
+        context = self._rpc.context
+        self._timer = context.at(context.now_ns + timeout_ns, self.client, self._timed_out)
+
+    def go(self, connection: Connection, reused: bool) -> None:
+        """Send the request."""
+        self.connection = connection
+        self._reused = reused
+        connection.send(self.client, self.request_bytes, self._rpc.received, self, self.kind)
+
+    def broke(self) -> bool:
+        """Its connection is over before it was answered. True if it goes on with a new one: a
+        server may have left one that rested (XmlRpcClient tries again, once)."""
+        if self._reused:
+            self._reused = False
+            return True
+        self.finish(False)
+        return False
+
+    def finish(self, ok: bool) -> None:
+        """Tell the caller."""
+        if not self._over:
+            self.forget()
+            self.done(ok, self.response if ok else None)
+
+    def forget(self) -> None:
+        """Its caller has stopped."""
+        self._over = True
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._rpc.calls[self.client].pop(self, None)
+
+    def _local_end(self, _: Any) -> None:
+        self.finish(True)
+
+    def _answered(self, _: Any) -> None:
+        if not self._over:
+            if self._fresh:
+                self._hang_up()
+            else:
+                self._rpc.rest(self.connection)
+            self.finish(True)
+
+    def _timed_out(self, _: Any) -> None:
+        self._timer = None
+        if self.connection is not None:
+            self._hang_up()
+        self.finish(False)
+
+    def _hang_up(self) -> None:
+        self.connection.about = None
+        self.connection.close(self.client)
+
+
+class XmlRpc:
+    """All calls of a run. A connection carries one call at a time; a client's idle ones are taken
+    again, and closed after ``idle_ns``. Calls within a host take no time and no bytes."""
+
+    def __init__(self, context: Context, tcp: Tcp, idle_ns: int = IDLE_NS) -> None:
+        self.context = context
+        self.calls: dict[int, dict[Call, None]] = {}  # under way, by client
+        self._tcp = tcp
+        self._idle_ns = idle_ns
+        self._idle: dict[tuple[int, int, str], list[tuple[Connection, Any]]] = {}
+        self._servers: dict[tuple[int, str], tuple[Callable[[Call], Any], int]] = {}
+
+    def serve(self, host: int, service: str, answer: Callable[[Call], Any],
+              poll_ns: int = 0) -> None:
+        """``answer(call)`` for each call to ``service`` on ``host``, until it stops; it answers by
+        ``call.reply``. With ``poll_ns`` it looks only so often for what has come (roscpp: up to
+        100 ms)."""
+        self._servers[host, service] = answer, poll_ns
+        self._tcp.listen(host, service, lambda connection: connection.on_closed(
+            host, lambda connection, reason: connection.close(host)))
+
+    def call(self, client: int, server: int, service: str, kind: str, request_bytes: int,
+             request: Any, done: Done, *, timeout_ns: int | None = None,
+             fresh: bool = False) -> Call:
+        """Call ``service`` on ``server``; ``done(ok, response)`` in the end, unless ``client``
+        stops; never before this returns. Without ``timeout_ns`` it waits until TCP gives up, and
+        for ever where the request was acknowledged: these connections are not kept alive. Bytes are
+        discovery of ``kind``. ``fresh``: over a connection of its own, closed after the
+        answer (roscpp for requestTopic)."""
+        call = Call(self, client, server, service, kind, request_bytes, request, done, fresh)
+        self.calls.setdefault(client, {})[call] = None
+        if timeout_ns is not None:
+            call.wait(timeout_ns)
+        if client == server:
+            self.soon(server, self._local, call)
+            return call
+        idle = self._idle.get((client, server, service))
+        while idle and not fresh:
+            connection, reaper = idle.pop()
+            reaper.cancel()
+            if connection.holds(client):
+                connection.about = call
+                call.go(connection, True)
+                return call
+        self._connect(call)
+        return call
+
+    def switched(self, host: int, up: bool) -> None:
+        """A stopped host's calls, idle connections and servers are forgotten. To be told before
+        ``Tcp`` is."""
+        if up:
+            return
+        for call in list(self.calls.get(host, ())):
+            call.forget()
+        for key in [key for key in self._idle if key[0] == host]:
+            for _, reaper in self._idle.pop(key):
+                reaper.cancel()
+        for server in [key for key in self._servers if key[0] == host]:
+            del self._servers[server]
+
+    # What calls say.
+
+    def soon(self, host: int, fn: Callable[[Any], Any], arg: Any = None) -> None:
+        """In this instant, in the turn of ``host``."""
+        self.context.at(self.context.now_ns, host, fn, arg)
+
+    def rest(self, connection: Connection) -> None:
+        """It has brought an answer and may be used again."""
+        connection.about = None
+        key = connection.client, connection.server, connection.service
+        reaper = self.context.at(self.context.now_ns + self._idle_ns, connection.client,
+                                 self._reap, connection)
+        self._idle.setdefault(key, []).append((connection, reaper))
+
+    def received(self, call: Call) -> None:
+        """The request is at the server."""
+        answer, poll_ns = self._servers[call.server, call.service]
+        if not poll_ns:
+            answer(call)
+            return
+        now_ns = self.context.now_ns
+        self.context.at(now_ns + -now_ns % poll_ns, call.server, self._polled, call)
+
+    def _polled(self, call: Call) -> None:
+        if call.connection.holds(call.server):
+            self._servers[call.server, call.service][0](call)
+
+    def _local(self, call: Call) -> None:
+        server = self._servers.get((call.server, call.service))
+        if server is None:
+            call.finish(False)
+        else:
+            server[0](call)
+
+    def _connect(self, call: Call) -> None:
+        connection = self._tcp.connect(
+            call.client, call.server, call.service, call.kind, opened=_nothing,
+            closed=self._closed, nodelay=True, keepalive=False)
+        connection.about = call
+        call.go(connection, False)
+
+    def _reap(self, connection: Connection) -> None:
+        key = connection.client, connection.server, connection.service
+        self._idle[key] = [pair for pair in self._idle[key] if pair[0] is not connection]
+        connection.close(connection.client)
+
+    def _closed(self, connection: Connection, reason: str) -> None:
+        call, connection.about = connection.about, None
+        connection.close(connection.client)
+        if call is not None and call.broke():
+            self._connect(call)
+
+
+def _nothing(_: Any) -> None:
+    """The request is in the send buffer already."""

@@ -1,0 +1,91 @@
+"""A connection as its users see it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from desim.middleware.tcp.end import OPEN, End
+from desim.middleware.tcp.entries import FIN
+
+if TYPE_CHECKING:
+    from desim.middleware.medium import Medium
+    from desim.middleware.tcp.stack import Tcp
+
+Closed = Callable[["Connection", str], Any]
+
+class Connection:
+    """From ``client`` to ``service`` on ``server``.
+
+    ``open`` from the moment that the client knows so, until one end closes it or finds it dead (a
+    host that stops says nothing) or both have stopped. ``about`` is for its owner. Hosts are given
+    as indices, each of them one of the two ends.
+    """
+
+    __slots__ = ("tcp", "client", "server", "service", "kind", "nodelay", "keepalive", "medium",
+                 "open", "about", "ends")
+
+    def __init__(self, tcp: Tcp, client: int, server: int, service: str, kind: str,
+                 medium: Medium, nodelay: bool, keepalive: bool) -> None:
+        self.tcp = tcp
+        self.client, self.server = client, server
+        self.service = service
+        self.kind = kind
+        self.nodelay, self.keepalive = nodelay, keepalive
+        self.medium = medium
+        self.open = False
+        self.about: Any = None
+        self.ends = near, far = End(self, client, server), End(self, server, client)
+        near.join(far)
+        far.join(near)
+
+    def send(self, source: int, size_bytes: int, arrived: Callable[[Any], Any], token: Any = None,
+             kind: str | None = None) -> None:
+        """A message of ``size_bytes`` (above 0, with whatever frames it) from host ``source``.
+        ``arrived(token)`` at the other end when all of it is there, after all that was sent before.
+        Its bytes are discovery of ``kind``; without one they are data, and ``token`` is a
+        ``Message``, whose ``seq`` the trace rows name. Before the connection is open, it waits."""
+        self.ends[source != self.client].sender.send(size_bytes, arrived, token, kind)
+
+    def room(self, source: int) -> bool:
+        """Whether the send buffer of ``source`` takes another message now."""
+        return self.ends[source != self.client].sender.room
+
+    def when_room(self, source: int, fn: Callable[[], Any]) -> None:
+        """Call ``fn()`` once, when an acknowledgement has made room (now, if there is some)."""
+        sender = self.ends[source != self.client].sender
+        if sender.room:
+            fn()
+        else:
+            sender.waiters.append(fn)
+
+    def on_closed(self, host: int, fn: Closed) -> None:
+        """``fn(connection, reason)`` when ``host`` learns that it is over: by ``fin`` (orderly, the
+        peer hears nothing more), ``reset``, ``timeout``, and at the client ``refused`` or
+        ``unreachable``. At most once, and not for what this host closed itself."""
+        self.end(host).closed = fn
+
+    def close(self, host: int) -> None:
+        """``host`` wants no more: what it has sent still goes, what comes is refused."""
+        self.end(host).close()
+
+    def holds(self, host: int) -> bool:
+        """Whether ``host`` takes it for open."""
+        return self.end(host).state == OPEN
+
+    def unacked(self, source: int) -> list[Any]:
+        """Tokens of the messages of ``source`` whose arrival it does not know of."""
+        sender = self.end(source).sender
+        return [entry[2] for entry in sender.messages if entry[3] is not FIN]
+
+    def unheard(self, source: int) -> list[Any]:
+        """Those of them that have not arrived. When the connection is over at ``source``, none of
+        these ever will; they are forgotten after ``on_closed``."""
+        return self.unacked(source)[self.end(source).sender.heard:]
+
+    def waiting(self, source: int) -> int:
+        """How many they are."""
+        return len(self.unheard(source))
+
+    def end(self, host: int) -> End:
+        return self.ends[host != self.client]

@@ -1,0 +1,66 @@
+"""The constants of TCP, with their sources, and how bytes become segments."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from pydantic import Field
+
+from desim import ports
+from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
+from desim.units import ByteSize, Duration, Period
+
+SYN_BYTES = SEGMENT_HEADER_BYTES + 8  # 20 B of options: MSS, SACK, timestamps, window scale
+
+
+class TcpParams(ports.Params):
+    """Of every TCP connection of a run. The sources say where a default is from; those of Linux
+    and of RFCs are from general knowledge."""
+
+    rto_min_ns: Period = Field("200 ms", description=(
+        "least retransmission timeout (Linux TCP_RTO_MIN)"))
+    rto_max_ns: Period = Field("120 s", description=(
+        "greatest retransmission timeout, to which it doubles (Linux TCP_RTO_MAX)"))
+    first_rto_ns: Period = Field("1 s", description=(
+        "timeout of the first SYN, and of data before the first measured round trip (RFC 6298)"))
+    syn_retries: int = Field(6, ge=0, description=(
+        "times that a SYN is sent again; with 6 a connection attempt ends after 127 s (Linux "
+        "tcp_syn_retries)"))
+    synack_retries: int = Field(5, ge=0, description=(
+        "times that a SYN-ACK is sent again (Linux tcp_synack_retries)"))
+    retries: int = Field(15, ge=0, description=(
+        "times that data is sent again without an answer before the connection is given up; with "
+        "15 after 924.6 s at the least timeout (Linux tcp_retries2)"))
+    initial_window: int = Field(10, ge=1, description="segments of the first flight (RFC 6928)")
+    delayed_ack_ns: Duration = Field("40 ms", description=(
+        "an acknowledgement waits that long for company, unless more than one full segment is to "
+        "be acknowledged (Linux TCP_DELACK_MIN)"))
+    ack_every: int = Field(2, ge=1, description=(
+        "full segments of a train that have one acknowledgement; with 44 a train has one, as where "
+        "the receiver's GRO puts it together (RFC 1122)"))
+    duplicate_acks: int = Field(3, ge=1, description=(
+        "duplicate acknowledgements that say that a segment is lost (RFC 5681)"))
+    keepalive_idle_ns: Period = Field("60 s", description=(
+        "silence after which a kept alive connection is probed (roscpp transport_tcp)"))
+    keepalive_interval_ns: Period = Field("10 s", description=(
+        "from probe to probe (roscpp transport_tcp)"))
+    keepalive_probes: int = Field(9, ge=1, description=(
+        "probes without an answer after which the peer is taken for dead (roscpp transport_tcp)"))
+    window_bytes: ByteSize = Field("3 MB", description=(
+        "most that may be unacknowledged, the receiver's window (Linux tcp_rmem, half of 6 MB)"))
+    buffer_bytes: ByteSize = Field("4 MB", description=(
+        "most that the send buffer grows to; it holds twice the congestion window (Linux "
+        "tcp_wmem)"))
+    train: int = Field(44, ge=2, description=(
+        "most segments that go to the network as one train (Linux GSO, 64 kB)"))
+    burst_ns: Period = Field("4 ms", description=(
+        "a train is no longer than that at the rate of two windows a round trip, so that a short "
+        "path sees few of them; a third of the window is worth one (ours, for fewer frames; "
+        "Linux: 1 ms, tcp_tso_win_divisor)"))
+
+
+@lru_cache(maxsize=1 << 12)
+def on_wire(payload_bytes: int) -> tuple[int, int]:
+    """Bytes with all headers, and segments, of a train of ``payload_bytes``."""
+    segments = -(-payload_bytes // MSS_BYTES)
+    return payload_bytes + segments * SEGMENT_HEADER_BYTES, segments

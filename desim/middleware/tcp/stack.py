@@ -1,0 +1,91 @@
+"""All TCP connections of a run: who listens, and what a host that stops takes with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from desim.middleware.tcp.connection import Closed, Connection
+from desim.middleware.tcp.end import End
+from desim.middleware.tcp.params import TcpParams
+
+if TYPE_CHECKING:
+    from desim.middleware.context import Context
+
+
+class Nothing:
+    """The medium between hosts that have none in common."""
+
+    def transmit(self, *_: Any) -> None:
+        """It gets nowhere."""
+
+
+class Tcp:
+    """Between the hosts of ``context``. Within a host there is none: ``client`` and ``server`` are
+    different hosts."""
+
+    def __init__(self, context: Context, params: TcpParams) -> None:
+        self.context = context
+        self.params = params
+        context.discovery_bytes.setdefault("ack", 0)
+        context.discovery_frames.setdefault("ack", 0)
+        self._listeners: dict[tuple[int, str], Callable[[Connection], Any]] = {}
+        self._opened: dict[Connection, Callable[[Connection], Any]] = {}
+        self._ends: dict[int, dict[End, None]] = {}
+
+    def listen(self, host: int, service: str, accepted: Callable[[Connection], Any]) -> None:
+        """``accepted(connection)`` for each connection to ``service`` that ``host`` takes, until it
+        stops."""
+        self._listeners[host, service] = accepted
+
+    def connect(self, client: int, server: int, service: str, kind: str, *,
+                opened: Callable[[Connection], Any], closed: Closed, nodelay: bool = False,
+                keepalive: bool = True) -> Connection:
+        """Call ``service`` on ``server``: ``opened(connection)`` when it has answered,
+        ``closed(connection, reason)`` when it did not, or later (``Connection.on_closed``).
+
+        ``kind``: what the bytes of its control segments are counted under. ``nodelay``: both ends
+        do without Nagle's algorithm. ``keepalive``: both ends probe a silent peer.
+        """
+        graph = self.context.graph
+        medium = graph.route(graph.hosts[client], server)
+        connection = Connection(self, client, server, service, kind, medium or Nothing(), nodelay,
+                                keepalive)
+        end = connection.ends[0]
+        end.closed = closed
+        self._opened[connection] = opened
+        self.hold(end)
+        if medium is None:
+            end.give_up("unreachable")
+        else:
+            end.call()
+        return connection
+
+    def switched(self, host: int, up: bool) -> None:
+        """A stopped host forgets its connections and who listened; nobody is told."""
+        if not up:
+            for end in list(self._ends.get(host, ())):
+                end.vanish()
+            for listener in [key for key in self._listeners if key[0] == host]:
+                del self._listeners[listener]
+
+    # What ends say.
+
+    def listening(self, host: int, service: str) -> bool:
+        return (host, service) in self._listeners
+
+    def opened(self, connection: Connection) -> None:
+        self._opened.pop(connection)(connection)
+
+    def accepted(self, connection: Connection) -> None:
+        self._listeners[connection.server, connection.service](connection)
+
+    def hold(self, end: End) -> None:
+        """``end`` exists from now on."""
+        self._ends.setdefault(end.host, {})[end] = None
+
+    def release(self, end: End) -> None:
+        """It is over for ``end``."""
+        self._ends.get(end.host, {}).pop(end, None)
+        if end is end.connection.ends[0]:
+            self._opened.pop(end.connection, None)

@@ -1,0 +1,119 @@
+"""XML-RPC: calls, kept alive connections, and what becomes of calls that nobody answers."""
+
+from graphs import MS, S
+from tcphosts import Pair, link
+
+from desim.middleware.ros.xmlrpc import XmlRpc
+
+
+class Calls(Pair):
+    """``a`` calls ``b``, which answers everything."""
+
+    def __init__(self, *args, poll_ns=0, **options):
+        super().__init__(*args, **options)
+        self.rpc = XmlRpc(self.net.graph.context, self.tcp)
+        self.rpc.serve(1, "slave", self._answer, poll_ns)
+
+    def _answer(self, call):
+        self.note("asked", call.request)
+        call.reply(383, call.request.upper())
+
+    def ask(self, request, service="slave", **options):
+        self.rpc.call(0, 1, service, "xmlrpc", 434, request,
+                      lambda ok, response: self.note("done", ok, response), **options)
+
+    def stop(self, host):
+        self.rpc.switched(host, False)
+        super().stop(host)
+
+
+def test_a_call_takes_two_round_trips_and_the_next_one_one():
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
+    calls.ask("x")
+    calls.at(S, calls.ask, "y").run(2 * S)
+    assert calls.log == [
+        (3_005_840, "asked", "x"), (4_009_464, "done", True, "X"),
+        (1_001_004_032, "asked", "y"), (1_002_007_656, "done", True, "Y")]
+
+
+def test_an_idle_connection_is_closed_after_30_s():
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
+    calls.ask("x")
+    calls.at(29 * S, calls.ask, "y").at(60 * S, calls.ask, "z").run(200 * S)
+    assert [row[0] // MS for row in calls.rows() if row[-1] == 78] == [0, 1, 60_000, 60_001]
+    assert calls.at_rest()
+
+
+def test_a_fresh_connection_is_closed_after_the_answer():
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
+    calls.ask("x", fresh=True)
+    calls.at(S, calls.ask, "y").run(2 * S)
+    assert [row[0] for row in calls.log if row[1] == "done"] == [4_009_464, 1_004_009_464]
+
+
+def test_calls_at_once_have_a_connection_each():
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
+    calls.ask("x")
+    calls.ask("y")
+    calls.at(S, calls.ask, "z").run(2 * S)
+    assert [row[1:] for row in calls.log] == [
+        ("asked", "x"), ("asked", "y"), ("done", True, "X"), ("done", True, "Y"),
+        ("asked", "z"), ("done", True, "Z")]
+    assert len([row for row in calls.rows() if row[-1] == 78]) == 4
+
+
+def test_nobody_is_told_on_a_host_that_stopped():
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
+    calls.ask("x", timeout_ns=S)
+    calls.at(3 * MS + MS // 2, calls.stop, 0).at(4 * MS, calls.start, 0).run(2000 * S)
+    assert calls.log == [(3_005_840, "asked", "x")]
+    assert calls.at_rest()
+
+
+def test_a_server_that_stops_while_it_thinks():
+    """Its TCP has acknowledged the request, and nothing keeps the connection alive: the caller
+    waits for ever. Another call finds that nobody serves any more."""
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"), poll_ns=100 * MS)
+    calls.ask("x")
+    calls.at(50 * MS, calls.stop, 1).at(60 * MS, calls.start, 1)
+    calls.at(S, calls.ask, "y").run(300 * S)
+    assert [row[1:] for row in calls.log] == [("done", False, None)]
+
+
+def test_nobody_serves():
+    calls = Calls()
+    calls.ask("x", "other")
+    assert calls.run(S).log == [(0, "done", False, None)]
+
+
+def test_a_timeout():
+    calls = Calls(rules=[])
+    calls.stop(1)
+    calls.ask("x", timeout_ns=3 * S)
+    calls.run(1000 * S)
+    assert calls.log == [(3 * S, "done", False, None)]
+    assert calls.at_rest()
+
+
+def test_a_server_that_restarted_is_called_anew():
+    calls = Calls()
+    calls.ask("x")
+    calls.at(S, calls.stop, 1).at(2 * S, calls.start, 1)
+    calls.at(2 * S, lambda: calls.rpc.serve(1, "slave", calls._answer))
+    calls.at(3 * S, calls.ask, "y").run(10 * S)
+    assert [row[1:] for row in calls.log] == [("asked", "x"), ("done", True, "X"),
+                                             ("asked", "y"), ("done", True, "Y")]
+
+
+def test_within_a_host():
+    calls = Calls()
+    calls.rpc.call(1, 1, "slave", "xmlrpc", 434, "x",
+                   lambda ok, response: calls.note("done", ok, response))
+    assert calls.run(S).log == [(0, "asked", "x"), (0, "done", True, "X")]
+    assert not calls.rows()
+
+
+def test_a_server_that_polls():
+    calls = Calls(poll_ns=100 * MS)
+    calls.at(250 * MS, calls.ask, "x").run(S)
+    assert calls.log == [(300 * MS, "asked", "x"), (300 * MS, "done", True, "X")]
