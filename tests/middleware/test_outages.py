@@ -13,26 +13,15 @@ from hypothesis.stateful import (
     rule,
     run_state_machine_as_test,
 )
+from models import ANY, MODELS, Model
 from test_kit import Final, Sulking, Twice
-from toys import Late, Naive
 
-from desim.middleware.direct import Direct
-from desim.testing import Fleet, Patience
+from desim.testing import Fleet
 
 S = 10**9
 MOST_EVENTS = 5000  # in a simulated second, all talk included
 
 hosts = st.integers(0, 3)
-
-ANY = Patience(stops=(0, 1, 2, 3))
-
-# A middleware, how long its author says that it takes, and which hosts may stop for a while; others
-# are added here.
-MODELS = [
-    pytest.param(Direct, ANY, id="direct"),
-    pytest.param(Late, ANY, id="late"),
-    pytest.param(Naive, ANY, id="naive"),
-]
 
 
 class Walk(RuleBasedStateMachine):
@@ -100,19 +89,19 @@ class Walk(RuleBasedStateMachine):
         self.nothing_is_wrong()
 
 
-def walk(cls, patience, examples=40):
+def walk(model, examples=40):
     run_state_machine_as_test(
-        lambda: Walk(cls(cls.Params()), patience),
+        lambda: Walk(model.make(), model.patience),
         settings=settings(max_examples=examples, stateful_step_count=15, deadline=None,
                           derandomize=True, phases=[Phase.generate]))  # found is enough
 
 
-@pytest.mark.parametrize(("cls", "patience"), MODELS)
-def test_a_walk_over_outages_ends_well(cls, patience):
-    walk(cls, patience)
+@pytest.mark.parametrize("name", MODELS)
+def test_a_walk_over_outages_ends_well(name):
+    walk(MODELS[name])
 
 
 @pytest.mark.parametrize("cls", [Twice, Sulking, Final])
 def test_the_walk_finds_what_is_broken(cls):
     with pytest.raises(AssertionError):
-        walk(cls, ANY)
+        walk(Model(cls, ANY))
