@@ -21,19 +21,21 @@ class Call:
     the network sees sizes: with the HTTP header, without TCP and IP."""
 
     __slots__ = ("client", "server", "service", "kind", "request_bytes", "request", "done",
-                 "connection", "response", "_rpc", "_timer", "_reused", "_over")
+                 "connection", "response", "reason", "_rpc", "_timer", "_reused", "_keep", "_over")
 
     def __init__(self, rpc: XmlRpc, client: int, server: int, service: str, kind: str,
-                 request_bytes: int, request: Any, done: Done) -> None:
+                 request_bytes: int, request: Any, done: Done, keep: bool) -> None:
         self.client, self.server, self.service = client, server, service
         self.kind = kind
         self.request_bytes, self.request = request_bytes, request
         self.done = done
         self.connection: Connection | None = None
         self.response: Any = None
+        self.reason: str | None = None  # of the connection's end, if that is why it failed
         self._rpc = rpc
         self._timer: Any = None
         self._reused = False
+        self._keep = keep
         self._over = False
 
     def reply(self, response_bytes: int, response: Any = None) -> None:
@@ -78,13 +80,24 @@ class Call:
             self._timer = None
         self._rpc.calls[self.client].pop(self, None)
 
+    @property
+    def over(self) -> bool:
+        """Nobody waits for the answer any more."""
+        return self._over
+
     def _local_end(self, _: Any) -> None:
         self.finish(True)
 
     def _answered(self, _: Any) -> None:
-        if not self._over:
-            self._rpc.rest(self.connection)
-            self.finish(True)
+        if self._over:
+            return
+        connection = self.connection
+        if self._keep:
+            self._rpc.rest(connection)
+        else:
+            connection.about = None
+            connection.close(self.client)
+        self.finish(True)
 
     def _timed_out(self, _: Any) -> None:
         """The client hangs up."""
@@ -98,13 +111,14 @@ class Call:
 
 class XmlRpc:
     """All calls of a run. A connection carries one call at a time; a client's idle ones are taken
-    again, and closed after ``idle_ns``. Calls within a host take no time and no bytes."""
+    again, and closed after ``idle_ns``. Calls within a host take ``local_ns`` and no bytes."""
 
-    def __init__(self, context: Context, tcp: Tcp, idle_ns: int = IDLE_NS) -> None:
+    def __init__(self, context: Context, tcp: Tcp, idle_ns: int = IDLE_NS,
+                 local_ns: int = 0) -> None:
         self.context = context
         self.calls: dict[int, dict[Call, None]] = {}  # under way, by client
         self._tcp = tcp
-        self._idle_ns = idle_ns
+        self._idle_ns, self._local_ns = idle_ns, local_ns
         self._idle: dict[tuple[int, int, str], list[tuple[Connection, Any]]] = {}
         self._servers: dict[tuple[int, str], tuple[Callable[[Call], Any], int]] = {}
 
@@ -118,18 +132,19 @@ class XmlRpc:
             host, lambda connection, reason: connection.close(host)))
 
     def call(self, client: int, server: int, service: str, kind: str, request_bytes: int,
-             request: Any, done: Done, timeout_ns: int | None = None) -> Call:
+             request: Any, done: Done, timeout_ns: int | None = None,
+             keep: bool = True) -> Call:
         """Call ``service`` on ``server``; ``done(ok, response)`` in the end, unless ``client``
         stops. Without ``timeout_ns`` it waits until TCP gives up. Bytes are discovery of
-        ``kind``."""
-        call = Call(self, client, server, service, kind, request_bytes, request, done)
+        ``kind``. Without ``keep`` it has a connection of its own."""
+        call = Call(self, client, server, service, kind, request_bytes, request, done, keep)
         self.calls.setdefault(client, {})[call] = None
         if timeout_ns is not None:
             call.wait(timeout_ns)
         if client == server:
-            self.soon(server, self._local, call)
+            self.context.at(self.context.now_ns + self._local_ns, server, self._local, call)
             return call
-        idle = self._idle.get((client, server, service))
+        idle = self._idle.get((client, server, service)) if keep else None
         while idle:
             connection, reaper = idle.pop()
             reaper.cancel()
@@ -182,6 +197,8 @@ class XmlRpc:
 
     def _local(self, call: Call) -> None:
         server = self._servers.get((call.server, call.service))
+        if call.over:
+            return
         if server is None:
             call.finish(False)
         else:
@@ -202,8 +219,10 @@ class XmlRpc:
     def _closed(self, connection: Connection, reason: str) -> None:
         call, connection.about = connection.about, None
         connection.close(connection.client)
-        if call is not None and call.broke():
-            self._connect(call)
+        if call is not None:
+            call.reason = reason
+            if call.broke():
+                self._connect(call)
 
 
 def _nothing(_: Any) -> None:

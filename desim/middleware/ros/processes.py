@@ -1,0 +1,112 @@
+"""All ROS 1 processes of a run, and their masters."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from desim.errors import InputError
+from desim.middleware.context import Context
+from desim.middleware.ros.client import Process, slave
+from desim.middleware.ros.master import Master, Task, Uri
+from desim.middleware.ros.parameters import RosParams, schedules
+from desim.middleware.ros.sizes import REGISTER_PUBLISHER, REGISTER_SUBSCRIBER, Sizes
+from desim.middleware.ros.tcpros import Tcpros
+from desim.middleware.ros.udpros import Udpros
+from desim.middleware.ros.xmlrpc import Call, XmlRpc
+from desim.middleware.tcp import Tcp
+from desim.ports.middleware import Endpoint, Offer, Transport
+
+
+class Processes:
+    """One process on each host that runs. ``master_of`` says by host index whose master it knows;
+    a master lives as long as its host."""
+
+    def __init__(self, context: Context, params: RosParams, master_of: list[int]) -> None:
+        self.context = context
+        self.schedules = schedules(params)
+        self.tcp = Tcp(context, params.tcp)
+        self.rpc = XmlRpc(context, self.tcp, local_ns=params.local_call_ns)
+        self.masters: dict[int, Master] = {}  # by host
+        self._workers = params.workers
+        self._master_of = master_of
+        self._processes: dict[int, Process] = {}
+        self._lives = [0] * len(context.hosts)
+
+    def on(self, host: int) -> Process:
+        """What runs on ``host`` now."""
+        process = self._processes.get(host)
+        if process is None:
+            uri = Uri(host, self._lives[host])
+            process = self._processes[host] = Process(self, uri, self._master_of[host])
+        return process
+
+    def at(self, uri: Uri) -> Process:
+        """What runs at an address that has just been reached."""
+        return self._processes[uri.host]
+
+    def switched(self, host: int, up: bool) -> None:
+        if up:
+            self._lives[host] += 1
+            if host in self._master_of:
+                self.masters[host] = Master(
+                    self._workers, lambda task, done: self._tell(host, task, done))
+                self.rpc.serve(host, "master", self._serve)
+            self.on(host)
+            return
+        process = self._processes.pop(host, None)
+        if process is not None:
+            process.stop()
+        self.masters.pop(host, None)
+        self.rpc.switched(host, False)
+        self.tcp.switched(host, False)
+
+    # What a middleware is asked.
+
+    def advertise(self, offer: Offer) -> None:
+        topic = offer.publisher.topic
+        self.on(offer.publisher.host).advertise(topic)
+
+    def subscribe(self, subscriber: Endpoint) -> None:
+        if self.on(subscriber.host).subscribe(subscriber):
+            self.context.changed(subscriber.topic)
+
+    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
+        return tuple(sorted(self.on(publisher.host).subscribers(publisher.topic)))
+
+    def transport(self, offer: Offer) -> Transport:
+        if offer.via != "unicast":
+            raise InputError(f"topic {offer.publisher.topic}: ROS 1 has no {offer.via}; allowed: "
+                             "via unicast")
+        host, topic = offer.publisher.host, offer.publisher.topic
+        publication = self.on(host).publication(topic, offer.transport)
+        graph = self.context.graph
+        if publication.transport == "stream":
+            return Tcpros(graph, host, publication, offer.queue)
+        return Udpros(graph.hosts[host], publication)
+
+    # Masters.
+
+    def _serve(self, call: Call) -> None:
+        method, topic, uri = call.request
+        master = self.masters[call.server]
+        known, sizes = _METHODS[method](master, topic, uri)
+        call.reply(sizes.answer + sizes.answer_each * len(known), known)
+
+    def _tell(self, host: int, task: Task, done: Any) -> None:
+        sizes = task.sizes
+        request = ((task.kind, sizes, task.topic, task.publishers)
+                   if task.kind == "publisherUpdate" else (task.kind, sizes))
+        self.rpc.call(host, task.uri.host, slave(task.uri), task.kind,
+                      sizes.call + sizes.call_each * len(task.publishers), request,
+                      lambda ok, _: done())
+
+
+def _publisher(master: Master, topic: str, uri: Uri) -> tuple[tuple[Uri, ...], Sizes]:
+    return master.register_publisher(topic, uri), REGISTER_PUBLISHER
+
+
+def _subscriber(master: Master, topic: str, uri: Uri) -> tuple[tuple[Uri, ...], Sizes]:
+    return master.register_subscriber(topic, uri), REGISTER_SUBSCRIBER
+
+
+_METHODS = {"registerPublisher": _publisher, "registerSubscriber": _subscriber}
