@@ -212,8 +212,8 @@ class Process:
         """At the subscriber: so many links from this host have come up, or gone."""
         count = self._heard.get(publisher, 0) + more
         self._heard[publisher] = count
-        if count == (more > 0):
-            self.all.context.sees(self.host, publisher, "online" if count else "offline")
+        if self.all.sees is not None and count == (more > 0):
+            self.all.sees(self.host, publisher, "online" if count else "offline")
 
     def poll_ns(self) -> int:
         """When it looks next whether requestTopic has been answered."""

@@ -41,11 +41,15 @@ class Registry:
         return bumped
 
     def unregister(self, side: dict[str, dict[int, Uri]], topic: str, uri: Uri) -> bool:
-        """``uri`` is no longer there. Returns whether it was."""
+        """``uri`` is no longer there. Returns whether it was. Who is nowhere any more has no name
+        to lose."""
         known = side.get(topic, {})
         if known.get(uri.host) != uri:
             return False
         del known[uri.host]
+        if not any(uri.host in known for side in (self.publishers, self.subscribers)
+                   for known in side.values()):
+            del self.nodes[uri.host]
         return True
 
     def forget(self, host: int) -> None:
@@ -113,7 +117,7 @@ class Master:
         """Returns the subscribers; each of them is told all publishers."""
         registry = self.registry
         self._bump(registry.register(registry.publishers, topic, uri))
-        self._notify(topic)
+        self.notify(topic)
         return registry.of(registry.subscribers, topic)
 
     def register_subscriber(self, topic: str, uri: Uri) -> tuple[Uri, ...]:
@@ -124,12 +128,13 @@ class Master:
 
     def unregister_publisher(self, topic: str, uri: Uri) -> None:
         if self.registry.unregister(self.registry.publishers, topic, uri):
-            self._notify(topic)
+            self.notify(topic)
 
     def unregister_subscriber(self, topic: str, uri: Uri) -> None:
         self.registry.unregister(self.registry.subscribers, topic, uri)
 
-    def _notify(self, topic: str) -> None:
+    def notify(self, topic: str) -> None:
+        """Tell each subscriber of ``topic`` all publishers."""
         registry = self.registry
         publishers = registry.of(registry.publishers, topic)
         for subscriber in registry.of(registry.subscribers, topic):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from desim.errors import InputError
@@ -17,17 +18,25 @@ from desim.middleware.tcp import Tcp
 from desim.ports.middleware import Endpoint, Offer, Transport
 
 
+Method = Callable[..., tuple[tuple[Uri, ...], Sizes]]  # of a master: what it answers
+
+
 class Processes:
     """One process on each host that runs. ``master_of`` says by host index whose master it knows;
-    a master lives as long as its host."""
+    a master lives as long as its host. ``sees`` is told what subscribers make of their links (None:
+    somebody else says who is there); ``more`` are methods of masters beside registration."""
 
-    def __init__(self, context: Context, params: RosParams, master_of: list[int]) -> None:
+    def __init__(self, context: Context, params: RosParams, master_of: list[int],
+                 sees: Callable[[int, int, str], Any] | None,
+                 more: dict[str, Method] | None = None) -> None:
         self.context = context
+        self.sees = sees
         self.schedules = schedules(params)
         self.tcp = Tcp(context, params.tcp)
         self.rpc = XmlRpc(context, self.tcp, local_ns=params.local_call_ns)
         self.masters: dict[int, Master] = {}  # by host
         self._workers = params.workers
+        self._methods = _METHODS | (more or {})
         self._master_of = master_of
         self._processes: dict[int, Process] = {}
         self._lives = [0] * len(context.hosts)
@@ -87,9 +96,8 @@ class Processes:
     # Masters.
 
     def _serve(self, call: Call) -> None:
-        method, topic, uri = call.request
-        master = self.masters[call.server]
-        known, sizes = _METHODS[method](master, topic, uri)
+        method, *arguments = call.request
+        known, sizes = self._methods[method](self.masters[call.server], *arguments)
         call.reply(sizes.answer + sizes.answer_each * len(known), known)
 
     def _tell(self, host: int, task: Task, done: Any) -> None:

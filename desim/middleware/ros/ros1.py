@@ -34,7 +34,8 @@ class Ros1:
         if name not in hosts:
             raise InputError(f".master: no host {name!r}{did_you_mean(name, hosts)}; allowed: "
                              f"{', '.join(hosts)}")
-        self.processes = Processes(context, self._params, [hosts.index(name)] * len(hosts))
+        self.processes = Processes(context, self._params, [hosts.index(name)] * len(hosts),
+                                   context.sees)
 
     def switched(self, host: int, up: bool) -> None:
         self.processes.switched(host, up)
