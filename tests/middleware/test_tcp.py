@@ -1,80 +1,21 @@
-"""TCP: whole logs of small cases, and what theory says of large ones."""
+"""TCP: whole logs of small cases."""
 
 import pytest
-from graphs import MS, Net, S, silent
+from graphs import MS, S
+from tcphosts import Losing, Pair, Word, link, partition
 
-from desim.middleware.tcp import Tcp, TcpParams
-from netmodels.link import Link
-from netmodels.rules.loss import Loss
-from netmodels.rules.partition import Partition
+OPENED = [(0, "opened"), (0, "accepted")]  # where the network takes no time
 
 
-class Word:
-    """A message as TCP sees one."""
-
-    def __init__(self, seq):
-        self.seq = seq
-
-
-class Pair:
-    """Hosts a, b (and more) over a network with a TCP, and a log of all that its users hear."""
-
-    def __init__(self, model=None, rules=(), hosts="ab", params=None, **options):
-        self.net = Net(dict.fromkeys(hosts, silent), model, rules, **options)
-        self.tcp = Tcp(self.net.graph.context, TcpParams(**params or {}))
-        self.log = []
-        self.accepted = []
-        self.tcp.listen(1, "talk", self._accept)
-
-    def _note(self, *what):
-        self.log.append((self.net.kernel.now_ns, *what))
-
-    def _accept(self, connection):
-        self.accepted.append(connection)
-        self._note("accepted")
-        connection.on_closed(1, lambda connection, reason: self._note("b closed", reason))
-
-    def call(self, service="talk", **options):
-        self.connection = self.tcp.connect(
-            0, 1, service, "talk", opened=lambda connection: self._note("opened"),
-            closed=lambda connection, reason: self._note("a closed", reason), **options)
-        return self.connection
-
-    def say(self, seq, size_bytes=100, source=0):
-        self.connection.send(source, size_bytes, lambda word: self._note("heard", word.seq),
-                             Word(seq))
-
-    def stop(self, host):
-        self.net.graph.hosts[host].stop()
-        self.tcp.switched(host, False)
-
-    def start(self, host):
-        self.net.graph.hosts[host].start()
-        self.tcp.switched(host, True)
-
-    def at(self, time_ns, fn, *args):
-        self.net.at(time_ns, lambda: fn(*args))
-        return self
-
-    def run(self, until_ns):
-        self.net.run(until_ns)
-        return self
-
-    def rows(self, *kinds):
-        return [row for row in self.net.rows(*kinds) if row[1] != "host_started"]
-
-
-def link(**params):
-    return Link(Link.Params(**params))
-
-
-def partition(start, until):
-    return Partition(Partition.Params(groups=[["b"]], **{"from": start, "until": until}))
+def wire():
+    """1 us a kilobit, 1 ms to the other side."""
+    return link(rate="1 Gb/s", latency="1 ms")
 
 
 def test_hello():
-    """A handshake, a message, its acknowledgement 40 ms later."""
-    pair = Pair(link(rate="1 Gb/s", latency="1 ms"))
+    """A handshake takes a round trip, and half a one more until the server knows. A message's
+    acknowledgement comes 40 ms after it and leaves no row."""
+    pair = Pair(wire())
     pair.call()
     pair.at(10 * MS, pair.say, 7).run(S)
     assert pair.log == [(2_001_248, "opened"), (3_001_808, "accepted"), (11_001_360, "heard", 7)]
@@ -82,7 +23,85 @@ def test_hello():
         (0, "control", "a", "b", "talk", 78), (1_000_624, "control", "b", "a", "talk", 78),
         (2_001_248, "control", "a", "b", "talk", 70), (10 * MS, "frame", "a", "b", 7, 170)]
     assert pair.net.graph.context.discovery_bytes == {"ack": 70, "talk": 226}
-    assert not pair.connection.unacked(0)
+    assert pair.net.graph.context.discovery_frames == {"ack": 1, "talk": 3}
+
+
+def test_who_knows_what_of_a_message():
+    pair = Pair(wire())
+    pair.call()
+    known = []
+
+    def look():
+        connection = pair.connection
+        known.append((len(connection.unacked(0)), connection.waiting(0)))
+
+    pair.at(10 * MS, pair.say, 7)
+    for time_ms in 9, 11, 12, 52, 53:
+        pair.at(time_ms * MS, look)
+    pair.run(S)
+    assert known == [(0, 0), (1, 1), (1, 0), (1, 0), (0, 0)]
+
+
+def test_what_is_said_before_the_connection_is_open_waits():
+    pair = Pair(wire())
+    pair.call()
+    pair.say(1)
+    pair.run(S)
+    assert pair.log == [(2_001_248, "opened"), (3_001_808, "accepted"), (3_003_168, "heard", 1)]
+
+
+def test_answers_carry_acknowledgements():
+    pair = Pair(wire())
+    pair.call()
+    for k in range(5):
+        pair.at((100 + 20 * k) * MS, pair.say, k).at((110 + 20 * k) * MS, pair.say, 10 + k, 100, 1)
+    pair.run(S)
+    assert pair.net.graph.context.discovery_frames["ack"] == 1, "of the last answer"
+    assert len(pair.heard()) == 10
+
+
+def test_small_messages_wait_for_an_acknowledgement_unless_nodelay():
+    """Nagle: one small segment on its way; what is said meanwhile goes as one segment."""
+    for nodelay in False, True:
+        pair = Pair(wire())
+        pair.call(nodelay=nodelay)
+        for k in range(6):
+            pair.at((100 + k) * MS, pair.say, k)
+        pair.run(S)
+        late_ns = [time_ns - (100 + seq) * MS for time_ns, seq in pair.heard()]
+        if nodelay:
+            assert late_ns == [1_001_360] * 6
+        else:
+            assert late_ns == [1_001_360, *(43_006_480 - k * MS for k in range(1, 6))]
+            assert pair.rows("frame") == [
+                (100 * MS, "frame", "a", "b", 0, 170), (142_001_920, "frame", "a", "b", 1, 170),
+                *((142_001_920, "frame", "a", "b", k, 100) for k in range(2, 6))]
+
+
+def test_more_than_one_full_segment_is_acknowledged_at_once():
+    """And of a message of two segments, the second does not wait."""
+    pair = Pair(wire())
+    pair.call()
+    pair.at(100 * MS, pair.say, 1, 1605).at(200 * MS, pair.say, 2, 1448)
+    waiting = []
+    for time_ms in 102, 103, 202, 242, 243:
+        pair.at(time_ms * MS, lambda: waiting.append(len(pair.connection.unacked(0))))
+    pair.run(S)
+    assert pair.heard() == [(101_013_960, 1), (201_012_144, 2)]
+    assert waiting == [1, 0, 1, 1, 0]
+
+
+def test_a_lost_segment_of_a_train_of_trains_is_sent_again_without_a_timeout():
+    """Ten segments go as 3, 3, 3 and 1. The first train is lost; the second one makes three
+    duplicate acknowledgements; all of it is there after 1.5 round trips and something."""
+    pair = Pair(wire(), [Losing(1, least_bytes=1000)])
+    pair.call()
+    pair.at(100 * MS, pair.say, 1, 10 * 1448).run(S)
+    assert pair.rows("frame", "lost") == [
+        (100 * MS, "frame", "a", "b", 1, 4554), (100 * MS, "lost", "b", "a", 1, "lost"),
+        *((100 * MS, "frame", "a", "b", 1, size) for size in (4554, 4554, 1518)),
+        (102_038_112, "frame", "a", "b", 1, 4554)]
+    assert pair.heard() == [(103_074_544, 1)]
 
 
 def test_a_partition_is_felt_until_the_next_timeout():
@@ -90,37 +109,173 @@ def test_a_partition_is_felt_until_the_next_timeout():
     pair = Pair(rules=[partition("1 s", "2.5 s")])
     pair.call()
     pair.at(S, pair.say, 1).at(2 * S, pair.say, 2).run(10 * S)
-    assert pair.log == [(0, "opened"), (0, "accepted"), (4 * S, "heard", 1),
-                        (4_040 * MS, "heard", 2)]
+    assert pair.log == [*OPENED, (4 * S, "heard", 1), (4_040 * MS, "heard", 2)]
+    assert pair.rows("frame", "lost") == [
+        *((t * MS, kind, *ends, 1, last) for t in (1000, 1200, 1600, 2400)
+          for kind, ends, last in (("frame", "ab", 170), ("lost", "ba", "partitioned"))),
+        (4 * S, "frame", "a", "b", 1, 170), (4_040 * MS, "frame", "a", "b", 2, 170)]
+
+
+def test_a_lost_acknowledgement_costs_a_copy_that_nobody_hears():
+    pair = Pair(rules=[Losing(2, source=1)])  # after the SYN-ACK
+    pair.call()
+    pair.at(S, pair.say, 1).run(10 * S)
+    assert pair.heard() == [(S, 1)]
+    assert [row[0] for row in pair.rows("frame")] == [S, 1200 * MS]
+    assert not pair.connection.unacked(0)
+
+
+@pytest.mark.parametrize(("lost", "opened_s"), [((), 0), ((1,), 1), ((1, 2), 3), ((1, 2, 3), 7)])
+def test_a_lost_syn_is_sent_again(lost, opened_s):
+    pair = Pair(rules=[Losing(*lost)])
+    pair.call()
+    assert pair.run(10 * S).log == [(opened_s * S, "opened"), (opened_s * S, "accepted")]
+
+
+def test_a_lost_syn_ack_is_sent_again_for_the_second_syn_and_by_itself():
+    pair = Pair(rules=[Losing(1, source=1)])
+    pair.call()
+    assert pair.run(10 * S).log == [(S, "opened"), (S, "accepted")]
+
+
+def test_without_the_last_ack_the_first_data_opens_the_server_s_end():
+    pair = Pair(rules=[Losing(2)])
+    pair.call()
+    pair.at(S // 2, pair.say, 1).run(10 * S)
+    assert pair.log == [(0, "opened"), (S // 2, "accepted"), (S // 2, "heard", 1)]
+
+
+def test_without_the_last_ack_the_server_asks_again():
+    pair = Pair(rules=[Losing(2)])
+    pair.call()
+    assert pair.run(10 * S).log == [(0, "opened"), (S, "accepted")]
 
 
 def test_nobody_listens():
     pair = Pair()
     pair.call("other")
     assert pair.run(S).log == [(0, "a closed", "refused")]
+    assert pair.at_rest()
 
 
-@pytest.mark.parametrize(("size_bytes", "loss"), [(100, 0.2), (20_000, 0.2), (600_000, 0.05)])
-def test_all_arrives_under_loss(size_bytes, loss):
-    pair = Pair(link(rate="100 Mb/s", latency="1 ms"), [Loss(Loss.Params(probability=loss))])
+def test_no_medium_in_common():
+    pair = Pair()
+    pair.net.graph.hosts[1].media.clear()
     pair.call()
-    for k in range(20):
-        pair.say(k, size_bytes)
-    pair.run(3600 * S)
-    assert [seq for _, what, seq in (row for row in pair.log if len(row) == 3)] == list(range(20))
+    assert pair.run(S).log == [(0, "a closed", "unreachable")]
+    assert pair.at_rest()
 
 
 def test_close():
-    pair = Pair()
+    """The FIN follows all data; the other end still may speak, to nobody."""
+    pair = Pair(wire())
     pair.call()
-    pair.at(S, pair.say, 1).at(S, lambda: pair.connection.close(0))
-    pair.at(2 * S, lambda: pair.connection.close(1)).run(1000 * S)
-    assert pair.log == [(0, "opened"), (0, "accepted"), (S, "heard", 1), (S, "b closed", "fin")]
-    assert not any(pair.tcp._ends.values())
+    pair.at(S, pair.say, 1).at(S, pair.say, 2).at(S, pair.close, 0)
+    pair.at(2 * S, pair.close, 1).run(1000 * S)
+    assert [row[1:] for row in pair.log] == [("opened",), ("accepted",), ("heard", 1), ("heard", 2),
+                                             ("b closed", "fin")]
+    assert pair.at_rest()
 
 
-def test_a_peer_that_restarted_resets():
+def test_both_close_at_once():
+    pair = Pair(wire())
+    pair.call()
+    pair.at(S, pair.close, 0).at(S, pair.close, 1).run(1000 * S)
+    assert [row[1:] for row in pair.log] == [("opened",), ("accepted",)]
+    assert pair.at_rest()
+
+
+def test_a_call_that_is_taken_back():
+    pair = Pair(wire())
+    pair.call()
+    pair.at(MS, pair.close, 0).run(1000 * S)
+    assert pair.log == []
+    assert [row[2:] for row in pair.rows()] == [
+        ("a", "b", "talk", 78), ("b", "a", "talk", 78), ("a", "b", "talk", 70)]
+    assert pair.at_rest()
+
+
+def test_who_closed_refuses_data():
+    pair = Pair(wire())
+    pair.call()
+    pair.at(S, pair.close, 0).at(S + 2 * MS, pair.say, 1, 100, 1)
+    pair.at(S + 3 * MS, lambda: pair.note(pair.connection.waiting(1))).run(1000 * S)
+    assert [row[1:] for row in pair.log] == [("opened",), ("accepted",), ("b closed", "fin"), (1,)]
+    assert pair.at_rest()
+
+
+def test_what_comes_behind_the_message_that_made_its_hearer_close_is_refused():
+    pair = Pair(wire())
+    pair.call()
+
+    def speak():
+        pair.connection.send(0, 100, lambda word: pair.close(1), Word(1))
+        pair.say(2)
+
+    pair.at(S, speak).at(2 * S, lambda: pair.note(pair.connection.waiting(0)))
+    pair.at(2 * S, pair.close, 0).run(1000 * S)
+    assert [row[1:] for row in pair.log] == [("opened",), ("accepted",), ("a closed", "fin"), (0,)]
+    assert pair.at_rest()
+
+
+@pytest.mark.parametrize("speaker", [0, 1])
+def test_a_peer_that_restarted_resets(speaker):
     pair = Pair()
     pair.call()
-    pair.at(S, pair.stop, 1).at(2 * S, pair.start, 1).at(3 * S, pair.say, 1).run(10 * S)
-    assert pair.log == [(0, "opened"), (0, "accepted"), (3 * S, "a closed", "reset")]
+    lost = []
+    pair.at(S, pair.stop, 1 - speaker).at(2 * S, pair.start, 1 - speaker)
+    pair.connection.on_closed(speaker, lambda connection, reason: lost.append(
+        (reason, [word.seq for word in connection.unheard(speaker)])))
+    if speaker:
+        pair.at(S // 2, lambda: pair.connection.on_closed(1, lambda connection, reason: lost.append(
+            (reason, [word.seq for word in connection.unheard(1)]))))
+    pair.at(3 * S, pair.say, 1, 100, speaker).run(10 * S)
+    assert pair.log == OPENED and lost == [("reset", [1])]
+    assert pair.at_rest()
+
+
+def test_a_host_that_stops_takes_its_timers_with_it():
+    pair = Pair(rules=[partition("0.5 s", "1 h")])
+    pair.call()
+    pair.at(S, pair.say, 1).at(2 * S, pair.stop, 0).at(3 * S, pair.start, 0).run(100 * S)
+    assert pair.log == OPENED
+    assert pair.rows("frame")[-1][0] == 1600 * MS
+
+
+def test_a_server_that_stops_in_the_handshake_is_called_by_the_next_syn():
+    pair = Pair(wire())
+    pair.call()
+    pair.at(MS + 1, pair.stop, 1).at(500 * MS, pair.start, 1)
+    pair.at(500 * MS, lambda: pair.tcp.listen(1, "talk", pair._accept)).run(10 * S)
+    assert [row[1:] for row in pair.log] == [("opened",), ("accepted",)]
+
+
+def test_the_send_buffer_has_room_again():
+    """Twice the window of ten segments; the first acknowledgement makes room for more."""
+    pair = Pair(wire())
+    pair.call()
+
+    def fill():
+        count = 0
+        while pair.connection.room(0):
+            pair.say(count, 1448)
+            count += 1
+        pair.note(count)
+        pair.connection.when_room(0, lambda: pair.note("room"))
+
+    pair.at(S, fill).run(10 * S)
+    log = [row for row in pair.log if row[1] in (20, "room")]
+    assert log == [(S, 20), (log[1][0], "room")]
+    assert 2 * MS < log[1][0] - S < 3 * MS
+    assert [seq for _, seq in pair.heard()] == list(range(20))
+
+
+def test_discovery_and_data_in_one_train_are_counted_apart():
+    pair = Pair(wire())
+    pair.call()
+    pair.connection.send(0, 500, lambda _: pair.note("header"), None, "header")
+    pair.say(1, 300)
+    pair.run(S)
+    assert [row[1:] for row in pair.rows("frame", "control")[-2:]] == [
+        ("control", "a", "b", "header", 570), ("frame", "a", "b", 1, 300)]
+    assert pair.net.graph.context.discovery_bytes["header"] == 570

@@ -1,7 +1,7 @@
 """XML-RPC: calls, kept alive connections, and what becomes of calls that nobody answers."""
 
 from graphs import MS, S
-from test_tcp import Pair, link
+from tcphosts import Pair, link
 
 from desim.middleware.ros.xmlrpc import XmlRpc
 
@@ -15,12 +15,12 @@ class Calls(Pair):
         self.rpc.serve(1, "slave", self._answer, poll_ns)
 
     def _answer(self, call):
-        self._note("asked", call.request)
+        self.note("asked", call.request)
         call.reply(383, call.request.upper())
 
     def ask(self, request, service="slave", **options):
         self.rpc.call(0, 1, service, "xmlrpc", 434, request,
-                      lambda ok, response: self._note("done", ok, response), **options)
+                      lambda ok, response: self.note("done", ok, response), **options)
 
     def stop(self, host):
         self.rpc.switched(host, False)
@@ -72,7 +72,7 @@ def test_a_server_that_restarted_is_called_anew():
 def test_within_a_host():
     calls = Calls()
     calls.rpc.call(1, 1, "slave", "xmlrpc", 434, "x",
-                   lambda ok, response: calls._note("done", ok, response))
+                   lambda ok, response: calls.note("done", ok, response))
     assert calls.run(S).log == [(0, "asked", "x"), (0, "done", True, "X")]
     assert not calls.rows()
 

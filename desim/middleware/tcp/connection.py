@@ -1,29 +1,18 @@
-"""A connection as its users see it, and its end on a host: how it begins and how it ends."""
+"""A connection as its users see it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from desim.kernel import Phase, pair
-from desim.middleware.tcp.params import SYN_BYTES
-from desim.middleware.tcp.receiver import Receiver
-from desim.middleware.tcp.sender import FIN, Sender
-from desim.middleware.transports import SEGMENT_HEADER_BYTES
+from desim.middleware.tcp.end import OPEN, End
+from desim.middleware.tcp.sender import FIN
 
 if TYPE_CHECKING:
     from desim.middleware.medium import Medium
     from desim.middleware.tcp.stack import Tcp
 
 Closed = Callable[["Connection", str], Any]
-
-# States of an end. A NEW one knows nothing of the connection; a CLOSING one has been closed by its
-# owner and still sends; a DONE one has been heard out; a GONE one answers everything by a reset.
-NEW, CALLING, CALLED, OPEN, CLOSING, DONE, GONE = range(7)
-
-# Segments that carry no data.
-SYN, SYN_ACK, ACK, RESET, PROBE, ALIVE = range(6)
-
 
 class Connection:
     """From ``client`` to ``service`` on ``server``.
@@ -94,250 +83,9 @@ class Connection:
         these ever will; they are forgotten after ``on_closed``."""
         return self.unacked(source)[self.end(source).sender.heard:]
 
+    def waiting(self, source: int) -> int:
+        """How many they are."""
+        return len(self.unheard(source))
+
     def end(self, host: int) -> End:
         return self.ends[host != self.client]
-
-
-class End:
-    """One host's end. It is the carrier of the segments without data that come to it."""
-
-    __slots__ = ("connection", "host", "peer", "id", "state", "closed", "sender", "receiver", "far",
-                 "heard_ns", "_tries", "_timer", "_entity", "_peer_id", "_kernel", "_params")
-
-    def __init__(self, connection: Connection, host: int, peer: int) -> None:
-        tcp = connection.tcp
-        hosts = tcp.context.graph.hosts
-        self.connection = connection
-        self.host, self.peer = host, peer
-        self._peer_id = hosts[peer].id
-        self._entity = pair(hosts[host].id, hosts[peer].id)
-        self.state = NEW
-        self.closed: Closed | None = None
-        self.sender = Sender(connection, self, self._entity)
-        self.receiver = Receiver(connection, self, self._entity)
-        self.heard_ns = 0
-        self._tries = 0
-        self._timer: Any = None
-        self._kernel = tcp.context.graph.kernel
-        self._params = tcp.params
-
-    def join(self, far: End) -> None:
-        self.far = far
-        self.sender.peer, self.sender.back = far.receiver, self.receiver
-        self.receiver.origin, self.receiver.back = far.sender, self.sender
-
-    # How it begins.
-
-    def call(self) -> None:
-        """The client sends its SYN."""
-        self.state = CALLING
-        self._shake(SYN)
-
-    def give_up(self, reason: str) -> None:
-        """There is no way to the server."""
-        self.state = CALLING
-        self._timer = self._kernel.after(0, Phase.NETWORK, self._entity, self.fail, reason)
-
-    def _shake(self, what: int) -> None:
-        """Send a SYN or SYN-ACK, and again after timeouts that double."""
-        self._tell(what)
-        params = self._params
-        self._timer = self._kernel.after(
-            min(params.first_rto_ns << self._tries, params.rto_max_ns), Phase.NETWORK,
-            self._entity, self._unanswered, what)
-
-    def _unanswered(self, what: int) -> None:
-        self._timer = None
-        self._tries += 1
-        if self._tries <= (self._params.syn_retries if what == SYN
-                           else self._params.synack_retries):
-            self._shake(what)
-        elif what == SYN:
-            self.fail("timeout")
-        else:
-            self.vanish()
-
-    def _establish(self, rtt_ns: int) -> None:
-        self.state = OPEN
-        self._rest()
-        self.heard_ns = self._kernel.now_ns
-        self.sender.sample(rtt_ns)
-        self.sender.open = self.receiver.open = True
-        if self.connection.keepalive:
-            self._watch(self._params.keepalive_idle_ns)
-
-    def _rest(self) -> None:
-        self._tries = 0
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-
-    # What comes.
-
-    def arrived(self, segment: tuple[int, int], receiver: int) -> None:
-        what, sent_ns = segment
-        self.heard_ns = self._kernel.now_ns
-        _COMES[what](self, sent_ns)
-
-    def lost(self, segment: tuple[int, int], receiver: int, reason: str) -> None:
-        """Nobody is told."""
-
-    def repeated(self, segment: tuple[int, int], receiver: int) -> None:
-        """It says what is known."""
-
-    def _syn(self, sent_ns: int) -> None:
-        if self.state == NEW and self.connection.tcp.listening(self.host, self.connection.service):
-            self.state = CALLED
-            self.connection.tcp.hold(self)
-            self._shake(SYN_ACK)
-        elif self.state == CALLED:
-            self._tell(SYN_ACK)
-        elif self.state in (NEW, GONE):
-            self._tell(RESET)
-
-    def _syn_ack(self, sent_ns: int) -> None:
-        if self.state == CALLING:
-            self._establish(self._kernel.now_ns - sent_ns)
-            self._tell(ACK, sent_ns)
-            self.connection.open = True
-            self.sender.push()
-            self.connection.tcp.opened(self.connection)
-        elif self.state in (OPEN, CLOSING, DONE):
-            self._tell(ACK, sent_ns)
-        else:
-            self._tell(RESET)
-
-    def _ack(self, sent_ns: int) -> None:
-        if self.state == CALLED:
-            self._accept(sent_ns)
-        elif self.state in (NEW, GONE):
-            self._tell(RESET)
-
-    def _accept(self, sent_ns: int) -> None:
-        self._establish(self._kernel.now_ns - sent_ns)
-        self.connection.tcp.accepted(self.connection)
-
-    def _reset(self, _: int) -> None:
-        if self.state == CALLING:
-            self.fail("refused")
-        elif self.state == OPEN:
-            self.fail("reset")
-        else:
-            self.vanish()
-
-    def _probe(self, _: int) -> None:
-        self._tell(ALIVE if self.state in (OPEN, CLOSING, DONE) else RESET)
-
-    def _alive(self, _: int) -> None:
-        """To have heard it is all."""
-
-    def stray(self, half: Sender | Receiver, token: Any) -> None:
-        """Data or an acknowledgement has come to a half that is not open."""
-        if self.state == CALLED:
-            self._accept(self._kernel.now_ns)
-            half.arrived(token, self.host)
-        elif self.state in (NEW, GONE):
-            self._tell(RESET)
-        elif self.state in (CLOSING, DONE) and half is self.receiver:
-            self._late(token)
-
-    def _late(self, train: Any) -> None:
-        """After this end was closed: the peer's FIN is acknowledged, its data refused."""
-        start, end, ack, sent_ns, echo_ns = train
-        if ack > self.sender.una:
-            self.sender.acked(ack, echo_ns)
-        receiver = self.receiver
-        if end > receiver.nxt and (start > receiver.nxt or not receiver.origin.finishing
-                                   or receiver.nxt < receiver.origin.written - 1):
-            self._tell(RESET)
-            self.vanish()
-            return
-        receiver.nxt = max(receiver.nxt, end)
-        receiver.echo_ns = sent_ns
-        receiver.acknowledge(1)
-
-    # How it ends.
-
-    def close(self) -> None:
-        if self.state == CALLING:
-            self.vanish()
-        elif self.state == OPEN:
-            self.state = CLOSING
-            self.connection.open = False
-            self._rest()
-            self.receiver.shut()
-            self.sender.finish(self.far.finishes)
-
-    def finishes(self, _: Any) -> None:
-        """The peer's FIN is here, after all its data."""
-        if self.state == OPEN:
-            self.connection.open = False
-            self._tell_owner("fin")
-
-    def finished(self) -> None:
-        """All that this end sent, its FIN too, is at the peer."""
-        self.state = DONE
-        self.connection.tcp.release(self)
-
-    def fail(self, reason: str) -> None:
-        """It is over, and the owner is told."""
-        owned = self.state in (CALLING, OPEN)
-        self.state = GONE
-        self.connection.open = False
-        self._rest()
-        self.sender.open = False
-        self.receiver.shut()
-        if owned:
-            self._tell_owner(reason)
-        self.vanish()
-
-    def vanish(self) -> None:
-        """Without a word; the server's end of an unfinished handshake is as if it never was."""
-        self.state = NEW if self.state in (NEW, CALLED) else GONE
-        self._rest()
-        self.sender.shut()
-        self.receiver.shut()
-        self.connection.tcp.release(self)
-
-    def _tell_owner(self, reason: str) -> None:
-        closed, self.closed = self.closed, None
-        if closed is not None:
-            closed(self.connection, reason)
-
-    # Keepalive.
-
-    def _watch(self, delay_ns: int) -> None:
-        self._timer = self._kernel.after(delay_ns, Phase.NETWORK, self._entity, self._look)
-
-    def _look(self, _: Any) -> None:
-        """Probe a peer that was silent for so long; data under way has its own timer."""
-        params, sender = self._params, self.sender
-        idle_ns = self._kernel.now_ns - max(self.heard_ns, sender.heard_ns, self.receiver.heard_ns)
-        if sender.una < sender.written:
-            self._tries = 0
-            self._watch(params.keepalive_idle_ns)
-        elif idle_ns < params.keepalive_idle_ns:
-            self._tries = 0
-            self._watch(params.keepalive_idle_ns - idle_ns)
-        elif self._tries < params.keepalive_probes:
-            self._tries += 1
-            self._tell(PROBE)
-            self._watch(params.keepalive_interval_ns)
-        else:
-            self._timer = None
-            self._tell(RESET)
-            self.fail("timeout")
-
-    def _tell(self, what: int, echo_ns: int | None = None) -> None:
-        """Send a segment without data. A SYN-ACK and its ACK echo when the first SYN was sent, so
-        that both ends measure a round trip."""
-        connection = self.connection
-        size_bytes = SYN_BYTES if what in (SYN, SYN_ACK) else SEGMENT_HEADER_BYTES
-        connection.tcp.context.book(connection.kind, self.host, self._peer_id, size_bytes)
-        sent_ns = self._kernel.now_ns if echo_ns is None else echo_ns
-        connection.medium.transmit(self.host, (self.peer,), size_bytes, 1, False, self.far,
-                                   (what, sent_ns))
-
-
-_COMES = {SYN: End._syn, SYN_ACK: End._syn_ack, ACK: End._ack, RESET: End._reset,
-          PROBE: End._probe, ALIVE: End._alive}

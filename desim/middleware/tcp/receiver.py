@@ -9,10 +9,12 @@ from desim.middleware.tcp.params import on_wire
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 
 if TYPE_CHECKING:
-    from desim.middleware.tcp.connection import Connection, End
+    from desim.middleware.tcp.connection import Connection
+    from desim.middleware.tcp.end import End
     from desim.middleware.tcp.sender import Sender
 
-_NETWORK = Phase.NETWORK
+_CONTROL = Phase.CONTROL  # of an instant, after what comes in it
+_FIRST_MSS_BYTES = 536  # what Linux takes for a full segment before it has seen a larger one
 
 # What a data train carries beside its bytes: first byte, end, what its sender has received, when it
 # was sent, the time that it echoes.
@@ -24,16 +26,16 @@ class Receiver:
     sender at this end, with whose data an acknowledgement may travel.
 
     Up to byte ``nxt`` all is here; ``ranges`` holds what came out of order, sorted and disjoint.
-    An acknowledgement is due at ``due_ns`` (0: none is).
+    The origin was told up to ``said``; it will be told more at ``due_ns`` (0: there is no more), or
+    with the next data of this end.
     """
 
-    __slots__ = ("connection", "end", "origin", "back", "open", "nxt", "ranges", "due_ns",
-                 "echo_ns", "heard_ns", "_acked", "_delay_ns", "_timer", "_kernel", "_transmit",
-                 "_counts", "_frames", "_host", "_to", "_entity")
+    __slots__ = ("end", "origin", "back", "open", "nxt", "ranges", "due_ns", "echo_ns", "heard_ns",
+                 "said", "_full", "_delay_ns", "_timer", "_kernel", "_transmit", "_counts",
+                 "_frames", "_host", "_to", "_entity")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         graph = connection.tcp.context.graph
-        self.connection = connection
         self.end = end
         self.origin: Sender
         self.back: Sender
@@ -43,7 +45,8 @@ class Receiver:
         self.due_ns = 0
         self.echo_ns = 0
         self.heard_ns = 0
-        self._acked = 0  # what the origin was told
+        self.said = 0
+        self._full = _FIRST_MSS_BYTES  # bytes of the largest segment seen
         self._delay_ns = connection.tcp.params.delayed_ack_ns
         self._timer: Any = None
         self._kernel = graph.kernel
@@ -61,7 +64,7 @@ class Receiver:
         self.heard_ns = now_ns = self._kernel.now_ns
         if ack > self.back.una:
             self.back.acked(ack, echo_ns)
-        if start > self.nxt or end <= self.nxt or self.ranges:
+        if start != self.nxt or self.ranges:
             self._out_of_order(start, end, sent_ns)
             return
         self.nxt = end
@@ -70,12 +73,14 @@ class Receiver:
             self.due_ns = now_ns + self._delay_ns
         self._deliver()
         if self.due_ns:
-            unsaid = self.nxt - self._acked
-            if unsaid > MSS_BYTES:
-                self.acknowledge(max(unsaid // MSS_BYTES // 2, 1))
+            if end - start > self._full:
+                self._full = min(end - start, MSS_BYTES)
+            unsaid = self.nxt - self.said
+            if unsaid > self._full:
+                self.acknowledge((unsaid // MSS_BYTES or 2) // 2 or 1)
             elif self._timer is None:
-                self._timer = self._kernel.after(self._delay_ns, _NETWORK, self._entity,
-                                                 self._now_due)
+                self._timer = self._kernel.after(self._delay_ns, _CONTROL, self._entity,
+                                                 self._due)
 
     def lost(self, train: Train, receiver: int, reason: str) -> None:
         """The medium lost it. The sender does not know; the trace does."""
@@ -85,17 +90,11 @@ class Receiver:
         """A copy that the network made is a segment like any other."""
         self.arrived(train, receiver)
 
-    def told(self) -> int:
-        """Up to where a data train of this end acknowledges now; nothing more is due."""
-        self.due_ns = 0
-        self._acked = nxt = self.nxt
-        return nxt
-
     def acknowledge(self, segments: int, duplicates: int = 0) -> None:
         """Send so many acknowledgements as one train of them; ``duplicates`` of them are for
         segments out of order."""
         self.due_ns = 0
-        self._acked = nxt = self.nxt
+        self.said = nxt = self.nxt
         size_bytes = segments * SEGMENT_HEADER_BYTES
         self._counts["ack"] += size_bytes
         self._frames["ack"] += 1
@@ -116,15 +115,15 @@ class Receiver:
             self._timer.cancel()
             self._timer = None
 
-    def _now_due(self, _: Any) -> None:
+    def _due(self, _: Any) -> None:
         self._timer = None
         due_ns = self.due_ns
         if not due_ns:
             return
         now_ns = self._kernel.now_ns
         if due_ns > now_ns:
-            self._timer = self._kernel.after(due_ns - now_ns, _NETWORK, self._entity,
-                                             self._now_due)
+            self._timer = self._kernel.after(due_ns - now_ns, _CONTROL, self._entity,
+                                             self._due)
         else:
             self.acknowledge(1)
 
@@ -133,12 +132,13 @@ class Receiver:
         origin = self.origin
         messages, nxt = origin.messages, self.nxt
         while origin.heard < len(messages):
-            end, arrived, token, _ = messages[origin.heard]
-            if end > nxt:
+            entry = messages[origin.heard]
+            if entry[0] > nxt:
                 return
             origin.heard += 1
-            arrived(token)
-            if not self.open:
+            entry[1](entry[2])
+            if not self.open:  # closed by what it heard: the rest is refused
+                self.nxt = entry[0]
                 return
 
     def _out_of_order(self, start: int, end: int, sent_ns: int) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from desim.middleware.tcp.connection import Closed, Connection, End
+from desim.middleware.tcp.connection import Closed, Connection
+from desim.middleware.tcp.end import End
 from desim.middleware.tcp.params import TcpParams
 
 if TYPE_CHECKING:

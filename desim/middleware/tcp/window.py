@@ -1,0 +1,59 @@
+"""How much may be on its way, and how long to wait for an answer."""
+
+from __future__ import annotations
+
+from desim.middleware.tcp.params import TcpParams
+from desim.middleware.transports import MSS_BYTES
+
+
+class Window:
+    """Congestion control of RFC 5681, in bytes, and the timeout of RFC 6298; Linux adds that only a
+    window that is used grows. ``room_bytes``: the send buffer, which grows with the window."""
+
+    __slots__ = ("params", "cwnd", "ssthresh", "rto_ns", "room_bytes", "initial", "srtt_ns",
+                 "rttvar_ns")
+
+    def __init__(self, params: TcpParams) -> None:
+        self.params = params
+        self.cwnd = self.initial = params.initial_window * MSS_BYTES
+        self.ssthresh = params.window_bytes
+        self.rto_ns = params.first_rto_ns
+        self.room_bytes = 2 * self.cwnd
+        self.srtt_ns = -1  # no round trip has been measured
+        self.rttvar_ns = 0
+
+    def sample(self, rtt_ns: int) -> None:
+        """A measured round trip moves the timeout: SRTT + 4 RTTVAR, within its bounds."""
+        srtt_ns = self.srtt_ns
+        if srtt_ns < 0:
+            self.srtt_ns = srtt_ns = rtt_ns
+            self.rttvar_ns = rttvar_ns = rtt_ns >> 1
+        else:
+            off_ns = rtt_ns - srtt_ns
+            self.srtt_ns = srtt_ns = srtt_ns + (off_ns >> 3)
+            self.rttvar_ns = rttvar_ns = self.rttvar_ns + ((abs(off_ns) - self.rttvar_ns) >> 2)
+        rto_ns = srtt_ns + 4 * rttvar_ns
+        params = self.params
+        if rto_ns < params.rto_min_ns:
+            rto_ns = params.rto_min_ns
+        elif rto_ns > params.rto_max_ns:
+            rto_ns = params.rto_max_ns
+        self.rto_ns = rto_ns
+
+    def grow(self, acked: int, flying: int) -> None:
+        """``acked`` bytes of ``flying`` arrived: in slow start the window grows by as many, later
+        by a segment a round trip."""
+        if self.cwnd < self.ssthresh:
+            self.cwnd += acked
+        elif flying + MSS_BYTES > self.cwnd:
+            self.cwnd += max(MSS_BYTES * acked // self.cwnd, 1)
+        self.room_bytes = min(max(self.room_bytes, 2 * self.cwnd), self.params.buffer_bytes)
+
+    def halve(self, flying: int) -> None:
+        """A loss shows that ``flying`` bytes were too many."""
+        self.cwnd = self.ssthresh = max(flying // 2, 2 * MSS_BYTES)
+
+    def rest(self, idle_ns: int) -> None:
+        """Nothing was sent for longer than a timeout: it halves for each (RFC 2861)."""
+        self.ssthresh = max(self.ssthresh, self.cwnd * 3 // 4)
+        self.cwnd = max(self.cwnd >> min(idle_ns // self.rto_ns, 40), self.initial)
