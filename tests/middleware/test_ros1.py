@@ -384,8 +384,8 @@ def test_udpros_sends_without_asking_again():
 
 def test_nodes_of_one_host_need_no_master():
     heard = []
-    alone = net({"a": {"mouth": talker(says(1)), "ear": listener(heard)}, "m": silent},
-                [partition("m")]).run(2 * S)
+    net({"a": {"mouth": talker(says(1)), "ear": listener(heard)}, "m": silent},
+        [partition("m")]).run(2 * S)
     assert heard == [(S, "a", "a", "1")]
 
 
