@@ -1,4 +1,4 @@
-"""A master on each host: how they find each other, notice silence, and copy what the others know."""
+"""A master on each host: how they meet, notice silence, and copy what the others know."""
 
 import pytest
 from graphs import Life, Net, S, listener, silent, talker

@@ -17,7 +17,6 @@ from desim.middleware.ros.xmlrpc import Call, XmlRpc
 from desim.middleware.tcp import Tcp
 from desim.ports.middleware import Endpoint, Offer, Transport
 
-
 Method = Callable[..., tuple[tuple[Uri, ...], Sizes]]  # of a master: what it answers
 
 

@@ -1,13 +1,16 @@
-"""Anything may fail at any time: messages are accounted for, none comes twice, and in the end all
-that should talk does."""
+"""Anything may fail at any time, with one master or many: messages are accounted for, none comes
+twice, and no link is left that nothing will wake."""
 
 from collections import Counter
 
+import pytest
 from graphs import MS, Net, S, Words
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from desim.middleware.multimaster.multimaster import Multimaster
 from desim.middleware.ros.ros1 import Ros1
+from desim.testing import check_middleware
 from netmodels.link import Link
 from netmodels.rules.outage import Outage
 
@@ -19,12 +22,12 @@ FAULTS = st.lists(st.tuples(st.sampled_from(HOSTS), TENTHS, TENTHS), max_size=3)
 
 
 def chatter(node):
-    """Says something five times a second and hears all others."""
+    """Says something twice a second and hears all others."""
     node.advertise("/talk", queue=2, latch=True)
     node.advertise("/shout", queue=2, transport="datagram")
     node.subscribe("/talk", lambda message: None)
     node.subscribe("/shout", lambda message: None)
-    node.timer(5, lambda k: (node.publish("/talk", Words("x", 3000)),
+    node.timer(2, lambda k: (node.publish("/talk", Words("x", 3000)),
                              node.publish("/shout", Words("x", 300))))
 
 
@@ -33,12 +36,24 @@ def cut(host, start, length):
         "from": f"{start / 10} s", "until": f"{(start + length + 1) / 10} s"}))
 
 
-@settings(max_examples=25, deadline=None)
-@given(CUTS, FAULTS, st.sampled_from(["roscpp", "rospy"]))
-def test_every_message_has_one_fate_and_all_come_to_rest(cuts, faults, client):
+def one_master(client):
+    return Ros1(Ros1.Params(master="m", client=client))
+
+
+def fkie_groovy(client):
+    return Multimaster(Multimaster.Params(preset="fkie_groovy", client=client))
+
+
+def fkie_noetic(client):
+    return Multimaster(Multimaster.Params(preset="fkie_noetic", client=client))
+
+
+@settings(max_examples=15, deadline=None)
+@given(CUTS, FAULTS, st.sampled_from(["roscpp", "rospy"]),
+       st.sampled_from([one_master, fkie_groovy, fkie_noetic]))
+def test_every_message_has_one_fate_and_all_come_to_rest(cuts, faults, client, middleware):
     net = Net(dict.fromkeys(HOSTS, chatter), Link(Link.Params(rate="10 Mb/s", latency="2 ms")),
-              [cut(*one) for one in cuts],
-              middleware=Ros1(Ros1.Params(master="m", client=client)))
+              [cut(*one) for one in cuts], middleware=middleware(client))
     for host, start, length in faults:
         net.at(start * 100 * MS, net.graph.host(host).stop)
         net.at((start + length + 1) * 100 * MS, net.graph.host(host).start)
@@ -50,9 +65,15 @@ def test_every_message_has_one_fate_and_all_come_to_rest(cuts, faults, client):
     assert not [link for link in links(net) if link.asked and not link.up and not wakes(link)]
 
 
-def test_without_faults_all_links_are_up():
-    net = Net(dict.fromkeys(HOSTS, chatter), middleware=Ros1(Ros1.Params(master="m"))).run(S)
+@pytest.mark.parametrize("middleware", [one_master, fkie_groovy, fkie_noetic])
+def test_without_faults_all_links_are_up(middleware):
+    net = Net(dict.fromkeys(HOSTS, chatter), middleware=middleware("roscpp")).run(10 * S)
     assert [link.up for link in links(net)] == 2 * 4 * 3 * [True]
+
+
+@pytest.mark.parametrize("cls", [Ros1, Multimaster])
+def test_contracts_are_kept(cls):
+    check_middleware(cls)
 
 
 def accounts(net):
