@@ -224,6 +224,8 @@ class End:
         self._rest()
         self.sender.shut()
         self.receiver.shut()
+        if self.far.state != OPEN:
+            self.connection.open = False
         self.connection.tcp.release(self)
 
     def _tell_owner(self, reason: str) -> None:

@@ -17,7 +17,7 @@ _CONTROL = Phase.CONTROL  # of an instant, after what comes in it
 _FIRST_MSS_BYTES = 536  # what Linux takes for a full segment before it has seen a larger one
 
 # What a data train carries beside its bytes: first byte, end, what its sender has received, when it
-# was sent, the time that it echoes.
+# was sent, the time that it echoes (-1: none, for what it acknowledges was so before).
 Train = tuple[int, int, int, int, int]
 
 

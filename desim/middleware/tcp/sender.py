@@ -121,7 +121,8 @@ class Sender(Window):
             self.nxt = number
         self._expiries = self._duplicates = 0
         now_ns = self._kernel.now_ns
-        self.sample(now_ns - echo_ns)
+        if echo_ns >= 0:
+            self.sample(now_ns - echo_ns)
         self._deadline_ns = now_ns + self.rto_ns
         messages, known = self.messages, 0
         while messages and messages[0][0] <= number:
@@ -265,10 +266,11 @@ class Sender(Window):
         size_bytes += SEGMENT_HEADER_BYTES
         graph, back = self._graph, self.back
         graph.put(pack(now_ns, graph.FRAME, self._host_id, self._to_id, message.seq, size_bytes))
+        echo_ns = back.echo_ns if back.due_ns else -1
         back.due_ns = 0
         back.said = said = back.nxt
         self._transmit(self._host, self._to, size_bytes, 1, False, self.peer,
-                       (start, end, said, now_ns, back.echo_ns))
+                       (start, end, said, now_ns, echo_ns))
 
     def _train(self, start: int, end: int) -> None:
         """Bytes ``start`` to ``end`` as one train, whatever they are."""
@@ -290,10 +292,11 @@ class Sender(Window):
                 self._small = end
         self._sent_ns = now_ns
         back = self.back
+        echo_ns = back.echo_ns if back.due_ns else -1
         back.due_ns = 0
         back.said = back.nxt
         self._transmit(self._host, self._to, size_bytes, segments, False, self.peer,
-                       (start, end, back.nxt, now_ns, back.echo_ns))
+                       (start, end, back.nxt, now_ns, echo_ns))
 
     def _note(self, now_ns: int, message: Any, kind: str | None, size_bytes: int) -> None:
         """The account of a message's bytes in a train; its first one bears the headers."""
