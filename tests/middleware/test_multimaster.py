@@ -1,13 +1,13 @@
 """A master on each host: how they meet, notice silence, and copy what the others know."""
 
 import pytest
-from graphs import Life, Net, S, listener, silent, talker
+from graphs import Net, S, listener, silent, talker
+from rosnets import apart, beliefs, control, master, seen, stop
 
 from desim.errors import InputError
 from desim.middleware.multimaster.multimaster import Multimaster
 from netmodels.ideal import Ideal
 from netmodels.rules.outage import Outage
-from netmodels.rules.partition import Partition
 
 GROOVY, NOETIC = "fkie_groovy", "fkie_noetic"
 
@@ -18,40 +18,10 @@ def net(nodes, preset, rules=(), **params):
                middleware=Multimaster(Multimaster.Params(preset=preset, **params)))
 
 
-def apart(*hosts, start="0 s", until="10 h"):
-    return Partition(Partition.Params(groups=[list(hosts)], **{"from": start, "until": until}))
-
-
-def stop(net, host, at_s, back_s=None, begin=None):
-    """Host stops, and may come back as another."""
-    host = net.graph.host(host)
-    net.at(round(at_s * S), host.stop)
-    if back_s is not None:
-        if begin is not None:
-            net.at(round(back_s * S), lambda: setattr(
-                host, "software", lambda host: [Life(host, "node", begin)]))
-        net.at(round(back_s * S), host.start)
-
-
-def control(net, *kinds):
-    """(time in s, source, destination, kind, bytes) of the middleware's own frames."""
-    return [(time_ns / S, *rest) for time_ns, _, *rest in net.rows("control")
-            if not kinds or rest[2] in kinds]
-
-
-def seen(net, by="b"):
-    """(time in s, of whom, state) as one host sees the others."""
-    return [(row[0] / S, row[3], row[4]) for row in net.rows("sees") if row[2] == by]
-
-
-def beliefs(net):
-    return [(time_ns / S, *rest) for time_ns, _, *rest in net.rows("believes")]
-
-
 def registered(net, host, side="publishers"):
     """Host indices by topic as a host's master has them."""
-    registry = net.graph.middleware.processes.masters[net.graph.host(host).index].registry
-    return {topic: list(known) for topic, known in getattr(registry, side).items() if known}
+    return {topic: list(known) for topic, known in getattr(master(net, host), side).items()
+            if known}
 
 
 # ------------------------------------------------------------------------------------ cold start

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim.middleware.multimaster.parameters import MIN_HZ, MultimasterParams, watch
+from desim.middleware.multimaster.parameters import MultimasterParams, watch
 from desim.middleware.multimaster.remote import Remote
 from desim.middleware.ros.sizes import Sizes
 from desim.middleware.ros.xmlrpc import Call
@@ -50,7 +50,8 @@ class Discovery:
         named = [context.hosts.index(name) for name in params.robot_hosts]
         self._named = [other for other in sorted(named) if other != host]
         self._alive = True
-        self._firsts = params.first_notifications if self._watch.rate_hz < MIN_HZ else 0
+        self._firsts = 0 if self._watch.counted else params.first_notifications
+        self._looked = -1  # changes of the own master at the last look
         self.state = State(0, ())
         self.remotes: dict[int, Remote] = {}
         start_ns = int(context.stream("discovery", context.hosts[host], processes.on(
@@ -91,10 +92,14 @@ class Discovery:
             self._look_at(remote)
 
     def _look_at_own(self) -> None:
+        changes = self._processes.masters[self._host].registry.changes
+        if changes == self._looked:
+            return
+        self._looked = changes
         registrations = tuple(self._own())
         if registrations != self.state.registrations:
             self.state = State(self._context.now_ns, registrations)
-            if self._watch.rate_hz < MIN_HZ:
+            if not self._watch.counted:
                 self._send("beat")
 
     def _own(self) -> list[Registration]:

@@ -69,10 +69,12 @@ class MultimasterParams(RosParams):
 
 
 class Watch(NamedTuple):
-    """How discovery watches others. ``rate_hz`` is the heartbeats' as they tell it."""
+    """How discovery watches others: whether the heartbeats, at the rate that they tell, are quick
+    enough to be ``counted``, and how many are ``expected`` in a window."""
 
     heartbeat_ns: int
-    rate_hz: Fraction
+    counted: bool
+    expected: float
     tick_ns: int
     window_ns: int
     timeout_ns: int
@@ -88,5 +90,7 @@ def watch(params: MultimasterParams) -> Watch:
     if asked_ns is None:
         asked_ns = 0 if groovy else 60 * NS_PER_S
     window_ns = int(params.measurement_intervals * NS_PER_S / min(hz, Fraction(1)))
-    return Watch(int(NS_PER_S / hz), Fraction(int(hz * 10), 10), int(NS_PER_S /
-                 params.rosmaster_hz), window_ns, round(window_ns * factor), asked_ns)
+    told_hz = Fraction(int(hz * 10), 10)  # as in the heartbeat: 0.02 Hz is 0
+    return Watch(int(NS_PER_S / hz), told_hz >= MIN_HZ, float(told_hz * window_ns / NS_PER_S),
+                 int(NS_PER_S / params.rosmaster_hz), window_ns, round(window_ns * factor),
+                 asked_ns)

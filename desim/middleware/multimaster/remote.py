@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from desim.middleware.multimaster.parameters import MIN_HZ, MultimasterParams, Watch
-from desim.units import NS_PER_S
+from desim.middleware.multimaster.parameters import MultimasterParams, Watch
 
 
 class Remote:
@@ -37,7 +36,7 @@ class Remote:
         silent_ns = now_ns - self.heard_ns
         if silent_ns > params.remove_after_ns:
             return "removed"
-        if watch.rate_hz >= MIN_HZ:
+        if watch.counted:
             return "offline" if silent_ns > watch.timeout_ns else None
         if not watch.request_after_ns or silent_ns <= watch.request_after_ns:
             return None
@@ -51,10 +50,9 @@ class Remote:
         beats = self._beats
         while beats and beats[0] <= now_ns - watch.window_ns:
             beats.popleft()
-        if watch.rate_hz < MIN_HZ:
+        if not watch.counted:
             return False
-        expected = watch.rate_hz * watch.window_ns / NS_PER_S + self.requests
-        quality = min(100, int(100 * len(beats) / expected))
+        quality = min(100, int(100 * len(beats) / (watch.expected + self.requests)))
         changed = quality != self.quality
         self.quality = quality
         return changed

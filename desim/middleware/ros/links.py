@@ -38,6 +38,7 @@ class Link:
     def ask(self, _: Any = None) -> None:
         """requestTopic, over a connection of its own."""
         self.asked = True
+        self._timer = None
         all_ = self.process.all
         self._call = all_.rpc.call(
             self.process.host, self.uri.host, f"slave {self.uri.life}", "requestTopic",
@@ -83,6 +84,7 @@ class Link:
             self.asked = False
 
     def _connect(self, _: Any) -> None:
+        self._timer = None
         all_ = self.process.all
         schedules = all_.schedules
         if schedules.connect_timeout_ns is not None:
@@ -101,6 +103,7 @@ class Link:
             self._established()
 
     def _established(self, _: Any = None) -> None:
+        self._timer = None
         self._period_ns = 0
         self.up = True
         self.process.hears(self.uri.host, 1)

@@ -22,12 +22,14 @@ class Uri(NamedTuple):
 
 class Registry:
     """What a master knows. ``nodes`` has the present address of each name (a host index);
-    ``publishers`` and ``subscribers`` have by topic and name who registered, first come first."""
+    ``publishers`` and ``subscribers`` have by topic and name who registered, first come first.
+    ``changes`` counts what happened to it."""
 
     def __init__(self) -> None:
         self.nodes: dict[int, Uri] = {}
         self.publishers: dict[str, dict[int, Uri]] = {}
         self.subscribers: dict[str, dict[int, Uri]] = {}
+        self.changes = 0
 
     def register(self, side: dict[str, dict[int, Uri]], topic: str, uri: Uri) -> Uri | None:
         """``uri`` is on this ``side`` of ``topic`` now. If another one had its name, all that this
@@ -36,6 +38,7 @@ class Registry:
         bumped = None if old in (None, uri) else old
         if bumped is not None:
             self.forget(uri.host)
+        self.changes += 1
         self.nodes[uri.host] = uri
         side.setdefault(topic, {})[uri.host] = uri
         return bumped
@@ -46,6 +49,7 @@ class Registry:
         known = side.get(topic, {})
         if known.get(uri.host) != uri:
             return False
+        self.changes += 1
         del known[uri.host]
         if not any(uri.host in known for side in (self.publishers, self.subscribers)
                    for known in side.values()):
