@@ -43,7 +43,7 @@ class Link:
         self._call = all_.rpc.call(
             self.process.host, self.uri.host, f"slave {self.uri.life}", "requestTopic",
             REQUEST_TOPIC[all_.schedules.client].call, ("requestTopic", self), self._answered,
-            keep=False)
+            fresh=True)
 
     def drop(self) -> None:
         """The publisher is no longer listed, or this process has ended."""

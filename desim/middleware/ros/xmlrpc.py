@@ -21,22 +21,22 @@ class Call:
     the network sees sizes: with the HTTP header, without TCP and IP."""
 
     __slots__ = ("client", "server", "service", "kind", "request_bytes", "request", "done",
-                 "connection", "response", "reason", "_rpc", "_timer", "_reused", "_keep", "_over")
+                 "connection", "response", "reason", "over", "_fresh", "_rpc", "_timer", "_reused")
 
     def __init__(self, rpc: XmlRpc, client: int, server: int, service: str, kind: str,
-                 request_bytes: int, request: Any, done: Done, keep: bool) -> None:
+                 request_bytes: int, request: Any, done: Done, fresh: bool) -> None:
         self.client, self.server, self.service = client, server, service
         self.kind = kind
         self.request_bytes, self.request = request_bytes, request
         self.done = done
         self.connection: Connection | None = None
         self.response: Any = None
-        self.reason: str | None = None  # of the connection's end, if that is why it failed
+        self.reason: str | None = None  # why its connection ended, if that is why it failed
+        self.over = False  # nobody waits for the answer any more
+        self._fresh = fresh
         self._rpc = rpc
         self._timer: Any = None
         self._reused = False
-        self._keep = keep
-        self._over = False
 
     def reply(self, response_bytes: int, response: Any = None) -> None:
         """The server answers, once, now or later. Nothing happens where it has restarted, or the
@@ -68,45 +68,38 @@ class Call:
 
     def finish(self, ok: bool) -> None:
         """Tell the caller."""
-        if not self._over:
+        if not self.over:
             self.forget()
             self.done(ok, self.response if ok else None)
 
     def forget(self) -> None:
         """Its caller has stopped."""
-        self._over = True
+        self.over = True
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
         self._rpc.calls[self.client].pop(self, None)
 
-    @property
-    def over(self) -> bool:
-        """Nobody waits for the answer any more."""
-        return self._over
-
     def _local_end(self, _: Any) -> None:
         self.finish(True)
 
     def _answered(self, _: Any) -> None:
-        if self._over:
-            return
-        connection = self.connection
-        if self._keep:
-            self._rpc.rest(connection)
-        else:
-            connection.about = None
-            connection.close(self.client)
-        self.finish(True)
+        if not self.over:
+            if self._fresh:
+                self._hang_up()
+            else:
+                self._rpc.rest(self.connection)
+            self.finish(True)
 
     def _timed_out(self, _: Any) -> None:
-        """The client hangs up."""
         self._timer = None
-        connection = self.connection
-        if connection is not None:
-            connection.about = None
-            connection.close(self.client)
+        if self.connection is not None:
+            self._hang_up()
         self.finish(False)
+
+    def _hang_up(self) -> None:
+        self.connection.about = None
+        self.connection.close(self.client)
 
 
 class XmlRpc:
@@ -132,20 +125,22 @@ class XmlRpc:
             host, lambda connection, reason: connection.close(host)))
 
     def call(self, client: int, server: int, service: str, kind: str, request_bytes: int,
-             request: Any, done: Done, timeout_ns: int | None = None,
-             keep: bool = True) -> Call:
+             request: Any, done: Done, *, timeout_ns: int | None = None,
+             fresh: bool = False) -> Call:
         """Call ``service`` on ``server``; ``done(ok, response)`` in the end, unless ``client``
-        stops. Without ``timeout_ns`` it waits until TCP gives up. Bytes are discovery of
-        ``kind``. Without ``keep`` it has a connection of its own."""
-        call = Call(self, client, server, service, kind, request_bytes, request, done, keep)
+        stops; never before this returns. Without ``timeout_ns`` it waits until TCP gives up, and
+        for ever where the request was acknowledged: these connections are not kept alive. Bytes are
+        discovery of ``kind``. ``fresh``: over a connection of its own, closed after the
+        answer (roscpp for requestTopic)."""
+        call = Call(self, client, server, service, kind, request_bytes, request, done, fresh)
         self.calls.setdefault(client, {})[call] = None
         if timeout_ns is not None:
             call.wait(timeout_ns)
         if client == server:
             self.context.at(self.context.now_ns + self._local_ns, server, self._local, call)
             return call
-        idle = self._idle.get((client, server, service)) if keep else None
-        while idle:
+        idle = self._idle.get((client, server, service))
+        while idle and not fresh:
             connection, reaper = idle.pop()
             reaper.cancel()
             if connection.holds(client):
@@ -196,9 +191,9 @@ class XmlRpc:
             self._servers[call.server, call.service][0](call)
 
     def _local(self, call: Call) -> None:
-        server = self._servers.get((call.server, call.service))
         if call.over:
             return
+        server = self._servers.get((call.server, call.service))
         if server is None:
             call.finish(False)
         else:

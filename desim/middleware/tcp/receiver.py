@@ -131,11 +131,11 @@ class Receiver:
         """Hand over each message that is complete now."""
         origin = self.origin
         messages, nxt = origin.messages, self.nxt
-        while origin.heard < len(messages):
-            entry = messages[origin.heard]
+        while len(messages) > (heard := origin.heard):
+            entry = messages[heard]
             if entry[0] > nxt:
                 return
-            origin.heard += 1
+            origin.heard = heard + 1
             entry[1](entry[2])
             if not self.open:  # closed by what it heard: the rest is refused
                 self.nxt = entry[0]
