@@ -7,6 +7,7 @@ from rosnets import apart, beliefs, control, master, seen, stop
 from desim.errors import InputError
 from desim.middleware.ros.master import Master, Registry, Uri
 from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.ros.sizes import CALLS
 from netmodels.ideal import Ideal
 from netmodels.rules.outage import Outage
 
@@ -54,10 +55,9 @@ def test_the_whole_log_of_a_cold_start():
 
 
 def test_sizes_matter(monkeypatch):
-    """The twin: an answer of 5 % more bytes."""
-    from desim.middleware.ros import client
-    sizes = client.REGISTRATIONS["registerSubscriber"]
-    monkeypatch.setitem(client.REGISTRATIONS, "registerSubscriber",
+    """The twin: a call of 5 % more bytes."""
+    sizes = CALLS["registerSubscriber"]
+    monkeypatch.setitem(CALLS, "registerSubscriber",
                         sizes._replace(call=round(sizes.call * 1.05)))
     with pytest.raises(AssertionError):
         test_the_whole_log_of_a_cold_start()

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 # masterInfoFiltered; estimated from getPublishedTopics, 306 B and 3585 B for 20 topics.
 MASTER_INFO = Sizes(306, 0, 345, 162)
-_LOCAL = Sizes(0, 0, 0, 0)  # calls within a host are nobody's bytes
 
 
 class Copy:
@@ -143,7 +142,7 @@ class Sync:
 
 
 def multicall(master: Master, gone: list[Registration], new: list[Registration]
-              ) -> tuple[tuple[Uri, ...], Sizes]:
+              ) -> tuple[Uri, ...]:
     """What ``Sync`` wants of its own master: a method of this one."""
     registry = master.registry
     for side, topic, uri in gone:
@@ -160,7 +159,7 @@ def multicall(master: Master, gone: list[Registration], new: list[Registration]
         if registry.of(registry.publishers, topic):
             master.notify(topic)
             master.notify(topic)
-    return (), _LOCAL
+    return ()
 
 
 def _done(ok: bool, _: Any) -> None:

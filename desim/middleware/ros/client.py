@@ -3,34 +3,16 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim.middleware.ros.links import Link
 from desim.middleware.ros.master import Uri
-from desim.middleware.ros.sizes import (
-    REGISTER_PUBLISHER,
-    REGISTER_SUBSCRIBER,
-    REQUEST_TOPIC,
-    Sizes,
-)
+from desim.middleware.ros.sizes import CALLS, REQUEST_TOPIC
 from desim.middleware.ros.xmlrpc import Call
 from desim.ports.middleware import Endpoint
 
 if TYPE_CHECKING:
     from desim.middleware.ros.processes import Processes
-
-REGISTRATIONS = {"registerPublisher": REGISTER_PUBLISHER, "registerSubscriber": REGISTER_SUBSCRIBER}
-
-
-def slave(uri: Uri) -> str:
-    """Where a process is called by XML-RPC."""
-    return f"slave {uri.life}"
-
-
-def tcpros(uri: Uri) -> str:
-    """Where it takes links."""
-    return f"tcpros {uri.life}"
 
 
 class Publication:
@@ -62,7 +44,7 @@ class Process:
     they know."""
 
     __slots__ = ("uri", "host", "master", "all", "alive", "publications", "subscriptions",
-                 "_calls", "_phase_ns", "_heard")
+                 "_wanted", "_calls", "_phase_ns", "_heard")
 
     def __init__(self, processes: Processes, uri: Uri, master: int) -> None:
         self.all = processes
@@ -72,13 +54,14 @@ class Process:
         self.alive = True
         self.publications: dict[str, Publication] = {}
         self.subscriptions: dict[str, Subscription] = {}
-        self._calls: deque[tuple[str, str]] = deque()  # method, topic; the first is under way
+        self._wanted: dict[tuple[str, str], None] = {}  # method, topic
+        self._calls: deque[tuple[str, str]] = deque()  # those to come; the first is under way
         poll_ns = processes.schedules.poll_ns
         self._phase_ns = poll_ns and int(processes.context.stream(
             "ros", self.all.context.hosts[self.host], uri.life).integers(poll_ns))
         self._heard: dict[int, int] = {}  # links that are up, by publishing host
-        processes.rpc.serve(self.host, slave(uri), self._serve)
-        processes.tcp.listen(self.host, tcpros(uri), _nothing)
+        processes.rpc.serve(self.host, uri.slave, self._serve)
+        processes.tcp.listen(self.host, uri.tcpros, _nothing)
 
     def stop(self) -> None:
         """The host stops, and all this is gone."""
@@ -116,8 +99,9 @@ class Process:
     # Registrations, in order.
 
     def _register(self, method: str, topic: str) -> None:
-        if (method, topic) in self._calls:
+        if (method, topic) in self._wanted:
             return
+        self._wanted[method, topic] = None
         self._calls.append((method, topic))
         if len(self._calls) == 1:
             self._call()
@@ -126,7 +110,7 @@ class Process:
         if not self.alive:
             return
         method, topic = self._calls[0]
-        self.all.rpc.call(self.host, self.master, "master", method, REGISTRATIONS[method].call,
+        self.all.rpc.call(self.host, self.master, "master", method, CALLS[method].call,
                           (method, topic, self.uri), self._registered)
 
     def _registered(self, ok: bool, answer: Any) -> None:
@@ -144,28 +128,23 @@ class Process:
 
     def _serve(self, call: Call) -> None:
         method, *arguments = call.request
-        sizes, answer = self._ANSWERS[method](self, *arguments)
-        call.reply(sizes.answer, answer)
+        if method == "requestTopic":
+            sizes = REQUEST_TOPIC[self.all.schedules.client]
+            call.reply(sizes.answer, self._requested(*arguments))
+            return
+        if method == "publisherUpdate":
+            self._publishers(*arguments)
+        # A shutdown comes to whom another one has taken the name: to nobody that runs, while a
+        # host is one process.
+        call.reply(CALLS[method].answer)
 
-    def _updated(self, sizes: Sizes, topic: str, publishers: tuple[Uri, ...]
-                 ) -> tuple[Sizes, None]:
-        self._publishers(topic, publishers)
-        return sizes, None
-
-    def _requested(self, link: Link) -> tuple[Sizes, str | None]:
+    def _requested(self, link: Link) -> str | None:
         """By what transport the topic comes, None: not at all. UDPROS begins right away."""
         publication = self.publications.get(link.topic)
         transport = None if publication is None else publication.transport
         if transport == "datagram":
             self.linked(link, link)
-        return REQUEST_TOPIC[self.all.schedules.client], transport
-
-    def _shut_down(self, sizes: Sizes) -> tuple[Sizes, None]:
-        """Somebody else has this name: none has, while a host is one process."""
-        return sizes, None
-
-    _ANSWERS: dict[str, Callable[..., tuple[Sizes, Any]]] = {
-        "publisherUpdate": _updated, "requestTopic": _requested, "shutdown": _shut_down}
+        return transport
 
     def _publishers(self, topic: str, uris: tuple[Uri, ...]) -> None:
         """The master has said who publishes ``topic``."""
@@ -212,7 +191,7 @@ class Process:
         """At the subscriber: so many links from this host have come up, or gone."""
         count = self._heard.get(publisher, 0) + more
         self._heard[publisher] = count
-        if self.all.sees is not None and count == (more > 0):
+        if self.all.sees is not None and count == max(more, 0):
             self.all.sees(self.host, publisher, "online" if count else "offline")
 
     def poll_ns(self) -> int:

@@ -41,7 +41,7 @@ class Link:
         self._timer = None
         all_ = self.process.all
         self._call = all_.rpc.call(
-            self.process.host, self.uri.host, f"slave {self.uri.life}", "requestTopic",
+            self.process.host, self.uri.host, self.uri.slave, "requestTopic",
             REQUEST_TOPIC[all_.schedules.client].call, ("requestTopic", self), self._answered,
             fresh=True)
 
@@ -90,7 +90,7 @@ class Link:
         if schedules.connect_timeout_ns is not None:
             self._book(all_.context.now_ns + schedules.connect_timeout_ns, self._hang_up)
         self._connection = all_.tcp.connect(
-            self.process.host, self.uri.host, f"tcpros {self.uri.life}", "tcpros",
+            self.process.host, self.uri.host, self.uri.tcpros, "tcpros",
             opened=self._opened, closed=self._closed, nodelay=schedules.nodelay)
 
     def _opened(self, connection: Connection) -> None:

@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from desim.middleware.ros.sizes import PUBLISHER_UPDATE, SHUTDOWN, Sizes
-
 
 class Uri(NamedTuple):
     """Where a host's nodes are called: each time the host starts they listen on a new port, so
@@ -18,6 +16,16 @@ class Uri(NamedTuple):
 
     host: int
     life: int
+
+    @property
+    def slave(self) -> str:
+        """The service that takes XML-RPC calls."""
+        return f"slave {self.life}"
+
+    @property
+    def tcpros(self) -> str:
+        """The service that takes links."""
+        return f"tcpros {self.life}"
 
 
 class Registry:
@@ -69,11 +77,10 @@ class Registry:
 
 
 class Task(NamedTuple):
-    """A call that the master has to make. ``kind`` is publisherUpdate or shutdown."""
+    """A call that the master has to make: ``method`` is publisherUpdate or shutdown."""
 
     uri: Uri
-    kind: str
-    sizes: Sizes
+    method: str
     topic: str
     publishers: tuple[Uri, ...]
 
@@ -142,9 +149,8 @@ class Master:
         registry = self.registry
         publishers = registry.of(registry.publishers, topic)
         for subscriber in registry.of(registry.subscribers, topic):
-            self.workers.add(Task(subscriber, "publisherUpdate", PUBLISHER_UPDATE, topic,
-                                  publishers))
+            self.workers.add(Task(subscriber, "publisherUpdate", topic, publishers))
 
     def _bump(self, old: Uri | None) -> None:
         if old is not None:
-            self.workers.add(Task(old, "shutdown", SHUTDOWN, "", ()))
+            self.workers.add(Task(old, "shutdown", "", ()))

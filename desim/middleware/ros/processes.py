@@ -7,17 +7,21 @@ from typing import Any
 
 from desim.errors import InputError
 from desim.middleware.context import Context
-from desim.middleware.ros.client import Process, slave
+from desim.middleware.ros.client import Process
 from desim.middleware.ros.master import Master, Task, Uri
 from desim.middleware.ros.parameters import RosParams, schedules
-from desim.middleware.ros.sizes import REGISTER_PUBLISHER, REGISTER_SUBSCRIBER, Sizes
+from desim.middleware.ros.sizes import CALLS
 from desim.middleware.ros.tcpros import Tcpros
 from desim.middleware.ros.udpros import Udpros
 from desim.middleware.ros.xmlrpc import Call, XmlRpc
 from desim.middleware.tcp import Tcp
 from desim.ports.middleware import Endpoint, Offer, Transport
 
-Method = Callable[..., tuple[tuple[Uri, ...], Sizes]]  # of a master: what it answers
+Method = Callable[..., tuple[Uri, ...]]  # of a master: the addresses that it answers with
+
+
+_METHODS: dict[str, Method] = {"registerPublisher": Master.register_publisher,
+                               "registerSubscriber": Master.register_subscriber}
 
 
 class Processes:
@@ -96,24 +100,12 @@ class Processes:
 
     def _serve(self, call: Call) -> None:
         method, *arguments = call.request
-        known, sizes = self._methods[method](self.masters[call.server], *arguments)
+        known = self._methods[method](self.masters[call.server], *arguments)
+        sizes = CALLS[method]
         call.reply(sizes.answer + sizes.answer_each * len(known), known)
 
     def _tell(self, host: int, task: Task, done: Any) -> None:
-        sizes = task.sizes
-        request = ((task.kind, sizes, task.topic, task.publishers)
-                   if task.kind == "publisherUpdate" else (task.kind, sizes))
-        self.rpc.call(host, task.uri.host, slave(task.uri), task.kind,
-                      sizes.call + sizes.call_each * len(task.publishers), request,
-                      lambda ok, _: done())
-
-
-def _publisher(master: Master, topic: str, uri: Uri) -> tuple[tuple[Uri, ...], Sizes]:
-    return master.register_publisher(topic, uri), REGISTER_PUBLISHER
-
-
-def _subscriber(master: Master, topic: str, uri: Uri) -> tuple[tuple[Uri, ...], Sizes]:
-    return master.register_subscriber(topic, uri), REGISTER_SUBSCRIBER
-
-
-_METHODS = {"registerPublisher": _publisher, "registerSubscriber": _subscriber}
+        sizes = CALLS[task.method]
+        self.rpc.call(host, task.uri.host, task.uri.slave, task.method,
+                      sizes.call + sizes.call_each * len(task.publishers),
+                      (task.method, task.topic, task.publishers), lambda ok, _: done())

@@ -19,15 +19,19 @@ class Sizes(NamedTuple):
     answer_each: int
 
 
-# registerPublisher: 442 B of answer without subscribers, 906 B with eight.
-REGISTER_PUBLISHER = Sizes(422, 0, 442, 58)
-# registerSubscriber: 465 B of answer with one publisher.
-REGISTER_SUBSCRIBER = Sizes(424, 0, 407, 58)
-# publisherUpdate: 515 B with one publisher, 905 B with eight.
-PUBLISHER_UPDATE = Sizes(459, 56, 289, 0)
+CALLS = {
+    # 442 B of answer without subscribers, 906 B with eight.
+    "registerPublisher": Sizes(422, 0, 442, 58),
+    # 465 B of answer with one publisher.
+    "registerSubscriber": Sizes(424, 0, 407, 58),
+    # 515 B with one publisher, 905 B with eight.
+    "publisherUpdate": Sizes(459, 56, 289, 0),
+    # The master tells a node that another one has taken its name; estimated from the others.
+    "shutdown": Sizes(400, 0, 289, 0),
+    # Several registrations at once, always within a host: no bytes on any medium.
+    "multicall": Sizes(0, 0, 0, 0),
+}
 REQUEST_TOPIC = {"roscpp": Sizes(434, 0, 383, 0), "rospy": Sizes(434, 0, 519, 0)}
-# The master tells a node that another one has taken its name; estimated from the others.
-SHUTDOWN = Sizes(400, 0, 289, 0)
 
 # TCPROS: the subscriber's topic, md5sum, callerid, type and tcp_nodelay; the publisher's answer
 # is mostly the message definition (2.2 to 2.3 kB for LaserScan and OccupancyGrid).
