@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim.middleware.tcp.end import OPEN, End
-from desim.middleware.tcp.sender import FIN
+from desim.middleware.tcp.entries import FIN
 
 if TYPE_CHECKING:
     from desim.middleware.medium import Medium

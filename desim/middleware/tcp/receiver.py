@@ -84,7 +84,7 @@ class Receiver:
 
     def lost(self, train: Train, receiver: int, reason: str) -> None:
         """The medium lost it. The sender does not know; the trace does."""
-        self.origin.lost_train(train[0], train[1], reason)
+        self.origin.end.lost_train(train[0], train[1], reason)
 
     def repeated(self, train: Train, receiver: int) -> None:
         """A copy that the network made is a segment like any other."""
