@@ -1,8 +1,22 @@
 """What tests of the ROS 1 middleware do to a small network, and read from its log."""
 
-from graphs import Life, S
+from graphs import Life, Net, S
 
+from desim.middleware.ros.ros1 import Ros1
+from netmodels.ideal import Ideal
 from netmodels.rules.partition import Partition
+
+
+def one_master(nodes, rules=(), **params):
+    """Hosts 10 ms apart, a round trip of 20 ms, with one master, on host m if it is not said."""
+    params = {"master": "m", "poll": "0 s"} | params
+    return Net(nodes, Ideal(Ideal.Params(delay="10 ms")), rules,
+               middleware=Ros1(Ros1.Params(**params)))
+
+
+def says(*at_s):
+    """What a talker says: the times themselves, in s."""
+    return [(round(at * S), str(at)) for at in at_s]
 
 
 def apart(*hosts, start="0 s", until="10 h"):

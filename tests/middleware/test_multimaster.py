@@ -80,6 +80,18 @@ def test_each_heartbeat_may_go_to_named_hosts_by_unicast():
         net({"a": silent, "b": silent}, GROOVY, robot_hosts=["x"])
 
 
+def test_who_does_not_answer_is_asked_again():
+    """Cut off from 50 ms to 130 s, after the first heartbeat: the call of 0.11 s fails after 127 s
+    and is made again 5 s later."""
+    def check(**params):
+        shy = net({"a": silent, "b": silent}, GROOVY, [apart("a", start="50 ms", until="130 s")],
+                  **params).run(140 * S)
+        assert seen(shy) == [(pytest.approx(132.15), "a", "online")]
+    check()
+    with pytest.raises(AssertionError):
+        check(contact_retry="4.75 s")
+
+
 # -------------------------------------------------------------------------------------- silence
 
 

@@ -1,22 +1,13 @@
 """ROS 1 with one master: whole logs of how it starts and of what a broken network does to it."""
 
 import pytest
-from graphs import MS, Net, S, listener, silent, talker
-from rosnets import apart, beliefs, control, master, seen, stop
+from graphs import S, listener, silent, talker
+from rosnets import apart, beliefs, control, master, says, seen, stop
+from rosnets import one_master as net
 
-from desim.errors import InputError
 from desim.middleware.ros.master import Master, Registry, Uri
-from desim.middleware.ros.ros1 import Ros1
 from desim.middleware.ros.sizes import CALLS
-from netmodels.ideal import Ideal
 from netmodels.rules.outage import Outage
-
-
-def net(nodes, rules=(), **params):
-    params.setdefault("master", "m")
-    params.setdefault("poll", "0 s")
-    return Net(nodes, Ideal(Ideal.Params(delay="10 ms")), rules, middleware=Ros1(
-        Ros1.Params(**params)))
 
 
 def process(net, host):
@@ -73,24 +64,25 @@ def test_a_call_grows_with_the_addresses_in_it():
     assert control(crowd, "publisherUpdate") == []
 
 
-def says(*at_s, start=0):
-    return [(round(at * S), str(at)) for at in at_s if at >= start]
-
-
 # --------------------------------------------------------------------------------- the lost master
 
 
 def test_links_outlive_a_lost_master_and_new_ones_cannot_form():
     """The master stops at 2 s; b goes on hearing a, and d, which starts at 3 s, hears nobody."""
-    old, new = [], []
-    lost = net({"a": talker(says(1, 5, 50)), "b": listener(old), "d": silent, "m": silent})
-    stop(lost, "m", 2)
-    stop(lost, "d", 2.5, 3, listener(new))
-    lost.run(100 * S)
-    assert [text for *_, text in old] == ["1", "5", "50"]
-    assert new == []
-    context = lost.graph.context
-    assert (context.beliefs.matches, context.beliefs.missing, context.beliefs.ghosts) == (2, 1, 0)
+    def check(lost_s):
+        old, new = [], []
+        lost = net({"a": talker(says(1, 5, 50)), "b": listener(old), "d": silent, "m": silent})
+        stop(lost, "m", lost_s)
+        stop(lost, "d", 2.5, 3, listener(new))
+        lost.run(100 * S)
+        assert [text for *_, text in old] == ["1", "5", "50"]
+        assert new == []
+        beliefs = lost.graph.context.beliefs
+        assert (beliefs.matches, beliefs.missing, beliefs.ghosts) == (2, 1, 0)
+    check(2)
+    check(3.015)  # the registration is on its way
+    with pytest.raises(AssertionError):
+        check(3.05)
 
 
 def test_a_master_that_comes_late_is_found_by_the_next_syn():
@@ -210,6 +202,24 @@ def test_rospy_leaves_a_refused_link():
     assert reconnects(client="rospy") == []
 
 
+def test_rospy_reconnects_after_thirty_seconds_of_patience_and_times_that_double():
+    """Cut off, b finds its link dead by keepalive; each attempt then meets silence."""
+    def gaps(**params):
+        cut = net({"a": talker([]), "b": listener([]), "m": silent}, [apart("a", start="1 s")],
+                  client="rospy", **params).run(600 * S)
+        assert seen(cut) == [(0.14, "a", "online"), (150.14, "a", "offline")]
+        calls = [row[0] for row in control(cut, "tcpros") if row[1] == "b" and row[-1] == 78
+                 and row[0] > 1]
+        # Of each attempt's SYNs (0, 1, 3, 7, 15 s) the first.
+        starts = [after for before, after in zip([0, *calls], calls, strict=False)
+                  if after - before > 16]
+        return [after - before for before, after in zip(starts, starts[1:], strict=False)]
+    expected = pytest.approx([30 + wait for wait in (2, 4, 8, 16, 32, 32, 32)])
+    assert gaps()[:7] == expected
+    assert gaps(connect_timeout="28.5 s")[:7] != expected
+    assert gaps(reconnect_most="30 s")[:7] != expected
+
+
 def test_the_first_reconnect_is_after_a_tenth_of_a_second():
     """b notices at its first keepalive probe, 60 s after it last heard of a, and a round trip."""
     lost = net({"a": talker([]), "b": listener([]), "m": silent})
@@ -290,76 +300,19 @@ def test_roscpp_asks_once_and_rospy_again():
     assert asked_s("rospy", rule, 140)[:8] == pytest.approx([*first, 10.06 + 128])
 
 
-# ------------------------------------------------------------------------------------ messages
+def test_an_answer_is_noticed_at_the_next_poll():
+    """By each process at a time of its own: in the mean half a period later."""
+    def delays_s(**params):
+        names = [f"b{i}" for i in range(40)]
+        polled = net({"a": talker([]), **{name: listener([]) for name in names}, "m": silent},
+                     **params).run(2 * S)
+        return [seen(polled, name)[0][0] - beliefs_of(polled, name) - 0.08 for name in names]
+    late = delays_s(poll="100 ms")
+    assert 0 <= min(late) < 0.02 and 0.08 < max(late) < 0.1
+    assert sum(late) / len(late) == pytest.approx(0.05, abs=0.02)
+    assert max(delays_s(poll="200 ms")) > 0.11
+    assert delays_s() == pytest.approx([0] * 40)
 
 
-@pytest.mark.parametrize(("tcp_nodelay", "heard_ms"), [(False, 5140), (True, 5120)])
-def test_a_late_subscriber_gets_what_is_latched(tcp_nodelay, heard_ms):
-    """Six round trips, 120 ms, and one more where Nagle's algorithm lets the message wait until
-    the publisher's header is acknowledged."""
-    heard = []
-    late = net({"a": talker(says(1), latch=True), "d": silent, "m": silent},
-               tcp_nodelay=tcp_nodelay)
-    stop(late, "d", 2, 5, listener(heard))
-    late.run(10 * S)
-    assert heard == [(heard_ms * MS, "d", "a", "1")]
-
-
-def test_an_outage_fills_the_outbox_and_the_socket_and_the_newest_get_through():
-    """Cut off from 1.5 s to 3.5 s, ten messages a second: the socket takes what its buffer holds,
-    then the outbox keeps the newest two. TCP's timeout comes round after the network does."""
-    heard, times = [], [1 + i / 10 for i in range(40)]
-    full = net({"a": talker(says(*times), size_bytes=4000, queue=2), "b": listener(heard, queue=0),
-                "m": silent}, [apart("b", start="1.5 s", until="3.5 s")]).run(20 * S)
-    counts = full.counts("/talk")
-    assert list(counts.dropped) == ["outbox_full"]
-    assert counts.delivered + counts.dropped["outbox_full"] == 40
-    assert len(heard) == counts.delivered
-    assert [text for *_, text in heard] == sorted((text for *_, text in heard), key=float)
-    assert heard[-1][3] == "4.9"
-
-
-def test_what_waits_for_a_dead_subscriber_is_dropped_when_it_is_noticed():
-    """b restarts at 3 s. What a had sent meanwhile is refused by a reset, dropped as link_closed;
-    what it says after the new link goes there."""
-    heard = []
-    dead = net({"a": talker(says(1, 2.5, 2.6, 6)), "b": listener(heard), "m": silent})
-    stop(dead, "b", 2, 3)
-    dead.run(10 * S)
-    assert [text for *_, text in heard] == ["1", "6"]
-    assert [fate[3] for fate in sorted(dead.fates)] == ["delivered", "link_closed", "link_closed",
-                                                        "delivered"]
-
-
-def test_udpros_sends_without_asking_again():
-    """No connection: b asks once, a sends. When b dies a goes on, and each message is lost."""
-    heard = []
-    udp = net({"a": talker(says(1, 3, 6), transport="datagram"), "b": listener(heard),
-               "m": silent})
-    stop(udp, "b", 2, 5)
-    udp.run(10 * S)
-    assert [text for *_, text in heard] == ["1", "6"]
-    assert udp.counts("/talk").dropped == {"host_down": 1}
-    assert control(udp, "tcpros") == []
-
-
-def test_nodes_of_one_host_need_no_master():
-    heard = []
-    net({"a": {"mouth": talker(says(1)), "ear": listener(heard)}, "m": silent},
-        [apart("m")]).run(2 * S)
-    assert heard == [(S, "a", "a", "1")]
-
-
-def test_what_ros1_does_not_have():
-    with pytest.raises(InputError, match="no broadcast; allowed: via unicast"):
-        net({"a": talker([], via="broadcast"), "m": silent})
-    with pytest.raises(InputError, match=r"master: no host 'n'.*allowed: a, m"):
-        net({"a": silent, "m": silent}, master="n")
-
-
-@pytest.mark.parametrize(("hosts", "master_"), [
-    (("base", "robot_0", "workstation"), "workstation"), (("base", "a"), "base"),
-    (("robot_10", "robot_2"), "robot_2")])
-def test_where_the_master_is(hosts, master_):
-    usual = net(dict.fromkeys(hosts, silent), master=None).run(0)
-    assert list(usual.graph.middleware.processes.masters) == [usual.graph.host(master_).index]
+def beliefs_of(net, host):
+    return next(row[0] for row in beliefs(net) if row[1] == host)
