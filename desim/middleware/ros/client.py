@@ -173,6 +173,8 @@ class Process:
     def linked(self, link: Link, by: Any) -> None:
         """At the publisher: messages go to this subscriber from now on, ``by`` a connection; an
         older one to the same host has no more part in it."""
+        if not link.process.alive:
+            return  # its header was on its way when it died; its successor may be linked already
         publication = self.publications[link.topic]
         host = link.process.host
         publication.links[host] = by
