@@ -48,9 +48,12 @@ class TcpParams(ports.Params):
     buffer_bytes: ByteSize = Field("4 MB", description=(
         "most that the send buffer grows to; it holds twice the congestion window (Linux "
         "tcp_wmem)"))
-    train: int = Field(44, ge=1, description=(
-        "most segments that go to the network as one train; no more than a third of the "
-        "congestion window, but two may (Linux GSO, 64 kB, and tcp_tso_win_divisor)"))
+    train: int = Field(44, ge=2, description=(
+        "most segments that go to the network as one train (Linux GSO, 64 kB)"))
+    burst_ns: Period = Field("1 ms", description=(
+        "a train is no longer than that at the rate of two windows a round trip, so that a short "
+        "path sees few of them; a third of the window is worth one (Linux TSO autosizing, "
+        "tcp_tso_win_divisor)"))
 
 
 @lru_cache(maxsize=1 << 12)
