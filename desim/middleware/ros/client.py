@@ -150,6 +150,9 @@ class Process:
         """The master has said who publishes ``topic``."""
         subscription = self.subscriptions[topic]
         others = tuple(uri for uri in uris if uri.host != self.host)
+        links = subscription.links
+        if others == subscription.publishers and all(link.asked for link in links.values()):
+            return
         before = {uri.host: None for uri in subscription.publishers}
         subscription.publishers = others
         after = {uri.host: None for uri in others}
@@ -158,7 +161,6 @@ class Process:
                 self.all.context.knows(self.host, host, topic, False)
         for host in after:
             self.all.context.knows(self.host, host, topic, True)
-        links = subscription.links
         for uri in [uri for uri in links if uri not in others]:
             links.pop(uri).drop()
         for uri in others:

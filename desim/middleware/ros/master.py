@@ -6,6 +6,7 @@ takes their name. All nodes of a host count as one, with the host's name.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -94,7 +95,7 @@ class Workers:
     """
 
     def __init__(self, threads: int, call: Call) -> None:
-        self.waiting: list[Task] = []
+        self.waiting: deque[Task] = deque()
         self.busy: dict[Uri, Task] = {}
         self._threads, self._call = threads, call
 
@@ -108,7 +109,8 @@ class Workers:
                          None)
             if next_ is None:
                 return
-            task = self.waiting.pop(next_)
+            task = self.waiting[next_]
+            del self.waiting[next_]
             self.busy[task.uri] = task
             self._call(task, lambda uri=task.uri: self._done(uri))
 
