@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim.middleware.multimaster.parameters import MultimasterParams, watch
 from desim.middleware.multimaster.remote import Remote
+from desim.middleware.multimaster.timers import Timers
 from desim.middleware.ros.sizes import Sizes
 from desim.middleware.ros.xmlrpc import Call
 
@@ -49,41 +50,34 @@ class Discovery:
         self._others = [other for other in range(len(context.hosts)) if other != host]
         named = [context.hosts.index(name) for name in params.robot_hosts]
         self._named = [other for other in sorted(named) if other != host]
-        self._alive = True
+        self._timers = Timers(context, host)
         self._firsts = 0 if self._watch.counted else params.first_notifications
         self._looked = -1  # changes of the own master at the last look
-        self.state = State(0, ())
+        self.state = State(context.now_ns, ())
         self.remotes: dict[int, Remote] = {}
         start_ns = int(context.stream("discovery", context.hosts[host], processes.on(
             host).uri.life).integers(params.start_jitter_ns + 1))
-        self._at(start_ns, self._tick)
-        self._at(start_ns, self._beat)
+        self._timers.after(start_ns, self._tick)
+        self._timers.after(start_ns, self._beat)
 
     def stop(self) -> None:
         """The host has stopped."""
         if self._params.leave:
             self._send("leave")
-        self._alive = False
+        self._timers.stop()
 
     def serve(self, call: Call) -> None:
         """masterContacts."""
         call.reply(CONTACTS.answer, True)
 
-    def _at(self, delay_ns: int, fn: Callable[[Any], Any], arg: Any = None) -> None:
-        self._context.at(self._context.now_ns + delay_ns, self._host, self._if_alive, (fn, arg))
-
-    def _if_alive(self, call: tuple[Callable[[Any], Any], Any]) -> None:
-        if self._alive:
-            call[0](call[1])
-
     # Own state.
 
     def _beat(self, _: Any) -> None:
-        self._at(self._watch.heartbeat_ns, self._beat)
+        self._timers.after(self._watch.heartbeat_ns, self._beat)
         self._send("beat")
 
     def _tick(self, _: Any) -> None:
-        self._at(self._watch.tick_ns, self._tick)
+        self._timers.after(self._watch.tick_ns, self._tick)
         self._look_at_own()
         if self._firsts:
             self._firsts -= 1
@@ -136,7 +130,7 @@ class Discovery:
         if remote is None:
             remote = self.remotes[beat.host] = Remote(beat.host)
             remote.heard(now_ns)
-            self._at(self._params.contact_after_ns, self._contact, remote)
+            self._timers.after(self._params.contact_after_ns, self._contact, remote)
         else:
             remote.heard(now_ns)
             if remote.known and not remote.online:
@@ -163,7 +157,7 @@ class Discovery:
             self._say("online", remote)
         else:
             params = self._params
-            self._at(params.unreachable_retry_ns if reason == "unreachable"
+            self._timers.after(params.unreachable_retry_ns if reason == "unreachable"
                      else params.contact_retry_ns, self._contact, remote)
 
     def _look_at(self, remote: Remote) -> None:

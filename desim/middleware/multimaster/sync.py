@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from desim.middleware.multimaster.discovery import Discovery, Registration, State
 from desim.middleware.multimaster.parameters import MultimasterParams
 from desim.middleware.multimaster.remote import Remote
+from desim.middleware.multimaster.timers import Timers
 from desim.middleware.ros.sizes import Sizes
 from desim.middleware.ros.xmlrpc import Call
 
@@ -40,13 +41,13 @@ class Sync:
         self._context = context = processes.context
         self._luck = context.stream("sync", context.hosts[host], processes.on(host).uri.life)
         self._copies: dict[int, Copy] = {}
-        self._alive = True
+        self._timers = Timers(context, host)
         self.discovery: Discovery | None = None
-        self._at(params.sync_poll_ns, self._poll)
+        self._timers.after(params.sync_poll_ns, self._poll)
 
     def stop(self) -> None:
         """The host has stopped."""
-        self._alive = False
+        self._timers.stop()
 
     def serve(self, call: Call) -> None:
         """masterInfoFiltered: what nodes of this host have registered."""
@@ -75,7 +76,7 @@ class Sync:
 
     def _poll(self, _: Any) -> None:
         """Look whether something was left out."""
-        self._at(self._params.sync_poll_ns, self._poll)
+        self._timers.after(self._params.sync_poll_ns, self._poll)
         for remote in self.discovery.remotes.values():
             copy = self._copies.get(remote.host)
             if copy is not None and remote.online and copy.timer is None:
@@ -83,7 +84,7 @@ class Sync:
 
     def _want(self, remote: Remote, copy: Copy) -> None:
         """Fetch its state after a while, unless it is known."""
-        if copy.asking or copy.changed_ns == remote.changed_ns:
+        if copy.asking or copy.changed_ns >= remote.changed_ns:
             return
         if copy.timer is not None:
             if copy.restarts >= self._params.sync_restarts:
@@ -91,7 +92,7 @@ class Sync:
             copy.restarts += 1
             copy.timer.cancel()
         delay_ns = int(self._luck.integers(self._params.sync_delay_ns + 1))
-        copy.timer = self._at(delay_ns, self._fetch, (remote, copy))
+        copy.timer = self._timers.after(delay_ns, self._fetch, (remote, copy))
 
     def _fetch(self, what: tuple[Remote, Copy]) -> None:
         remote, copy = what
@@ -131,14 +132,6 @@ class Sync:
             copy.timer.cancel()
         copy.timer = None
         copy.restarts = 0
-
-    def _at(self, delay_ns: int, fn: Any, arg: Any = None) -> Any:
-        return self._context.at(self._context.now_ns + delay_ns, self._host, self._if_alive,
-                                (fn, arg))
-
-    def _if_alive(self, call: tuple[Any, Any]) -> None:
-        if self._alive:
-            call[0](call[1])
 
 
 def multicall(master: Master, gone: list[Registration], new: list[Registration]
