@@ -48,21 +48,40 @@ def fkie_noetic(client):
     return Multimaster(Multimaster.Params(preset="fkie_noetic", client=client))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(CUTS, FAULTS, st.sampled_from(["roscpp", "rospy"]),
        st.sampled_from([one_master, fkie_groovy, fkie_noetic]))
 def test_every_message_has_one_fate_and_all_come_to_rest(cuts, faults, client, middleware):
     net = Net(dict.fromkeys(HOSTS, chatter), Link(Link.Params(rate="10 Mb/s", latency="2 ms")),
               [cut(*one) for one in cuts], middleware=middleware(client))
-    for host, start, length in faults:
-        net.at(start * 100 * MS, net.graph.host(host).stop)
-        net.at((start + length + 1) * 100 * MS, net.graph.host(host).start)
+    break_down(net, faults)
     for second in range(0, 400, 7):
         net.run(second * S)
         accounts(net)
     twice = Counter((number, receiver) for number, receiver, *_ in net.fates)
     assert not [fate for fate, times in twice.items() if times > 1]
     assert not [link for link in links(net) if link.asked and not link.up and not wakes(link)]
+
+
+def quiet(node):
+    """Says something once a second and hears all others."""
+    node.advertise("/talk", queue=2, latch=True)
+    node.subscribe("/talk", lambda message: None)
+    node.timer(1, lambda k: node.publish("/talk", Words("x", 300)))
+
+
+@settings(max_examples=12, deadline=None)
+@given(CUTS, st.lists(st.tuples(st.sampled_from("abc"), TENTHS, TENTHS), max_size=3),
+       st.sampled_from([one_master, fkie_groovy, fkie_noetic]))
+def test_what_breaks_for_half_a_minute_heals(cuts, faults, middleware):
+    """As long as the one master runs: everybody hears everybody after ten minutes."""
+    net = Net(dict.fromkeys(HOSTS, quiet), Link(Link.Params(rate="10 Mb/s", latency="2 ms")),
+              [cut(*one) for one in cuts], middleware=middleware("roscpp"))
+    break_down(net, faults)
+    net.run(600 * S)
+    beliefs = net.graph.context.beliefs
+    assert (beliefs.matches, beliefs.missing, beliefs.ghosts) == (12, 0, 0)
+    assert [link.up for link in links(net)] == 12 * [True]
 
 
 @pytest.mark.parametrize("middleware", [one_master, fkie_groovy, fkie_noetic])
@@ -74,6 +93,12 @@ def test_without_faults_all_links_are_up(middleware):
 @pytest.mark.parametrize("cls", [Ros1, Multimaster])
 def test_contracts_are_kept(cls):
     check_middleware(cls)
+
+
+def break_down(net, faults):
+    for host, start, length in faults:
+        net.at(start * 100 * MS, net.graph.host(host).stop)
+        net.at((start + length + 1) * 100 * MS, net.graph.host(host).start)
 
 
 def accounts(net):
