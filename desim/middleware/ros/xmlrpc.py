@@ -21,7 +21,7 @@ class Call:
     the network sees sizes: with the HTTP header, without TCP and IP."""
 
     __slots__ = ("client", "server", "service", "kind", "request_bytes", "request", "done",
-                 "connection", "response", "_fresh", "_rpc", "_timer", "_reused", "_over")
+                 "connection", "response", "reason", "over", "_fresh", "_rpc", "_timer", "_reused")
 
     def __init__(self, rpc: XmlRpc, client: int, server: int, service: str, kind: str,
                  request_bytes: int, request: Any, done: Done, fresh: bool) -> None:
@@ -31,11 +31,12 @@ class Call:
         self.done = done
         self.connection: Connection | None = None
         self.response: Any = None
+        self.reason: str | None = None  # why its connection ended, if that is why it failed
+        self.over = False  # nobody waits for the answer any more
         self._fresh = fresh
         self._rpc = rpc
         self._timer: Any = None
         self._reused = False
-        self._over = False
 
     def reply(self, response_bytes: int, response: Any = None) -> None:
         """The server answers, once, now or later. Nothing happens where it has restarted, or the
@@ -67,13 +68,13 @@ class Call:
 
     def finish(self, ok: bool) -> None:
         """Tell the caller."""
-        if not self._over:
+        if not self.over:
             self.forget()
             self.done(ok, self.response if ok else None)
 
     def forget(self) -> None:
         """Its caller has stopped."""
-        self._over = True
+        self.over = True
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -83,7 +84,7 @@ class Call:
         self.finish(True)
 
     def _answered(self, _: Any) -> None:
-        if not self._over:
+        if not self.over:
             if self._fresh:
                 self._hang_up()
             else:
@@ -103,13 +104,14 @@ class Call:
 
 class XmlRpc:
     """All calls of a run. A connection carries one call at a time; a client's idle ones are taken
-    again, and closed after ``idle_ns``. Calls within a host take no time and no bytes."""
+    again, and closed after ``idle_ns``. Calls within a host take ``local_ns`` and no bytes."""
 
-    def __init__(self, context: Context, tcp: Tcp, idle_ns: int = IDLE_NS) -> None:
+    def __init__(self, context: Context, tcp: Tcp, idle_ns: int = IDLE_NS,
+                 local_ns: int = 0) -> None:
         self.context = context
         self.calls: dict[int, dict[Call, None]] = {}  # under way, by client
         self._tcp = tcp
-        self._idle_ns = idle_ns
+        self._idle_ns, self._local_ns = idle_ns, local_ns
         self._idle: dict[tuple[int, int, str], list[tuple[Connection, Any]]] = {}
         self._servers: dict[tuple[int, str], tuple[Callable[[Call], Any], int]] = {}
 
@@ -135,7 +137,7 @@ class XmlRpc:
         if timeout_ns is not None:
             call.wait(timeout_ns)
         if client == server:
-            self.soon(server, self._local, call)
+            self.context.at(self.context.now_ns + self._local_ns, server, self._local, call)
             return call
         idle = self._idle.get((client, server, service))
         while idle and not fresh:
@@ -189,6 +191,8 @@ class XmlRpc:
             self._servers[call.server, call.service][0](call)
 
     def _local(self, call: Call) -> None:
+        if call.over:
+            return
         server = self._servers.get((call.server, call.service))
         if server is None:
             call.finish(False)
@@ -210,8 +214,10 @@ class XmlRpc:
     def _closed(self, connection: Connection, reason: str) -> None:
         call, connection.about = connection.about, None
         connection.close(connection.client)
-        if call is not None and call.broke():
-            self._connect(call)
+        if call is not None:
+            call.reason = reason
+            if call.broke():
+                self._connect(call)
 
 
 def _nothing(_: Any) -> None:

@@ -1,0 +1,67 @@
+"""``multimaster``: a master on each host, kept together by discovery and sync (multimaster_fkie).
+"""
+
+from __future__ import annotations
+
+from desim.errors import InputError, did_you_mean
+from desim.middleware.context import Context
+from desim.middleware.multimaster.discovery import Beat, Discovery
+from desim.middleware.multimaster.parameters import MultimasterParams
+from desim.middleware.multimaster.sync import Sync, multicall
+from desim.middleware.ros.processes import Processes
+from desim.middleware.ros.xmlrpc import Call
+from desim.ports.middleware import Endpoint, Offer, Transport
+
+
+class Multimaster:
+    """Nodes register with the master of their host; what others' masters know is copied there."""
+
+    informed = "subscriber"
+    Params = MultimasterParams
+
+    def __init__(self, params: MultimasterParams) -> None:
+        self._params = params
+
+    def start(self, context: Context) -> None:
+        hosts = context.hosts
+        for name in self._params.robot_hosts:
+            if name not in hosts:
+                raise InputError(f".robot_hosts: no host {name!r}{did_you_mean(name, hosts)}; "
+                                 f"allowed: {', '.join(hosts)}")
+        self.processes = Processes(context, self._params, list(range(len(hosts))), None,
+                                   {"multicall": multicall})
+        self.discoveries: dict[int, Discovery] = {}
+        self._syncs: dict[int, Sync] = {}
+
+    def switched(self, host: int, up: bool) -> None:
+        if not up and host in self.discoveries:
+            self.discoveries.pop(host).stop()
+            self._syncs.pop(host).stop()
+        self.processes.switched(host, up)
+        if up:
+            sync = self._syncs[host] = Sync(self.processes, self._params, host)
+            sync.discovery = self.discoveries[host] = Discovery(
+                self.processes, self._params, host, sync.told, self._hear)
+            self.processes.rpc.serve(host, "monitor", self._serve)
+
+    def advertise(self, offer: Offer) -> None:
+        self.processes.advertise(offer)
+
+    def subscribe(self, subscriber: Endpoint) -> None:
+        self.processes.subscribe(subscriber)
+
+    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
+        return self.processes.subscribers(publisher)
+
+    def transport(self, offer: Offer) -> Transport:
+        return self.processes.transport(offer)
+
+    def _hear(self, beat: Beat, host: int) -> None:
+        self.discoveries[host].heard(beat)
+
+    def _serve(self, call: Call) -> None:
+        """Discovery's XML-RPC server."""
+        if call.request[0] == "masterContacts":
+            self.discoveries[call.server].serve(call)
+        else:
+            self._syncs[call.server].serve(call)

@@ -1,0 +1,96 @@
+"""What multimaster_fkie does when, as parameters: as in the paper's time or as it is now."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Literal, NamedTuple
+
+from pydantic import Field
+
+from desim.middleware.ros.parameters import RosParams
+from desim.units import NS_PER_S, Duration, Frequency, Period
+
+MIN_HZ = Fraction(3, 10)  # slower heartbeats do not tell who is there (MIN_HZ_FOR_QUALITY)
+
+
+class MultimasterParams(RosParams):
+    """Of ``multimaster``: master_discovery and master_sync. Where a source is not named it is
+    master_discovery (noetic)."""
+
+    preset: Literal["fkie_groovy", "fkie_noetic"] = Field("fkie_groovy", description=(
+        "whose heartbeats: multimaster_fkie of the paper's time or of ROS noetic"))
+    heartbeat_hz: Frequency | None = Field(None, description=(
+        "own heartbeats (null: 2 Hz in groovy, 0.02 Hz in noetic)"))
+    rosmaster_hz: Frequency = Field("1 Hz", description=(
+        "how often the own master is asked for changes, and the others are looked after "
+        "(rosmaster_hz)"))
+    measurement_intervals: int = Field(5, ge=1, description=(
+        "heartbeats are counted over so many seconds, or periods if these are longer "
+        "(measurement_intervals)"))
+    timeout_factor: float | None = Field(None, gt=0, description=(
+        "silence of so many times that long means offline (null: 1.4 in groovy, 10 in noetic)"))
+    remove_after_ns: Period = Field("300 s", description=(
+        "silence after which a master is forgotten (remove_after)"))
+    active_request_after_ns: Duration | None = Field(None, description=(
+        "silence after which a master with slow heartbeats is asked whether it is there; 0 s: "
+        "never (null: never in groovy, 60 s in noetic)"))
+    offline_after_requests: int = Field(5, ge=1, description=(
+        "so many unanswered requests mean offline (OFFLINE_AFTER_REQUEST_COUNT)"))
+    first_notifications: int = Field(3, ge=1, description=(
+        "heartbeats with a request at the start, where they are slow, one each time that the own "
+        "master is asked (INIT_NOTIFICATION_COUNT)"))
+    contact_after_ns: Duration = Field("100 ms", description=(
+        "from a first heartbeat to the call that asks its sender who it is"))
+    contact_retry_ns: Period = Field("5 s", description="a failed one is tried again after")
+    unreachable_retry_ns: Period = Field("30 s", description=(
+        "the same where there is no way (EHOSTUNREACH)"))
+    multicast: bool = Field(True, description="heartbeats are multicast (send_mcast)")
+    robot_hosts: list[str] = Field([], description=(
+        "hosts that get each heartbeat by unicast, too (none)"))
+    start_jitter_ns: Duration = Field("1 s", description=(
+        "discovery begins up to so long after its host (ours)"))
+    leave: bool = Field(False, description=(
+        "a host that stops says so by a last heartbeat, as discovery does when it is shut down "
+        "(ours: a host fails)"))
+    sync_delay_ns: Duration = Field("2 s", description=(
+        "a change is fetched after a time drawn between 0 s and this (sync_thread.py)"))
+    sync_restarts: int = Field(5, ge=0, description=(
+        "times that another change in the meantime has this time start anew (sync_thread.py)"))
+    sync_timeout_ns: Period = Field("20 s", description=(
+        "patience with a remote master's answer (sync_thread.py)"))
+    sync_poll_ns: Period = Field("30 s", description=(
+        "how often it is looked whether something was left out (master_sync.py)"))
+    resync_on_reconnect: bool = Field(True, description=(
+        "whoever comes back online is unregistered and registered anew (master_sync.py)"))
+    resync_on_reconnect_timeout_ns: Duration = Field("0 s", description=(
+        "only after it was offline for so long (master_sync.py)"))
+    ignore_topics: list[str] = Field([], description=(
+        "names or patterns with * and ? of topics that are not copied (none)"))
+
+
+class Watch(NamedTuple):
+    """How discovery watches others: whether the heartbeats, at the rate that they tell, are quick
+    enough to be ``counted``, and how many are ``expected`` in a window."""
+
+    heartbeat_ns: int
+    counted: bool
+    expected: float
+    tick_ns: int
+    window_ns: int
+    timeout_ns: int
+    request_after_ns: int
+
+
+def watch(params: MultimasterParams) -> Watch:
+    """``params`` with its preset in it."""
+    groovy = params.preset == "fkie_groovy"
+    hz = params.heartbeat_hz or (Fraction(2) if groovy else Fraction(1, 50))
+    factor = params.timeout_factor or (1.4 if groovy else 10.0)
+    asked_ns = params.active_request_after_ns
+    if asked_ns is None:
+        asked_ns = 0 if groovy else 60 * NS_PER_S
+    window_ns = int(params.measurement_intervals * NS_PER_S / min(hz, Fraction(1)))
+    told_hz = Fraction(int(hz * 10), 10)  # as in the heartbeat: 0.02 Hz is 0
+    return Watch(int(NS_PER_S / hz), told_hz >= MIN_HZ, float(told_hz * window_ns / NS_PER_S),
+                 int(NS_PER_S / params.rosmaster_hz), window_ns, round(window_ns * factor),
+                 asked_ns)

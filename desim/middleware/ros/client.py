@@ -1,0 +1,208 @@
+"""A ROS 1 process: what it tells the master, and its ends of links."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+from desim.middleware.ros.links import Link
+from desim.middleware.ros.master import Uri
+from desim.middleware.ros.sizes import CALLS, REQUEST_TOPIC
+from desim.middleware.ros.xmlrpc import Call
+from desim.ports.middleware import Endpoint
+
+if TYPE_CHECKING:
+    from desim.middleware.ros.processes import Processes
+
+
+class Publication:
+    """One topic that a process publishes. ``links``: by subscribing host, in the order in which
+    they were made, what leads there; whoever has a new one has to be served afresh."""
+
+    __slots__ = ("transport", "links", "ends")
+
+    def __init__(self, transport: str) -> None:
+        self.transport = transport
+        self.links: dict[int, Any] = {}
+        self.ends: dict[int, Endpoint] = {}
+
+
+class Subscription:
+    """One topic that a process subscribes to: by which of its nodes, who publishes it as far as the
+    master has said, and the links to these."""
+
+    __slots__ = ("ends", "publishers", "links")
+
+    def __init__(self) -> None:
+        self.ends: list[Endpoint] = []
+        self.publishers: tuple[Uri, ...] = ()
+        self.links: dict[Uri, Link] = {}
+
+
+class Process:
+    """All nodes of ``uri.host``, from its start to its end. ``master`` is the host whose master
+    they know."""
+
+    __slots__ = ("uri", "host", "master", "all", "alive", "publications", "subscriptions",
+                 "_wanted", "_calls", "_phase_ns", "_heard")
+
+    def __init__(self, processes: Processes, uri: Uri, master: int) -> None:
+        self.all = processes
+        self.uri = uri
+        self.host = uri.host
+        self.master = master
+        self.alive = True
+        self.publications: dict[str, Publication] = {}
+        self.subscriptions: dict[str, Subscription] = {}
+        self._wanted: dict[tuple[str, str], None] = {}  # method, topic
+        self._calls: deque[tuple[str, str]] = deque()  # those to come; the first is under way
+        poll_ns = processes.schedules.poll_ns
+        self._phase_ns = poll_ns and int(processes.context.stream(
+            "ros", self.all.context.hosts[self.host], uri.life).integers(poll_ns))
+        self._heard: dict[int, int] = {}  # links that are up, by publishing host
+        processes.rpc.serve(self.host, uri.slave, self._serve)
+        processes.tcp.listen(self.host, uri.tcpros, _nothing)
+
+    def stop(self) -> None:
+        """The host stops, and all this is gone."""
+        self.alive = False
+        for subscription in self.subscriptions.values():
+            for link in subscription.links.values():
+                link.drop()
+
+    # What its nodes want.
+
+    def publication(self, topic: str, transport: str) -> Publication:
+        """That of ``topic``, whose first publisher wants ``transport``."""
+        return self.publications.setdefault(topic, Publication(transport))
+
+    def advertise(self, topic: str) -> None:
+        self._register("registerPublisher", topic)
+
+    def subscribe(self, end: Endpoint) -> bool:
+        """Returns whether this node did not subscribe before."""
+        if end.topic not in self.subscriptions:
+            self.subscriptions[end.topic] = Subscription()
+            self._register("registerSubscriber", end.topic)
+        ends = self.subscriptions[end.topic].ends
+        if end in ends:
+            return False
+        ends.append(end)
+        return True
+
+    def subscribers(self, topic: str) -> list[Endpoint]:
+        """Those on this host, and the first one of each host that a link leads to."""
+        local = self.subscriptions.get(topic)
+        linked = self.publications.get(topic)
+        return [*(local.ends if local else ()), *(linked.ends.values() if linked else ())]
+
+    # Registrations, in order.
+
+    def _register(self, method: str, topic: str) -> None:
+        if (method, topic) in self._wanted:
+            return
+        self._wanted[method, topic] = None
+        self._calls.append((method, topic))
+        if len(self._calls) == 1:
+            self._call()
+
+    def _call(self, _: Any = None) -> None:
+        if not self.alive:
+            return
+        method, topic = self._calls[0]
+        self.all.rpc.call(self.host, self.master, "master", method, CALLS[method].call,
+                          (method, topic, self.uri), self._registered)
+
+    def _registered(self, ok: bool, answer: Any) -> None:
+        if not ok:
+            context = self.all.context
+            context.at(context.now_ns + self.all.schedules.master_retry_ns, self.host, self._call)
+            return
+        method, topic = self._calls.popleft()
+        if self._calls:
+            self._call()
+        if method == "registerSubscriber":
+            self._publishers(topic, answer)
+
+    # What others want.
+
+    def _serve(self, call: Call) -> None:
+        method, *arguments = call.request
+        if method == "requestTopic":
+            sizes = REQUEST_TOPIC[self.all.schedules.client]
+            call.reply(sizes.answer, self._requested(*arguments))
+            return
+        if method == "publisherUpdate":
+            self._publishers(*arguments)
+        # A shutdown comes to whom another one has taken the name: to nobody that runs, while a
+        # host is one process.
+        call.reply(CALLS[method].answer)
+
+    def _requested(self, link: Link) -> str | None:
+        """By what transport the topic comes, None: not at all. UDPROS begins right away."""
+        publication = self.publications.get(link.topic)
+        transport = None if publication is None else publication.transport
+        if transport == "datagram":
+            self.linked(link, link)
+        return transport
+
+    def _publishers(self, topic: str, uris: tuple[Uri, ...]) -> None:
+        """The master has said who publishes ``topic``."""
+        subscription = self.subscriptions[topic]
+        others = tuple(uri for uri in uris if uri.host != self.host)
+        links = subscription.links
+        if others == subscription.publishers and all(link.asked for link in links.values()):
+            return
+        before = {uri.host: None for uri in subscription.publishers}
+        subscription.publishers = others
+        after = {uri.host: None for uri in others}
+        for host in before:
+            if host not in after:
+                self.all.context.knows(self.host, host, topic, False)
+        for host in after:
+            self.all.context.knows(self.host, host, topic, True)
+        for uri in [uri for uri in links if uri not in others]:
+            links.pop(uri).drop()
+        for uri in others:
+            link = links.get(uri)
+            if link is None:
+                link = links[uri] = Link(self, topic, uri)
+            if not link.asked:
+                link.ask()
+
+    # Ends of links.
+
+    def linked(self, link: Link, by: Any) -> None:
+        """At the publisher: messages go to this subscriber from now on, ``by`` a connection; an
+        older one to the same host has no more part in it."""
+        if not link.process.alive:
+            return  # its header was on its way when it died; its successor may be linked already
+        publication = self.publications[link.topic]
+        host = link.process.host
+        publication.links[host] = by
+        publication.ends[host] = link.process.subscriptions[link.topic].ends[0]
+        self.all.context.changed(link.topic)
+
+    def unlinked(self, link: Link, by: Any) -> None:
+        """At the publisher: ``by`` is closed."""
+        publication = self.publications[link.topic]
+        host = link.process.host
+        if publication.links.get(host) is by:
+            del publication.links[host], publication.ends[host]
+            self.all.context.changed(link.topic)
+
+    def hears(self, publisher: int, more: int) -> None:
+        """At the subscriber: so many links from this host have come up, or gone."""
+        count = self._heard.get(publisher, 0) + more
+        self._heard[publisher] = count
+        if self.all.sees is not None and count == max(more, 0):
+            self.all.sees(self.host, publisher, "online" if count else "offline")
+
+    def poll_ns(self) -> int:
+        """When it looks next whether requestTopic has been answered."""
+        now_ns, period_ns = self.all.context.now_ns, self.all.schedules.poll_ns
+        return now_ns + ((self._phase_ns - now_ns) % period_ns if period_ns else 0)
+
+
+def _nothing(_: Any) -> None:
+    """The subscriber speaks first."""

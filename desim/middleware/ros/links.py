@@ -1,0 +1,144 @@
+"""The subscriber's end of one link: requestTopic, connection, headers, and what the client library
+does when any of these fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from desim.middleware.ros.master import Uri
+from desim.middleware.ros.parameters import Retries
+from desim.middleware.ros.sizes import HEADER, HEADER_ANSWER, REQUEST_TOPIC
+from desim.middleware.tcp import Connection
+
+if TYPE_CHECKING:
+    from desim.middleware.ros.client import Process
+    from desim.middleware.ros.xmlrpc import Call
+
+
+class Link:
+    """From ``process``, which subscribes to ``topic``, to the publisher at ``uri``. It lives until
+    ``drop``: what fails is tried again by the client library's schedule, always at the same
+    address, or waits until the master lists the publisher once more (``asked`` is False then).
+    """
+
+    __slots__ = ("process", "topic", "uri", "asked", "up", "_call", "_connection", "_timer",
+                 "_period_ns", "_dropped")
+
+    def __init__(self, process: Process, topic: str, uri: Uri) -> None:
+        self.process, self.topic, self.uri = process, topic, uri
+        self.asked = False
+        self.up = False
+        self._call: Call | None = None
+        self._connection: Connection | None = None
+        self._timer: Any = None
+        self._period_ns = 0  # of the retry that was booked last; 0: none since all was well
+        self._dropped = False
+
+    def ask(self, _: Any = None) -> None:
+        """requestTopic, over a connection of its own."""
+        self.asked = True
+        self._timer = None
+        all_ = self.process.all
+        self._call = all_.rpc.call(
+            self.process.host, self.uri.host, self.uri.slave, "requestTopic",
+            REQUEST_TOPIC[all_.schedules.client].call, ("requestTopic", self), self._answered,
+            fresh=True)
+
+    def drop(self) -> None:
+        """The publisher is no longer listed, or this process has ended."""
+        self._dropped = True
+        self._rest()
+        if self.process.alive:
+            self._down()
+            if self._connection is not None:
+                self._connection.close(self.process.host)
+        self._connection = None
+
+    # At the publisher.
+
+    def _accepted(self, connection: Connection) -> None:
+        """The subscriber's header is there."""
+        publisher = self.process.all.at(self.uri)
+        connection.send(self.uri.host, HEADER_ANSWER, self._headed, connection, "tcpros_header")
+        connection.on_closed(self.uri.host, self._left)
+        publisher.linked(self, connection)
+
+    def _left(self, connection: Connection, reason: str) -> None:
+        connection.close(self.uri.host)
+        self.process.all.at(self.uri).unlinked(self, connection)
+
+    # At the subscriber.
+
+    def _answered(self, ok: bool, transport: str | None) -> None:
+        if self._dropped:
+            return
+        if transport is not None:
+            step = self._connect if transport == "stream" else self._established
+            self._book(self.process.poll_ns(), step)
+            return
+        retries = self.process.all.schedules.requests
+        if retries is not None and self._call.reason in retries.reasons:
+            self._again(retries, self.ask)
+        else:
+            self.asked = False
+
+    def _connect(self, _: Any) -> None:
+        self._timer = None
+        all_ = self.process.all
+        schedules = all_.schedules
+        if schedules.connect_timeout_ns is not None:
+            self._book(all_.context.now_ns + schedules.connect_timeout_ns, self._hang_up)
+        self._connection = all_.tcp.connect(
+            self.process.host, self.uri.host, self.uri.tcpros, "tcpros",
+            opened=self._opened, closed=self._closed, nodelay=schedules.nodelay)
+
+    def _opened(self, connection: Connection) -> None:
+        self._rest()
+        connection.send(self.process.host, HEADER, self._accepted, connection, "tcpros_header")
+
+    def _headed(self, connection: Connection) -> None:
+        """The publisher's header is there: messages may come."""
+        if connection is self._connection:
+            self._established()
+
+    def _established(self, _: Any = None) -> None:
+        self._timer = None
+        self._period_ns = 0
+        self.up = True
+        self.process.hears(self.uri.host, 1)
+
+    def _hang_up(self, _: Any) -> None:
+        """The connection takes too long."""
+        self._connection.close(self.process.host)
+        self._closed(self._connection, "timeout")
+
+    def _closed(self, connection: Connection, reason: str) -> None:
+        if connection is not self._connection:
+            return
+        connection.close(self.process.host)
+        self._connection = None
+        self._rest()
+        self._down()
+        retries = self.process.all.schedules.connections
+        if retries.reasons is None or reason in retries.reasons:
+            self._again(retries, self._connect)
+        else:
+            self.asked = False
+
+    def _down(self) -> None:
+        if self.up:
+            self.up = False
+            self.process.hears(self.uri.host, -1)
+
+    def _again(self, retries: Retries, step: Callable[[Any], Any]) -> None:
+        self._period_ns = retries.after(self._period_ns)
+        self._book(self.process.all.context.now_ns + self._period_ns, step)
+
+    def _book(self, time_ns: int, step: Callable[[Any], Any]) -> None:
+        self._timer = self.process.all.context.at(time_ns, self.process.host, step)
+
+    def _rest(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None

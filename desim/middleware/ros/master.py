@@ -1,0 +1,158 @@
+"""The ROS master: what it has been told, and how it tells the subscribers.
+
+It keeps what it was told for ever: nothing expires, so that the dead stay registered until somebody
+takes their name. All nodes of a host count as one, with the host's name.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+
+class Uri(NamedTuple):
+    """Where a host's nodes are called: each time the host starts they listen on a new port, so
+    that nobody answers at an address of an earlier ``life``."""
+
+    host: int
+    life: int
+
+    @property
+    def slave(self) -> str:
+        """The service that takes XML-RPC calls."""
+        return f"slave {self.life}"
+
+    @property
+    def tcpros(self) -> str:
+        """The service that takes links."""
+        return f"tcpros {self.life}"
+
+
+class Registry:
+    """What a master knows. ``nodes`` has the present address of each name (a host index);
+    ``publishers`` and ``subscribers`` have by topic and name who registered, first come first.
+    ``changes`` counts what happened to it."""
+
+    def __init__(self) -> None:
+        self.nodes: dict[int, Uri] = {}
+        self.publishers: dict[str, dict[int, Uri]] = {}
+        self.subscribers: dict[str, dict[int, Uri]] = {}
+        self.changes = 0
+
+    def register(self, side: dict[str, dict[int, Uri]], topic: str, uri: Uri) -> Uri | None:
+        """``uri`` is on this ``side`` of ``topic`` now. If another one had its name, all that this
+        one registered is dropped, and it is returned (rosmaster registrations.py)."""
+        old = self.nodes.get(uri.host)
+        bumped = None if old in (None, uri) else old
+        if bumped is not None:
+            self.forget(uri.host)
+        self.changes += 1
+        self.nodes[uri.host] = uri
+        side.setdefault(topic, {})[uri.host] = uri
+        return bumped
+
+    def unregister(self, side: dict[str, dict[int, Uri]], topic: str, uri: Uri) -> bool:
+        """``uri`` is no longer there. Returns whether it was. Who is nowhere any more has no name
+        to lose."""
+        known = side.get(topic, {})
+        if known.get(uri.host) != uri:
+            return False
+        self.changes += 1
+        del known[uri.host]
+        if not any(uri.host in known for side in (self.publishers, self.subscribers)
+                   for known in side.values()):
+            del self.nodes[uri.host]
+        return True
+
+    def forget(self, host: int) -> None:
+        """Drop all that goes by this name."""
+        self.nodes.pop(host, None)
+        for side in (self.publishers, self.subscribers):
+            for known in side.values():
+                known.pop(host, None)
+
+    def of(self, side: dict[str, dict[int, Uri]], topic: str) -> tuple[Uri, ...]:
+        """Who is on this ``side`` of ``topic``."""
+        return tuple(side.get(topic, {}).values())
+
+
+class Task(NamedTuple):
+    """A call that the master has to make: ``method`` is publisherUpdate or shutdown."""
+
+    uri: Uri
+    method: str
+    topic: str
+    publishers: tuple[Uri, ...]
+
+
+Call = Callable[[Task, Callable[[], Any]], Any]
+
+
+class Workers:
+    """The master's calls, made by ``threads`` workers (rosmaster: 3) in order, but never two at a
+    time to the same node. ``call(task, done)`` has no timeout: a worker is busy until it is done.
+    """
+
+    def __init__(self, threads: int, call: Call) -> None:
+        self.waiting: deque[Task] = deque()
+        self.busy: dict[Uri, Task] = {}
+        self._threads, self._call = threads, call
+
+    def add(self, task: Task) -> None:
+        self.waiting.append(task)
+        self._go_on()
+
+    def _go_on(self) -> None:
+        while len(self.busy) < self._threads:
+            next_ = next((i for i, task in enumerate(self.waiting) if task.uri not in self.busy),
+                         None)
+            if next_ is None:
+                return
+            task = self.waiting[next_]
+            del self.waiting[next_]
+            self.busy[task.uri] = task
+            self._call(task, lambda uri=task.uri: self._done(uri))
+
+    def _done(self, uri: Uri) -> None:
+        del self.busy[uri]
+        self._go_on()
+
+
+class Master:
+    """One master process, from its start to its end. ``call(task, done)`` makes its calls."""
+
+    def __init__(self, threads: int, call: Call) -> None:
+        self.registry = Registry()
+        self.workers = Workers(threads, call)
+
+    def register_publisher(self, topic: str, uri: Uri) -> tuple[Uri, ...]:
+        """Returns the subscribers; each of them is told all publishers."""
+        registry = self.registry
+        self._bump(registry.register(registry.publishers, topic, uri))
+        self.notify(topic)
+        return registry.of(registry.subscribers, topic)
+
+    def register_subscriber(self, topic: str, uri: Uri) -> tuple[Uri, ...]:
+        """Returns the publishers."""
+        registry = self.registry
+        self._bump(registry.register(registry.subscribers, topic, uri))
+        return registry.of(registry.publishers, topic)
+
+    def unregister_publisher(self, topic: str, uri: Uri) -> None:
+        if self.registry.unregister(self.registry.publishers, topic, uri):
+            self.notify(topic)
+
+    def unregister_subscriber(self, topic: str, uri: Uri) -> None:
+        self.registry.unregister(self.registry.subscribers, topic, uri)
+
+    def notify(self, topic: str) -> None:
+        """Tell each subscriber of ``topic`` all publishers."""
+        registry = self.registry
+        publishers = registry.of(registry.publishers, topic)
+        for subscriber in registry.of(registry.subscribers, topic):
+            self.workers.add(Task(subscriber, "publisherUpdate", topic, publishers))
+
+    def _bump(self, old: Uri | None) -> None:
+        if old is not None:
+            self.workers.add(Task(old, "shutdown", "", ()))

@@ -1,0 +1,111 @@
+"""All ROS 1 processes of a run, and their masters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from desim.errors import InputError
+from desim.middleware.context import Context
+from desim.middleware.ros.client import Process
+from desim.middleware.ros.master import Master, Task, Uri
+from desim.middleware.ros.parameters import RosParams, schedules
+from desim.middleware.ros.sizes import CALLS
+from desim.middleware.ros.tcpros import Tcpros
+from desim.middleware.ros.udpros import Udpros
+from desim.middleware.ros.xmlrpc import Call, XmlRpc
+from desim.middleware.tcp import Tcp
+from desim.ports.middleware import Endpoint, Offer, Transport
+
+Method = Callable[..., tuple[Uri, ...]]  # of a master: the addresses that it answers with
+
+
+_METHODS: dict[str, Method] = {"registerPublisher": Master.register_publisher,
+                               "registerSubscriber": Master.register_subscriber}
+
+
+class Processes:
+    """One process on each host that runs. ``master_of`` says by host index whose master it knows;
+    a master lives as long as its host. ``sees`` is told what subscribers make of their links (None:
+    somebody else says who is there); ``more`` are methods of masters beside registration."""
+
+    def __init__(self, context: Context, params: RosParams, master_of: list[int],
+                 sees: Callable[[int, int, str], Any] | None,
+                 more: dict[str, Method] | None = None) -> None:
+        self.context = context
+        self.sees = sees
+        self.schedules = schedules(params)
+        self.tcp = Tcp(context, params.tcp)
+        self.rpc = XmlRpc(context, self.tcp, local_ns=params.local_call_ns)
+        self.masters: dict[int, Master] = {}  # by host
+        self._workers = params.workers
+        self._methods = _METHODS | (more or {})
+        self._master_of = master_of
+        self._processes: dict[int, Process] = {}
+        self._lives = [0] * len(context.hosts)
+
+    def on(self, host: int) -> Process:
+        """What runs on ``host`` now."""
+        process = self._processes.get(host)
+        if process is None:
+            uri = Uri(host, self._lives[host])
+            process = self._processes[host] = Process(self, uri, self._master_of[host])
+        return process
+
+    def at(self, uri: Uri) -> Process:
+        """What runs at an address that has just been reached."""
+        return self._processes[uri.host]
+
+    def switched(self, host: int, up: bool) -> None:
+        if up:
+            self._lives[host] += 1
+            if host in self._master_of:
+                self.masters[host] = Master(
+                    self._workers, lambda task, done: self._tell(host, task, done))
+                self.rpc.serve(host, "master", self._serve)
+            self.on(host)
+            return
+        process = self._processes.pop(host, None)
+        if process is not None:
+            process.stop()
+        self.masters.pop(host, None)
+        self.rpc.switched(host, False)
+        self.tcp.switched(host, False)
+
+    # What a middleware is asked.
+
+    def advertise(self, offer: Offer) -> None:
+        topic = offer.publisher.topic
+        self.on(offer.publisher.host).advertise(topic)
+
+    def subscribe(self, subscriber: Endpoint) -> None:
+        if self.on(subscriber.host).subscribe(subscriber):
+            self.context.changed(subscriber.topic)
+
+    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
+        return tuple(sorted(self.on(publisher.host).subscribers(publisher.topic)))
+
+    def transport(self, offer: Offer) -> Transport:
+        if offer.via != "unicast":
+            raise InputError(f"topic {offer.publisher.topic}: ROS 1 has no {offer.via}; allowed: "
+                             "via unicast")
+        host, topic = offer.publisher.host, offer.publisher.topic
+        publication = self.on(host).publication(topic, offer.transport)
+        graph = self.context.graph
+        if publication.transport == "stream":
+            return Tcpros(graph, host, publication, offer.queue)
+        return Udpros(graph.hosts[host], publication)
+
+    # Masters.
+
+    def _serve(self, call: Call) -> None:
+        method, *arguments = call.request
+        known = self._methods[method](self.masters[call.server], *arguments)
+        sizes = CALLS[method]
+        call.reply(sizes.answer + sizes.answer_each * len(known), known)
+
+    def _tell(self, host: int, task: Task, done: Any) -> None:
+        sizes = CALLS[task.method]
+        self.rpc.call(host, task.uri.host, task.uri.slave, task.method,
+                      sizes.call + sizes.call_each * len(task.publishers),
+                      (task.method, task.topic, task.publishers), lambda ok, _: done())

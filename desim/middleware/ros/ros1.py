@@ -1,0 +1,53 @@
+"""``ros1``: one master for all."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from desim.errors import InputError, did_you_mean
+from desim.middleware.context import Context
+from desim.middleware.ros.parameters import RosParams
+from desim.middleware.ros.processes import Processes
+from desim.ports.middleware import Endpoint, Offer, Transport
+
+_USUAL = ("workstation", "base")
+
+
+class Ros1:
+    """Publishers and subscribers find each other through one master and then talk directly."""
+
+    informed = "subscriber"
+
+    class Params(RosParams):
+        """Where the master is, and what all of ROS 1 has."""
+
+        master: str | None = Field(None, description=(
+            "the host of the master (default: workstation, else base, else the first host)"))
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+
+    def start(self, context: Context) -> None:
+        name, hosts = self._params.master, context.hosts
+        if name is None:
+            name = next((usual for usual in _USUAL if usual in hosts), hosts[0])
+        if name not in hosts:
+            raise InputError(f".master: no host {name!r}{did_you_mean(name, hosts)}; allowed: "
+                             f"{', '.join(hosts)}")
+        self.processes = Processes(context, self._params, [hosts.index(name)] * len(hosts),
+                                   context.sees)
+
+    def switched(self, host: int, up: bool) -> None:
+        self.processes.switched(host, up)
+
+    def advertise(self, offer: Offer) -> None:
+        self.processes.advertise(offer)
+
+    def subscribe(self, subscriber: Endpoint) -> None:
+        self.processes.subscribe(subscriber)
+
+    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
+        return self.processes.subscribers(publisher)
+
+    def transport(self, offer: Offer) -> Transport:
+        return self.processes.transport(offer)

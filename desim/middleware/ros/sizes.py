@@ -1,0 +1,39 @@
+"""How many bytes ROS 1 says to find its peers: XML-RPC calls with their HTTP headers, and TCPROS
+connection headers; without TCP/IP.
+
+Counted for names like ``/p3dx0/slam_gmapping`` and IPv4 addresses; other names make them up to 15 %
+longer or shorter. What a list of addresses adds is the difference of two such counts.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Sizes(NamedTuple):
+    """Bytes of a call and of its answer, each with what it grows by for every address in it."""
+
+    call: int
+    call_each: int
+    answer: int
+    answer_each: int
+
+
+CALLS = {
+    # 442 B of answer without subscribers, 906 B with eight.
+    "registerPublisher": Sizes(422, 0, 442, 58),
+    # 465 B of answer with one publisher.
+    "registerSubscriber": Sizes(424, 0, 407, 58),
+    # 515 B with one publisher, 905 B with eight.
+    "publisherUpdate": Sizes(459, 56, 289, 0),
+    # The master tells a node that another one has taken its name; estimated from the others.
+    "shutdown": Sizes(400, 0, 289, 0),
+    # Several registrations at once, always within a host: no bytes on any medium.
+    "multicall": Sizes(0, 0, 0, 0),
+}
+REQUEST_TOPIC = {"roscpp": Sizes(434, 0, 383, 0), "rospy": Sizes(434, 0, 519, 0)}
+
+# TCPROS: the subscriber's topic, md5sum, callerid, type and tcp_nodelay; the publisher's answer
+# is mostly the message definition (2.2 to 2.3 kB for LaserScan and OccupancyGrid).
+HEADER = 149
+HEADER_ANSWER = 2250

@@ -1,0 +1,125 @@
+"""TCPROS at the publisher: an outbox in front of each subscriber's connection."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+from desim.middleware.transports import LENGTH_BYTES
+
+if TYPE_CHECKING:
+    from desim.middleware.graph import Graph, Host
+    from desim.middleware.ros.client import Publication
+    from desim.middleware.tcp import Connection
+    from desim.middleware.topics import Message
+
+
+class Tcpros:
+    """One publisher's messages over the links of its process and topic. A host that has a new link
+    is a new receiver: what it did not get over the old one is dropped as ``link_closed``."""
+
+    __slots__ = ("_graph", "_source", "_publication", "_limit", "_outlets")
+
+    def __init__(self, graph: Graph, source: int, publication: Publication, limit: int) -> None:
+        self._graph = graph
+        self._source = source
+        self._publication = publication
+        self._limit = limit
+        self._outlets: dict[int, Outlet] = {}
+
+    def connect(self, receivers: list[int]) -> list[int]:
+        old, links = self._outlets, self._publication.links
+        self._outlets = {}
+        fresh = []
+        for receiver in receivers:
+            outlet = old.get(receiver)
+            if outlet is None or outlet.connection is not links[receiver]:
+                outlet = Outlet(self._graph, self._source, self._graph.hosts[receiver],
+                                links[receiver], self._limit)
+                fresh.append(receiver)
+            self._outlets[receiver] = outlet
+        for receiver, outlet in old.items():
+            if self._outlets.get(receiver) is not outlet:
+                outlet.close("link_closed")
+        return fresh
+
+    def send(self, message: Message, only: list[int] | None = None) -> None:
+        if only is None:
+            for outlet in self._outlets.values():
+                outlet.offer(message)
+        else:
+            for receiver in only:
+                self._outlets[receiver].offer(message)
+
+    def close(self, reason: str) -> None:
+        for outlet in self._outlets.values():
+            outlet.close(reason)
+        self._outlets = {}
+
+    def waiting(self) -> int:
+        return sum(outlet.waiting() for outlet in self._outlets.values())
+
+
+class Outlet:
+    """To one subscriber: an outbox of ``limit`` messages (0: any number) that drops its oldest, and
+    the messages in the socket. The socket takes one more while its send buffer has room."""
+
+    __slots__ = ("connection", "_graph", "_source", "_host", "_limit", "_outbox", "_written",
+                 "_closed")
+
+    def __init__(self, graph: Graph, source: int, host: Host, connection: Connection,
+                 limit: int) -> None:
+        self.connection = connection
+        self._graph = graph
+        self._source = source
+        self._host = host
+        self._limit = limit
+        self._outbox: deque[Message] = deque()
+        self._written: deque[tuple[Message, int]] = deque()  # and when
+        self._closed = False
+
+    def offer(self, message: Message) -> None:
+        outbox = self._outbox
+        if not outbox and self.connection.room(self._source):
+            self._write(message, message.born_ns)  # which is now
+            return
+        outbox.append(message)
+        if len(outbox) == 1:
+            self.connection.when_room(self._source, self._go_on)
+        elif 0 < self._limit < len(outbox):
+            self._graph.drop(outbox.popleft(), self._host.index, "outbox_full")
+
+    def close(self, reason: str) -> None:
+        """Drop what waits, and what the peer has not got: whatever of it still comes there is
+        nothing to anybody."""
+        self._closed = True
+        graph, receiver = self._graph, self._host.index
+        for message, written_ns in self._written:
+            graph.drop(message, receiver, reason, written_ns, written_ns)
+        for message in self._outbox:
+            graph.drop(message, receiver, reason)
+        self._written.clear()
+        self._outbox.clear()
+
+    def waiting(self) -> int:
+        return len(self._written) + len(self._outbox)
+
+    def _write(self, message: Message, now_ns: int) -> None:
+        self._written.append((message, now_ns))
+        self.connection.send(self._source, message.size_bytes + LENGTH_BYTES, self._arrived,
+                             message)
+
+    def _arrived(self, message: Message) -> None:
+        if not self._closed:
+            _, written_ns = self._written.popleft()
+            self._graph.deliver(message, self._host, written_ns, written_ns)
+
+    def _go_on(self) -> None:
+        if self._closed:
+            return
+        outbox, connection = self._outbox, self.connection
+        now_ns = self._graph.kernel.now_ns
+        while outbox and connection.room(self._source):
+            self._write(outbox.popleft(), now_ns)
+        if outbox:
+            connection.when_room(self._source, self._go_on)

@@ -1,0 +1,246 @@
+"""A master on each host: how they meet, notice silence, and copy what the others know."""
+
+import pytest
+from graphs import Net, S, listener, silent, talker
+from rosnets import apart, beliefs, control, master, seen, stop
+
+from desim.errors import InputError
+from desim.middleware.multimaster.multimaster import Multimaster
+from netmodels.ideal import Ideal
+from netmodels.rules.outage import Outage
+
+GROOVY, NOETIC = "fkie_groovy", "fkie_noetic"
+
+
+def net(nodes, preset, rules=(), **params):
+    params = {"poll": "0 s", "start_jitter": "0 s", "sync_delay": "0 s"} | params
+    return Net(nodes, Ideal(Ideal.Params(delay="10 ms")), rules,
+               middleware=Multimaster(Multimaster.Params(preset=preset, **params)))
+
+
+def registered(net, host, side="publishers"):
+    """Host indices by topic as a host's master has them."""
+    return {topic: list(known) for topic, known in getattr(master(net, host), side).items()
+            if known}
+
+
+# ------------------------------------------------------------------------------------ cold start
+
+
+def test_the_whole_log_of_a_cold_start():
+    """Heartbeats at 0 s; 0.1 s later each asks the other who it is. What nodes registered by 1 ms
+    is noticed by the look at 1 s and told by the heartbeat of 1 s; a's is fetched by b, and b's by
+    a, over the connections of the first fetch. a's master then makes b ask a."""
+    cold = net({"a": talker([]), "b": listener([])}, GROOVY).run(S * 5 // 4)
+    rows = [row for row in control(cold) if row[3] not in ("ack", "heartbeat")]
+    calls = {kind: [row for row in rows if row[3] == kind] for kind in ("masterContacts",
+                                                                        "masterInfo")}
+    assert [row for row in calls["masterContacts"] if row[1] == "a"] == [
+        (0.11, "a", "b", "masterContacts", 78), (0.12, "a", "b", "masterContacts", 78),
+        (0.13, "a", "b", "masterContacts", 70), (0.13, "a", "b", "masterContacts", 370),
+        (0.14, "a", "b", "masterContacts", 570)]
+    # One registration on each side: 345 + 162 B; before there is any, 345 B.
+    assert [row for row in calls["masterInfo"] if row[1] == "a"] == [
+        (0.15, "a", "b", "masterInfo", 376), (0.16, "a", "b", "masterInfo", 345 + 70),
+        (1.01, "a", "b", "masterInfo", 376), (1.02, "a", "b", "masterInfo", 345 + 162 + 70)]
+    assert seen(cold) == [(0.15, "a", "online")]
+    assert seen(cold, "a") == [(0.15, "b", "online")]
+    # Own master 1 ms, b's list another one.
+    assert beliefs(cold) == [(1.032, "b", "a", "/talk", 1)]
+    assert registered(cold, "b") == {"/talk": [0]}
+    assert registered(cold, "a", "subscribers") == {"/talk": [1]}
+
+
+def test_robots_talk_and_nobody_is_the_centre():
+    heard = []
+    fleet = net({"a": talker([(5 * S, "one"), (20 * S, "two")]), "b": listener(heard),
+                 "c": silent}, GROOVY)
+    stop(fleet, "c", 10)
+    fleet.run(30 * S)
+    assert [text for *_, text in heard] == ["one", "two"]
+
+
+def test_heartbeats_cost_what_they_should():
+    """24 B of payload and 46 B of headers, twice a second; noetic: three at the start, and the one
+    that tells of the change at 1 s, then one every 50 s."""
+    quick = net({"a": silent, "b": silent}, GROOVY).run(100 * S - 1)
+    assert quick.graph.context.discovery_bytes["heartbeat"] == 2 * 200 * 70
+    slow = net({"a": talker([]), "b": silent}, NOETIC).run(100 * S - 1)
+    beats = [row[0] for row in control(slow, "heartbeat") if row[1] == "a"]
+    # At 0, 1 and 2 s requests, each answered by the other; at 0 and 50 s heartbeats.
+    assert beats == [0, 0, 0.01, 1, 1, 1.01, 2, 2.01, 50]
+
+
+def test_each_heartbeat_may_go_to_named_hosts_by_unicast():
+    named = net({"a": silent, "b": silent, "c": silent}, GROOVY, multicast=False,
+                robot_hosts=["a", "b"]).run(S // 4)
+    assert sorted(row[1:3] for row in control(named, "heartbeat")) == [
+        ("a", "b"), ("b", "a"), ("c", "a"), ("c", "b")]
+    with pytest.raises(InputError, match=r"robot_hosts: no host 'x'.*allowed: a, b"):
+        net({"a": silent, "b": silent}, GROOVY, robot_hosts=["x"])
+
+
+def test_who_does_not_answer_is_asked_again():
+    """Cut off from 50 ms to 130 s, after the first heartbeat: the call of 0.11 s fails after 127 s
+    and is made again 5 s later."""
+    def check(**params):
+        shy = net({"a": silent, "b": silent}, GROOVY, [apart("a", start="50 ms", until="130 s")],
+                  **params).run(140 * S)
+        assert seen(shy) == [(pytest.approx(132.15), "a", "online")]
+    check()
+    with pytest.raises(AssertionError):
+        check(contact_retry="4.75 s")
+
+
+# -------------------------------------------------------------------------------------- silence
+
+
+def noticed_s(preset, **params):
+    """When b takes a for offline, and forgets it, that falls silent at 100 s, in the middle between
+    two looks."""
+    silence = net({"a": silent, "b": silent}, preset, **params)
+    stop(silence, "a", 100.25)
+    silence.run(1000 * S)
+    return [(round(time_s, 3), state) for time_s, _, state in seen(silence)][1:]
+
+
+def test_quick_heartbeats_notice_after_seven_seconds():
+    """fkie of the paper's time: the last beat came at 100.01 s; 1.4 * 5 s later it is late, and the
+    next look is at 108 s. After 300 s it is forgotten."""
+    expected = [(108, "offline"), (401, "removed")]
+    assert noticed_s(GROOVY) == expected
+    assert noticed_s(GROOVY, timeout_factor=1.4 * 1.15) != expected
+    assert noticed_s(GROOVY, timeout_factor=1.4 / 1.15) != expected
+    assert noticed_s(GROOVY, remove_after="285 s") != expected
+    assert noticed_s(GROOVY, heartbeat="1 Hz", timeout_factor=10) == [(151, "offline"),
+                                                                      (401, "removed")]
+
+
+def test_slow_heartbeats_notice_after_sixty_five_seconds():
+    """The last beat came at 100.01 s; from 60 s of silence on it is asked once a second, and with
+    the fifth question unanswered it is offline at the next look."""
+    expected = [(166, "offline"), (401, "removed")]
+    assert noticed_s(NOETIC) == expected
+    assert noticed_s(NOETIC, active_request_after="63 s") != expected
+    assert noticed_s(NOETIC, offline_after_requests=6) != expected
+    assert noticed_s(NOETIC, active_request_after="0 s") == [(401, "removed")]
+
+
+def test_slow_heartbeats_are_not_counted_and_a_question_is_answered():
+    """0.02 Hz is 0 on the wire. a is cut off for 12 s, and its heartbeat of 150 s with it; asked at
+    161 s, it answers, and never was offline."""
+    asked = net({"a": silent, "b": silent}, NOETIC, [apart("a", start="149 s", until="155 s")])
+    asked.run(190 * S)
+    assert seen(asked) == [(0.15, "a", "online")]
+    requests = [row for row in control(asked, "heartbeat") if row[1] == "b" and row[0] > 155]
+    assert [row[0] for row in requests] == [161, 161.01]  # one's own, and the answer to a's
+    assert asked.rows("link_quality") == []
+
+
+def test_link_quality_is_the_share_of_heartbeats_that_came():
+    """Ten in 5 s are 100 %. Cut off from 20 s on, two are missing with each look."""
+    cut = net({"a": silent, "b": silent}, GROOVY, [apart("a", start="20.1 s")]).run(40 * S)
+    assert [(row[0] / S, row[4]) for row in cut.rows("link_quality") if row[2] == "b"] == [
+        (1, 20), (2, 40), (3, 60), (4, 80), (5, 100),
+        (21, 90), (22, 70), (23, 50), (24, 30), (25, 10), (26, 0)]
+
+
+def test_whoever_leaves_is_removed_at_once():
+    gone = net({"a": talker([]), "b": listener([])}, GROOVY, leave=True)
+    stop(gone, "a", 10.25)
+    gone.run(20 * S)
+    assert seen(gone) == [(0.15, "a", "online"), (10.26, "a", "removed")]
+    assert registered(gone, "b") == {}
+    assert beliefs(gone)[-1] == (10.262, "b", "a", "/talk", 0)
+
+
+# ----------------------------------------------------------------------------------------- sync
+
+
+def test_offline_masters_keep_their_registrations_until_they_are_removed():
+    """Ghosts from 10 s to 311 s, when 300 s of silence have passed."""
+    ghost = net({"a": talker([]), "b": listener([])}, GROOVY)
+    stop(ghost, "a", 10.25)
+    ghost.run(305 * S)
+    assert registered(ghost, "b") == {"/talk": [0]}
+    assert ghost.graph.context.beliefs.ghosts == 1
+    ghost.run(312 * S)
+    assert registered(ghost, "b") == {}
+    assert ghost.graph.context.beliefs.ghosts == 0
+    assert beliefs(ghost)[-1] == (311.002, "b", "a", "/talk", 0)
+
+
+def test_a_reconnect_tears_all_links_down_and_builds_them_anew():
+    """Apart from 20.1 s to 40.1 s: offline at 28 s, online with the beat of 40.5 s. b forgets a and
+    copies it afresh; the link of 1 s, which had outlived the cut, is closed and made again."""
+    def check(expected, **params):
+        split = net({"a": talker([]), "b": listener([])}, GROOVY,
+                    [apart("a", start="20.1 s", until="40.1 s")], **params)
+        split.run(60 * S)
+        assert seen(split) == [(0.15, "a", "online"), (28, "a", "offline"),
+                               (40.51, "a", "online")]
+        assert [row[0] for row in beliefs(split) if row[1] == "b"] == expected
+        links = [row[0] for row in control(split, "tcpros") if row[1] == "b" and row[-1] == 78]
+        assert len(links) == 1 + (len(expected) > 1)
+
+    # Forgotten 2 ms after the beat; the call is a round trip and the answer's way to the nodes.
+    check([1.032, 40.512, 40.552])
+    check([1.032], resync_on_reconnect=False)
+    check([1.032], resync_on_reconnect_timeout="13 s")
+    check([1.032, 40.512, 40.552], resync_on_reconnect_timeout="12 s")
+    with pytest.raises(AssertionError):
+        check([1.032, 40.512, 40.552], timeout_factor=1.4 * 1.15)
+
+
+def test_a_restarted_robot_is_copied_with_its_new_address():
+    """a is back before anybody notices. Its next state has another address, and b asks there."""
+    heard = []
+    back = net({"a": talker([(2 * S, "old"), (20 * S, "new")]), "b": listener(heard)}, GROOVY)
+    stop(back, "a", 10, 12)
+    back.run(30 * S)
+    assert [text for *_, text in heard] == ["old", "new"]
+    assert [state for _, _, state in seen(back)] == ["online"]
+
+
+def test_a_change_in_the_meantime_puts_a_fetch_off():
+    """a subscribes to one more topic each second. Of 3 s at most, drawn anew five times, or never
+    (twin: as often as it likes)."""
+    def fetches(restarts):
+        def growing(node):
+            for k in range(30):
+                node.after(k * S, lambda k: node.subscribe(f"/t{k}", print), k)
+        grown = net({"a": growing, "b": silent}, GROOVY, sync_delay="3 s", sync_restarts=restarts)
+        grown.run(35 * S)
+        return len([row for row in control(grown, "masterInfo")
+                    if row[1] == "b" and row[-1] == 376])
+    counts = [fetches(restarts) for restarts in (0, 5, 50)]
+    assert counts == sorted(counts, reverse=True)
+    assert counts[0] > counts[1]
+
+
+def test_what_was_left_out_is_fetched_by_the_next_poll():
+    """a's state cannot be fetched at 1 s: b's call to it is lost for good, while heartbeats are
+    multicast and come. The patience of 20 s ends at 21 s, and the look at 30 s tries again."""
+    lame = net({"a": talker([]), "b": listener([])}, GROOVY,
+               [Outage(Outage.Params(hosts=["a"], **{"from": "1.015 s", "until": "1.4 s"}))],
+               sync_timeout="0.3 s")
+    lame.run(40 * S)
+    fetches = [row[0] for row in control(lame, "masterInfo") if row[1] == "b"
+               and row[-1] in (376, 78)]
+    assert [round(time_s) for time_s in fetches][-2:] == [30, 30]
+    assert beliefs(lame)[0][0] == pytest.approx(30.042)
+
+
+def test_topics_may_be_left_out():
+    quiet = net({"a": talker([], topic="/diagnostics"), "b": listener([], topic="/diagnostics")},
+                GROOVY, ignore_topics=["/diag*"]).run(5 * S)
+    assert beliefs(quiet) == []
+
+
+def test_the_delay_of_a_fetch_is_drawn_between_zero_and_two_seconds():
+    many = net({f"h{i}": silent for i in range(12)}, GROOVY, sync_delay="2 s").run(3 * S)
+    starts = [row[0] - 0.15 for row in control(many, "masterInfo") if row[-1] == 376]
+    assert len(starts) >= 12 * 11
+    first = sorted(starts)[:12 * 11]
+    assert 0 <= first[0] < first[-1] <= 2.001
+    assert sum(first) / len(first) == pytest.approx(1, abs=0.15)

@@ -1,0 +1,42 @@
+"""Robots over ROS 1 masters and a network that breaks: they go on, and every message has a fate."""
+
+import pytest
+from runs import HELLO, ROUGH, Ledger, built, finished
+
+from desim.experiment.summary import summarize
+
+ROS1 = "middleware={model: desim.middleware.ros.ros1:Ros1"
+MULTI = "middleware={model: desim.middleware.multimaster.multimaster:Multimaster"
+MIDDLEWARE = {
+    "roscpp, master on the base": f"{ROS1}, master: base}}",
+    "rospy, master on a robot": f"{ROS1}, client: rospy, master: b}}",
+    "multimaster of groovy": f"{MULTI}, preset: fkie_groovy}}",
+    "multimaster of noetic": f"{MULTI}, preset: fkie_noetic, leave: true}}",
+}
+CUT = ("network.media.lan={model: switch, rules: [{rule: partition, groups: [[robot_0, base]], "
+       "from: 8 s, until: 20 s}]}")
+
+
+@pytest.mark.parametrize("middleware", MIDDLEWARE.values(), ids=MIDDLEWARE)
+def test_books_balance_when_everything_goes_wrong(middleware):
+    ledger = Ledger()
+    run = built(ROUGH, middleware, trace_sink=ledger.sink, on_fate=ledger.fate)
+    finished(run)
+    assert sum(ledger.delivered.values()) > 30
+
+
+@pytest.mark.parametrize("middleware", [f"{ROS1}, master: base}}", f"{MULTI}}}"],
+                         ids=["ros1", "multimaster"])
+def test_the_terrain_is_explored_though_the_base_is_lost_and_a_robot_cut_off(middleware):
+    """Over the testbed's LAN: the base, which may have the master, restarts; a robot restarts."""
+    run = built(HELLO, middleware, CUT, "hosts.base={}", "stop.elapsed=300 s",
+                "faults=[{at: 5 s, host: base, down_for: 10 s}, "
+                "{at: 12 s, host: robot_2, down_for: 5 s}]")
+    outcome = finished(run)
+    assert outcome.stop_reason == "explored"
+    assert summarize(run.monitor, outcome.simulated_ns)["exploration_time_s"] < 300
+
+
+def test_the_same_seed_gives_the_same_run():
+    digests = {finished(built(ROUGH, f"{MULTI}}}")).digest for _ in range(2)}
+    assert len(digests) == 1
