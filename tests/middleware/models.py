@@ -6,6 +6,8 @@ from toys import Late, Naive
 
 from desim.middleware.dds.plugin import Dds
 from desim.middleware.direct import Direct
+from desim.middleware.multimaster.multimaster import Multimaster
+from desim.middleware.ros.ros1 import Ros1
 from desim.testing import Patience
 from desim.testing.fleet import HOSTS
 
@@ -31,6 +33,11 @@ MODELS = {
     "direct": Model(Direct),
     "late": Model(Late),
     "naive": Model(Naive),
+    # A master that has stopped knows nobody afterwards, and nobody tells it anew.
+    "ros1": Model(Ros1, ANY._replace(stops=(1, 2, 3)), {"master": HOSTS[0]}),
+    "rospy": Model(Ros1, ANY._replace(stops=(1, 2, 3)), {"master": HOSTS[0], "client": "rospy"}),
+    "fkie_groovy": Model(Multimaster, params={"preset": "fkie_groovy"}),
+    "fkie_noetic": Model(Multimaster, params={"preset": "fkie_noetic"}),
     "fastdds": Model(Dds, params={"preset": "fastdds"}),
     "fastdds, served": Model(Dds, params={"preset": "fastdds", **_SERVED}),
     "cyclonedds": Model(Dds, params={"preset": "cyclonedds"}),

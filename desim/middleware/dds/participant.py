@@ -187,7 +187,8 @@ class Participant:
         remote = self.remotes.get(owner)
         if remote is None:
             remote = Remote(owner, 0, self.context.now_ns, False, [])
-            former = [other for other in self.of(owner[0]) if not other.direct]
+            former = [other for other in self.of(owner[0])
+                      if not other.direct and other.guid < owner]
             self._meet(remote)
             for other in former:
                 self.lose(other)

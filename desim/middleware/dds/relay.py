@@ -52,7 +52,7 @@ class Relay:
         if item in told:
             return
         first = Item(item.owner, "participant", "", wire.ANNOUNCEMENT_BYTES)
-        if item.owner != me.guid and first not in told:
+        if item.owner != me.guid and item.kind != "gone" and first not in told:
             told[first] = None
             remote.out.append(first)
         told[item] = None
