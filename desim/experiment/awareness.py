@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from desim.middleware.context import ACKS
 from desim.middleware.counts import EDGES_NS
 from desim.middleware.graph import Graph, Host
 from desim.units import NS_PER_S
@@ -141,13 +142,16 @@ class Awareness:
         context, believes = self._graph.context, self._beliefs is not None
         delays = _delays(self._noticed_ns)
         pairs = len(self._noticed_ns) + self._unnoticed + len(self._lost_ns)
+        size, frames = context.discovery_bytes, context.discovery_frames
+        kinds = [kind for kind in sorted(size) if kind != ACKS]
         return {
             "registry_divergence": _over_time(self._divergence),
             "ghosts": _over_time(self._ghosts),
-            "discovery_bytes": sum(context.discovery_bytes.values()),
-            "discovery_frames": sum(context.discovery_frames.values()),
-            "discovery_by_kind": {kind: {"bytes": size, "frames": context.discovery_frames[kind]}
-                                  for kind, size in sorted(context.discovery_bytes.items())},
+            "discovery_bytes": sum(size[kind] for kind in kinds),
+            "discovery_frames": sum(frames[kind] for kind in kinds),
+            "discovery_by_kind": {kind: {"bytes": size[kind], "frames": frames[kind]}
+                                  for kind in kinds},
+            "ack_bytes": size.get(ACKS, 0),
             "detection_delay_s": {**delays, "noticed": len(self._noticed_ns) if believes else None,
                                   "pairs": pairs if believes else None},
             "false_alarms": self._false_alarms if believes else None,

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from desim.middleware.medium import Medium
 
 
+ACKS = "ack"  # the kind of TCP's acknowledgements, of which those of messages are no discovery
+
+
 class Context:
     """Over one ``Graph``. ``discovery_bytes`` are those of the middleware's own frames by their
     kind, with all headers, ``discovery_frames`` how many there were.

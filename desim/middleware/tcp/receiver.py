@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
+from desim.middleware.context import ACKS
 from desim.middleware.tcp.params import on_wire
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 
@@ -97,8 +98,8 @@ class Receiver:
         self.due_ns = 0
         self.said = nxt = self.nxt
         size_bytes = segments * SEGMENT_HEADER_BYTES
-        self._counts["ack"] += size_bytes
-        self._frames["ack"] += 1
+        self._counts[ACKS] += size_bytes
+        self._frames[ACKS] += 1
         ranges = self.ranges
         if ranges:
             hole_end = ranges[0][0]

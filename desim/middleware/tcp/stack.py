@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from desim.middleware.context import ACKS
 from desim.middleware.tcp.connection import Closed, Connection
 from desim.middleware.tcp.end import End
 from desim.middleware.tcp.params import TcpParams
@@ -27,8 +28,8 @@ class Tcp:
     def __init__(self, context: Context, params: TcpParams) -> None:
         self.context = context
         self.params = params
-        context.discovery_bytes.setdefault("ack", 0)
-        context.discovery_frames.setdefault("ack", 0)
+        context.discovery_bytes.setdefault(ACKS, 0)
+        context.discovery_frames.setdefault(ACKS, 0)
         self._listeners: dict[tuple[int, str], Callable[[Connection], Any]] = {}
         self._opened: dict[Connection, Callable[[Connection], Any]] = {}
         self._ends: dict[int, dict[End, None]] = {}
