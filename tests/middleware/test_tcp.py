@@ -116,6 +116,14 @@ def test_a_partition_is_felt_until_the_next_timeout():
         (4 * S, "frame", "a", "b", 1, 170), (4_040 * MS, "frame", "a", "b", 2, 170)]
 
 
+def test_after_an_outage_timeouts_are_short_again():
+    """The timer that was set for 51.2 s does not delay the next one."""
+    pair = Pair(rules=[partition("1 s", "30 s"), Losing(2, least_bytes=150)])
+    pair.call()
+    pair.at(S, pair.say, 1).at(54 * S, pair.say, 2).run(200 * S)
+    assert pair.heard() == [(52 * S, 1), (54_200 * MS, 2)]
+
+
 def test_a_lost_acknowledgement_costs_a_copy_that_nobody_hears():
     pair = Pair(rules=[Losing(2, source=1)])  # after the SYN-ACK
     pair.call()

@@ -41,7 +41,43 @@ def test_an_idle_connection_is_closed_after_30_s():
     calls.ask("x")
     calls.at(29 * S, calls.ask, "y").at(60 * S, calls.ask, "z").run(200 * S)
     assert [row[0] // MS for row in calls.rows() if row[-1] == 78] == [0, 1, 60_000, 60_001]
-    assert not any(calls.tcp._ends.values())
+    assert calls.at_rest()
+
+
+def test_a_fresh_connection_is_closed_after_the_answer():
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
+    calls.ask("x", fresh=True)
+    calls.at(S, calls.ask, "y").run(2 * S)
+    assert [row[0] for row in calls.log if row[1] == "done"] == [4_009_464, 1_004_009_464]
+
+
+def test_calls_at_once_have_a_connection_each():
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
+    calls.ask("x")
+    calls.ask("y")
+    calls.at(S, calls.ask, "z").run(2 * S)
+    assert [row[1:] for row in calls.log] == [
+        ("asked", "x"), ("asked", "y"), ("done", True, "X"), ("done", True, "Y"),
+        ("asked", "z"), ("done", True, "Z")]
+    assert len([row for row in calls.rows() if row[-1] == 78]) == 4
+
+
+def test_nobody_is_told_on_a_host_that_stopped():
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
+    calls.ask("x", timeout_ns=S)
+    calls.at(3 * MS + MS // 2, calls.stop, 0).at(4 * MS, calls.start, 0).run(2000 * S)
+    assert calls.log == [(3_005_840, "asked", "x")]
+    assert calls.at_rest()
+
+
+def test_a_server_that_stops_while_it_thinks():
+    """Its TCP has acknowledged the request, and nothing keeps the connection alive: the caller
+    waits for ever. Another call finds that nobody serves any more."""
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"), poll_ns=100 * MS)
+    calls.ask("x")
+    calls.at(50 * MS, calls.stop, 1).at(60 * MS, calls.start, 1)
+    calls.at(S, calls.ask, "y").run(300 * S)
+    assert [row[1:] for row in calls.log] == [("done", False, None)]
 
 
 def test_nobody_serves():
@@ -56,7 +92,7 @@ def test_a_timeout():
     calls.ask("x", timeout_ns=3 * S)
     calls.run(1000 * S)
     assert calls.log == [(3 * S, "done", False, None)]
-    assert not any(calls.tcp._ends.values())
+    assert calls.at_rest()
 
 
 def test_a_server_that_restarted_is_called_anew():

@@ -21,16 +21,17 @@ class Call:
     the network sees sizes: with the HTTP header, without TCP and IP."""
 
     __slots__ = ("client", "server", "service", "kind", "request_bytes", "request", "done",
-                 "connection", "response", "_rpc", "_timer", "_reused", "_over")
+                 "connection", "response", "_fresh", "_rpc", "_timer", "_reused", "_over")
 
     def __init__(self, rpc: XmlRpc, client: int, server: int, service: str, kind: str,
-                 request_bytes: int, request: Any, done: Done) -> None:
+                 request_bytes: int, request: Any, done: Done, fresh: bool) -> None:
         self.client, self.server, self.service = client, server, service
         self.kind = kind
         self.request_bytes, self.request = request_bytes, request
         self.done = done
         self.connection: Connection | None = None
         self.response: Any = None
+        self._fresh = fresh
         self._rpc = rpc
         self._timer: Any = None
         self._reused = False
@@ -83,17 +84,21 @@ class Call:
 
     def _answered(self, _: Any) -> None:
         if not self._over:
-            self._rpc.rest(self.connection)
+            if self._fresh:
+                self._hang_up()
+            else:
+                self._rpc.rest(self.connection)
             self.finish(True)
 
     def _timed_out(self, _: Any) -> None:
-        """The client hangs up."""
         self._timer = None
-        connection = self.connection
-        if connection is not None:
-            connection.about = None
-            connection.close(self.client)
+        if self.connection is not None:
+            self._hang_up()
         self.finish(False)
+
+    def _hang_up(self) -> None:
+        self.connection.about = None
+        self.connection.close(self.client)
 
 
 class XmlRpc:
@@ -118,11 +123,14 @@ class XmlRpc:
             host, lambda connection, reason: connection.close(host)))
 
     def call(self, client: int, server: int, service: str, kind: str, request_bytes: int,
-             request: Any, done: Done, timeout_ns: int | None = None) -> Call:
+             request: Any, done: Done, *, timeout_ns: int | None = None,
+             fresh: bool = False) -> Call:
         """Call ``service`` on ``server``; ``done(ok, response)`` in the end, unless ``client``
-        stops. Without ``timeout_ns`` it waits until TCP gives up. Bytes are discovery of
-        ``kind``."""
-        call = Call(self, client, server, service, kind, request_bytes, request, done)
+        stops; never before this returns. Without ``timeout_ns`` it waits until TCP gives up, and
+        for ever where the request was acknowledged: these connections are not kept alive. Bytes are
+        discovery of ``kind``. ``fresh``: over a connection of its own, closed after the
+        answer (roscpp for requestTopic)."""
+        call = Call(self, client, server, service, kind, request_bytes, request, done, fresh)
         self.calls.setdefault(client, {})[call] = None
         if timeout_ns is not None:
             call.wait(timeout_ns)
@@ -130,7 +138,7 @@ class XmlRpc:
             self.soon(server, self._local, call)
             return call
         idle = self._idle.get((client, server, service))
-        while idle:
+        while idle and not fresh:
             connection, reaper = idle.pop()
             reaper.cancel()
             if connection.holds(client):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim.middleware.tcp.end import OPEN, End
-from desim.middleware.tcp.sender import FIN
+from desim.middleware.tcp.entries import FIN
 
 if TYPE_CHECKING:
     from desim.middleware.medium import Medium
@@ -17,9 +17,9 @@ Closed = Callable[["Connection", str], Any]
 class Connection:
     """From ``client`` to ``service`` on ``server``.
 
-    ``open`` from the moment that the client knows so, until one end closes it or finds it dead; a
-    host that stops says nothing. ``about`` is for its owner. A host that is neither end is none of
-    its business: calls for one are calls for the server.
+    ``open`` from the moment that the client knows so, until one end closes it or finds it dead (a
+    host that stops says nothing) or both have stopped. ``about`` is for its owner. Hosts are given
+    as indices, each of them one of the two ends.
     """
 
     __slots__ = ("tcp", "client", "server", "service", "kind", "nodelay", "keepalive", "medium",

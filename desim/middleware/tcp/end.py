@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase, pair
+from desim.middleware.tcp.entries import FIN, parts
 from desim.middleware.tcp.params import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver, Train
 from desim.middleware.tcp.sender import Sender
@@ -224,7 +225,30 @@ class End:
         self._rest()
         self.sender.shut()
         self.receiver.shut()
+        if self.far.state != OPEN:
+            self.connection.open = False
         self.connection.tcp.release(self)
+
+    def account(self, message: Any, kind: str | None, size_bytes: int) -> None:
+        """So many bytes of a message leave this end: a row of its frame, or bytes of discovery."""
+        connection = self.connection
+        context = connection.tcp.context
+        if kind is None:
+            graph = context.graph
+            graph.trace.row(self._kernel.now_ns, graph.FRAME, graph.hosts[self.host].id,
+                            self._peer_id, message.seq, size_bytes)
+        else:
+            context.book(connection.kind if kind is FIN else kind, self.host, self._peer_id,
+                         size_bytes)
+
+    def lost_train(self, start: int, end: int, reason: str) -> None:
+        """The medium lost a train of this end, which does not know: a row for each of its messages
+        of data."""
+        graph, sender = self.connection.tcp.context.graph, self.sender
+        for message, kind, _ in parts(sender.messages, sender.una, start, end):
+            if kind is None:
+                graph.trace.row(self._kernel.now_ns, graph.LOST, self._peer_id,
+                                graph.hosts[self.host].id, message.seq, graph.names.id(reason))
 
     def _tell_owner(self, reason: str) -> None:
         closed, self.closed = self.closed, None

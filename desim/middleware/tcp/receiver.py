@@ -17,7 +17,7 @@ _CONTROL = Phase.CONTROL  # of an instant, after what comes in it
 _FIRST_MSS_BYTES = 536  # what Linux takes for a full segment before it has seen a larger one
 
 # What a data train carries beside its bytes: first byte, end, what its sender has received, when it
-# was sent, the time that it echoes.
+# was sent, the time that it echoes (-1: none, for what it acknowledges was so before).
 Train = tuple[int, int, int, int, int]
 
 
@@ -84,7 +84,7 @@ class Receiver:
 
     def lost(self, train: Train, receiver: int, reason: str) -> None:
         """The medium lost it. The sender does not know; the trace does."""
-        self.origin.lost_train(train[0], train[1], reason)
+        self.origin.end.lost_train(train[0], train[1], reason)
 
     def repeated(self, train: Train, receiver: int) -> None:
         """A copy that the network made is a segment like any other."""
@@ -131,11 +131,11 @@ class Receiver:
         """Hand over each message that is complete now."""
         origin = self.origin
         messages, nxt = origin.messages, self.nxt
-        while origin.heard < len(messages):
-            entry = messages[origin.heard]
+        while len(messages) > (heard := origin.heard):
+            entry = messages[heard]
             if entry[0] > nxt:
                 return
-            origin.heard += 1
+            origin.heard = heard + 1
             entry[1](entry[2])
             if not self.open:  # closed by what it heard: the rest is refused
                 self.nxt = entry[0]

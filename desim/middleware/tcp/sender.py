@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
+from desim.middleware.tcp.entries import FIN, Entry, parts
 from desim.middleware.tcp.params import on_wire
 from desim.middleware.tcp.window import Window
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
@@ -18,14 +19,12 @@ if TYPE_CHECKING:
     from desim.middleware.tcp.receiver import Receiver
 
 _NETWORK = Phase.NETWORK
-
-FIN = "fin"  # the kind of a FIN
+_NEVER = 1 << 62  # ns
 
 # What an acknowledgement says: all before this byte is here; when the segment was sent that it
 # answers; where the first gap ends (0: there is none) and how many bytes beyond it are here; how
 # many duplicates it stands for.
 Ack = tuple[int, int, int, int, int]
-Entry = tuple[int, Callable[[Any], Any], Any, "str | None"]  # end, arrived, token, kind
 
 
 class Sender(Window):
@@ -34,14 +33,13 @@ class Sender(Window):
     this end. ``messages`` are those not acknowledged, of which the first ``heard`` have arrived.
 
     What the receiver's selective acknowledgements show to be missing is sent again without waiting
-    for more. The retransmission timer is booked once and moved when it goes off.
-    """
+    for more.    """
 
     __slots__ = ("end", "peer", "back", "open", "nodelay", "messages", "heard", "una", "nxt", "top",
                  "written", "waiters", "finishing", "heard_ns", "_small", "_expiries",
                  "_duplicates", "_recover", "_recovering", "_resent", "_hole_end", "_beyond",
-                 "_timer", "_deadline_ns", "_sent_ns", "_context", "_graph", "_kernel",
-                 "_transmit", "_host", "_to", "_host_id", "_to_id", "_entity", "_kind")
+                 "_timer", "_booked_ns", "_deadline_ns", "_sent_ns", "_graph", "_kernel",
+                 "_transmit", "_host", "_to", "_host_id", "_to_id", "_entity")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         super().__init__(connection.tcp.params)
@@ -64,15 +62,14 @@ class Sender(Window):
         self._resent = 0  # meanwhile, up to there
         self._hole_end = self._beyond = 0  # as acknowledgements say
         self._timer: Any = None
+        self._booked_ns = _NEVER
         self._deadline_ns = self._sent_ns = 0
-        self._context = connection.tcp.context
-        self._graph = graph = self._context.graph
+        self._graph = graph = connection.tcp.context.graph
         self._kernel = graph.kernel
         self._transmit = connection.medium.transmit
         self._host, self._to = end.host, (end.peer,)
         self._host_id, self._to_id = graph.hosts[end.host].id, graph.hosts[end.peer].id
         self._entity = entity
-        self._kind = connection.kind
 
     def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
              kind: str | None) -> None:
@@ -121,8 +118,10 @@ class Sender(Window):
             self.nxt = number
         self._expiries = self._duplicates = 0
         now_ns = self._kernel.now_ns
-        self.sample(now_ns - echo_ns)
-        self._deadline_ns = now_ns + self.rto_ns
+        if echo_ns >= 0:
+            self.sample(now_ns - echo_ns)
+        if number < self.top:
+            self._expect(now_ns, self.rto_ns)
         messages, known = self.messages, 0
         while messages and messages[0][0] <= number:
             messages.popleft()
@@ -168,14 +167,6 @@ class Sender(Window):
                 if not size:
                     return
             self._train(start, start + size)
-
-    def lost_train(self, start: int, end: int, reason: str) -> None:
-        """The medium lost a train, unknown to this end: a row for each of its messages of data."""
-        graph = self._graph
-        for message, kind, _ in self._parts(start, end):
-            if kind is None:
-                graph.trace.row(self._kernel.now_ns, graph.LOST, self._to_id, self._host_id,
-                                message.seq, graph.names.id(reason))
 
     def shut(self) -> None:
         """Send nothing more. What was not heard will not be."""
@@ -225,14 +216,28 @@ class Sender(Window):
         self._train(self.una, end)
         self._resent, self.nxt = end, nxt
 
+    def _expect(self, now_ns: int, delay_ns: int) -> None:
+        """An acknowledgement, or it is a timeout. The timer is moved at once if it would be late,
+        and otherwise when it goes off."""
+        self._deadline_ns = now_ns + delay_ns
+        if self._deadline_ns < self._booked_ns:
+            self._book(delay_ns)
+
+    def _book(self, delay_ns: int) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._booked_ns = self._kernel.now_ns + delay_ns
+        self._timer = self._kernel.after(delay_ns, _NETWORK, self._entity, self._expired)
+
     def _expired(self, _: Any) -> None:
         """The retransmission timer."""
         self._timer = None
+        self._booked_ns = _NEVER
         if self.una == self.top:
             return
         delay_ns = self._deadline_ns - self._kernel.now_ns
         if delay_ns > 0:
-            self._timer = self._kernel.after(delay_ns, _NETWORK, self._entity, self._expired)
+            self._book(delay_ns)
             return
         self._expiries += 1
         if self._expiries > self.params.retries:
@@ -254,9 +259,9 @@ class Sender(Window):
         if self.cwnd > self.initial and start == self.una and now_ns - self._sent_ns > rto_ns:
             self.rest(now_ns - self._sent_ns)
         if start == self.una:
-            self._deadline_ns = now_ns + rto_ns
-            if self._timer is None:
-                self._timer = self._kernel.after(rto_ns, _NETWORK, self._entity, self._expired)
+            self._deadline_ns = deadline_ns = now_ns + rto_ns
+            if deadline_ns < self._booked_ns:
+                self._book(rto_ns)
         self._sent_ns = now_ns
         self.nxt = self.top = end
         size_bytes = end - start
@@ -265,24 +270,22 @@ class Sender(Window):
         size_bytes += SEGMENT_HEADER_BYTES
         graph, back = self._graph, self.back
         graph.put(pack(now_ns, graph.FRAME, self._host_id, self._to_id, message.seq, size_bytes))
+        echo_ns = back.echo_ns if back.due_ns else -1
         back.due_ns = 0
         back.said = said = back.nxt
         self._transmit(self._host, self._to, size_bytes, 1, False, self.peer,
-                       (start, end, said, now_ns, back.echo_ns))
+                       (start, end, said, now_ns, echo_ns))
 
     def _train(self, start: int, end: int) -> None:
         """Bytes ``start`` to ``end`` as one train, whatever they are."""
         now_ns = self._kernel.now_ns
         size_bytes, segments = on_wire(end - start)
         headers = size_bytes - (end - start)
-        for message, kind, payload_bytes in self._parts(start, end):
-            self._note(now_ns, message, kind, payload_bytes + headers)
-            headers = 0
+        for message, kind, payload_bytes in parts(self.messages, self.una, start, end):
+            self.end.account(message, kind, payload_bytes + headers)
+            headers = 0  # its first message bears them
         if start == self.una:
-            delay_ns = min(self.rto_ns << self._expiries, self.params.rto_max_ns)
-            self._deadline_ns = now_ns + delay_ns
-            if self._timer is None:
-                self._timer = self._kernel.after(delay_ns, _NETWORK, self._entity, self._expired)
+            self._expect(now_ns, min(self.rto_ns << self._expiries, self.params.rto_max_ns))
         self.nxt = end
         if end > self.top:
             self.top = end
@@ -290,29 +293,8 @@ class Sender(Window):
                 self._small = end
         self._sent_ns = now_ns
         back = self.back
+        echo_ns = back.echo_ns if back.due_ns else -1
         back.due_ns = 0
         back.said = back.nxt
         self._transmit(self._host, self._to, size_bytes, segments, False, self.peer,
-                       (start, end, back.nxt, now_ns, back.echo_ns))
-
-    def _note(self, now_ns: int, message: Any, kind: str | None, size_bytes: int) -> None:
-        """The account of a message's bytes in a train; its first one bears the headers."""
-        if kind is None:
-            graph = self._graph
-            graph.trace.row(now_ns, graph.FRAME, self._host_id, self._to_id, message.seq,
-                            size_bytes)
-        else:
-            self._context.book(self._kind if kind is FIN else kind, self._host, self._to_id,
-                               size_bytes)
-
-    def _parts(self, start: int, end: int) -> list[tuple[Any, str | None, int]]:
-        """Token, kind and bytes of each message in these bytes, of those not acknowledged."""
-        parts = []
-        begin = self.una
-        for ends, _, token, kind in self.messages:
-            if begin >= end:
-                break
-            if ends > start:
-                parts.append((token, kind, min(ends, end) - max(begin, start)))
-            begin = ends
-        return parts
+                       (start, end, back.nxt, now_ns, echo_ns))

@@ -11,7 +11,7 @@ class Window:
     window that is used grows. ``room_bytes``: the send buffer, which grows with the window."""
 
     __slots__ = ("params", "cwnd", "ssthresh", "rto_ns", "room_bytes", "initial", "srtt_ns",
-                 "rttvar_ns")
+                 "rttvar_ns", "_least_ns", "_most_ns")
 
     def __init__(self, params: TcpParams) -> None:
         self.params = params
@@ -21,23 +21,25 @@ class Window:
         self.room_bytes = 2 * self.cwnd
         self.srtt_ns = -1  # no round trip has been measured
         self.rttvar_ns = 0
+        self._least_ns, self._most_ns = params.rto_min_ns, params.rto_max_ns
 
     def sample(self, rtt_ns: int) -> None:
         """A measured round trip moves the timeout: SRTT + 4 RTTVAR, within its bounds."""
-        srtt_ns = self.srtt_ns
+        srtt_ns, rttvar_ns = self.srtt_ns, self.rttvar_ns
         if srtt_ns < 0:
-            self.srtt_ns = srtt_ns = rtt_ns
-            self.rttvar_ns = rttvar_ns = rtt_ns >> 1
+            srtt_ns = rtt_ns
+            rttvar_ns = rtt_ns >> 1
         else:
             off_ns = rtt_ns - srtt_ns
-            self.srtt_ns = srtt_ns = srtt_ns + (off_ns >> 3)
-            self.rttvar_ns = rttvar_ns = self.rttvar_ns + ((abs(off_ns) - self.rttvar_ns) >> 2)
+            srtt_ns += off_ns >> 3
+            rttvar_ns += ((off_ns if off_ns > 0 else -off_ns) - rttvar_ns) >> 2
+        self.srtt_ns = srtt_ns
+        self.rttvar_ns = rttvar_ns
         rto_ns = srtt_ns + 4 * rttvar_ns
-        params = self.params
-        if rto_ns < params.rto_min_ns:
-            rto_ns = params.rto_min_ns
-        elif rto_ns > params.rto_max_ns:
-            rto_ns = params.rto_max_ns
+        if rto_ns < self._least_ns:
+            rto_ns = self._least_ns
+        elif rto_ns > self._most_ns:
+            rto_ns = self._most_ns
         self.rto_ns = rto_ns
 
     def grow(self, acked: int, flying: int) -> None:
