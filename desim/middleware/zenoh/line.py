@@ -106,8 +106,7 @@ class Line:
         while self._batches and self._connection.room(self._host):
             parcel, size_bytes = self._batches.popleft()
             self._bytes -= size_bytes
-            if not parcel.gone:
-                self._go(parcel, size_bytes)
+            self._go(parcel, size_bytes)
             self._refill()
         if self._batches and not self._asked:
             self._asked = True
@@ -118,14 +117,12 @@ class Line:
         while self._waiting:
             parcel = self._waiting[0]
             size_bytes = push_bytes(parcel.message.size_bytes, batch_bytes)
-            if not parcel.gone:
-                if not self._fits(size_bytes):
-                    return
-                self._moved_ns = self._context.now_ns
-                self._counts[parcel.publication] -= 1
-                self._batches.append((parcel, size_bytes))
-                self._bytes += size_bytes
-            self._waiting.popleft()
+            if not self._fits(size_bytes):
+                return
+            self._moved_ns = self._context.now_ns
+            self._forget(parcel)
+            self._batches.append((parcel, size_bytes))
+            self._bytes += size_bytes
 
     def _wait(self, parcel: Parcel) -> None:
         publication, counts = parcel.publication, self._counts
@@ -137,10 +134,9 @@ class Line:
                        parcel)
             return
         if 0 < publication.limit < counts[publication]:
-            oldest = next(one for one in self._waiting
-                          if one.publication is publication and not one.gone)
+            oldest = next(one for one in self._waiting if one.publication is publication)
+            self._forget(oldest)
             oldest.drop("outbox_full")
-            counts[publication] -= 1
         if self._closer is None:
             self._moved_ns = context.now_ns
             self._closer = context.at(context.now_ns + self._params.wait_before_close_ns,
@@ -148,16 +144,20 @@ class Line:
 
     def _late(self, parcel: Parcel) -> None:
         """A datagram has waited long enough, if it waits still."""
-        if not parcel.gone and parcel in self._waiting:
-            self._waiting.remove(parcel)
-            self._counts[parcel.publication] -= 1
+        if parcel in self._waiting:
+            self._forget(parcel)
             parcel.drop("congested")
+
+    def _forget(self, parcel: Parcel) -> None:
+        """It waits no longer."""
+        self._waiting.remove(parcel)
+        self._counts[parcel.publication] -= 1
 
     def _stuck(self, _: Any) -> None:
         self._closer = None
         context = self._context
         due_ns = self._moved_ns + self._params.wait_before_close_ns
-        if not any(parcel.publication.stream and not parcel.gone for parcel in self._waiting):
+        if not any(parcel.publication.stream for parcel in self._waiting):
             return
         if context.now_ns >= due_ns:
             self._link.close()

@@ -132,6 +132,7 @@ class Router:
         peer = link.peer
         for other in [one for one in self._ends if one.peer == peer and one is not link]:
             other.close()
+        self._begins(peer, link.life)
         self.links[peer] = link
         self.topology.link(peer, True)
         self._tell_states(link, self.topology.states)
@@ -169,10 +170,7 @@ class Router:
         all neighbours of them, those who said so too)."""
         for router, new in routers.items():
             self._news[router] = new or self._news.get(router, False)
-            life, declarations = self._declared.get(router, (0, []))
-            if life < self.topology.states[router].life:
-                self._lose(router, declarations)
-                self._declared.pop(router, None)
+            self._begins(router, self.topology.states[router].life)
         context, params = self.context, self.params
         if self._flooding is None:
             self._flooding = context.at(context.now_ns + params.gather_ns, self.host, self._flood)
@@ -226,13 +224,10 @@ class Router:
 
     def hear_declared(self, link: Link, parts: list[Part]) -> None:
         for router, life, first, declarations in parts:
-            known_life, known = self._declared.get(router, (0, []))
+            self._begins(router, life)
+            known_life, known = self._declared.setdefault(router, (life, []))
             if known_life > life:
                 continue
-            if known_life < life:
-                self._lose(router, known)
-                known = []
-                self._declared[router] = life, known
             fresh = declarations[len(known) - first:]
             known.extend(fresh)
             link.told[router] = life, len(known)
@@ -261,6 +256,13 @@ class Router:
             size_bytes = DECLARATIONS_BYTES + sum(
                 declaration.size_bytes for part in parts for declaration in part[3])
             self.links[child].say("declare", size_bytes, _declared_came, parts)
+
+    def _begins(self, router: int, life: int) -> None:
+        """It is in that life now: what it declared in an earlier one is void."""
+        known_life, declarations = self._declared.get(router, (life, []))
+        if known_life < life:
+            self._lose(router, declarations)
+            del self._declared[router]
 
     def _gain(self, router: int, declarations: list[Declaration]) -> None:
         for _, topic in declarations:

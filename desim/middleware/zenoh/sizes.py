@@ -39,7 +39,7 @@ TYPE_BYTES = 35  # nav_msgs::msg::dds_::OccupancyGrid_; types are unknown here
 HASH_BYTES = 71  # RIHS01_ and 64 digits
 SPACE_BYTES = 11  # @ros2_lv/0/
 SESSION_BYTES = 32
-QOS_BYTES = 9
+QOS_BYTES = 11  # ::,1:,:,:,,
 
 
 def subscriber_bytes(topic: str) -> int:

@@ -61,35 +61,34 @@ class Topology:
     """All link states that router ``own`` of ``routers`` has heard of. They are never forgotten: a
     link counts only while both of its ends say so, and one's own links count at once."""
 
-    __slots__ = ("own", "states", "_edges", "_routers")
+    __slots__ = ("own", "states", "_said", "_linked", "_edges")
 
     def __init__(self, own: int, routers: int, life: int) -> None:
         self.own = own
         self.states = {own: State(life, 0, 0)}
-        self._routers = routers
-        self._edges: tuple[int, ...] | None = None
+        self._said = [0] * routers  # each one's neighbours, as it says itself
+        self._linked = [0] * routers  # as both ends say
+        self._edges = tuple(self._linked)
 
     def link(self, peer: int, up: bool) -> None:
         """An own link has come up or gone."""
         life, serial, links = self.states[self.own]
         links = links | 1 << peer if up else links & ~(1 << peer)
-        self.states[self.own] = State(life, serial + 1, links)
-        self._edges = None
+        self._take(self.own, State(life, serial + 1, links))
 
     def learn(self, router: int, state: State) -> bool:
         """Whether this is news."""
         known = self.states.get(router)
         if router == self.own or known is not None and known[:2] >= state[:2]:
             return False
-        self.states[router] = state
-        self._edges = None
+        self._take(router, state)
         return True
 
     @property
     def edges(self) -> tuple[int, ...]:
         """Each router's neighbours as bits."""
         if self._edges is None:
-            self._edges = self._agreed()
+            self._edges = tuple(self._linked)
         return self._edges
 
     def reached(self) -> dict[int, int]:
@@ -106,18 +105,22 @@ class Topology:
         return [router for router, parent in tree(self.edges, root).items()
                 if parent == own and router != own]
 
-    def _agreed(self) -> tuple[int, ...]:
-        said = [0] * self._routers
-        for router, state in self.states.items():
-            said[router] = state.links
-        own = self.own
-        edges = []
-        for router, links in enumerate(said):
-            mine = said[own] >> router & 1
-            kept = 1 << own if mine else 0
-            for other in bits(links & ~(1 << own)):
-                if said[other] >> router & 1:
-                    kept |= 1 << other
-            edges.append(kept)
-        edges[own] = said[own]
-        return tuple(edges)
+    def _take(self, router: int, state: State) -> None:
+        self.states[router] = state
+        said, linked, own = self._said, self._linked, self.own
+        changed = said[router] ^ state.links
+        said[router] = state.links
+        bit = 1 << router
+        for other in bits(changed):
+            if own in (router, other):
+                up = said[own] >> (other if own == router else router) & 1
+            else:
+                up = said[router] >> other & said[other] >> router & 1
+            if up:
+                linked[router] |= 1 << other
+                linked[other] |= bit
+            else:
+                linked[router] &= ~(1 << other)
+                linked[other] &= ~bit
+        if changed:
+            self._edges = None
