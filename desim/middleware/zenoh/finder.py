@@ -39,7 +39,9 @@ class Finder:
     def begin(self, router: Router) -> None:
         self._router = router
         if self._params.discovery == "multicast":
-            self._scout(None)
+            most_ns = self._params.scout_jitter_ns
+            luck = self._context.stream("zenoh", "scouts", self._host, router.life)
+            self._book(self._host, int(luck.integers(most_ns + 1)), self._scout)
         for endpoint in self._endpoints if self.listens else self._endpoints[:1]:
             self._book(endpoint, 0, self._call)
 

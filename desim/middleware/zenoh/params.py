@@ -60,6 +60,9 @@ class ZenohParams(ports.Params):
         "from the first scout to the second (zenoh orchestrator.rs)"))
     scout_last_ns: Period = Field("8 s", description=(
         "to which that doubles (zenoh orchestrator.rs)"))
+    scout_jitter_ns: Duration = Field("100 ms", description=(
+        "the first scout comes at a random moment, up to that late (ours: simulated hosts start in "
+        "one instant, and their scouts would collide on a radio for ever)"))
     retry_first_ns: Period = Field("1 s", description=(
         "from the first failed connection to an endpoint to the next try (zenoh connect/retry)"))
     retry_last_ns: Period = Field("4 s", description=(
