@@ -91,17 +91,29 @@ def test_more_than_one_full_segment_is_acknowledged_at_once():
     assert waiting == [1, 0, 1, 1, 0]
 
 
-def test_a_lost_segment_of_a_train_of_trains_is_sent_again_without_a_timeout():
-    """Ten segments go as 3, 3, 3 and 1. The first train is lost; the second one makes three
-    duplicate acknowledgements; all of it is there after 1.5 round trips and something."""
-    pair = Pair(wire(), [Losing(1, least_bytes=1000)])
+def test_a_lost_train_is_sent_again_without_a_timeout():
+    """Ten segments go as 3, 3, 3 and 1, a third of the window each: a round trip takes 6 ms. The
+    first train is lost; the second one makes three duplicate acknowledgements; all of it is there
+    after 1.5 round trips and something."""
+    pair = Pair(link(rate="1 Gb/s", latency="3 ms"), [Losing(1, least_bytes=1000)],
+                params={"burst": "1 ms"})
     pair.call()
     pair.at(100 * MS, pair.say, 1, 10 * 1448).run(S)
+    again_ns = 106 * MS + 36_432 + 3 * 560
     assert pair.rows("frame", "lost") == [
         (100 * MS, "frame", "a", "b", 1, 4554), (100 * MS, "lost", "b", "a", 1, "lost"),
         *((100 * MS, "frame", "a", "b", 1, size) for size in (4554, 4554, 1518)),
-        (102_038_112, "frame", "a", "b", 1, 4554)]
-    assert pair.heard() == [(103_074_544, 1)]
+        (again_ns, "frame", "a", "b", 1, 4554)]
+    assert pair.heard() == [(again_ns + 36_432 + 3 * MS, 1)]
+
+
+def test_on_a_short_path_a_train_is_the_whole_window_and_its_loss_a_timeout():
+    """A round trip of 2 ms: ten segments are one train. After 0.2 s the window is one segment."""
+    pair = Pair(wire(), [Losing(1, least_bytes=1000)])
+    pair.call()
+    pair.at(100 * MS, pair.say, 1, 10 * 1448).run(S)
+    assert [(row[0] // MS, row[5] // 1518) for row in pair.rows("frame")] == [
+        (100, 10), (300, 1), (342, 2), (344, 4), (346, 3)]
 
 
 def test_a_partition_is_felt_until_the_next_timeout():

@@ -33,7 +33,8 @@ def slow_start(window=12):
     for flights in 1, 2, 3, 4, 5, 6:
         most = 12 * (2**flights - 1)
         for n in (most * 2 // 3, most):
-            pair = Pair(link(rate="100 Gb/s", latency="50 ms"), params={"initial_window": window})
+            pair = Pair(link(rate="100 Gb/s", latency="50 ms"),
+                        params={"initial_window": window, "burst": "1 ms"})
             pair.call()
             pair.at(S, pair.say, 1, n * MSS).run(10 * S)
             expected_ms = (ceil(log2(n / 12 + 1)) - 0.5) * 100

@@ -35,6 +35,9 @@ class TcpParams(ports.Params):
     delayed_ack_ns: Duration = Field("40 ms", description=(
         "an acknowledgement waits that long for company, unless more than one full segment is to "
         "be acknowledged (Linux TCP_DELACK_MIN)"))
+    ack_every: int = Field(2, ge=1, description=(
+        "full segments of a train that have one acknowledgement; with 44 a train has one, as where "
+        "the receiver's GRO puts it together (RFC 1122)"))
     duplicate_acks: int = Field(3, ge=1, description=(
         "duplicate acknowledgements that say that a segment is lost (RFC 5681)"))
     keepalive_idle_ns: Period = Field("60 s", description=(
@@ -48,9 +51,12 @@ class TcpParams(ports.Params):
     buffer_bytes: ByteSize = Field("4 MB", description=(
         "most that the send buffer grows to; it holds twice the congestion window (Linux "
         "tcp_wmem)"))
-    train: int = Field(44, ge=1, description=(
-        "most segments that go to the network as one train; no more than a third of the "
-        "congestion window, but two may (Linux GSO, 64 kB, and tcp_tso_win_divisor)"))
+    train: int = Field(44, ge=2, description=(
+        "most segments that go to the network as one train (Linux GSO, 64 kB)"))
+    burst_ns: Period = Field("4 ms", description=(
+        "a train is no longer than that at the rate of two windows a round trip, so that a short "
+        "path sees few of them; a third of the window is worth one (ours, for fewer frames; "
+        "Linux: 1 ms, tcp_tso_win_divisor)"))
 
 
 @lru_cache(maxsize=1 << 12)

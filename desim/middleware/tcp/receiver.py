@@ -31,8 +31,8 @@ class Receiver:
     """
 
     __slots__ = ("end", "origin", "back", "open", "nxt", "ranges", "due_ns", "echo_ns", "heard_ns",
-                 "said", "_full", "_delay_ns", "_timer", "_kernel", "_transmit", "_counts",
-                 "_frames", "_host", "_to", "_entity")
+                 "said", "_full", "_every", "_delay_ns", "_timer", "_kernel", "_transmit",
+                 "_counts", "_frames", "_host", "_to", "_entity")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         graph = connection.tcp.context.graph
@@ -47,6 +47,7 @@ class Receiver:
         self.heard_ns = 0
         self.said = 0
         self._full = _FIRST_MSS_BYTES  # bytes of the largest segment seen
+        self._every = connection.tcp.params.ack_every
         self._delay_ns = connection.tcp.params.delayed_ack_ns
         self._timer: Any = None
         self._kernel = graph.kernel
@@ -77,7 +78,7 @@ class Receiver:
                 self._full = min(end - start, MSS_BYTES)
             unsaid = self.nxt - self.said
             if unsaid > self._full:
-                self.acknowledge((unsaid // MSS_BYTES or 2) // 2 or 1)
+                self.acknowledge(unsaid // MSS_BYTES // self._every or 1)
             elif self._timer is None:
                 self._timer = self._kernel.after(self._delay_ns, _CONTROL, self._entity,
                                                  self._due)

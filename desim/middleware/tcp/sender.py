@@ -150,8 +150,7 @@ class Sender(Window):
             idle_ns = self._kernel.now_ns - self._sent_ns
             if idle_ns > self.rto_ns:
                 self.rest(idle_ns)
-        third = self.cwnd // (3 * MSS_BYTES)
-        most = min(params.train, max(third, 2)) * MSS_BYTES
+        most, enough = self.burst_bytes(), self.cwnd // 3
         limit = self.una + min(self.cwnd, params.window_bytes)
         if self._recovering:
             limit += self._beyond
@@ -159,7 +158,8 @@ class Sender(Window):
             start = self.nxt
             goal = self.top if start < self.top else self.written  # what went before goes alone
             size = min(goal, limit, start + most) - start
-            if size <= 0:
+            if size <= 0 or size < most and size < enough and size < goal - start \
+                    and start > self.una:  # it is worth waiting for more acknowledgements
                 return
             part = size % MSS_BYTES
             if part and (start + size < goal or start >= self.top and not self._small_may_go()):

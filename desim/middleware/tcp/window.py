@@ -44,12 +44,19 @@ class Window:
 
     def grow(self, acked: int, flying: int) -> None:
         """``acked`` bytes of ``flying`` arrived: in slow start the window grows by as many, later
-        by a segment a round trip."""
+        by a segment a round trip, if it was used but for what waits to be worth a train."""
         if self.cwnd < self.ssthresh:
             self.cwnd += acked
-        elif flying + MSS_BYTES > self.cwnd:
+        elif flying + max(MSS_BYTES, min(self.burst_bytes(), self.cwnd // 3)) > self.cwnd:
             self.cwnd += max(MSS_BYTES * acked // self.cwnd, 1)
         self.room_bytes = min(max(self.room_bytes, 2 * self.cwnd), self.params.buffer_bytes)
+
+    def burst_bytes(self) -> int:
+        """What goes as one train: as much as ``burst_ns`` brings at twice the window a round trip,
+        two full segments at least."""
+        params = self.params
+        segments = 2 * self.cwnd * params.burst_ns // (max(self.srtt_ns, 1) * MSS_BYTES)
+        return min(max(segments, 2), params.train) * MSS_BYTES
 
     def halve(self, flying: int) -> None:
         """A loss shows that ``flying`` bytes were too many."""
