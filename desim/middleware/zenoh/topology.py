@@ -61,14 +61,15 @@ class Topology:
     """All link states that router ``own`` of ``routers`` has heard of. They are never forgotten: a
     link counts only while both of its ends say so, and one's own links count at once."""
 
-    __slots__ = ("own", "states", "_said", "_linked", "_edges")
+    __slots__ = ("own", "states", "_said", "_linked", "_edges", "_hops")
 
     def __init__(self, own: int, routers: int, life: int) -> None:
         self.own = own
         self.states = {own: State(life, 0, 0)}
         self._said = [0] * routers  # each one's neighbours, as it says itself
         self._linked = [0] * routers  # as both ends say
-        self._edges = tuple(self._linked)
+        self._edges: tuple[int, ...] | None = None
+        self._hops: dict[int, dict[int, int]] = {}  # by root, until the links change
 
     def link(self, peer: int, up: bool) -> None:
         """An own link has come up or gone."""
@@ -97,7 +98,10 @@ class Topology:
 
     def hops(self, root: int) -> dict[int, int]:
         """``next_hops`` from here."""
-        return next_hops(self.edges, root, self.own)
+        hops = self._hops.get(root)
+        if hops is None:
+            hops = self._hops[root] = next_hops(self.edges, root, self.own)
+        return hops
 
     def children(self, root: int) -> list[int]:
         """Neighbours that get from here what comes from ``root``."""
@@ -124,3 +128,4 @@ class Topology:
                 linked[other] &= ~bit
         if changed:
             self._edges = None
+            self._hops.clear()
