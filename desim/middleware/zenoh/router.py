@@ -3,12 +3,12 @@ messages on."""
 
 from __future__ import annotations
 
-from bisect import insort
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from desim.middleware.zenoh.line import Parcel
 from desim.middleware.zenoh.link import SERVICE, Link
+from desim.middleware.zenoh.registry import Part, Registry
 from desim.middleware.zenoh.sizes import (
     DECLARATIONS_BYTES,
     IDENTITY_BYTES,
@@ -29,19 +29,6 @@ if TYPE_CHECKING:
     from desim.middleware.zenoh.publication import Publication
 
 
-class Declaration(NamedTuple):
-    """Of a subscriber, with the topic that it listens to, or of a liveliness token (no topic)."""
-
-    size_bytes: int
-    topic: str | None
-
-
-# Of a router: in which life it declared them, in their order. Nothing is ever undeclared: in
-# desim what a host has lasts until it stops.
-Declared = tuple[int, list[Declaration]]
-Part = tuple[int, int, int, list[Declaration]]  # router, its life, number of the first, and those
-
-
 class Router:
     """From its host's start to its stop, which is its ``life``.
 
@@ -51,8 +38,7 @@ class Router:
     """
 
     __slots__ = ("host", "life", "context", "params", "tcp", "links", "topology", "finder",
-                 "_declared", "_online", "_published", "_listeners", "_news", "_ends", "_flooding",
-                 "_spreading")
+                 "registry", "_online", "_news", "_ends", "_flooding", "_spreading")
 
     def __init__(self, host: int, life: int, context: Context, params: ZenohParams, tcp: Tcp,
                  finder: Finder) -> None:
@@ -61,10 +47,8 @@ class Router:
         self.links: dict[int, Link] = {}  # open ones, by peer
         self.topology = Topology(host, len(context.hosts), life)
         self.finder = finder
-        self._declared: dict[int, Declared] = {host: (life, [])}
+        self.registry = Registry(host, life, context)
         self._online: dict[int, int] = {host: host}
-        self._published: dict[str, None] = {}
-        self._listeners: dict[str, list[int]] = {}  # of those online, ascending
         # Routers whose link state is to be passed on; True: to everybody, not to those only who do
         # not have it.
         self._news: dict[int, bool] = {}
@@ -83,28 +67,6 @@ class Router:
                 timer.cancel()
         for link in self._ends:
             link.vanish("link_closed")
-
-    # Its own host.
-
-    def publishes(self, topic: str) -> bool:
-        """Its host publishes ``topic`` from now on. Whether that is new."""
-        if topic in self._published:
-            return False
-        self._published[topic] = None
-        for listener in self.listeners(topic):
-            self._knows(listener, topic, True)
-        return True
-
-    def declare(self, declarations: list[Declaration]) -> None:
-        """Of its host, beside what it has declared before."""
-        if declarations:
-            self._declared[self.host][1].extend(declarations)
-            self._gain(self.host, declarations)
-            self._spread([self.host])
-
-    def listeners(self, topic: str) -> Sequence[int]:
-        """Hosts that are known to listen to it now, ascending, its own among them."""
-        return self._listeners.get(topic, ())
 
     # Links.
 
@@ -132,7 +94,7 @@ class Router:
         peer = link.peer
         for other in [one for one in self._ends if one.peer == peer and one is not link]:
             other.close()
-        self._begins(peer, link.life)
+        self.registry.begins(peer, link.life)
         self.links[peer] = link
         self.topology.link(peer, True)
         self._tell_states(link, self.topology.states)
@@ -170,7 +132,7 @@ class Router:
         all neighbours of them, those who said so too)."""
         for router, new in routers.items():
             self._news[router] = new or self._news.get(router, False)
-            self._begins(router, self.topology.states[router].life)
+            self.registry.begins(router, self.topology.states[router].life)
         context, params = self.context, self.params
         if self._flooding is None:
             self._flooding = context.at(context.now_ns + params.gather_ns, self.host, self._flood)
@@ -206,82 +168,45 @@ class Router:
 
     def _review(self) -> None:
         """Who is online now."""
-        before, now = self._online, self.topology.reached()
-        self._online = now
+        before, self._online = self._online, self.topology.reached()
         for router in sorted(before):
-            if router not in now:
-                self.context.sees(self.host, router, "offline")
-                self._lose(router, self._declared.get(router, (0, []))[1])
+            if router not in self._online:
+                self.registry.goes(router)
                 for link in self.links.values():
                     link.told.pop(router, None)
-        for router in sorted(now):
+        for router in sorted(self._online):
             if router not in before:
-                self.context.sees(self.host, router, "online")
-                self._gain(router, self._declared.get(router, (0, []))[1])
+                self.registry.comes(router)
                 self.finder.heard_of(router)
 
     # Who has declared what.
 
     def hear_declared(self, link: Link, parts: list[Part]) -> None:
-        for router, life, first, declarations in parts:
-            self._begins(router, life)
-            known_life, known = self._declared.setdefault(router, (life, []))
-            if known_life > life:
-                continue
-            fresh = declarations[len(known) - first:]
-            known.extend(fresh)
-            link.told[router] = life, len(known)
-            if router in self._online:
-                self._gain(router, fresh)
-            self._spread([router])
+        for part in parts:
+            there = part.life, part.first + len(part.declarations)
+            link.told[part.router] = max(link.told.get(part.router, there), there)
+            self.registry.learn(part)
+        self.spread([part.router for part in parts])
 
     def _spread_all(self, _: Any) -> None:
         self._spreading = None
-        self._spread([router for router in self._online if router in self._declared])
+        self.spread(list(self._online))
 
-    def _spread(self, routers: list[int]) -> None:
+    def spread(self, routers: list[int]) -> None:
         """Tell the neighbours what these have declared, those whom it reaches through here, and
         only what they were not told yet."""
         told: dict[int, list[Part]] = {}
         for router in routers:
             for child in self.topology.children(router):
                 link = self.links[child]
-                life, declarations = self._declared[router]
-                told_life, told_first = link.told.get(router, (life, 0))
-                first = told_first if told_life == life else 0
-                if first < len(declarations):
-                    link.told[router] = life, len(declarations)
-                    told.setdefault(child, []).append((router, life, first, declarations[first:]))
+                part = self.registry.beyond(router, link.told.get(router, (0, 0)))
+                if part is not None:
+                    link.told[router] = part.life, part.first + len(part.declarations)
+                    told.setdefault(child, []).append(part)
         for child, parts in told.items():
             size_bytes = DECLARATIONS_BYTES + sum(
-                declaration.size_bytes for part in parts for declaration in part[3])
+                declaration.size_bytes for part in parts for declaration in part.declarations)
             self.links[child].say("declare", size_bytes, _declared_came, parts)
-
-    def _begins(self, router: int, life: int) -> None:
-        """It is in that life now: what it declared in an earlier one is void."""
-        known_life, declarations = self._declared.get(router, (life, []))
-        if known_life < life:
-            self._lose(router, declarations)
-            del self._declared[router]
-
-    def _gain(self, router: int, declarations: list[Declaration]) -> None:
-        for _, topic in declarations:
-            listeners = self._listeners.setdefault(topic, []) if topic else None
-            if listeners is not None and router not in listeners:
-                insort(listeners, router)
-                self._knows(router, topic, True)
-                self.context.changed(topic)
-
-    def _lose(self, router: int, declarations: list[Declaration]) -> None:
-        for _, topic in declarations:
-            if topic and router in self._listeners[topic]:
-                self._listeners[topic].remove(router)
-                self._knows(router, topic, False)
-                self.context.changed(topic)
-
-    def _knows(self, other: int, topic: str, holds: bool) -> None:
-        if other != self.host and topic in self._published:
-            self.context.knows(self.host, other, topic, holds)
 
     # Messages.
 

@@ -8,7 +8,8 @@ from desim.middleware.tcp import Tcp
 from desim.middleware.zenoh.finder import Finder
 from desim.middleware.zenoh.params import ZenohParams
 from desim.middleware.zenoh.publication import Publication
-from desim.middleware.zenoh.router import Declaration, Router
+from desim.middleware.zenoh.registry import Declaration
+from desim.middleware.zenoh.router import Router
 from desim.middleware.zenoh.sizes import node_bytes, subscriber_bytes, token_bytes
 from desim.ports.middleware import Endpoint, Offer, Transport
 
@@ -58,34 +59,38 @@ class Zenoh:
             self._tcp.switched(host, False)
 
     def advertise(self, offer: Offer) -> None:
-        _, node, topic = publisher = offer.publisher
-        router = self._routers.get(publisher.host)
-        if router is not None:
+        host, node, topic = publisher = offer.publisher
+        if host in self._routers:
             tokens = self._tokens(publisher)
-            if router.publishes(topic):
+            if self._routers[host].registry.publishes(topic):
                 tokens.append(Declaration(token_bytes(node, topic), None))
-            router.declare(tokens)
+            self._declare(host, tokens)
 
     def subscribe(self, subscriber: Endpoint) -> None:
         host, node, topic = subscriber
-        router = self._routers.get(host)
-        if router is not None:
+        if host in self._routers:
             tokens = self._tokens(subscriber)
-            if host not in router.listeners(topic):
+            if host not in self._routers[host].registry.listeners(topic):
                 tokens += [Declaration(subscriber_bytes(topic), topic),
                            Declaration(token_bytes(node, topic), None)]
-            router.declare(tokens)
+            self._declare(host, tokens)
 
     def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
         router = self._routers.get(publisher.host)
-        return () if router is None else tuple(Endpoint(host, "", publisher.topic)
-                                               for host in router.listeners(publisher.topic))
+        return () if router is None else tuple(
+            Endpoint(host, "", publisher.topic)
+            for host in router.registry.listeners(publisher.topic))
 
     def transport(self, offer: Offer) -> Transport:
         if offer.via != "unicast":
             raise InputError(f"topic {offer.publisher.topic}: zenoh has no transport via "
                              f"{offer.via!r}; allowed: unicast")
         return Publication(offer, self._context.graph, self._routers.__getitem__)
+
+    def _declare(self, host: int, declarations: list[Declaration]) -> None:
+        router = self._routers[host]
+        router.registry.declare(declarations)
+        router.spread([host])
 
     def _tokens(self, end: Endpoint) -> list[Declaration]:
         """The token of its node, if that is not declared yet."""
