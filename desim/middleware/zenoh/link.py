@@ -58,7 +58,7 @@ class Link:
     def dial(self) -> None:
         """Call the peer's router."""
         self._watch_opening()
-        self._over(self.router.tcp.connect(
+        self._take(self.router.tcp.connect(
             self.host, self.peer, SERVICE, "link", opened=self._dialled, closed=self._hung_up,
             nodelay=True, keepalive=False))
         self.connection.about = self
@@ -66,7 +66,7 @@ class Link:
     def accept(self, connection: Connection) -> None:
         """The peer has called."""
         self._watch_opening()
-        self._over(connection)
+        self._take(connection)
         self.far, connection.about.far = connection.about, self
         connection.on_closed(self.host, self._hung_up)
 
@@ -95,7 +95,7 @@ class Link:
             timer.cancel()
         self.line.close(reason)
 
-    def _over(self, connection: Connection) -> None:
+    def _take(self, connection: Connection) -> None:
         self.connection = connection
         self.line = Line(self)
 
