@@ -1,8 +1,9 @@
-"""The ways through a network of Zenoh routers, as each of them finds them by itself."""
+"""What a Zenoh router works out for itself: the ways through the network, and who listens."""
 
 from hypothesis import given
 from hypothesis import strategies as st
 
+from desim.middleware.zenoh.registry import Declaration, Part, Registry
 from desim.middleware.zenoh.topology import State, Topology, next_hops, tree
 
 PATH = (0b0010, 0b0101, 0b1010, 0b0100)  # 0 - 1 - 2 - 3
@@ -55,3 +56,34 @@ def test_hops_lead_from_anywhere_to_anywhere_once(routers, pairs):
                 reached.append(neighbour)
                 at.append((neighbour, [one for one in behind if one != neighbour]))
         assert sorted(reached) == sorted(set(tree(edges, root)) - {root})
+
+
+def test_what_was_declared_in_an_earlier_life_is_void():
+    """Even when a neighbour that has not heard of the restart yet tells of it."""
+    said = []
+
+    class Context:
+        def changed(self, topic):
+            said.append(topic)
+
+        def knows(self, *belief):
+            said.append(belief)
+
+        def sees(self, *sight):
+            said.append(sight)
+
+    registry = Registry(0, 1, Context())
+    registry.publishes("/talk")
+    registry.comes(1)
+    registry.learn(Part(1, 1, 0, [Declaration(9, None), Declaration(9, "/talk")]))
+    assert registry.listeners("/talk") == [1]
+    registry.begins(1, 2)
+    registry.learn(Part(1, 1, 1, [Declaration(9, "/talk"), Declaration(9, "/more")]))
+    assert not registry.listeners("/talk") and not registry.listeners("/more")
+    assert said == [(0, 1, "online"), (0, 1, "/talk", True), "/talk", (0, 1, "/talk", False),
+                    "/talk"]
+    registry.learn(Part(1, 2, 0, [Declaration(9, "/talk")]))
+    assert registry.beyond(1, (1, 2)) == Part(1, 2, 0, [Declaration(9, "/talk")])
+    assert registry.beyond(1, (2, 1)) is None
+    registry.goes(1)
+    assert not registry.listeners("/talk")

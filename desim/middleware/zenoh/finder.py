@@ -109,4 +109,6 @@ class Finder:
         return [host for host, router in self._routers.items() if router.finder.listens]
 
     def _book(self, what: int, delay_ns: int, fn: Any) -> None:
+        if what in self._timers:
+            self._timers[what].cancel()
         self._timers[what] = self._context.at(self._context.now_ns + delay_ns, self._host, fn, what)

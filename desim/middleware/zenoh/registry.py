@@ -62,7 +62,7 @@ class Registry:
         """What a neighbour tells, which begins within what is known or right behind it."""
         router, life, first, declarations = part
         self.begins(router, life)
-        known_life, known = self._declared.setdefault(router, (life, []))
+        known_life, known = self._declared[router]
         if known_life == life:
             fresh = declarations[len(known) - first:]
             known.extend(fresh)
@@ -80,10 +80,10 @@ class Registry:
 
     def begins(self, router: int, life: int) -> None:
         """It is in that life now: what it declared in an earlier one is void."""
-        known_life, declarations = self._declared.get(router, (life, []))
+        known_life, declarations = self._declared.get(router, (0, []))
         if known_life < life:
             self._lose(router, declarations)
-            del self._declared[router]
+            self._declared[router] = life, []
 
     def comes(self, router: int) -> None:
         """There is a way to ``router``."""
