@@ -1,0 +1,114 @@
+"""How a router finds others: by scouting, at configured endpoints, by gossip."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from desim.middleware.zenoh.sizes import HELLO_BYTES, SCOUT_BYTES
+
+if TYPE_CHECKING:
+    from desim.middleware.context import Context
+    from desim.middleware.zenoh.params import ZenohParams
+    from desim.middleware.zenoh.router import Router
+
+
+class Finder:
+    """Of one router in one life; a leaf, which does not listen, keeps one link only.
+
+    Scouting never ends. Of two routers that hear of each other this way or by gossip the one of the
+    higher index (zid) calls ("greater-zid"), once each time. An ``endpoint`` is called again until
+    there is a link, and when a link is lost.
+    """
+
+    __slots__ = ("listens", "_host", "_context", "_params", "_routers", "_endpoints", "_router",
+                 "_step_ns", "_pauses_ns", "_timers")
+
+    def __init__(self, host: int, listens: bool, endpoints: list[int], context: Context,
+                 params: ZenohParams, routers: Mapping[int, Router]) -> None:
+        self.listens = listens
+        self._host = host
+        self._context, self._params = context, params
+        self._routers = routers
+        self._endpoints = endpoints
+        self._router: Router
+        self._step_ns = params.scout_first_ns
+        self._pauses_ns: dict[int, int] = {}  # before the next call of an endpoint
+        self._timers: dict[int, Any] = {}  # by endpoint, that of scouting by the own host
+
+    def begin(self, router: Router) -> None:
+        self._router = router
+        if self._params.discovery == "multicast":
+            most_ns = self._params.scout_jitter_ns
+            luck = self._context.stream("zenoh", "scouts", self._host, router.life)
+            self._book(self._host, int(luck.integers(most_ns + 1)), self._scout)
+        for endpoint in self._endpoints if self.listens else self._endpoints[:1]:
+            self._book(endpoint, 0, self._call)
+
+    def stop(self) -> None:
+        for timer in self._timers.values():
+            timer.cancel()
+
+    # What the router says.
+
+    def linked(self, peer: int) -> None:
+        self._pauses_ns.pop(peer, None)
+
+    def unlinked(self, peer: int, was_up: bool) -> None:
+        """A link is lost, or did not come up."""
+        endpoints, params = self._endpoints, self._params
+        if peer not in endpoints:
+            return
+        if was_up:
+            pause_ns = 0
+        else:
+            pause_ns = self._pauses_ns.get(peer, params.retry_first_ns)
+            self._pauses_ns[peer] = min(2 * pause_ns, params.retry_last_ns)
+        if not self.listens:
+            peer = endpoints[(endpoints.index(peer) + 1) % len(endpoints)]
+        self._book(peer, pause_ns, self._call)
+
+    def heard_of(self, peer: int) -> None:
+        """It is in the network."""
+        if self._params.gossip and self.listens and self._host > peer and peer in self._listening():
+            self._call_found(peer, None)
+
+    # Scouting.
+
+    def _scout(self, _: Any) -> None:
+        context = self._context
+        others = [host for host in range(len(context.hosts)) if host != self._host]
+        context.tell("scout", self._host, others, SCOUT_BYTES, self._scouted, multicast=True)
+        self._book(self._host, self._step_ns, self._scout)
+        self._step_ns = min(2 * self._step_ns, self._params.scout_last_ns)
+
+    def _scouted(self, _: Any, host: int) -> None:
+        """The scout is at ``host``, whose router says hello."""
+        router = self._routers.get(host)
+        if router is not None and router.finder.listens:
+            self._context.tell("hello", host, [self._host], HELLO_BYTES, self._greeted,
+                               (host, router.life))
+
+    def _greeted(self, hello: tuple[int, int], _: int) -> None:
+        peer, life = hello
+        if self._routers.get(self._host) is self._router and (
+                self._host > peer if self.listens else not self._router.has_link()):
+            self._call_found(peer, life)
+
+    def _call_found(self, peer: int, life: int | None) -> None:
+        if not self._router.has_link(peer, life):
+            self._router.dial(peer)
+
+    # Endpoints.
+
+    def _call(self, endpoint: int) -> None:
+        if not self._router.has_link(endpoint if self.listens else None):
+            self._router.dial(endpoint)
+
+    def _listening(self) -> list[int]:
+        return [host for host, router in self._routers.items() if router.finder.listens]
+
+    def _book(self, what: int, delay_ns: int, fn: Any) -> None:
+        if what in self._timers:
+            self._timers[what].cancel()
+        self._timers[what] = self._context.at(self._context.now_ns + delay_ns, self._host, fn, what)

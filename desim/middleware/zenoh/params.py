@@ -1,0 +1,83 @@
+"""The parameters of Zenoh, with their sources."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from desim import ports
+from desim.middleware.tcp.params import TcpParams
+from desim.units import ByteSize, Duration, Period
+
+# What the presets differ in.
+PRESETS: dict[str, dict[str, Any]] = {
+    "zenoh": {"lease": "10 s", "keep_alive": 4, "open_timeout": "10 s", "wait_before_close": "5 s"},
+    "rmw_zenoh": {"lease": "60 s", "keep_alive": 2, "open_timeout": "60 s",
+                  "wait_before_close": "60 s"},
+    "rmw_zenoh_2024": {"lease": "10 s", "keep_alive": 4, "open_timeout": "10 s",
+                       "wait_before_close": "5 s"},
+}
+
+
+class ZenohParams(ports.Params):
+    """``preset`` gives the defaults of lease, keep_alive, open_timeout and wait_before_close. What
+    is "measured" was seen between routers of zenoh 1.10.2."""
+
+    preset: Literal["zenoh", "rmw_zenoh", "rmw_zenoh_2024"] = Field("rmw_zenoh", description=(
+        "the defaults of zenoh (DEFAULT_CONFIG.json5), of rmw_zenoh, or of rmw_zenoh as of October "
+        "2024 (DEFAULT_RMW_ZENOH_ROUTER_CONFIG.json5)"))
+    discovery: Literal["multicast", "connect"] = Field("multicast", description=(
+        "routers find each other by multicast scouting, or only by the endpoints of connect "
+        "(rmw_zenoh comes with multicast off and no endpoints, which finds nobody)"))
+    connect: tuple[str, ...] = Field((), description=(
+        "hosts whose routers all others connect to (zenoh connect/endpoints)"))
+    routers: tuple[str, ...] = Field((), description=(
+        "hosts that have a router; the others keep one link to one of these. Empty: every host "
+        "(rmw_zenoh)"))
+    gossip: bool = Field(False, description=(
+        "routers connect to those that they hear of from others (zenoh scouting/gossip/autoconnect "
+        "of routers, which is empty by default)"))
+    lease_ns: Period = Field("60 s", description=(
+        "silence after which a link is closed (zenoh transport/link/tx/lease: 10 s; rmw_zenoh: "
+        "60 s)"))
+    keep_alive: int = Field(2, ge=1, description=(
+        "messages to keep a resting link alive in each lease (zenoh: 4; rmw_zenoh: 2)"))
+    open_timeout_ns: Period = Field("60 s", description=(
+        "time that a link has to open in (zenoh transport/unicast/open_timeout: 10 s; rmw_zenoh: "
+        "60 s)"))
+    wait_before_close_ns: Period = Field("60 s", description=(
+        "time that a message of a stream may block a link before this is closed (zenoh "
+        "congestion_control/block/wait_before_close: 5 s; rmw_zenoh: 60 s)"))
+    wait_before_drop_ns: Duration = Field("1 ms", description=(
+        "time that a datagram waits for room before it is dropped (zenoh "
+        "congestion_control/drop/wait_before_drop)"))
+    batch_bytes: ByteSize = Field("65535 B", description="largest batch (zenoh batch_size)")
+    batches: int = Field(2, ge=1, description=(
+        "batches that may wait for the socket of a link (zenoh queue/size/data; from general "
+        "knowledge)"))
+    scout_first_ns: Period = Field("1 s", description=(
+        "from the first scout to the second (zenoh orchestrator.rs)"))
+    scout_last_ns: Period = Field("8 s", description=(
+        "to which that doubles (zenoh orchestrator.rs)"))
+    scout_jitter_ns: Duration = Field("100 ms", description=(
+        "the first scout comes at a random moment, up to that late (ours: simulated hosts start in "
+        "one instant, and their scouts would collide on a radio for ever)"))
+    retry_first_ns: Period = Field("1 s", description=(
+        "from the first failed connection to an endpoint to the next try (zenoh connect/retry)"))
+    retry_last_ns: Period = Field("4 s", description=(
+        "to which that doubles (zenoh connect/retry)"))
+    gather_ns: Duration = Field("1 ms", description=(
+        "changes of the topology within that time go as one message (estimate)"))
+    trees_ns: Duration = Field("100 ms", description=(
+        "from a change of the topology to the declarations that it calls for (measured; zenoh "
+        "TREES_COMPUTATION_DELAY_MS)"))
+    tcp: TcpParams = Field(default_factory=TcpParams, description="the TCP below")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_preset(cls, values: Any) -> Any:
+        if not isinstance(values, dict):
+            return values
+        preset = values.get("preset", "rmw_zenoh")
+        return {**PRESETS.get(preset, {}), **values} if isinstance(preset, str) else values

@@ -1,0 +1,63 @@
+"""The transport of one publisher's messages: into the links of its host's router."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from desim.ports.middleware import Offer
+
+if TYPE_CHECKING:
+    from desim.middleware.graph import Graph
+    from desim.middleware.topics import Message
+    from desim.middleware.zenoh.line import Parcel
+    from desim.middleware.zenoh.router import Router
+
+
+class Publication:
+    """A ``Transport``. ``stream``: a message waits for room on a link (congestion control "block",
+    reliable), else it is dropped ("drop")."""
+
+    __slots__ = ("source", "stream", "limit", "_graph", "_router", "_receivers", "_pending")
+
+    def __init__(self, offer: Offer, graph: Graph, router: Callable[[int], Router]) -> None:
+        self.source = offer.publisher.host
+        self.stream = offer.transport == "stream"
+        self.limit = offer.queue
+        self._graph = graph
+        self._router = router
+        self._receivers: list[int] = []
+        self._pending = 0
+
+    def connect(self, receivers: list[int]) -> list[int]:
+        old = self._receivers
+        self._receivers = receivers
+        return [receiver for receiver in receivers if receiver not in old]
+
+    def send(self, message: Message, only: list[int] | None = None) -> None:
+        to = self._receivers if only is None else only
+        self._pending += len(to)
+        self._router(self.source).forward(message, self, to, -1, 0)
+
+    def close(self, reason: str) -> None:
+        self._receivers = []
+        self._router(self.source).discard(self, reason)
+
+    def waiting(self) -> int:
+        return self._pending
+
+    # What routers say.
+
+    def arrived(self, parcel: Parcel, receiver: int) -> None:
+        self._pending -= 1
+        self._graph.deliver(parcel.message, self._graph.hosts[receiver], parcel.first_ns,
+                            parcel.sent_ns)
+
+    def dropped(self, parcel: Parcel, reason: str) -> None:
+        for receiver in parcel.to:
+            self.lost(parcel.message, receiver, reason, parcel.first_ns, parcel.sent_ns)
+
+    def lost(self, message: Message, receiver: int, reason: str, first_ns: int,
+             last_ns: int) -> None:
+        self._pending -= 1
+        self._graph.drop(message, receiver, reason, first_ns, last_ns)

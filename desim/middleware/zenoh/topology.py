@@ -1,0 +1,131 @@
+"""Who is linked to whom, as one router has it from the others, and the ways through."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import NamedTuple
+
+
+class State(NamedTuple):
+    """A router's link state: in which of its lives it said so, the how maniest time, and its
+    neighbours as bits."""
+
+    life: int
+    serial: int
+    links: int
+
+
+def bits(mask: int) -> Iterator[int]:
+    """The places of its ones, ascending."""
+    while mask:
+        low = mask & -mask
+        yield low.bit_length() - 1
+        mask ^= low
+
+
+@lru_cache(maxsize=1 << 10)
+def tree(edges: tuple[int, ...], root: int) -> dict[int, int]:
+    """Parent of each router that can be reached from ``root``, on a shortest way; of several the
+    one by the routers of lower index. ``edges``: each router's neighbours as bits."""
+    parents = {root: root}
+    layer, seen = [root], 1 << root
+    while layer:
+        following = []
+        for router in layer:
+            fresh = edges[router] & ~seen
+            seen |= fresh
+            for other in bits(fresh):
+                parents[other] = router
+                following.append(other)
+        layer = sorted(following)
+    return parents
+
+
+@lru_cache(maxsize=1 << 10)
+def next_hops(edges: tuple[int, ...], root: int, own: int) -> dict[int, int]:
+    """Where router ``own`` sends on what comes from ``root``, by destination: those behind it in
+    the tree of ``root``."""
+    parents = tree(edges, root)
+    hops = {}
+    for destination in parents:
+        hop = destination
+        while hop != root and parents[hop] != own:
+            hop = parents[hop]
+        if hop != root:
+            hops[destination] = hop
+    return hops
+
+
+class Topology:
+    """All link states that router ``own`` of ``routers`` has heard of. They are never forgotten: a
+    link counts only while both of its ends say so, and one's own links count at once."""
+
+    __slots__ = ("own", "states", "_said", "_linked", "_edges", "_hops")
+
+    def __init__(self, own: int, routers: int, life: int) -> None:
+        self.own = own
+        self.states = {own: State(life, 0, 0)}
+        self._said = [0] * routers  # each one's neighbours, as it says itself
+        self._linked = [0] * routers  # as both ends say
+        self._edges: tuple[int, ...] | None = None
+        self._hops: dict[int, dict[int, int]] = {}  # by root, until the links change
+
+    def link(self, peer: int, up: bool) -> None:
+        """An own link has come up or gone."""
+        life, serial, links = self.states[self.own]
+        links = links | 1 << peer if up else links & ~(1 << peer)
+        self._take(self.own, State(life, serial + 1, links))
+
+    def learn(self, router: int, state: State) -> bool:
+        """Whether this is news."""
+        known = self.states.get(router)
+        if router == self.own or known is not None and known[:2] >= state[:2]:
+            return False
+        self._take(router, state)
+        return True
+
+    @property
+    def edges(self) -> tuple[int, ...]:
+        """Each router's neighbours as bits."""
+        if self._edges is None:
+            self._edges = tuple(self._linked)
+        return self._edges
+
+    def reached(self) -> dict[int, int]:
+        """The routers that there is a way to, itself among them, nearest first."""
+        return tree(self.edges, self.own)
+
+    def hops(self, root: int) -> dict[int, int]:
+        """``next_hops`` from here."""
+        hops = self._hops.get(root)
+        if hops is None:
+            hops = self._hops[root] = next_hops(self.edges, root, self.own)
+        return hops
+
+    def children(self, root: int) -> list[int]:
+        """Neighbours that get from here what comes from ``root``."""
+        own = self.own
+        return [router for router, parent in tree(self.edges, root).items()
+                if parent == own and router != own]
+
+    def _take(self, router: int, state: State) -> None:
+        self.states[router] = state
+        said, linked, own = self._said, self._linked, self.own
+        changed = said[router] ^ state.links
+        said[router] = state.links
+        bit = 1 << router
+        for other in bits(changed):
+            if own in (router, other):
+                up = said[own] >> (other if own == router else router) & 1
+            else:
+                up = said[router] >> other & said[other] >> router & 1
+            if up:
+                linked[router] |= 1 << other
+                linked[other] |= bit
+            else:
+                linked[router] &= ~(1 << other)
+                linked[other] &= ~bit
+        if changed:
+            self._edges = None
+            self._hops.clear()

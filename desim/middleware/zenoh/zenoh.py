@@ -1,0 +1,109 @@
+"""The middleware ``zenoh``: a router on each host, as with rmw_zenoh."""
+
+from __future__ import annotations
+
+from desim.errors import InputError, did_you_mean
+from desim.middleware.context import Context
+from desim.middleware.tcp import Tcp
+from desim.middleware.zenoh.finder import Finder
+from desim.middleware.zenoh.params import ZenohParams
+from desim.middleware.zenoh.publication import Publication
+from desim.middleware.zenoh.registry import Declaration
+from desim.middleware.zenoh.router import Router
+from desim.middleware.zenoh.sizes import node_bytes, subscriber_bytes, token_bytes
+from desim.ports.middleware import Endpoint, Offer, Transport
+
+
+class Zenoh:
+    """A publisher's messages go to the hosts whose subscribers its router has learnt of.
+
+    Reasons for which messages are dropped: ``outbox_full`` (of a stream, the oldest that waited),
+    ``congested`` (a datagram found no room in time), ``link_closed`` (they were on a link that was
+    given up), ``sender_down``, ``no_route`` (the way was lost meanwhile).
+    """
+
+    Params = ZenohParams
+    informed = "publisher"
+
+    def __init__(self, params: ZenohParams | None = None) -> None:
+        self._params = params or ZenohParams()
+        self._routers: dict[int, Router] = {}
+        self._lives: dict[int, int] = {}
+        self._nodes: dict[tuple[int, str], None] = {}  # whose tokens are declared
+
+    def start(self, context: Context) -> None:
+        self._context = context
+        self._tcp = Tcp(context, self._params.tcp)
+        self._with_router = self._hosts("routers") or list(range(len(context.hosts)))
+        self._endpoints = self._hosts("connect")
+        if self._params.discovery == "connect" and not self._endpoints:
+            raise InputError(".connect: discovery connect finds nobody without endpoints; name "
+                             "hosts, or take discovery multicast")
+        for number, host in enumerate(self._endpoints):
+            if host not in self._with_router:
+                raise InputError(f".connect.{number}: {context.hosts[host]} has no router")
+
+    def switched(self, host: int, up: bool) -> None:
+        if up:
+            self._lives[host] = life = self._lives.get(host, 0) + 1
+            endpoints = [other for other in self._endpoints if other != host]
+            finder = Finder(host, host in self._with_router, endpoints, self._context,
+                            self._params, self._routers)
+            self._tcp.switched(host, True)
+            self._routers[host] = Router(host, life, self._context, self._params, self._tcp, finder)
+        else:
+            router = self._routers.pop(host, None)
+            if router is not None:
+                router.stop()
+            self._nodes = {node: None for node in self._nodes if node[0] != host}
+            self._tcp.switched(host, False)
+
+    def advertise(self, offer: Offer) -> None:
+        host, node, topic = publisher = offer.publisher
+        if host in self._routers:
+            tokens = self._tokens(publisher)
+            if self._routers[host].registry.publishes(topic):
+                tokens.append(Declaration(token_bytes(node, topic), None))
+            self._declare(host, tokens)
+
+    def subscribe(self, subscriber: Endpoint) -> None:
+        host, node, topic = subscriber
+        if host in self._routers:
+            tokens = self._tokens(subscriber)
+            if host not in self._routers[host].registry.listeners(topic):
+                tokens += [Declaration(subscriber_bytes(topic), topic),
+                           Declaration(token_bytes(node, topic), None)]
+            self._declare(host, tokens)
+
+    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
+        router = self._routers.get(publisher.host)
+        return () if router is None else tuple(
+            Endpoint(host, "", publisher.topic)
+            for host in router.registry.listeners(publisher.topic))
+
+    def transport(self, offer: Offer) -> Transport:
+        if offer.via != "unicast":
+            raise InputError(f"topic {offer.publisher.topic}: zenoh has no transport via "
+                             f"{offer.via!r}; allowed: unicast")
+        return Publication(offer, self._context.graph, self._routers.__getitem__)
+
+    def _declare(self, host: int, declarations: list[Declaration]) -> None:
+        router = self._routers[host]
+        router.registry.declare(declarations)
+        router.spread([host])
+
+    def _tokens(self, end: Endpoint) -> list[Declaration]:
+        """The token of its node, if that is not declared yet."""
+        if (end.host, end.node) in self._nodes:
+            return []
+        self._nodes[end.host, end.node] = None
+        return [Declaration(node_bytes(end.node), None)]
+
+    def _hosts(self, name: str) -> list[int]:
+        """The indices of the hosts that this parameter names."""
+        hosts = self._context.hosts
+        for number, host in enumerate(getattr(self._params, name)):
+            if host not in hosts:
+                raise InputError(f".{name}.{number}: no host {host!r}{did_you_mean(host, hosts)}; "
+                                 f"known: {', '.join(hosts)}")
+        return [hosts.index(host) for host in getattr(self._params, name)]
