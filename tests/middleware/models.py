@@ -8,6 +8,7 @@ from desim.middleware.dds.plugin import Dds
 from desim.middleware.direct import Direct
 from desim.middleware.multimaster.multimaster import Multimaster
 from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.zenoh.zenoh import Zenoh
 from desim.testing import Patience
 from desim.testing.fleet import HOSTS
 
@@ -42,4 +43,7 @@ MODELS = {
     "fastdds, served": Model(Dds, params={"preset": "fastdds", **_SERVED}),
     "cyclonedds": Model(Dds, params={"preset": "cyclonedds"}),
     "cyclonedds, served": Model(Dds, params={"preset": "cyclonedds", **_SERVED}),
+    "zenoh": Model(Zenoh),
+    "zenoh, star": Model(Zenoh, ANY._replace(stops=(1, 2, 3)),
+                         {"discovery": "connect", "connect": [HOSTS[0]]}),
 }
