@@ -61,13 +61,14 @@ class Metrics:
 
     def value(self, name: str, row: Row) -> Any:
         """One metric of a run, to judge whether it is known well enough; None where it has none. An
-        instant that was not reached counts as the run's end, in the design's expressions too, so
-        that vectors that fail are not taken for well known (restricted mean)."""
+        instant that was not reached within the time limit counts as the run's end, in the design's
+        expressions too, so that vectors that fail are not taken for well known (restricted mean);
+        where the run stopped for another reason nothing is known of it."""
         if row["status"] != "finished":
             return None
         found = row["metrics"]
         ends = {instant: found["simulated_s"] for instant in _INSTANTS
-                if found.get(instant) is None}
+                if found.get(instant) is None and found["stop_reason"] == "elapsed"}
         row = {**row, "metrics": {**found, **ends}}
         return self._own[name](row) if name in self._own else row["metrics"].get(name)
 

@@ -110,6 +110,14 @@ class Study:
             return np.zeros(len(self.failed), bool)
         return self.column("censored") == 1.0
 
+    @cached_property
+    def timed_out(self) -> np.ndarray:
+        """[runs] that were stopped by their time limit; all may be, where nobody says why they
+        ended."""
+        if "stop_reason" not in self._table.column_names:
+            return np.ones(len(self.failed), bool)
+        return self.text("stop_reason") == "elapsed"
+
     @property
     def reached(self) -> np.ndarray:
         """[runs] that are successes, as the paper counts them."""

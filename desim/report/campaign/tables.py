@@ -16,6 +16,7 @@ _MOST_ROWS = 150  # on the page and in LaTeX; CSV has all
 _OF_LATEX = {"\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
              "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
              "–": "--", "²": "$^2$", " ": r"\,", "<": "$<$", ">": "$>$", "µ": r"$\mu$",
+             "≥": r"$\geq$", "→": r"$\rightarrow$", "×": r"$\times$",
              "[": "{[}", "]": "{]}"}
 
 

@@ -23,6 +23,11 @@ def number(value: float | None, digits: int = 4) -> str:
     return f"{value:.{digits - 1}g}"
 
 
+def at_least(text: str, late: int) -> str:
+    """A mean of times of which some are only known to be later than the limit."""
+    return f"≥ {text}" if late else text
+
+
 def between(low: float | None, high: float | None) -> str:
     """An interval."""
     return "–" if low is None or high is None else f"[{number(low)}, {number(high)}]"

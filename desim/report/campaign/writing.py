@@ -29,7 +29,7 @@ from desim.report.campaign import (
 )
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.page import Section
-from desim.report.campaign.study import Study
+from desim.report.campaign.study import TIMES, Study
 from desim.report.campaign.tables import Table
 
 _MOST_ERRORS = 10
@@ -199,11 +199,13 @@ class _Report:
         have = sum(one.n for one in found)
         text = f"{wording.titled(metric)} against {study.against.name}. " if study.against \
             else f"{wording.titled(metric)}. "
-        if any(one.times and one.times.successes.n < one.n for one in found):
+        if any(one.late for one in found):
             text += ("Mean restricted to the time limit: a run that was stopped counts with the "
                      "limit. Dotted: the mean of the successes, which leaves such runs out. ")
         if have < finished:
-            text += f"{finished - have} of {finished} finished runs have no such value. "
+            text += f"{finished - have} of {finished} finished runs have no such value"
+            text += (", or are of a vector of which some runs were stopped before it for another "
+                     "reason than the time limit. ") if metric in TIMES else ". "
         return text
 
     def _sampled(self, metric: str) -> list[str]:
