@@ -10,8 +10,8 @@ DESIGN = """metrics:
   late: exploration_time_s > 50
   twice: 2 * explored
 """
-REACHED = {"stop_reason": "elapsed", "simulated_s": 100.0, "exploration_time_s": 40.0, "explored": 0.99,
-           "explored_area_m2": 80.0, "map_quality": None}
+REACHED = {"stop_reason": "elapsed", "simulated_s": 100.0, "exploration_time_s": 40.0,
+           "explored": 0.99, "explored_area_m2": 80.0, "map_quality": None}
 NOT_REACHED = {**REACHED, "exploration_time_s": None, "explored": 0.5, "explored_area_m2": 50.0}
 
 

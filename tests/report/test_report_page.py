@@ -11,7 +11,7 @@ from synthetic import write as table
 
 from desim.campaign.design import Design
 from desim.errors import InputError
-from desim.report.campaign import wording
+from desim.report.campaign import overview, wording
 from desim.report.campaign.writing import write
 from desim.statistics.intervals import bca_interval, t_interval
 from desim.statistics.sensitivity import indices, saltelli
@@ -313,6 +313,32 @@ def test_a_parameter_with_levels_says_what_it_sets(tmp_path):
     page = made(campaign(tmp_path, levels, 1, lambda levels, k: timed(1.0)), chosen)
     assert "rate $rate in place 2" in page.text
     assert "place network.rate, deployment 2" in page.text
+
+
+def test_what_was_dropped_in_every_run_is_counted(tmp_path):
+    """A column without a gap is Arrow's own memory."""
+    robots = {"robots": [1, 2]}
+    page = made(campaign(tmp_path, robots, 2, lambda levels, k: timed(
+        100.0, messages_dropped_collision=float(k))), design(robots, iterations=2))
+    assert "messages dropped collision" in page.text
+
+
+def test_a_report_that_goes_wrong_leaves_what_was_there(tmp_path, monkeypatch):
+    folder = tmp_path / "campaign"
+    folder.mkdir()
+    campaign(folder, {}, 2, lambda levels, k: timed(1.0 + k))
+    before = write(folder, design({}, iterations=2)).read_bytes()
+
+    def broken(*_):
+        raise ValueError("boom")
+
+    monkeypatch.setattr(overview, "all_metrics", broken)  # figures and tables are written by then
+    for out in (folder / "report", tmp_path / "new"):
+        with pytest.raises(ValueError, match="boom"):
+            write(folder, design({}, iterations=2), out)
+    assert (folder / "report" / "report.html").read_bytes() == before
+    assert sorted(path.name for path in folder.iterdir()) == ["report", "runs.parquet"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["campaign"]
 
 
 def test_a_folder_without_runs_is_refused(tmp_path):

@@ -209,12 +209,12 @@ def _statistics(study: Study, intervals: set[str], resamples: int, metrics: list
                     "it says: the share that it holds was simulated for normal values that spread "
                     "as measured, and stands beside each interval of that metric.")
     if any(metric in TIMES for metric in metrics):
-        text.append("A run that was stopped by its time limit before it got there is right-censored "
-                    "at that instant; vectors with runs that stopped for another reason before "
-                    "they got there have no such time. Reported are the mean restricted to the time "
-                    "limit (Royston and Parmar 2013), the Kaplan-Meier median with the interval of "
-                    "Brookmeyer and Crowley (1982), and the mean of the successes (Yan et al. "
-                    "2017).")
+        text.append("A run that was stopped by its time limit before it got there is "
+                    "right-censored at that instant; vectors with runs that stopped for another "
+                    "reason before they got there have no such time. Reported are the mean "
+                    "restricted to the time limit (Royston and Parmar 2013), the Kaplan-Meier "
+                    "median with the interval of Brookmeyer and Crowley (1982), and the mean of "
+                    "the successes (Yan et al. 2017).")
     if any(contrasts.values()):
         text.append("Settings were compared run by run under common random numbers, with the "
                     "paired t test and Wilcoxon's signed-rank test, times with the limit in place "

@@ -86,11 +86,11 @@ class Study:
         self.column, self.text = cache(self._metric), cache(self.words)
 
     def numbers(self, name: str) -> np.ndarray:
-        """A column [runs] of float64; NaN is what a run has not."""
+        """A column [runs] of float64, the caller's own; NaN is what a run has not."""
         column = self._table[name]
         if pa.types.is_string(column.type):  # all of it is null
             return np.full(len(column), np.nan)
-        return pc.cast(column, pa.float64()).to_numpy(zero_copy_only=False)
+        return pc.cast(column, pa.float64()).to_numpy().copy()  # Arrow's own is read-only
 
     def _metric(self, name: str) -> np.ndarray:
         """What did not happen happened 0 times: which reasons there are differs from run to run."""

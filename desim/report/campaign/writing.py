@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from matplotlib.figure import Figure
 
@@ -32,24 +33,36 @@ from desim.report.campaign.page import Section
 from desim.report.campaign.study import TIMES, Study
 from desim.report.campaign.tables import Table
 
+_PAGE = "report.html"
 _MOST_ERRORS = 10
 
 
 def write(folder: Path, design: Design, out: Path | None = None) -> Path:
     """Write the report of the campaign in ``folder`` to ``out`` (``folder/report``); returns the
-    page. Raises ``InputError`` for a folder without runs, or one that cannot be written."""
+    page. Raises ``InputError`` for a folder without runs, or one that cannot be written. It is
+    written beside ``out`` and then moved, the page last: what goes wrong leaves what was there."""
     study = Study(folder, design)
     out = out or folder / "report"
     try:
-        for below in ("figures", "tables"):
-            (out / below).mkdir(parents=True, exist_ok=True)
-        with style.drawing():
-            text = _Report(study, out).page()
-        file = out / "report.html"
-        file.write_text(text, encoding="utf-8")
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as beside:
+            new = Path(beside)
+            for below in ("figures", "tables"):
+                (new / below).mkdir()
+            with style.drawing():
+                (new / _PAGE).write_text(_Report(study, new).page(), encoding="utf-8")
+            _move(new, out)
     except OSError as error:
         raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
-    return file
+    return out / _PAGE
+
+
+def _move(new: Path, out: Path) -> None:
+    for below in ("figures", "tables"):
+        (out / below).mkdir(parents=True, exist_ok=True)
+        for file in (new / below).iterdir():
+            file.replace(out / below / file.name)
+    (new / _PAGE).replace(out / _PAGE)
 
 
 class _Report:
