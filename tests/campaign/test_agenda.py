@@ -79,6 +79,14 @@ def test_a_run_that_two_vectors_ask_for_is_made_once(tmp_path):
     assert agenda.progress == (4, 0, 4)
 
 
+def test_what_is_not_known_well_enough_in_the_end_is_told(tmp_path):
+    plan = planned(tmp_path, UNTIL % "10 %")
+    agenda, asked = played(plan, jobs=2, luck=luck)
+    assert [vector.number for vector in agenda.wide] == [2]
+    assert asked.count((2, 11)) == 1
+    assert not played(planned(tmp_path, ROBOTS), jobs=1)[0].wide
+
+
 def test_only(tmp_path):
     plan = planned(tmp_path, ROBOTS + "iterations: 1\n")
     agenda = Agenda(plan, {}, ("robots=1", "robots=3"))

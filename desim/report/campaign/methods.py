@@ -79,9 +79,10 @@ def _read(path: Path) -> dict[str, Any] | None:
 
 def paragraphs(study: Study, intervals: set[str], resamples: int, sources: Sources,
                metrics: list[str], contrasts: dict[str, list[Contrast]], with_knees: bool,
-               ) -> list[str]:
-    """As prose for a paper; ``intervals`` are the methods by which they were made."""
-    return [_made(study, sources), _design(study),
+               wide: str) -> list[str]:
+    """As prose for a paper; ``intervals`` are the methods by which they were made, ``wide`` says
+    what is known less well than the design wants."""
+    return [_made(study, sources), f"{_design(study)} {wide}".rstrip(),
             _statistics(study, intervals, resamples, metrics, contrasts, with_knees)]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache, cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +15,7 @@ import pyarrow.parquet as pq
 from desim.campaign.columns import FIXED
 from desim.campaign.design import Design, LatinHypercube, Saltelli, Sobol
 from desim.campaign.quantities import SUFFIXES
+from desim.campaign.table import RAISED
 from desim.errors import InputError, did_you_mean
 from desim.experiment.results import FAILED
 
@@ -102,6 +104,23 @@ class Study:
     def words(self, name: str) -> np.ndarray:
         """A column [runs] of text or None."""
         return np.array(self._table[name].to_pylist(), object)
+
+    def has(self, name: str) -> bool:
+        """Whether a run has a number of this metric."""
+        return name in self.metrics and bool(np.isfinite(self.column(name)).any())
+
+    @cached_property
+    def once(self) -> np.ndarray:
+        """[rows] that are runs: one that several vectors share has a row for each, and counts once.
+        """
+        first = np.unique(self.text("run_id").astype(str), return_index=True)[1]
+        return np.isin(np.arange(len(self.failed)), first)
+
+    @cached_property
+    def raised(self) -> dict[str, tuple[int, str]]:
+        """By metric, in how many runs its function raised, and the first error."""
+        text = (self._table.schema.metadata or {}).get(RAISED.encode(), b"{}")
+        return {name: tuple(found) for name, found in json.loads(text).items()}
 
     @cached_property
     def censored(self) -> np.ndarray:

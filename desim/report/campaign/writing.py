@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,6 +18,7 @@ from desim.report.campaign import (
     knees,
     lines,
     methods,
+    notes,
     overview,
     page,
     rungs,
@@ -34,7 +34,6 @@ from desim.report.campaign.study import TIMES, Study
 from desim.report.campaign.tables import Table
 
 _PAGE = "report.html"
-_MOST_ERRORS = 10
 
 
 def write(folder: Path, design: Design, out: Path | None = None) -> Path:
@@ -86,6 +85,7 @@ class _Report:
                                                     self._drawn)
                         for group in self._groups}
         self._sources = methods.Sources(study)
+        self._wide = notes.about_width(study, self._estimates)
 
     def page(self) -> str:
         """The document."""
@@ -135,12 +135,10 @@ class _Report:
             body += page.paragraph("One run a vector: there are no intervals and no comparisons, "
                                    "and knees rest on how the points scatter around lines.",
                                    "warn")
-        return Section("findings", "In short", body + self._missing())
-
-    def _missing(self) -> str:
-        absent = [name for name in self._study.design.report.metrics if name not in self._single
-                  and not any(name == group.pattern for group in self._groups)]
-        return page.paragraph(f"No run has {wording.listed(absent)}.", "warn") if absent else ""
+        body += notes.about_metrics(study, self._single, self._groups)
+        if self._wide:
+            body += page.paragraph(self._wide, "warn")
+        return Section("findings", "In short", body)
 
     def _run(self) -> Section:
         study = self._study
@@ -155,16 +153,7 @@ class _Report:
         if study.design.metrics:
             body += page.paragraph("Metrics of this campaign:") + page.items(
                 [f"{name} = {formula}" for name, formula in study.design.metrics.items()])
-        return Section("run", "What was run", body + self._failures())
-
-    def _failures(self) -> str:
-        errors = Counter(error or "no reason is known" for error in
-                         self._study.text("error")[self._study.failed])
-        if not errors:
-            return ""
-        return page.paragraph(
-            f"{wording.counted(errors.total(), 'run')} failed:", "warn") + page.items(
-            [f"{count} × {error}" for error, count in errors.most_common(_MOST_ERRORS)])
+        return Section("run", "What was run", body + notes.failures(study))
 
     def _reading(self) -> str:
         study = self._study
@@ -288,7 +277,7 @@ class _Report:
             study, {self._estimates.of(metric, vector).method for metric in self._single
                     for vector in self._vectors}, self._estimates.resamples, sources,
             self._single, self._found,
-            any(one.was_sought for bends in self._bends.values() for one in bends))))
+            any(one.was_sought for bends in self._bends.values() for one in bends), self._wide)))
         for title, text in (("The design", sources.design),
                             ("The scenario of one run, every value spelled out",
                              sources.scenario)):
