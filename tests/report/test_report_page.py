@@ -368,6 +368,25 @@ def test_a_saltelli_design_shows_its_indices(tmp_path):
     lines = (tmp_path / "report" / "tables" / "exploration_time_s_sobol.csv").read_text()
     assert float(lines.splitlines()[2].split(",")[1]) == pytest.approx(second.first)
     assert "figure-exploration_time_s_sobol" in page.ids
+    assert "a (fleet.a): between 0.0 and 1.0; b" in page.text  # not as far as they were drawn
+
+
+def test_samples_tell_the_range_of_the_design_and_a_shared_run_once(tmp_path):
+    """Three vectors with two runs: two of them coincide."""
+    rows = [{"run_id": run_id, "vector": i, "iteration": 0, "seed": 1, "status": "finished",
+             "error": None, "digest": None, "noise": f"{noise} mm", "kind": kind,
+             **timed(100.0 + i)}
+            for i, (run_id, noise, kind) in enumerate([("a", 3.5, 1), ("b", 40, 2), ("a", 3.5, 1)])]
+    table(tmp_path, {"noise": 1, "kind": 1}, rows)
+    page = made(tmp_path, Design.model_validate({
+        "name": "x", "base": "x.yaml", "vectors": {"latin_hypercube": 3}, "iterations": 1,
+        "parameters": {"noise": {"key": "a.noise", "from": "1 mm", "to": "100 mm", "scale": "log"},
+                       "kind": {"key": "a.kind", "values": [1, 2]}}}))
+    assert "noise (a.noise): between 1 mm and 100 mm, evenly in the logarithm; kind (a.kind): 1, " \
+           "2." in page.text
+    assert "3 vectors 1 iteration 2 runs finished 0 failed" in page.text
+    assert "2 runs ended (vectors with the same values share theirs), of which 2 reached" \
+        in page.text
 
 
 def test_knees_say_which_panel_they_are_of(tmp_path):

@@ -56,6 +56,14 @@ def compiled(folder, sources):
                           cwd=folder, capture_output=True, text=True)
 
 
+def test_latex_breaks_captions_between_words_but_not_numbers(tmp_path):
+    tables.as_latex(Table("long", "Mean of 1 234 567 runs in 20 cases of 2010 at 5 %.",
+                          ["a b"], [["x y"], [12345.0]], [], []), tmp_path)
+    text = (tmp_path / "long.tex").read_text()
+    assert r"\caption{Mean of 1\,234\,567 runs in 20 cases of 2010 at 5 \%.}" in text
+    assert r"a b \\" in text and r"x y \\" in text and r"12\,345 \\" in text
+
+
 def test_latex_compiles_with_odd_letters(tmp_path):
     tables.as_latex(ODD, tmp_path)
     done = compiled(tmp_path, ["odd"])

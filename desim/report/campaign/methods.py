@@ -14,6 +14,7 @@ from desim.campaign.design import (
     Levels,
     Saltelli,
     Sobol,
+    Span,
     Until,
 )
 from desim.errors import InputError
@@ -142,12 +143,13 @@ def _design(study: Study) -> str:
 
 def outcome(study: Study) -> str:
     """What became of the runs."""
-    failed = int(study.failed.sum())
-    return (f"{wording.counted(len(study.failed), 'run')} ended, of which "
-            f"{wording.number(int(study.reached.sum()), 9)} reached the aim, "
-            f"{wording.number(int((study.censored & ~study.failed).sum()), 9)} were stopped "
-            f"before it and {wording.number(failed, 9)} failed; failed runs are left out of all "
-            "estimates.")
+    once = study.once
+    counts = [wording.number(int((once & which).sum()), 9) for which in (
+        study.reached, study.censored & ~study.failed, study.failed)]
+    shared = "" if once.all() else " (vectors with the same values share theirs)"
+    return (f"{wording.counted(int(once.sum()), 'run')} ended{shared}, of which {counts[0]} "
+            f"reached the aim, {counts[1]} were stopped before it and {counts[2]} failed; failed "
+            "runs are left out of all estimates.")
 
 
 def _vectors(study: Study) -> str:
@@ -188,10 +190,11 @@ def _levels(study: Study, name: str) -> str:
 
 
 def values(study: Study, axis: Axis) -> str:
-    """An axis' levels, or, of samples, their range."""
-    if study.is_sampled and axis.numbers is not None:
-        ends = (wording.quantity(x, axis.unit) for x in axis.numbers[[0, -1]])
-        return f"between {' and '.join(ends)}"
+    """An axis' levels, or, of samples, the range and the scale that they were drawn from."""
+    shape = study.design.parameters[axis.name]
+    if study.is_sampled and isinstance(shape, Span):
+        how = ", evenly in the logarithm" if shape.scale == "log" else ""
+        return f"between {shape.from_} and {shape.to}{how}"
     return ", ".join(axis.labels[:_LISTED]) + (
         f" and {len(axis.labels) - _LISTED} more" if len(axis.labels) > _LISTED else "")
 

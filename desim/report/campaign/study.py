@@ -113,8 +113,9 @@ class Study:
     def once(self) -> np.ndarray:
         """[rows] that are runs: one that several vectors share has a row for each, and counts once.
         """
-        first = np.unique(self.text("run_id").astype(str), return_index=True)[1]
-        return np.isin(np.arange(len(self.failed)), first)
+        once = np.zeros(len(self.failed), bool)
+        once[np.unique(self.text("run_id").astype(str), return_index=True)[1]] = True
+        return once
 
     @cached_property
     def raised(self) -> dict[str, tuple[int, str]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import html
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -15,9 +16,10 @@ Cell = str | float | int | None
 _MOST_ROWS = 150  # on the page and in LaTeX; CSV has all
 _OF_LATEX = {"\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
              "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
-             "–": "--", "²": "$^2$", " ": r"\,", "<": "$<$", ">": "$>$", "µ": r"$\mu$",
+             "–": "--", "²": "$^2$", "<": "$<$", ">": "$>$", "µ": r"$\mu$",
              "≥": r"$\geq$", "→": r"$\rightarrow$", "×": r"$\times$",
              "[": "{[}", "]": "{]}"}
+_THOUSANDS = re.compile(r"(?<=\d) (?=\d{3}(?!\d))")  # thin, and no place to break a line
 
 
 class Table(NamedTuple):
@@ -102,4 +104,5 @@ def _is_text(table: Table, column: int) -> bool:
 
 
 def _escaped(text: str) -> str:
-    return "".join(_OF_LATEX.get(letter, letter) for letter in text)
+    text = "".join(_OF_LATEX.get(letter, letter) for letter in text)
+    return _THOUSANDS.sub(r"\\,", text)

@@ -18,7 +18,7 @@ def number(value: float | None, digits: int = 4) -> str:
         return "0"
     if 1e-4 <= abs(value) < 1e7:
         decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
-        text = f"{value:,.{decimals}f}".replace(",", " ")  # thin spaces
+        text = f"{value:,.{decimals}f}".replace(",", " ")  # as ISO 80000-1 has it
         return text.rstrip("0").rstrip(".") if "." in text else text
     return f"{value:.{digits - 1}g}"
 

@@ -100,17 +100,17 @@ class _Report:
     def _lead(self) -> str:
         study = self._study
         most = max(len(vector.rows) for vector in study.vectors)
-        failed = int(study.failed.sum())
+        failed, finished, censored = (int((study.once & which).sum()) for which in (
+            study.failed, ~study.failed, study.censored & ~study.failed))
         question = page.paragraph(study.design.question, "question") if study.design.question \
             else ""
         return question + page.facts([
             (wording.number(len(study.vectors), 9), "vectors" if len(study.vectors) > 1
              else "vector"),
             (wording.number(most, 9), "iterations" if most > 1 else "iteration"),
-            (wording.number(len(study.failed) - failed, 9), "runs finished"),
+            (wording.number(finished, 9), "runs finished"),
             (wording.number(failed, 9), "failed"),
-            (wording.number(int((study.censored & ~study.failed).sum()), 9),
-             "censored (stopped before the aim)")])
+            (wording.number(censored, 9), "censored (stopped before the aim)")])
 
     def _findings(self) -> Section:
         study, said = self._study, []
