@@ -128,8 +128,7 @@ class _Report:
             said = ["No knee and no significant difference was found with these runs."]
         body = ""
         if table is not None:
-            tables.as_csv(table, self._out / "tables")
-            body = tables.as_html(table, stacked=True)
+            body = self._written(table, stacked=True)
         body += page.items(said)
         if max(len(vector.rows) for vector in study.vectors) == 1 and not study.is_sampled:
             body += page.paragraph("One run a vector: there are no intervals and no comparisons, "
@@ -148,8 +147,7 @@ class _Report:
         body = page.paragraph(methods.outcome(study))
         if rows:
             table = Table("parameters", "Parameters.", head, rows, head, rows)
-            tables.as_csv(table, self._out / "tables")
-            body += tables.as_html(table)
+            body += self._written(table)
         if study.design.metrics:
             body += page.paragraph("Metrics of this campaign:") + page.items(
                 [f"{name} = {formula}" for name, formula in study.design.metrics.items()])
@@ -269,7 +267,7 @@ class _Report:
 
     def _table(self) -> list[Section]:
         table = overview.all_metrics(self._study, self._estimates)
-        return [Section("table", "All metrics", self._written(table, latex=False))]
+        return [Section("table", "All metrics", self._written(table, wide=True))]
 
     def _methods(self) -> list[Section]:
         study, sources = self._study, self._sources
@@ -296,9 +294,11 @@ class _Report:
     def _figure(self, drawn: Figure, name: str, caption: str) -> str:
         return page.figure(style.save(drawn, self._out / "figures", name), name, caption)
 
-    def _written(self, table: Table, latex: bool = True) -> str:
+    def _written(self, table: Table, wide: bool = False, stacked: bool = False) -> str:
+        """Into files, of which no sheet of paper holds the ``wide`` one; returns it for the page.
+        """
         tables.as_csv(table, self._out / "tables")
-        if latex:
+        if not wide:
             tables.as_latex(table, self._out / "tables")
-        return tables.as_html(table)
+        return tables.as_html(table, stacked)
 
