@@ -24,8 +24,8 @@ def number(value: float | None, digits: int = 4) -> str:
 
 
 def at_least(text: str, late: int) -> str:
-    """A mean of times of which some are only known to be later than the limit."""
-    return f"≥ {text}" if late else text
+    """A mean of times, if there is one, of which some are only known to be later than the limit."""
+    return f"≥ {text}" if late and text != "–" else text
 
 
 def between(low: float | None, high: float | None) -> str:

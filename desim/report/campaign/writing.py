@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from desim.campaign.design import Design
 from desim.errors import InputError
 from desim.report.campaign import (
+    captions,
     contrasts,
     coverage,
     figures,
@@ -30,7 +31,7 @@ from desim.report.campaign import (
 )
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.page import Section
-from desim.report.campaign.study import TIMES, Study
+from desim.report.campaign.study import Study
 from desim.report.campaign.tables import Table
 
 _PAGE = "report.html"
@@ -93,7 +94,7 @@ class _Report:
         metrics = [self._metric(metric) for metric in self._single]
         of_groups = [self._group(group) for group in self._groups]
         sections = [self._findings(), self._run(), Section(
-            "metrics", "Metrics", self._reading(), 2), *metrics, *of_groups,
+            "metrics", "Metrics", captions.reading(study), 2), *metrics, *of_groups,
             *self._explored(), *self._table(), *self._methods(), self._files()]
         return page.page(study.design.name, self._lead(), sections)
 
@@ -153,19 +154,6 @@ class _Report:
                 [f"{name} = {formula}" for name, formula in study.design.metrics.items()])
         return Section("run", "What was run", body + notes.failures(study))
 
-    def _reading(self) -> str:
-        study = self._study
-        if study.is_sampled:
-            return ""
-        text = ("Lines and large symbols are means over the runs of a vector, bars their 95 % "
-                "intervals, faint dots single runs (▲: stopped at the time limit).")
-        if len({int(study.reached[vector.rows].sum()) for vector in study.vectors}) > 1:
-            text += " The larger a symbol, the more runs reached the aim; hollow: none did."
-        if study.others:
-            text += (f" Panels are the levels of "
-                     f"{wording.listed([axis.name for axis in study.others])}.")
-        return page.paragraph(text, "note")
-
     def _metric(self, metric: str) -> Section:
         study, estimates = self._study, self._estimates
         parts = []
@@ -174,7 +162,8 @@ class _Report:
         else:
             drawn = figures.metric_figure(study, estimates, metric, self._drawn,
                                           self._bends[metric])
-            caption = self._caption(metric) + lines.left_out(self._panels, self._drawn)
+            caption = captions.caption(study, estimates, metric, self._vectors) \
+                + lines.left_out(self._panels, self._drawn)
             parts.append(self._figure(drawn, metric, caption))
             parts.append(page.items(knees.sentences(self._bends[metric], study.against, metric)))
         if rungs.is_ladder(study):
@@ -191,22 +180,6 @@ class _Report:
                 + self._written(overview.compared(metric, self._found[metric]))))
         parts.append(self._coverage(covered))
         return Section(f"metric-{metric}", wording.titled(metric), "\n".join(parts), 3)
-
-    def _caption(self, metric: str) -> str:
-        study = self._study
-        found = [self._estimates.of(metric, vector) for vector in self._vectors]
-        finished = sum(one.runs - one.failed for one in found)
-        have = sum(one.n for one in found)
-        text = f"{wording.titled(metric)} against {study.against.name}. " if study.against \
-            else f"{wording.titled(metric)}. "
-        if any(one.late for one in found):
-            text += ("Mean restricted to the time limit: a run that was stopped counts with the "
-                     "limit. Dotted: the mean of the successes, which leaves such runs out. ")
-        if have < finished:
-            text += f"{finished - have} of {finished} finished runs have no such value"
-            text += (", or are of a vector of which some runs were stopped before it for another "
-                     "reason than the time limit. ") if metric in TIMES else ". "
-        return text
 
     def _sampled(self, metric: str) -> list[str]:
         study = self._study
