@@ -338,6 +338,8 @@ def test_a_report_that_goes_wrong_leaves_what_was_there(tmp_path, monkeypatch):
             write(folder, design({}, iterations=2), out)
     assert (folder / "report" / "report.html").read_bytes() == before
     assert sorted(path.name for path in folder.iterdir()) == ["report", "runs.parquet"]
+    assert sorted(path.name for path in (folder / "report").iterdir()) == [
+        "figures", "report.html", "tables"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["campaign"]
 
 

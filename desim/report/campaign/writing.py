@@ -40,13 +40,14 @@ _PAGE = "report.html"
 def write(folder: Path, design: Design, out: Path | None = None) -> Path:
     """Write the report of the campaign in ``folder`` to ``out`` (``folder/report``); returns the
     page. Raises ``InputError`` for a folder without runs, or one that cannot be written. It is
-    written beside ``out`` and then moved, the page last: what goes wrong leaves what was there."""
+    written aside and then moved, the page last: what goes wrong leaves what was there."""
     study = Study(folder, design)
     out = out or folder / "report"
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        with TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as beside:
-            new = Path(beside)
+        place = out if out.is_dir() else out.parent  # of one file system with where it goes
+        with TemporaryDirectory(dir=place, prefix=".report.") as folder:
+            new = Path(folder)
             for below in ("figures", "tables"):
                 (new / below).mkdir()
             with style.drawing():
