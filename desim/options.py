@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import types
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal, Union, get_args, get_origin
 
@@ -36,10 +36,17 @@ def parsed(words: Sequence[str], block: type[Params], more: Sequence[str] = ()) 
         elif key in given:
             raise InputError(f"{_option(key)}: it is given twice")
         given[key] = value
+    return checked(given, block)
+
+
+def checked(given: Mapping[str, Any], block: type[Params]) -> Params:
+    """Values by option, as a scenario would have them: a quantity has its unit. Raises
+    ``InputError`` as ``parsed`` does."""
+    fields = _fields(block)
     for key, info in fields.items():
         if info.is_required() and key not in given:
             raise InputError(f"{key.upper()} is missing: {info.description}")
-    result = validated(block, given)
+    result = validated(block, dict(given))
     if isinstance(result, list):
         raise InputError(*(f"{_option('.'.join(map(str, complaint.path)))}: {complaint.text}"
                            f"{_or_none(complaint.text, fields.get(str(complaint.path[0])))}"

@@ -174,6 +174,8 @@ def test_the_command(design):
 
 @pytest.mark.parametrize(("words", "says"), [
     (["--image", "4 apples"], "--image: unknown unit 'apples' for a size"),
+    (["--image", "4"], "--image: '4' has no unit; allowed: B, kB, MB"),
+    (["--rate", "1"], "--rate: '1' has no unit"),
     (["--rate", "0 b/s"], "--rate: '0 b/s' must be above zero"),
     (["--model", "swich"], "swich"),
     (["--model", "bus"], "--model bus.propagation: "),

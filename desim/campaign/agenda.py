@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim.campaign.design import Until
@@ -62,6 +62,16 @@ class Agenda:
                     for number, count in left.items()}
         return left
 
+    @property
+    def wide(self) -> list[Vector]:
+        """The vectors that are not known well enough after all iterations that they may have."""
+        if not self._until:
+            return []
+        return [vector for vector in self._plan.vectors
+                if len(ids := self._ids.get(vector.number, [])) >= self._until.at_most
+                and all(run_id in self.rows for run_id in ids)
+                and not is_narrow(self._known(ids), self._until)]
+
     def __contains__(self, run_id: str) -> bool:
         """Whether the run belongs to the campaign."""
         return run_id in self._vectors_of
@@ -108,11 +118,19 @@ class Agenda:
     def _lacks(self, ids: list[str]) -> bool:
         from desim.statistics.sequential import enough
 
-        if len(ids) >= self._until.at_most:
-            return False
+        return len(ids) < self._until.at_most and not enough(self._known(ids), *self._until)
+
+    def _known(self, ids: list[str]) -> list[float]:
+        """The metric's values, of those runs that have one."""
         values = [self._value(self.rows[run_id]) for run_id in ids]
-        known = [float(value) for value in values if value is not None]
-        return not enough(known, *self._until)
+        return [float(value) for value in values if value is not None]
+
+
+def is_narrow(values: Sequence[float], rule: Rule) -> bool:
+    """Whether the interval of all the values that there are is as narrow as it should be."""
+    from desim.statistics.sequential import enough
+
+    return len(values) >= 2 and enough(values, rule.width, rule.relative, 2, len(values) + 1)
 
 
 def rule_of(until: Until) -> Rule:

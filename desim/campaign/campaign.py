@@ -20,6 +20,7 @@ from desim.campaign.design import LoadedDesign
 from desim.campaign.index import Index, read
 from desim.campaign.metrics import Metrics
 from desim.campaign.plan import Plan, Vector
+from desim.campaign.remarks import remarks
 from desim.campaign.stored import refuse_another, store
 from desim.campaign.table import write_table
 from desim.campaign.work import Row, Task, folder_of, row_of
@@ -97,6 +98,11 @@ class Sweep:
     def damaged(self) -> int:
         """Lines of the index that could not be read; it was made again from the runs' folders."""
         return self._index.damaged
+
+    @property
+    def remarks(self) -> list[str]:
+        """What to know of its metrics, a line each."""
+        return remarks(self.plan, self.metrics, self.agenda)
 
     @property
     def others(self) -> int:

@@ -47,7 +47,7 @@ class Index:
                 functions: tuple[str, ...] = ()) -> None:
         """Bring it in line with the folders of runs that are ``present``: forget runs whose folder
         is gone, and read ``again`` those that it has not heard of, that it holds for failed, or of
-        which it lacks one of the ``functions``."""
+        which it lacks one of the ``functions``, or one raised: it may have been mended."""
         for run_id in [run_id for run_id, row in self.rows.items()
                        if run_id not in present and row["status"] == FINISHED]:
             del self.rows[run_id]
@@ -68,7 +68,7 @@ class Index:
 
     def _is_current(self, run_id: str, functions: tuple[str, ...]) -> bool:
         row = self.rows.get(run_id)
-        return (row is not None and row["status"] == FINISHED
+        return (row is not None and row["status"] == FINISHED and "raised" not in row
                 and all(name in row["functions"] for name in functions))
 
     def _rewrite(self) -> None:

@@ -44,7 +44,7 @@ class Metrics:
             self.names = tuple(found)
             self._words = {name for name, value in found.items() if isinstance(value, str)}
             self._own: dict[str, Callable[[Row], float | None]] = {}
-            self.functions: tuple[str, ...] = ()
+            self._paths: dict[str, str] = {}  # of the functions, by metric
             for name, text in loaded.design.metrics.items():
                 try:
                     self._own[name] = self._made(
@@ -52,6 +52,7 @@ class Metrics:
                 except InputError as error:
                     raise loaded.wrong(("metrics", name), str(error)) from None
         self.names = (*self.names, *self._own)
+        self.functions = tuple(dict.fromkeys(self._paths.values()))
         refuse_twins(plan, self.names)
         self._refuse_unknown(plan)
 
@@ -59,15 +60,22 @@ class Metrics:
         """All metrics of a finished run."""
         return {**row["metrics"], **{name: own(row) for name, own in self._own.items()}}
 
+    def raised(self, row: Row) -> dict[str, str]:
+        """By metric, the errors of functions that raised on a run that has finished."""
+        errors = row.get("raised", {})
+        return {name: errors[path] for name, path in self._paths.items() if path in errors} \
+            if errors else {}
+
     def value(self, name: str, row: Row) -> Any:
         """One metric of a run, to judge whether it is known well enough; None where it has none. An
-        instant that was not reached counts as the run's end, in the design's expressions too, so
-        that vectors that fail are not taken for well known (restricted mean)."""
+        instant that was not reached within the time limit counts as the run's end, in the design's
+        expressions too, so that vectors that fail are not taken for well known (restricted mean);
+        where the run stopped for another reason nothing is known of it."""
         if row["status"] != "finished":
             return None
         found = row["metrics"]
         ends = {instant: found["simulated_s"] for instant in _INSTANTS
-                if found.get(instant) is None}
+                if found.get(instant) is None and found["stop_reason"] == "elapsed"}
         row = {**row, "metrics": {**found, **ends}}
         return self._own[name](row) if name in self._own else row["metrics"].get(name)
 
@@ -76,7 +84,8 @@ class Metrics:
         if name in self.names:
             raise InputError("is the name of a metric of every run; choose another one")
         if _FUNCTION.fullmatch(text):
-            return self._function(plugins.beside(text, folder), run)
+            path = self._paths[name] = plugins.beside(text, folder)
+            return self._function(path, run)
         counted = [found for found in _COUNTED.findall(text) if found not in self.names]
         compiled = expression.compile(text, (*self._numbers, *counted))
 
@@ -98,7 +107,6 @@ class Metrics:
         except (Exception, SystemExit) as error:  # a stranger's function may fail in any way
             raise InputError(f"{plugins.bare(path)} raised {told(error)} (tried on a run of "
                              "0.01 s)") from error
-        self.functions += (path,)
         return lambda row: row["functions"].get(path)
 
     @property

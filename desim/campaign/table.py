@@ -1,11 +1,12 @@
 """``runs.parquet``: one row a run, with its parameters and its metrics.
 
 It holds results only, no times: the same design gives the same file, on whatever machine and
-however often it was interrupted.
+however often it was interrupted. Its metadata say which metrics raised.
 """
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,9 @@ from desim.campaign.agenda import Rows
 from desim.campaign.columns import FIXED, labelled
 from desim.campaign.metrics import Metrics
 from desim.campaign.plan import Plan, Vector
+from desim.campaign.remarks import raised
+
+RAISED = "desim.raised"  # of the metadata: by metric, in how many runs, and the first error
 
 
 def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
@@ -41,6 +45,8 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
         columns[name] = [values.get(name) for values in found]
     table = pa.table({name: _column(values, pa.string() if name in FIXED else pa.float64())
                       for name, values in columns.items()})
+    finished = {run_id: rows[run_id] for _, _, run_id in made}.values()
+    table = table.replace_schema_metadata({RAISED: json.dumps(raised(metrics, finished))})
     beside = path.with_name(f".{path.name}.new")
     try:
         pq.write_table(table, beside, compression="zstd")

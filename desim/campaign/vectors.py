@@ -32,7 +32,9 @@ def combinations(loaded: LoadedDesign, parameters: dict[str, Parameter]) -> list
             return _listed(loaded, vectors, parameters)
         if isinstance(vectors, (tuple, Function)):
             given = vectors if isinstance(vectors, tuple) else _answered(loaded, vectors.function)
-            return [_named(number, one, parameters) for number, one in enumerate(given)]
+            chosen = [_named(number, one, parameters) for number, one in enumerate(given)]
+            _refuse_twins(chosen)
+            return chosen
         return _sampled(loaded, _points(vectors, len(parameters), loaded.design.seed), parameters)
     except InputError as error:
         line = str(error)
@@ -103,6 +105,15 @@ def _named(number: int, one: Any, parameters: dict[str, Parameter]) -> Combinati
         except (InputError, TypeError) as error:  # TypeError: what JSON cannot hold
             raise InputError(f"vector {number}: {name}: {error}") from None
     return made
+
+
+def _refuse_twins(vectors: list[Combination]) -> None:
+    seen: dict[tuple[str, ...], int] = {}
+    for number, one in enumerate(vectors):
+        first = seen.setdefault(tuple(level.label for level in one.values()), number)
+        if first != number:
+            values = ", ".join(f"{name}: {level.label}" for name, level in one.items())
+            raise InputError(f"vector {number} repeats vector {first} ({values})")
 
 
 def _plain(value: Any) -> Any:

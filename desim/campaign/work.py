@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from desim import api, plugins
-from desim.errors import InputError
+from desim.errors import InputError, told
 from desim.experiment.results import FAILED, FINISHED
 from desim.scenario.load import Loaded
 
@@ -63,10 +63,11 @@ def row_of(run: api.Run, functions: tuple[str, ...]) -> Row:
     manifest = run.manifest
     if manifest["status"] != FINISHED:
         return failure(manifest["run_id"], str(manifest.get("error") or manifest["status"]))
-    return {"run_id": manifest["run_id"], "status": FINISHED, "digest": manifest["digest"],
-            "cost": {name: manifest[name] for name in _COSTS},
-            "metrics": flat(run.metrics),
-            "functions": {name: evaluated(name, run) for name in functions}}
+    values, raised = _evaluated(functions, run)
+    row = {"run_id": manifest["run_id"], "status": FINISHED, "digest": manifest["digest"],
+           "cost": {name: manifest[name] for name in _COSTS},
+           "metrics": flat(run.metrics), "functions": values}
+    return {**row, "raised": raised} if raised else row
 
 
 def flat(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -83,13 +84,19 @@ def flat(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     return out
 
 
-def evaluated(name: str, run: api.Run) -> float | None:
-    """A metric that is a function of a run; None where it says so, is not finite, or fails."""
-    try:
-        value = plugins.imported("function", name)(run)
-        return None if value is None or not math.isfinite(value) else float(value)
-    except Exception:  # one run without a metric; the rehearsal has shown the function to work
-        return None
+def _evaluated(functions: tuple[str, ...], run: api.Run,
+               ) -> tuple[dict[str, float | None], dict[str, str]]:
+    """The metrics that are functions of a run: None where one says so, is not finite, or raises;
+    and the errors of those that raised."""
+    values: dict[str, float | None] = {}
+    raised = {}
+    for name in functions:
+        try:
+            value = plugins.imported("function", name)(run)
+            values[name] = None if value is None or not math.isfinite(value) else float(value)
+        except (Exception, SystemExit) as error:  # the run is finished, and stays so
+            values[name], raised[name] = None, told(error)
+    return values, raised
 
 
 def folder_of(out: Path, name: str, run_id: str) -> Path:

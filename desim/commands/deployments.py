@@ -37,10 +37,8 @@ def deploy(design: DesignPath,
             from desim.campaign.design import load_design
             from desim.report import deploying
 
-            words = [f"--image={image}", f"--model={model}", f"--rate={rate}"]
-            if robots_per_node is not None:
-                words.append(f"--robots-per-node={robots_per_node}")
-            cluster = options.parsed(words, deploying.Cluster)
+            cluster = options.checked({"image": image, "model": model, "rate": rate,
+                                       "robots_per_node": robots_per_node}, deploying.Cluster)
             plan = Told(as_json).planned(load_design(design))
         deployment = deploying.planned(plan, cluster)
         if as_json:

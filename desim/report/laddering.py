@@ -11,6 +11,7 @@ from desim.campaign.design import Design
 from desim.report.campaign import rungs
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.study import Study
+from desim.report.campaign.tables import Table as Written
 from desim.report.campaign.tables import text_of
 
 
@@ -21,11 +22,17 @@ def tell(folder: Path, design: Design) -> None:
     metric = design.report.metrics[0]
     found = rungs.compared(study, Estimates(study), metric)
     shown = rungs.table(study, metric, found)
-    table = Table()
-    for i, title in enumerate(shown.head):
-        table.add_column(title, justify="left" if i in (0, len(shown.head) - 1) else "right")
-    for row in shown.rows:
-        table.add_row(*map(text_of, row))
-    console.print(table)
+    console.print(drawn(shown))
     for sentence in rungs.sentences(study, metric, found):
         console.print(sentence, soft_wrap=True)
+
+
+def drawn(shown: Written) -> Table:
+    """For a terminal: in one that is narrow names go on in the next line."""
+    table = Table()
+    for i, title in enumerate(shown.head):
+        table.add_column(title, justify="left" if i in (0, len(shown.head) - 1) else "right",
+                         overflow="fold")
+    for row in shown.rows:
+        table.add_row(*map(text_of, row))
+    return table

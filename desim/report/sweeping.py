@@ -120,6 +120,8 @@ class Told:
         done, failed, total = sweep.progress
         self._console.print(f"{done} of {total} runs{_failed(failed)}; table: "
                             f"{sweep.out / TABLE}")
+        for remark in sweep.remarks:
+            self._console.print(remark, markup=False)
 
     @contextmanager
     def _clustered(self, settings: Settings, progress: Progress, bar: TaskID) -> Iterator[Workers]:

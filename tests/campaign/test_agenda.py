@@ -72,11 +72,22 @@ def test_runs_without_a_value_are_not_waited_for_for_ever(tmp_path):
 
 def test_a_run_that_two_vectors_ask_for_is_made_once(tmp_path):
     plan = planned(tmp_path, "parameters: {robots: {key: fleet.size, values: [1, 2]}}\n"
-                             "iterations: 2\nvectors: [{robots: 1}, {robots: 2}, {robots: 1}]\n")
+                             "iterations: 2\nvectors: {latin_hypercube: 4}\n")
+    robots = [vector.robots for vector in plan.vectors]
     agenda, asked = played(plan, 3)
-    assert asked == [(0, 0), (1, 0), (0, 1), (1, 1)]
-    assert len(agenda.runs) == 6  # each vector has its row in the table
+    assert asked == [(robots.index(n), iteration) for iteration in (0, 1)
+                     for n in dict.fromkeys(robots)]
+    assert sorted(robots) == [1, 1, 2, 2]
+    assert len(agenda.runs) == 8  # each vector has its row in the table
     assert agenda.progress == (4, 0, 4)
+
+
+def test_what_is_not_known_well_enough_in_the_end_is_told(tmp_path):
+    plan = planned(tmp_path, UNTIL % "10 %")
+    agenda, asked = played(plan, jobs=2, luck=luck)
+    assert [vector.number for vector in agenda.wide] == [2]
+    assert asked.count((2, 11)) == 1
+    assert not played(planned(tmp_path, ROBOTS), jobs=1)[0].wide
 
 
 def test_only(tmp_path):

@@ -10,8 +10,8 @@ DESIGN = """metrics:
   late: exploration_time_s > 50
   twice: 2 * explored
 """
-REACHED = {"simulated_s": 100.0, "exploration_time_s": 40.0, "explored": 0.99,
-           "explored_area_m2": 80.0, "map_quality": None}
+REACHED = {"stop_reason": "elapsed", "simulated_s": 100.0, "exploration_time_s": 40.0,
+           "explored": 0.99, "explored_area_m2": 80.0, "map_quality": None}
 NOT_REACHED = {**REACHED, "exploration_time_s": None, "explored": 0.5, "explored_area_m2": 50.0}
 
 
@@ -36,6 +36,13 @@ def test_an_instant_that_was_not_reached_counts_as_the_end_of_the_run(metrics, n
                                                                       not_reached):
     assert metrics.value(name, row(REACHED)) == reached
     assert metrics.value(name, row(NOT_REACHED)) == not_reached
+
+
+def test_of_a_run_that_stopped_for_another_reason_no_instant_is_known(metrics):
+    stopped = row({**NOT_REACHED, "stop_reason": "explored"})
+    assert metrics.value("exploration_time_s", stopped) is None
+    assert metrics.value("seconds_per_m2", stopped) is None
+    assert metrics.value("explored", stopped) == 0.5
 
 
 def test_the_table_has_no_value_for_it(metrics):

@@ -97,6 +97,13 @@ def test_a_metric_that_is_new_is_looked_up_in_the_folders(path):
     assert {found["functions"]["mine:f"] for found in index.rows.values()} == {7.0}
 
 
+def test_a_metric_that_raised_is_looked_up_again(path):
+    index = Index(path)
+    index.add({**row("a"), "functions": {"f": None}, "raised": {"f": "ValueError: boom"}})
+    index.recover({"a"}, lambda run_id: {**row(run_id), "functions": {"f": 1.0}}, ("f",))
+    assert index.rows["a"]["functions"] == {"f": 1.0} and "raised" not in index.rows["a"]
+
+
 def test_a_disk_that_is_full_leaves_no_half_line(path, monkeypatch):
     whole = path.read_bytes()
     index = Index(path)

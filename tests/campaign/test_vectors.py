@@ -1,7 +1,12 @@
 """Which combinations are run."""
 
+import sys
+from types import SimpleNamespace
+
 import pytest
 from designs import labels, planned
+
+from desim.errors import InputError
 
 TWO = """parameters:
   robots: {key: fleet.size, values: [1, 2]}
@@ -43,6 +48,17 @@ def test_a_function_may_count_with_numpy(tmp_path):
         "    return [{'robots': n, 'beams': b} for n, b in zip(np.arange(1, 3), [10, 20])]\n")
     plan = planned(tmp_path, TWO + "vectors: {function: 'counts_with_numpy:pairs'}\n")
     assert labels(plan) == [("1", "10"), ("2", "20")]
+
+
+@pytest.mark.parametrize("vectors", [
+    "[{robots: 1, beams: 10}, {robots: 2, beams: 10}, {beams: 10, robots: 1}]",
+    "{function: 'repeats_a_vector:vectors'}"])
+def test_a_vector_that_stands_there_twice_is_refused(tmp_path, monkeypatch, vectors):
+    monkeypatch.setitem(sys.modules, "repeats_a_vector", SimpleNamespace(vectors=lambda: [
+        {"robots": n, "beams": 10} for n in (1, 2, 1)]))
+    with pytest.raises(InputError, match=r"vectors: vector 2 repeats vector 0 "
+                                         r"\(robots: 1, beams: 10\)"):
+        planned(tmp_path, f"{TWO}vectors: {vectors}\n")
 
 
 def strata(plan, name, low, high, count):

@@ -11,7 +11,7 @@ from synthetic import write as table
 
 from desim.campaign.design import Design
 from desim.errors import InputError
-from desim.report.campaign import wording
+from desim.report.campaign import overview, wording
 from desim.report.campaign.writing import write
 from desim.statistics.intervals import bca_interval, t_interval
 from desim.statistics.sensitivity import indices, saltelli
@@ -315,6 +315,34 @@ def test_a_parameter_with_levels_says_what_it_sets(tmp_path):
     assert "place network.rate, deployment 2" in page.text
 
 
+def test_what_was_dropped_in_every_run_is_counted(tmp_path):
+    """A column without a gap is Arrow's own memory."""
+    robots = {"robots": [1, 2]}
+    page = made(campaign(tmp_path, robots, 2, lambda levels, k: timed(
+        100.0, messages_dropped_collision=float(k))), design(robots, iterations=2))
+    assert "messages dropped collision" in page.text
+
+
+def test_a_report_that_goes_wrong_leaves_what_was_there(tmp_path, monkeypatch):
+    folder = tmp_path / "campaign"
+    folder.mkdir()
+    campaign(folder, {}, 2, lambda levels, k: timed(1.0 + k))
+    before = write(folder, design({}, iterations=2)).read_bytes()
+
+    def broken(*_):
+        raise ValueError("boom")
+
+    monkeypatch.setattr(overview, "all_metrics", broken)  # figures and tables are written by then
+    for out in (folder / "report", tmp_path / "new"):
+        with pytest.raises(ValueError, match="boom"):
+            write(folder, design({}, iterations=2), out)
+    assert (folder / "report" / "report.html").read_bytes() == before
+    assert sorted(path.name for path in folder.iterdir()) == ["report", "runs.parquet"]
+    assert sorted(path.name for path in (folder / "report").iterdir()) == [
+        "figures", "report.html", "tables"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["campaign"]
+
+
 def test_a_folder_without_runs_is_refused(tmp_path):
     with pytest.raises(InputError, match="not a campaign's folder"):
         write(tmp_path, design({}))
@@ -342,6 +370,25 @@ def test_a_saltelli_design_shows_its_indices(tmp_path):
     lines = (tmp_path / "report" / "tables" / "exploration_time_s_sobol.csv").read_text()
     assert float(lines.splitlines()[2].split(",")[1]) == pytest.approx(second.first)
     assert "figure-exploration_time_s_sobol" in page.ids
+    assert "a (fleet.a): between 0.0 and 1.0; b" in page.text  # not as far as they were drawn
+
+
+def test_samples_tell_the_range_of_the_design_and_a_shared_run_once(tmp_path):
+    """Three vectors with two runs: two of them coincide."""
+    rows = [{"run_id": run_id, "vector": i, "iteration": 0, "seed": 1, "status": "finished",
+             "error": None, "digest": None, "noise": f"{noise} mm", "kind": kind,
+             **timed(100.0 + i)}
+            for i, (run_id, noise, kind) in enumerate([("a", 3.5, 1), ("b", 40, 2), ("a", 3.5, 1)])]
+    table(tmp_path, {"noise": 1, "kind": 1}, rows)
+    page = made(tmp_path, Design.model_validate({
+        "name": "x", "base": "x.yaml", "vectors": {"latin_hypercube": 3}, "iterations": 1,
+        "parameters": {"noise": {"key": "a.noise", "from": "1 mm", "to": "100 mm", "scale": "log"},
+                       "kind": {"key": "a.kind", "values": [1, 2]}}}))
+    assert "noise (a.noise): between 1 mm and 100 mm, evenly in the logarithm; kind (a.kind): 1, " \
+           "2." in page.text
+    assert "3 vectors 1 iteration 2 runs finished 0 failed" in page.text
+    assert "2 runs ended (vectors with the same values share theirs), of which 2 reached" \
+        in page.text
 
 
 def test_knees_say_which_panel_they_are_of(tmp_path):

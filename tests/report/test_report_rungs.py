@@ -1,6 +1,9 @@
 """Whether a ranking holds on every rung, and the design that asks."""
 
+from io import StringIO
+
 import pytest
+from rich.console import Console
 from synthetic import campaign, design, timed
 
 from desim.campaign.ladder import RUNGS, ladder
@@ -8,7 +11,9 @@ from desim.errors import InputError
 from desim.report.campaign import rungs
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.study import Study
+from desim.report.campaign.tables import Table
 from desim.report.campaign.writing import write
+from desim.report.laddering import drawn
 
 LADDER = {"rung": list(RUNGS), "strategy": ["a", "b", "c"]}
 KEYS = {"rung": {"key": "network.fidelity", "values": list(RUNGS)},
@@ -48,7 +53,22 @@ def test_it_is_said_which_rung_flips_what(climbed):
     assert said == ["ideal flips a and b (significant, p < 0.001) against multihop.",
                     "disk flips a and b (significant, p < 0.001) against multihop."]
     text = write(study.folder, study.design).read_text()
+    written = (study.folder / "report" / "tables" / "exploration_time_s_ladder.tex").read_text()
+    assert written.count(r"$\geq$ 1\,000") == 1  # of c on mac
     assert said[0].replace("<", "&lt;") in text
+
+
+def test_a_narrow_terminal_shows_whole_names():
+    names = ["nearest_frontier", "random_frontier", "one_more_way_to_choose_goals"]
+    table = Table("t", "T.", ["rung", *names, "flipped"],
+                  [["multihop", 1234.5, 0.25, 3.5, f"{names[0]}/{names[2]}*"]], [], [])
+    console = Console(width=60, file=StringIO())
+    console.print(drawn(table))
+    text = console.file.getvalue()
+    assert "…" not in text
+    flipped = "".join(line.split("│")[5].strip() for line in text.splitlines()
+                      if line.startswith("│"))
+    assert flipped == f"{names[0]}/{names[2]}*"
 
 
 def test_the_design_has_all_rungs_by_all_settings(repository):

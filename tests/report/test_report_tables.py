@@ -50,10 +50,30 @@ def compiled(folder, sources):
         pytest.skip("there is no pdflatex")
     inputs = "\n".join(rf"\input{{{source}}}" for source in sources)
     (folder / "all.tex").write_text(
-        "\\documentclass{article}\n\\usepackage[T1]{fontenc}\n\\usepackage{booktabs,longtable}\n"
+        "\\documentclass{article}\n\\usepackage[T1]{fontenc}\n\\usepackage{array,booktabs,longtable}\n"
         f"\\begin{{document}}\n{inputs}\n\\end{{document}}\n")
     return subprocess.run([latex, "-interaction=nonstopmode", "-halt-on-error", "all.tex"],
                           cwd=folder, capture_output=True, text=True)
+
+
+def test_latex_breaks_captions_between_words_but_not_numbers(tmp_path):
+    tables.as_latex(Table("long", "Mean of 1 234 567 runs in 20 cases of 2010 at 5 %.",
+                          ["a b"], [["x y"], [12345.0]], [], []), tmp_path)
+    text = (tmp_path / "long.tex").read_text()
+    assert r"\caption{Mean of 1\,234\,567 runs in 20 cases of 2010 at 5 \%.}" in text
+    assert r"a b \\" in text and r"x y \\" in text and r"12\,345 \\" in text
+
+
+def test_latex_folds_long_cells(tmp_path):
+    rows = [["a", "160\nknee 4 Mb/s", "word " * 20, 1.0]]
+    tables.as_latex(Table("folded", "Folded.", list("abcd"), rows, [], []), tmp_path)
+    text = (tmp_path / "folded.tex").read_text()
+    long = r">{\raggedright\arraybackslash}p{0.35\linewidth}"
+    assert text.startswith("% \\usepackage{array,booktabs,longtable}\n"
+                           rf"\begin{{longtable}}{{l{long}{long}r}}")
+    assert r"160\newline knee 4 Mb/s & word" in text
+    done = compiled(tmp_path, ["folded"])
+    assert done.returncode == 0, done.stdout[-2000:]
 
 
 def test_latex_compiles_with_odd_letters(tmp_path):
@@ -69,5 +89,7 @@ def test_latex_of_a_report_compiles(tmp_path):
     write(tmp_path, design(axes, iterations=4, report={"metrics": ["exploration_time_s",
                                                                    "explored_m2"]}))
     folder = tmp_path / "report" / "tables"
+    assert not (folder / "metrics_by_vector.tex").exists()
+    assert (folder / "parameters.tex").exists()
     done = compiled(folder, sorted(file.stem for file in folder.glob("*.tex")))
     assert done.returncode == 0, done.stdout[-2000:]

@@ -19,11 +19,13 @@ _FEWEST_RESAMPLES = 999
 
 
 class Times(NamedTuple):
-    """What else is said of times: the paper's mean of the successes, and the median."""
+    """What else is said of times: the paper's mean of the successes, the median, and how many runs
+    were not there at the ``limit`` and count with it."""
 
     successes: Interval
     median: censoring.Median
     limit: float
+    late: int
 
 
 class Estimate(NamedTuple):
@@ -50,14 +52,21 @@ class Estimate(NamedTuple):
     def n(self) -> int:
         return len(self.values)
 
+    @property
+    def late(self) -> int:
+        """Of how many values only a lower bound is known."""
+        return self.times.late if self.times else 0
+
 
 class Means(NamedTuple):
-    """Mean, bounds and number of values of a metric, each [vectors], NaN for what there is not."""
+    """Mean, bounds and number of values of a metric, each [vectors], NaN for what there is not; of
+    times, ``late`` of the values are the limit because the run was not there yet."""
 
     mean: np.ndarray
     low: np.ndarray
     high: np.ndarray
     n: np.ndarray
+    late: np.ndarray
 
 
 class Estimates:
@@ -67,6 +76,7 @@ class Estimates:
     def __init__(self, study: Study) -> None:
         self._study = study
         self.limit, self.ends = cache(self._limit), cache(self._ends)
+        self.watched = cache(self._watched)
         self._known: dict[tuple[str, int], Estimate] = {}
         draws = sum(len(vector.rows) for vector in study.vectors
                     if len(vector.rows) >= BOOTSTRAP_FROM) * len(study.design.report.metrics)
@@ -83,43 +93,68 @@ class Estimates:
     def means(self, metric: str) -> Means:
         """Of all vectors at once, by t: a hundred thousand runs are many. Times count up to the
         limit."""
-        study, limit = self._study, self.limit(metric)
-        column = study.column(metric) if limit is None else np.minimum(self.ends(metric), limit)
+        study = self._study
+        column, late = self._column(metric)
         order = np.concatenate([vector.rows for vector in study.vectors])
         sizes = [len(vector.rows) for vector in study.vectors]
         begins = np.cumsum([0, *sizes[:-1]])
         values = np.where(study.failed, np.nan, column)[order]
         there = np.isfinite(values)
         n = np.add.reduceat(there.astype(float), begins)
+        late = np.add.reduceat(late[order].astype(float), begins)
         with np.errstate(divide="ignore", invalid="ignore"):
             mean = np.add.reduceat(np.where(there, values, 0.0), begins) / n
             off = np.where(there, values - np.repeat(mean, sizes), 0.0)
             error = np.sqrt(np.add.reduceat(off**2, begins) / (n - 1) / n)
-        half = np.where(n < 2, np.nan, stats.t.ppf(0.975, np.maximum(n - 1, 1)) * error)
-        return Means(mean, mean - half, mean + half, n)
+        bounded = (n >= 2) & (late < n)
+        half = np.where(bounded, stats.t.ppf(0.975, np.maximum(n - 1, 1)) * error, np.nan)
+        return Means(mean, mean - half, mean + half, n, late)
+
+    def _column(self, metric: str) -> tuple[np.ndarray, np.ndarray]:
+        """Values [runs] of a metric, of times up to the limit, and which of these are late."""
+        column = self._study.column(metric)
+        if metric not in TIMES:
+            return column, np.zeros(len(column), bool)
+        limit, watched = self.limit(metric), self.watched(metric)
+        if limit is None:
+            return np.full(len(column), np.nan), np.zeros(len(column), bool)
+        ends = self.ends(metric)
+        return (np.where(watched, np.minimum(ends, limit), np.nan),
+                watched & (np.isnan(column) | (ends > limit)))
 
     def _limit(self, metric: str) -> float | None:
-        """Up to which instant all vectors were watched, which is the time limit of the design;
-        None for what is no time, where no run ended, and for instants that nobody waited for."""
+        """Up to which instant all vectors that have this time were watched, which is the time limit
+        of the design; None for what is no time, and for instants that nobody waited for."""
         if metric not in TIMES:
             return None
         ends, reached = self.ends(metric), ~np.isnan(self._study.column(metric))
-        if metric != TIMES[0] and not reached.any():
+        watched = self.watched(metric)
+        if not watched.any() or (metric != TIMES[0] and not reached.any()):
             return None
-        watched = []
+        limits = []
         for vector in self._study.vectors:
-            rows = vector.rows[~self._study.failed[vector.rows]]
+            rows = vector.rows[watched[vector.rows]]
             if (~reached[rows]).any():
-                watched.append(ends[rows].max())
-        finished = ends[~self._study.failed]
-        return float(min(watched) if watched else finished.max()) if len(finished) else None
+                limits.append(ends[rows].max())
+        return float(min(limits) if limits else ends[watched].max())
+
+    def _watched(self, metric: str) -> np.ndarray:
+        """[runs] that finished, of vectors of which each run got there or went on to its time
+        limit. A run that was stopped for another reason, such as that one robot knew enough, says
+        nothing of the others' time: its vector has no mean of it, restricted or other."""
+        study, watched = self._study, ~self._study.failed
+        lost = watched & np.isnan(study.column(metric)) & ~study.timed_out
+        for vector in study.vectors if lost.any() else ():
+            if lost[vector.rows].any():
+                watched[vector.rows] = False
+        return watched
 
     def _made(self, metric: str, vector: Vector) -> Estimate:
         study, rows = self._study, vector.rows
         failed = study.failed[rows]
         counts = len(rows), int(study.reached[rows].sum()), int(failed.sum())
         if metric in TIMES:
-            return self._time(metric, rows[~failed], counts)
+            return self._time(metric, rows[self.watched(metric)[rows]], counts)
         column = study.column(metric)[rows]
         there = np.isfinite(column)
         # A rule that stops by a width looks at the t interval, whatever the number of runs.
@@ -137,7 +172,8 @@ class Estimates:
             return Estimate(None, None, None, "none", np.zeros(0), rows[:0], *counts, None)
         ends, reached = self.ends(metric)[rows], ~np.isnan(self._study.column(metric)[rows])
         mean = censoring.restricted_mean(ends, reached, limit)
-        times = Times(self._interval(ends[reached]), censoring.median_time(ends, reached), limit)
+        times = Times(self._interval(ends[reached]), censoring.median_time(ends, reached), limit,
+                      int((~reached | (ends > limit)).sum()))
         return Estimate(mean.mean, mean.low, mean.high, "restricted", np.minimum(ends, limit), rows,
                         *counts, times)
 

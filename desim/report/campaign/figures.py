@@ -94,7 +94,7 @@ class _Painter:
         self._successes = {one.reached for one in found}
         self._most = max(self._successes, default=0)
         self._every = max(1, sum(one.n for one in found) // _MOST_DOTS)
-        censored = any(one.times and one.times.successes.n < one.n for one in found)
+        censored = any(one.late for one in found)
         self._limit = estimates.limit(metric) if censored else None
         values = np.concatenate([one.values for one in found] or [np.zeros(0)])
         # Shares are read on a linear scale.

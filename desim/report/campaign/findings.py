@@ -50,9 +50,7 @@ def _told(study: Study, estimates: Estimates, metric: str, bend: Bend) -> Cell:
 
 
 def _mean(one: Estimate) -> str:
-    """At least so much, of times of which some are not known."""
-    late = one.times is not None and one.times.successes.n < one.n
-    return f"{'≥ ' if late else ''}{wording.number(one.mean, 3)}"
+    return wording.at_least(wording.number(one.mean, 3), one.late)
 
 
 def starved(study: Study) -> list[str]:

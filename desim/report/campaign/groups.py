@@ -17,7 +17,7 @@ from desim.report.campaign import figures, wording
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.knees import ONSET, Knees, Onset, interval, onset
 from desim.report.campaign.lines import Line, Panel
-from desim.report.campaign.study import Study
+from desim.report.campaign.study import TIMES, Study
 from desim.report.campaign.style import colour, marker
 from desim.report.campaign.tables import Cell, Table
 
@@ -45,11 +45,12 @@ class Group(NamedTuple):
 
 
 def presented(study: Study) -> tuple[list[str], list[Group]]:
-    """The metrics that have a figure each, and the groups. What no run has is left out."""
+    """The metrics that have a figure each, and the groups. What no run has is left out, but the
+    exploration time: that nobody got there is a result."""
     own = [name for name in study.design.metrics if name in study.metrics]
     single, groups = [], []
     for asked in study.design.report.metrics:
-        if asked in study.metrics:
+        if study.has(asked) or asked == TIMES[0] and asked in study.metrics:
             single.append(asked)
         elif "*" in asked:
             found = [name for names in (own, study.metrics) for name in names

@@ -14,6 +14,7 @@ from desim.campaign.design import (
     Levels,
     Saltelli,
     Sobol,
+    Span,
     Until,
 )
 from desim.errors import InputError
@@ -79,9 +80,10 @@ def _read(path: Path) -> dict[str, Any] | None:
 
 def paragraphs(study: Study, intervals: set[str], resamples: int, sources: Sources,
                metrics: list[str], contrasts: dict[str, list[Contrast]], with_knees: bool,
-               ) -> list[str]:
-    """As prose for a paper; ``intervals`` are the methods by which they were made."""
-    return [_made(study, sources), _design(study),
+               wide: str) -> list[str]:
+    """As prose for a paper; ``intervals`` are the methods by which they were made, ``wide`` says
+    what is known less well than the design wants."""
+    return [_made(study, sources), f"{_design(study)} {wide}".rstrip(),
             _statistics(study, intervals, resamples, metrics, contrasts, with_knees)]
 
 
@@ -141,12 +143,13 @@ def _design(study: Study) -> str:
 
 def outcome(study: Study) -> str:
     """What became of the runs."""
-    failed = int(study.failed.sum())
-    return (f"{wording.counted(len(study.failed), 'run')} ended, of which "
-            f"{wording.number(int(study.reached.sum()), 9)} reached the aim, "
-            f"{wording.number(int((study.censored & ~study.failed).sum()), 9)} were stopped "
-            f"before it and {wording.number(failed, 9)} failed; failed runs are left out of all "
-            "estimates.")
+    once = study.once
+    counts = [wording.number(int((once & which).sum()), 9) for which in (
+        study.reached, study.censored & ~study.failed, study.failed)]
+    shared = "" if once.all() else " (vectors with the same values share theirs)"
+    return (f"{wording.counted(int(once.sum()), 'run')} ended{shared}, of which {counts[0]} "
+            f"reached the aim, {counts[1]} were stopped before it and {counts[2]} failed; failed "
+            "runs are left out of all estimates.")
 
 
 def _vectors(study: Study) -> str:
@@ -187,10 +190,11 @@ def _levels(study: Study, name: str) -> str:
 
 
 def values(study: Study, axis: Axis) -> str:
-    """An axis' levels, or, of samples, their range."""
-    if study.is_sampled and axis.numbers is not None:
-        ends = (wording.quantity(x, axis.unit) for x in axis.numbers[[0, -1]])
-        return f"between {' and '.join(ends)}"
+    """An axis' levels, or, of samples, the range and the scale that they were drawn from."""
+    shape = study.design.parameters[axis.name]
+    if study.is_sampled and isinstance(shape, Span):
+        how = ", evenly in the logarithm" if shape.scale == "log" else ""
+        return f"between {shape.from_} and {shape.to}{how}"
     return ", ".join(axis.labels[:_LISTED]) + (
         f" and {len(axis.labels) - _LISTED} more" if len(axis.labels) > _LISTED else "")
 
@@ -209,11 +213,12 @@ def _statistics(study: Study, intervals: set[str], resamples: int, metrics: list
                     "it says: the share that it holds was simulated for normal values that spread "
                     "as measured, and stands beside each interval of that metric.")
     if any(metric in TIMES for metric in metrics):
-        text.append("A run that was stopped before it reached the aim is right-censored at the "
-                    "instant at which it was stopped: reported are the mean restricted to the time "
-                    "limit (Royston and Parmar 2013), the Kaplan-Meier median with the interval of "
-                    "Brookmeyer and Crowley (1982), and the mean of the successes (Yan et al. "
-                    "2017).")
+        text.append("A run that was stopped by its time limit before it got there is "
+                    "right-censored at that instant; vectors with runs that stopped for another "
+                    "reason before they got there have no such time. Reported are the mean "
+                    "restricted to the time limit (Royston and Parmar 2013), the Kaplan-Meier "
+                    "median with the interval of Brookmeyer and Crowley (1982), and the mean of "
+                    "the successes (Yan et al. 2017).")
     if any(contrasts.values()):
         text.append("Settings were compared run by run under common random numbers, with the "
                     "paired t test and Wilcoxon's signed-rank test, times with the limit in place "

@@ -25,15 +25,22 @@ def all_metrics(study: Study, estimates: Estimates) -> Table:
     rows, exact = [], []
     for i, vector in enumerate(study.vectors):
         rows.append([*_begin(study, vector), *(
-            Shown(_with_half(*(column[i] for column in means[name][:3])), means[name][0][i])
+            Shown(_with_half(*(column[i] for column in means[name])), means[name].mean[i])
             for name in names)])
         exact.append([*_exact_begin(study, vector), *(
-            _exact(column[i]) for name in means for column in means[name])])
+            _exact(column[i]) for name, found in means.items()
+            for column in found[:len(_endings(name))])])
     return Table("metrics_by_vector", "All metrics by vector: mean ± half of the 95 % interval; "
-                 "times are restricted to the time limit.",
+                 "times are restricted to the time limit; ≥ where runs that were not there by then "
+                 "count with it.",
                  [*head, *map(wording.titled, names)], rows,
                  [*exact_head, *(f"{name}{ending}" for name in means
-                                 for ending in ("", "_low", "_high", "_n"))], exact)
+                                 for ending in _endings(name))], exact)
+
+
+def _endings(metric: str) -> tuple[str, ...]:
+    """Of the columns of a metric, as ``Means`` has them."""
+    return ("", "_low", "_high", "_n", "_late")[:5 if metric in TIMES else 4]
 
 
 def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vector],
@@ -55,7 +62,8 @@ def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vect
     few = len(study.vectors) <= _MOST_VECTORS
     for vector in study.vectors if few else drawn:
         one = estimates.of(metric, vector)
-        row = [*_begin(study, vector), one.mean,
+        row = [*_begin(study, vector),
+               Shown(wording.at_least(wording.number(one.mean), one.late), one.mean),
                Shown(wording.between(one.low, one.high), one.low), one.n]
         line = [*_exact_begin(study, vector), one.mean, one.low, one.high, one.n, one.method]
         if holds:
@@ -148,13 +156,15 @@ def _means(study: Study, estimates: Estimates, metric: str) -> Means:
         return estimates.means(metric)
     found = [estimates.of(metric, vector) for vector in study.vectors]
     bounds = np.array([[one.mean, one.low, one.high] for one in found], float)
-    return Means(*bounds.T, np.array([one.n for one in found], float))
+    counts = np.array([[one.n, one.late] for one in found], float)
+    return Means(*bounds.T, *counts.T)
 
 
-def _with_half(mean: float, low: float, high: float) -> str:
+def _with_half(mean: float, low: float, high: float, _: float, late: float) -> str:
+    text = wording.at_least(wording.number(mean), int(late))
     if np.isnan(low) or high == low:
-        return wording.number(mean)
-    return f"{wording.number(mean)} ± {wording.number((high - low) / 2, 2)}"
+        return text
+    return f"{text} ± {wording.number((high - low) / 2, 2)}"
 
 
 def _exact(value: float) -> float | None:

@@ -17,10 +17,12 @@ FIDELITY = "network.fidelity"
 
 class Rung(NamedTuple):
     """``means`` by setting and their ranking against that of the highest rung; None where a rung
-    lacks a setting's results. ``seeds`` that all settings share."""
+    lacks a setting's results. Of times, ``late`` values of each setting count with the limit.
+    ``seeds`` that all settings share."""
 
     name: str
     means: tuple[float | None, ...]
+    late: tuple[int, ...]
     kendall: Kendall | None
     flips: list[Flip]
     seeds: int
@@ -40,8 +42,10 @@ def compared(study: Study, estimates: Estimates, metric: str) -> list[Rung]:
     found = {(vector.levels[axis.name], vector.levels[by.name]): estimates.of(metric, vector)
              for vector in study.vectors}
     values: list[np.ndarray | None] = []
+    late: list[tuple[int, ...]] = []
     for rung in range(len(axis.labels)):
         own = [found.get((rung, setting)) for setting in range(len(by.labels))]
+        late.append(tuple(0 if one is None else one.late for one in own))
         by_seed = [{} if one is None else dict(zip(
             study.iterations[one.rows].tolist(), one.values.tolist(), strict=True))
             for one in own]
@@ -49,14 +53,14 @@ def compared(study: Study, estimates: Estimates, metric: str) -> list[Rung]:
         values.append(np.array([[one[k] for k in shared] for one in by_seed]) if shared else None)
     highest = values[-1]
     out = []
-    for name, own in zip(axis.labels, values, strict=True):
+    for name, own, bounds in zip(axis.labels, values, late, strict=True):
         if own is None or highest is None:
             means = (None,) * len(by.labels) if own is None else tuple(own.mean(axis=1).tolist())
-            out.append(Rung(name, means, None, [], 0))
+            out.append(Rung(name, means, bounds, None, [], 0))
             continue
         means = own.mean(axis=1)
-        out.append(Rung(name, tuple(means.tolist()), kendall(means, highest.mean(axis=1)),
-                        flips(own, highest), own.shape[1]))
+        out.append(Rung(name, tuple(means.tolist()), bounds,
+                        kendall(means, highest.mean(axis=1)), flips(own, highest), own.shape[1]))
     return out
 
 
@@ -99,7 +103,9 @@ def table(study: Study, metric: str, found: list[Rung]) -> Table:
         tau = None if rung.kendall is None else rung.kendall.tau
         pairs = ", ".join(f"{labels[flip.i]}/{labels[flip.j]}{'*' if flip.significant else ''}"
                           for flip in rung.flips)
-        rows.append([rung.name, *rung.means, rung.seeds,
+        means = [Shown(wording.at_least(wording.number(mean), late), mean)
+                 for mean, late in zip(rung.means, rung.late, strict=True)]
+        rows.append([rung.name, *means, rung.seeds,
                      Shown(wording.number(tau, 3), tau), pairs or "none"])
         exact.append([rung.name, *rung.means, rung.seeds, tau, pairs])
     head = ["rung", *labels, "seeds", "Kendall's tau", "flipped"]

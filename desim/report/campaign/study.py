@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache, cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +15,7 @@ import pyarrow.parquet as pq
 from desim.campaign.columns import FIXED
 from desim.campaign.design import Design, LatinHypercube, Saltelli, Sobol
 from desim.campaign.quantities import SUFFIXES
+from desim.campaign.table import RAISED
 from desim.errors import InputError, did_you_mean
 from desim.experiment.results import FAILED
 
@@ -86,11 +88,11 @@ class Study:
         self.column, self.text = cache(self._metric), cache(self.words)
 
     def numbers(self, name: str) -> np.ndarray:
-        """A column [runs] of float64; NaN is what a run has not."""
+        """A column [runs] of float64, the caller's own; NaN is what a run has not."""
         column = self._table[name]
         if pa.types.is_string(column.type):  # all of it is null
             return np.full(len(column), np.nan)
-        return pc.cast(column, pa.float64()).to_numpy(zero_copy_only=False)
+        return pc.cast(column, pa.float64()).to_numpy().copy()  # Arrow's own is read-only
 
     def _metric(self, name: str) -> np.ndarray:
         """What did not happen happened 0 times: which reasons there are differs from run to run."""
@@ -103,12 +105,38 @@ class Study:
         """A column [runs] of text or None."""
         return np.array(self._table[name].to_pylist(), object)
 
+    def has(self, name: str) -> bool:
+        """Whether a run has a number of this metric."""
+        return name in self.metrics and bool(np.isfinite(self.column(name)).any())
+
+    @cached_property
+    def once(self) -> np.ndarray:
+        """[rows] that are runs: one that several vectors share has a row for each, and counts once.
+        """
+        once = np.zeros(len(self.failed), bool)
+        once[np.unique(self.text("run_id").astype(str), return_index=True)[1]] = True
+        return once
+
+    @cached_property
+    def raised(self) -> dict[str, tuple[int, str]]:
+        """By metric, in how many runs its function raised, and the first error."""
+        text = (self._table.schema.metadata or {}).get(RAISED.encode(), b"{}")
+        return {name: tuple(found) for name, found in json.loads(text).items()}
+
     @cached_property
     def censored(self) -> np.ndarray:
         """[runs] that ended without having explored enough."""
         if "censored" not in self.metrics:
             return np.zeros(len(self.failed), bool)
         return self.column("censored") == 1.0
+
+    @cached_property
+    def timed_out(self) -> np.ndarray:
+        """[runs] that were stopped by their time limit; all may be, where nobody says why they
+        ended."""
+        if "stop_reason" not in self._table.column_names:
+            return np.ones(len(self.failed), bool)
+        return self.text("stop_reason") == "elapsed"
 
     @property
     def reached(self) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import html
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -13,10 +14,14 @@ from desim.report.campaign import wording
 Cell = str | float | int | None
 
 _MOST_ROWS = 150  # on the page and in LaTeX; CSV has all
+_LONG = 45  # letters of a cell
 _OF_LATEX = {"\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
              "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
-             "–": "--", "²": "$^2$", " ": r"\,", "<": "$<$", ">": "$>$", "µ": r"$\mu$",
+             "–": "--", "²": "$^2$", "<": "$<$", ">": "$>$", "µ": r"$\mu$",
+             "≥": r"$\geq$", "→": r"$\rightarrow$", "×": r"$\times$",
+             "\n": r"\newline ",
              "[": "{[}", "]": "{]}"}
+_THOUSANDS = re.compile(r"(?<=\d) (?=\d{3}(?!\d))")  # thin, and no place to break a line
 
 
 class Table(NamedTuple):
@@ -47,12 +52,18 @@ def as_csv(table: Table, folder: Path) -> None:
 
 
 def as_latex(table: Table, folder: Path) -> None:
-    """Write ``name``.tex: a longtable, which wants the packages booktabs and longtable."""
-    columns = "".join("l" if _is_text(table, i) else "r" for i in range(len(table.head)))
+    """Write ``name``.tex: a longtable, which wants the packages booktabs, longtable and, where
+    cells are paragraphs, array."""
+    long = [any(_is_long(row[i]) for row in table.rows[:_MOST_ROWS])
+            for i in range(len(table.head))]
+    width = f"{0.7 / max(sum(long), 1):.2f}"
+    columns = "".join(rf">{{\raggedright\arraybackslash}}p{{{width}\linewidth}}" if is_long
+                      else "l" if _is_text(table, i) else "r" for i, is_long in enumerate(long))
     head = " & ".join(map(_escaped, table.head)) + r" \\"
     caption = table.caption + ("" if len(table.rows) <= _MOST_ROWS
                                else f" The first {_MOST_ROWS} of {len(table.rows)} rows.")
-    lines = [r"% \usepackage{booktabs,longtable}", rf"\begin{{longtable}}{{{columns}}}",
+    packages = "array,booktabs,longtable" if any(long) else "booktabs,longtable"
+    lines = [rf"% \usepackage{{{packages}}}", rf"\begin{{longtable}}{{{columns}}}",
              rf"\caption{{{_escaped(caption)}}}\label{{tab:{table.name}}}\\", r"\toprule", head,
              r"\midrule", r"\endfirsthead", r"\toprule", head, r"\midrule", r"\endhead",
              r"\bottomrule", r"\endfoot",
@@ -100,5 +111,12 @@ def _is_text(table: Table, column: int) -> bool:
     return any(isinstance(row[column], str) for row in table.rows[:_MOST_ROWS])
 
 
+def _is_long(cell: Cell | Shown) -> bool:
+    """Whether it needs several lines."""
+    text = text_of(cell)
+    return "\n" in text or len(text) > _LONG
+
+
 def _escaped(text: str) -> str:
-    return "".join(_OF_LATEX.get(letter, letter) for letter in text)
+    text = "".join(_OF_LATEX.get(letter, letter) for letter in text)
+    return _THOUSANDS.sub(r"\\,", text)

@@ -18,9 +18,14 @@ def number(value: float | None, digits: int = 4) -> str:
         return "0"
     if 1e-4 <= abs(value) < 1e7:
         decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
-        text = f"{value:,.{decimals}f}".replace(",", " ")  # thin spaces
+        text = f"{value:,.{decimals}f}".replace(",", " ")  # as ISO 80000-1 has it
         return text.rstrip("0").rstrip(".") if "." in text else text
     return f"{value:.{digits - 1}g}"
+
+
+def at_least(text: str, late: int) -> str:
+    """A mean of times, if there is one, of which some are only known to be later than the limit."""
+    return f"≥ {text}" if late and text != "–" else text
 
 
 def between(low: float | None, high: float | None) -> str:

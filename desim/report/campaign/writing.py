@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from matplotlib.figure import Figure
 
 from desim.campaign.design import Design
 from desim.errors import InputError
 from desim.report.campaign import (
+    captions,
     contrasts,
     coverage,
     figures,
@@ -18,6 +19,7 @@ from desim.report.campaign import (
     knees,
     lines,
     methods,
+    notes,
     overview,
     page,
     rungs,
@@ -32,24 +34,36 @@ from desim.report.campaign.page import Section
 from desim.report.campaign.study import Study
 from desim.report.campaign.tables import Table
 
-_MOST_ERRORS = 10
+_PAGE = "report.html"
 
 
 def write(folder: Path, design: Design, out: Path | None = None) -> Path:
     """Write the report of the campaign in ``folder`` to ``out`` (``folder/report``); returns the
-    page. Raises ``InputError`` for a folder without runs, or one that cannot be written."""
+    page. Raises ``InputError`` for a folder without runs, or one that cannot be written. It is
+    written aside and then moved, the page last: what goes wrong leaves what was there."""
     study = Study(folder, design)
     out = out or folder / "report"
     try:
-        for below in ("figures", "tables"):
-            (out / below).mkdir(parents=True, exist_ok=True)
-        with style.drawing():
-            text = _Report(study, out).page()
-        file = out / "report.html"
-        file.write_text(text, encoding="utf-8")
+        out.parent.mkdir(parents=True, exist_ok=True)
+        place = out if out.is_dir() else out.parent  # of one file system with where it goes
+        with TemporaryDirectory(dir=place, prefix=".report.") as folder:
+            new = Path(folder)
+            for below in ("figures", "tables"):
+                (new / below).mkdir()
+            with style.drawing():
+                (new / _PAGE).write_text(_Report(study, new).page(), encoding="utf-8")
+            _move(new, out)
     except OSError as error:
         raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
-    return file
+    return out / _PAGE
+
+
+def _move(new: Path, out: Path) -> None:
+    for below in ("figures", "tables"):
+        (out / below).mkdir(parents=True, exist_ok=True)
+        for file in (new / below).iterdir():
+            file.replace(out / below / file.name)
+    (new / _PAGE).replace(out / _PAGE)
 
 
 class _Report:
@@ -73,6 +87,7 @@ class _Report:
                                                     self._drawn)
                         for group in self._groups}
         self._sources = methods.Sources(study)
+        self._wide = notes.about_width(study, self._estimates)
 
     def page(self) -> str:
         """The document."""
@@ -80,24 +95,24 @@ class _Report:
         metrics = [self._metric(metric) for metric in self._single]
         of_groups = [self._group(group) for group in self._groups]
         sections = [self._findings(), self._run(), Section(
-            "metrics", "Metrics", self._reading(), 2), *metrics, *of_groups,
+            "metrics", "Metrics", captions.reading(study), 2), *metrics, *of_groups,
             *self._explored(), *self._table(), *self._methods(), self._files()]
         return page.page(study.design.name, self._lead(), sections)
 
     def _lead(self) -> str:
         study = self._study
         most = max(len(vector.rows) for vector in study.vectors)
-        failed = int(study.failed.sum())
+        failed, finished, censored = (int((study.once & which).sum()) for which in (
+            study.failed, ~study.failed, study.censored & ~study.failed))
         question = page.paragraph(study.design.question, "question") if study.design.question \
             else ""
         return question + page.facts([
             (wording.number(len(study.vectors), 9), "vectors" if len(study.vectors) > 1
              else "vector"),
             (wording.number(most, 9), "iterations" if most > 1 else "iteration"),
-            (wording.number(len(study.failed) - failed, 9), "runs finished"),
+            (wording.number(finished, 9), "runs finished"),
             (wording.number(failed, 9), "failed"),
-            (wording.number(int((study.censored & ~study.failed).sum()), 9),
-             "censored (stopped before the aim)")])
+            (wording.number(censored, 9), "censored (stopped before the aim)")])
 
     def _findings(self) -> Section:
         study, said = self._study, []
@@ -115,19 +130,16 @@ class _Report:
             said = ["No knee and no significant difference was found with these runs."]
         body = ""
         if table is not None:
-            tables.as_csv(table, self._out / "tables")
-            body = tables.as_html(table, stacked=True)
+            body = self._written(table, stacked=True)
         body += page.items(said)
         if max(len(vector.rows) for vector in study.vectors) == 1 and not study.is_sampled:
             body += page.paragraph("One run a vector: there are no intervals and no comparisons, "
                                    "and knees rest on how the points scatter around lines.",
                                    "warn")
-        return Section("findings", "In short", body + self._missing())
-
-    def _missing(self) -> str:
-        absent = [name for name in self._study.design.report.metrics if name not in self._single
-                  and not any(name == group.pattern for group in self._groups)]
-        return page.paragraph(f"No run has {wording.listed(absent)}.", "warn") if absent else ""
+        body += notes.about_metrics(study, self._single, self._groups)
+        if self._wide:
+            body += page.paragraph(self._wide, "warn")
+        return Section("findings", "In short", body)
 
     def _run(self) -> Section:
         study = self._study
@@ -137,34 +149,11 @@ class _Report:
         body = page.paragraph(methods.outcome(study))
         if rows:
             table = Table("parameters", "Parameters.", head, rows, head, rows)
-            tables.as_csv(table, self._out / "tables")
-            body += tables.as_html(table)
+            body += self._written(table)
         if study.design.metrics:
             body += page.paragraph("Metrics of this campaign:") + page.items(
                 [f"{name} = {formula}" for name, formula in study.design.metrics.items()])
-        return Section("run", "What was run", body + self._failures())
-
-    def _failures(self) -> str:
-        errors = Counter(error or "no reason is known" for error in
-                         self._study.text("error")[self._study.failed])
-        if not errors:
-            return ""
-        return page.paragraph(
-            f"{wording.counted(errors.total(), 'run')} failed:", "warn") + page.items(
-            [f"{count} × {error}" for error, count in errors.most_common(_MOST_ERRORS)])
-
-    def _reading(self) -> str:
-        study = self._study
-        if study.is_sampled:
-            return ""
-        text = ("Lines and large symbols are means over the runs of a vector, bars their 95 % "
-                "intervals, faint dots single runs (▲: stopped at the time limit).")
-        if len({int(study.reached[vector.rows].sum()) for vector in study.vectors}) > 1:
-            text += " The larger a symbol, the more runs reached the aim; hollow: none did."
-        if study.others:
-            text += (f" Panels are the levels of "
-                     f"{wording.listed([axis.name for axis in study.others])}.")
-        return page.paragraph(text, "note")
+        return Section("run", "What was run", body + notes.failures(study))
 
     def _metric(self, metric: str) -> Section:
         study, estimates = self._study, self._estimates
@@ -174,7 +163,8 @@ class _Report:
         else:
             drawn = figures.metric_figure(study, estimates, metric, self._drawn,
                                           self._bends[metric])
-            caption = self._caption(metric) + lines.left_out(self._panels, self._drawn)
+            caption = captions.caption(study, estimates, metric, self._vectors) \
+                + lines.left_out(self._panels, self._drawn)
             parts.append(self._figure(drawn, metric, caption))
             parts.append(page.items(knees.sentences(self._bends[metric], study.against, metric)))
         if rungs.is_ladder(study):
@@ -191,20 +181,6 @@ class _Report:
                 + self._written(overview.compared(metric, self._found[metric]))))
         parts.append(self._coverage(covered))
         return Section(f"metric-{metric}", wording.titled(metric), "\n".join(parts), 3)
-
-    def _caption(self, metric: str) -> str:
-        study = self._study
-        found = [self._estimates.of(metric, vector) for vector in self._vectors]
-        finished = sum(one.runs - one.failed for one in found)
-        have = sum(one.n for one in found)
-        text = f"{wording.titled(metric)} against {study.against.name}. " if study.against \
-            else f"{wording.titled(metric)}. "
-        if any(one.times and one.times.successes.n < one.n for one in found):
-            text += ("Mean restricted to the time limit: a run that was stopped counts with the "
-                     "limit. Dotted: the mean of the successes, which leaves such runs out. ")
-        if have < finished:
-            text += f"{finished - have} of {finished} finished runs have no such value. "
-        return text
 
     def _sampled(self, metric: str) -> list[str]:
         study = self._study
@@ -265,7 +241,7 @@ class _Report:
 
     def _table(self) -> list[Section]:
         table = overview.all_metrics(self._study, self._estimates)
-        return [Section("table", "All metrics", self._written(table, latex=False))]
+        return [Section("table", "All metrics", self._written(table, wide=True))]
 
     def _methods(self) -> list[Section]:
         study, sources = self._study, self._sources
@@ -273,7 +249,7 @@ class _Report:
             study, {self._estimates.of(metric, vector).method for metric in self._single
                     for vector in self._vectors}, self._estimates.resamples, sources,
             self._single, self._found,
-            any(one.was_sought for bends in self._bends.values() for one in bends))))
+            any(one.was_sought for bends in self._bends.values() for one in bends), self._wide)))
         for title, text in (("The design", sources.design),
                             ("The scenario of one run, every value spelled out",
                              sources.scenario)):
@@ -292,9 +268,11 @@ class _Report:
     def _figure(self, drawn: Figure, name: str, caption: str) -> str:
         return page.figure(style.save(drawn, self._out / "figures", name), name, caption)
 
-    def _written(self, table: Table, latex: bool = True) -> str:
+    def _written(self, table: Table, wide: bool = False, stacked: bool = False) -> str:
+        """Into files, of which no sheet of paper holds the ``wide`` one; returns it for the page.
+        """
         tables.as_csv(table, self._out / "tables")
-        if latex:
+        if not wide:
             tables.as_latex(table, self._out / "tables")
-        return tables.as_html(table)
+        return tables.as_html(table, stacked)
 

@@ -1,0 +1,64 @@
+"""What a reader must know before trusting the numbers: runs that failed, metrics that are not
+there, vectors that are not known well enough."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from desim.campaign.agenda import is_narrow, rule_of
+from desim.campaign.design import Until
+from desim.campaign.remarks import told_raised
+from desim.report.campaign import page, wording
+from desim.report.campaign.estimates import Estimates
+from desim.report.campaign.groups import Group
+from desim.report.campaign.study import Study, Vector
+
+_MOST_ERRORS = 10
+
+
+def failures(study: Study) -> str:
+    """How many runs failed for which reasons, as HTML."""
+    errors = Counter(error or "no reason is known" for error in
+                     study.text("error")[study.once & study.failed])
+    if not errors:
+        return ""
+    return page.paragraph(
+        f"{wording.counted(errors.total(), 'run')} failed:", "warn") + page.items(
+        [f"{count} × {error}" for error, count in errors.most_common(_MOST_ERRORS)])
+
+
+def about_metrics(study: Study, single: list[str], groups: list[Group]) -> str:
+    """Of the metrics that are shown, or are the design's own, as HTML."""
+    finished = int((study.once & ~study.failed).sum())
+    if not finished:
+        return ""
+    said = [f"{told_raised(name, count, error, finished)}."
+            for name, (count, error) in study.raised.items()]
+    shown = {*single, *(group.pattern for group in groups)}
+    asked = dict.fromkeys((*study.design.report.metrics, *study.design.metrics))
+    absent = [name for name in asked if name not in study.raised and name not in shown
+              and not study.has(name)]
+    if absent:
+        said.append(f"No run has a value of {wording.listed(absent)}.")
+    return "".join(page.paragraph(text, "warn") for text in said)
+
+
+def unsettled(study: Study, estimates: Estimates) -> list[Vector]:
+    """Vectors whose interval is wider than it should be after all runs that they may have."""
+    until = study.design.iterations
+    if not isinstance(until, Until) or until.metric not in study.metrics:
+        return []
+    rule = rule_of(until)
+    return [vector for vector in study.vectors if len(vector.rows) >= until.at_most
+            and not is_narrow(estimates.of(until.metric, vector).values, rule)]
+
+
+def about_width(study: Study, estimates: Estimates) -> str:
+    """A sentence about these; empty if there are none."""
+    wide, until = unsettled(study, estimates), study.design.iterations
+    if not wide:
+        return ""
+    some = wording.listed([study.label(vector) for vector in wide], 6)
+    return (f"The 95 % interval of {until.metric} was still wider than {until.width} in "
+            f"{len(wide)} of {wording.counted(len(study.vectors), 'vector')} after "
+            f"{until.at_most} runs each{f': {some}' if study.axes else ''}.")
