@@ -186,7 +186,8 @@ WRONG = {
         "2:26: coordination.strategy: unknown strategy 'nearest' (did you mean "
         f"'nearest_frontier'?); known: {STRATEGIES}, {DOTTED}"]),
     "unknown middleware": ("middleware: {model: ros}", [
-        f"2:21: middleware.model: unknown middleware 'ros'; known: direct, {DOTTED}"]),
+        "2:21: middleware.model: unknown middleware 'ros' (did you mean 'ros1'?); known: dds, "
+        f"direct, multimaster, ros1, zenoh, {DOTTED}"]),
     "unknown world": ("physics: {model: plan}", [
         f"2:18: physics.model: unknown world 'plan' (did you mean 'plane'?); known: plane, {DOTTED}"
     ]),

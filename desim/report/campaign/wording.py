@@ -53,7 +53,11 @@ def listed(words: Sequence[str], most: int = 12) -> str:
 
 
 def titled(metric: str) -> str:
-    """``exploration time [s]``."""
+    """``exploration time [s]``, ``resync delay, mean [s]``."""
+    for fold in ("mean", "max", "end"):
+        if metric.endswith(tuple(f"{ending}_{fold}" for ending in _UNITS)):
+            name, bracket, unit = titled(metric.removesuffix(f"_{fold}")).partition(" [")
+            return f"{name}, {fold}{bracket}{unit}"
     for ending in sorted(_UNITS, key=len, reverse=True):
         if metric.endswith(ending):
             return f"{metric.removesuffix(ending).replace('_', ' ')} [{_UNITS[ending]}]"
