@@ -77,9 +77,9 @@ class Sender(Window):
         self.written = end = start + size_bytes
         self.messages.append((end, arrived, token, kind))
         small_may_go = self._small <= self.una or self.nodelay
-        if self.nxt == start and small_may_go and size_bytes <= MSS_BYTES and kind is None \
+        if self.nxt == start and small_may_go and size_bytes <= MSS_BYTES and kind is not FIN \
                 and end - self.una <= self.cwnd and self.open:
-            self._lone(start, end, token)
+            self._lone(start, end, token, kind)
         elif small_may_go or end - self.nxt >= MSS_BYTES:
             self.push()
 
@@ -132,8 +132,8 @@ class Sender(Window):
         left = self.written - number
         if left:
             if left <= MSS_BYTES and number == self.top and len(messages) == 1 \
-                    and messages[0][3] is None:
-                self._lone(number, self.written, messages[0][2])
+                    and messages[0][3] is not FIN:
+                self._lone(number, self.written, messages[0][2], messages[0][3])
             else:
                 self.push()
         elif self.finishing:
@@ -252,8 +252,8 @@ class Sender(Window):
         self._duplicates = 0
         self.push()
 
-    def _lone(self, start: int, end: int, message: Any) -> None:
-        """The message of every day: one of data, in one segment, behind all that was sent."""
+    def _lone(self, start: int, end: int, message: Any, kind: str | None) -> None:
+        """The message of every day: one in one segment, behind all that was sent."""
         now_ns = self._kernel.now_ns
         rto_ns = self.rto_ns
         if self.cwnd > self.initial and start == self.una and now_ns - self._sent_ns > rto_ns:
@@ -269,7 +269,11 @@ class Sender(Window):
             self._small = end
         size_bytes += SEGMENT_HEADER_BYTES
         graph, back = self._graph, self.back
-        graph.put(pack(now_ns, graph.FRAME, self._host_id, self._to_id, message.seq, size_bytes))
+        if kind is None:
+            graph.put(pack(now_ns, graph.FRAME, self._host_id, self._to_id, message.seq,
+                           size_bytes))
+        else:
+            graph.context.book(kind, self._host, self._to_id, size_bytes)
         echo_ns = back.echo_ns if back.due_ns else -1
         back.due_ns = 0
         back.said = said = back.nxt
