@@ -12,7 +12,8 @@ from desim.deployment import HostPlan
 from desim.errors import below
 from desim.kernel import Kernel
 from desim.middleware.graph import Graph
-from desim.middleware.medium import Medium, Place
+from desim.middleware.medium import Medium
+from desim.middleware.place import Place
 from desim.ports import Obstacles, World
 from desim.scenario.schema import Scenario
 from desim.streams import Streams

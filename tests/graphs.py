@@ -5,7 +5,8 @@ from __future__ import annotations
 from desim.kernel import Kernel, Phase
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph, Node
-from desim.middleware.medium import Medium, Nowhere
+from desim.middleware.medium import Medium
+from desim.middleware.place import Nowhere
 from desim.streams import Streams
 from desim.trace import Names, Trace
 from netmodels.ideal import Ideal

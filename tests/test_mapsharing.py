@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from desim.kernel import Kernel
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph, Node
-from desim.middleware.medium import Medium, Nowhere
+from desim.middleware.medium import Medium
 from desim.middleware.messages import LaserScan, Pose, occupancy_grid_bytes
+from desim.middleware.place import Nowhere
 from desim.ports import GridSpec
 from desim.robot.mapmessage import MapUpdate, Wire
 from desim.robot.mapsharing import REFRESH_PERIODS, MapSharing

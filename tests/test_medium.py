@@ -83,6 +83,47 @@ def test_a_host_that_is_down_receives_nothing():
     assert bench.medium.rx_bytes == [0, 0, 125]
 
 
+class Told:
+    """A carrier that writes down what it is told."""
+
+    def __init__(self):
+        self.log = []
+
+    def arrived(self, token, receiver):
+        self.log.append((token, receiver, "arrived"))
+
+    def lost(self, token, receiver, reason):
+        self.log.append((token, receiver, reason))
+
+
+@pytest.mark.parametrize("rules, down, due_ns, told", [
+    ((), None, 5_000_528, []),
+    ((rule(Latency, delay="2 ms"),), None, None, [("ack", 1, "arrived")]),
+    ((rule(Loss, probability=1.0),), None, None, [("ack", 1, "random_loss")]),
+    ((), 1, None, [("ack", 1, "host_down")]),
+])
+def test_a_posted_packet_needs_no_event_where_its_fate_is_known(rules, down, due_ns, told):
+    bench = Bench(rule(Link, rate="1 Gb/s", latency="5 ms"), 2, rules=rules)
+    carrier = Told()
+    if down is not None:
+        bench.medium.up[down] = False
+    assert bench.medium.post(0, (1,), 66, carrier, "ack") == due_ns
+    settled = bench.medium.delivered + sum(bench.medium.dropped.values())
+    assert bench.medium.intended == 1 == settled + bench.medium.in_flight()
+    bench.run()
+    assert carrier.log == told
+    assert bench.medium.rx_bytes[1] == (0 if told and told[0][2] != "arrived" else 66)
+
+
+def test_a_packet_whose_fate_is_not_known_yet_is_not_posted():
+    bench = Bench(rule(Switch, rate="1 Mb/s"), 2)
+    carrier = Told()
+    bench.medium.transmit(0, (1,), 15_180, 10, False, carrier, "train")
+    assert bench.medium.post(0, (1,), 1518, carrier, "beside it") is None
+    bench.run()
+    assert carrier.log == [("beside it", 1, "arrived"), ("train", 1, "arrived")]
+
+
 frames = st.lists(st.tuples(
     st.integers(0, 50 * MS), st.integers(1, 4), st.sets(st.integers(1, 4), min_size=1),
     st.integers(64, 1518), st.sampled_from([1, 1, 2, 40]), st.booleans()), max_size=40)

@@ -133,7 +133,8 @@ class Drive:
         self.graph.start()
 
     def _join(self, hosts):
-        from desim.middleware.medium import Medium, Nowhere
+        from desim.middleware.medium import Medium
+        from desim.middleware.place import Nowhere
         from netmodels.ideal import Ideal
         medium = Medium("lan", Ideal(Ideal.Params()), (), kernel=self.kernel, names=self.names,
                         streams=Streams(1), hosts=hosts, place=Nowhere(len(hosts)))

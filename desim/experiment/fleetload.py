@@ -18,7 +18,8 @@ from desim.experiment.traffic import family
 from desim.experiment.utilisation import busy_ns, utilisation
 from desim.kernel import Kernel
 from desim.middleware.graph import Host, Message, Node
-from desim.middleware.medium import Medium, Still
+from desim.middleware.medium import Medium
+from desim.middleware.place import Still
 from desim.ports import Params
 from desim.scenario.schema import Scenario
 from desim.simulation import Simulation

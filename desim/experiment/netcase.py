@@ -15,7 +15,8 @@ from desim import ports
 from desim.errors import InputError
 from desim.experiment.utilisation import busy_ns, utilisation
 from desim.kernel import Kernel, Phase
-from desim.middleware.medium import Medium, Still
+from desim.middleware.medium import Medium
+from desim.middleware.place import Still
 from desim.ports.cases import Flow, Setup
 from desim.streams import Streams
 from desim.trace import Names

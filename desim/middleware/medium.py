@@ -16,6 +16,7 @@ import numpy as np
 from desim.errors import ModelError, below
 from desim.kernel import Call, Kernel, Phase
 from desim.middleware.broadcast import PLAIN, Broadcast, Terms
+from desim.middleware.place import Nowhere, Place
 from desim.ports import Deliver, Drop, Duplicate, Frame, NetworkModel, Obstacles, Pass, Rule
 from desim.streams import Streams
 from desim.trace import Names
@@ -41,42 +42,6 @@ Claim = tuple[Carrier, Any, int, int, Terms]  # and token, receiver, size_bytes
 
 _NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER  # cheaper than to look them up each time
 _new = tuple.__new__  # a Frame at half the price
-
-
-class Place(Protocol):
-    """Where the hosts are, and what stands between them."""
-
-    obstacles: Obstacles
-
-    def positions(self, time_ns: int) -> np.ndarray: ...
-
-
-def _no_crossings(segments: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    return np.empty((0, 2), np.int64)
-
-
-class Nowhere:
-    """The place of hosts that have none: positions are NaN, nothing is in the way."""
-
-    def __init__(self, hosts: int) -> None:
-        self._positions = np.full((hosts, 2), np.nan)
-        self._positions.flags.writeable = False
-        nothing = np.empty(0)
-        self.obstacles = Obstacles(np.empty((0, 4)), nothing.astype(np.int64), nothing, nothing,
-                                   (), 0, _no_crossings)
-
-    def positions(self, time_ns: int) -> np.ndarray:
-        return self._positions
-
-
-class Still(Nowhere):
-    """The place of hosts that stay where they are, in the open: ``positions`` [hosts, 2] x, y in m
-    (NaN: it has none)."""
-
-    def __init__(self, positions: np.ndarray) -> None:
-        super().__init__(len(positions))
-        self._positions = positions
-        self._positions.flags.writeable = False
 
 
 class RuleContext:
@@ -114,7 +79,7 @@ class Medium:
                  "delivered", "copies", "dropped", "tx_bytes", "rx_bytes", "_barred_bytes",
                  "_kernel", "_after", "_send", "_streams", "_place", "positions", "_ids", "_open",
                  "_broadcasts", "_awaited", "_flying", "_reasons", "_switched", "_reach_m",
-                 "_separators", "_judges")
+                 "_separators", "_judges", "_posted", "_due_ns")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
@@ -144,6 +109,8 @@ class Medium:
         self._broadcasts: dict[int, Broadcast] = {}  # by frame
         self._awaited = 0  # settlements of those
         self._flying = 0
+        self._posted = 0  # the frame that is being posted
+        self._due_ns: int | None = None  # when it will be there
         self._reasons = frozenset(model.reasons)
         self._switched = getattr(model, "switched", None)
         parts = (model, *self.rules)
@@ -184,6 +151,11 @@ class Medium:
         except KeyError:
             claim = self._claim(frame, receiver)
         if type(verdict) is Deliver:
+            if frame.id == self._posted and claim[4] is PLAIN and self.up[receiver]:
+                self._due_ns = self._kernel.now_ns + verdict.delay_ns
+                self.delivered += 1
+                self.rx_bytes[receiver] += claim[3]
+                return
             self._flying += 1
             if claim[4] is PLAIN:
                 ids = self._ids
@@ -240,6 +212,18 @@ class Medium:
             self._open[number, receiver] = (carrier, token, receiver, size_bytes,
                                             PLAIN if terms is None else terms[receiver])
         self._send(frame)
+
+    def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: Carrier,
+             token: Any) -> int | None:
+        """Like ``transmit`` of one packet to one host, but if the model settles it right away and
+        no rule has touched it, say when (ns) it will be there, and tell the carrier nothing; else
+        None. For what nobody may ever look at, such as an acknowledgement: it costs no event. It
+        counts as delivered at once, even if its receiver should stop while it is on its way."""
+        self._posted = self.frames + 1
+        self.transmit(source, receivers, size_bytes, 1, False, carrier, token)
+        self._posted = 0
+        due_ns, self._due_ns = self._due_ns, None
+        return due_ns
 
     def switched(self, host: int, up: bool) -> None:
         """A host has started or stopped: for a model that wants to know."""

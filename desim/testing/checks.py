@@ -12,7 +12,8 @@ import numpy as np
 from desim import ports
 from desim.experiment.netcase import play
 from desim.kernel import Kernel, Phase
-from desim.middleware.medium import Medium, Still
+from desim.middleware.medium import Medium
+from desim.middleware.place import Still
 from desim.streams import Streams
 from desim.trace import Names
 from desim.units import NS_PER_S

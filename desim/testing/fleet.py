@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 from desim import ports
 from desim.kernel import Kernel, Phase
 from desim.middleware.graph import Graph, Host, Message, Node
-from desim.middleware.medium import Medium, Nowhere
+from desim.middleware.medium import Medium
+from desim.middleware.place import Nowhere
 from desim.ports.middleware import Middleware
 from desim.streams import Streams
 from desim.testing.checks import Instant
