@@ -1,5 +1,6 @@
 """Shared by all tests: reproducible property tests, and where the reference data lie."""
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,9 @@ from hypothesis import settings
 
 settings.register_profile("desim", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("desim")
+
+# A shell's background job ignores Ctrl-C, and so would the processes that tests start and interrupt.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,8 @@ IDLE_NS = 30_000_000_000  # roscpp xmlrpc_manager: a cached client that rests is
 
 Done = Callable[[bool, Any], Any]
 
+Key = tuple[int, int, str]  # client, server, service
+
 
 class Call:
     """One call under way. ``request`` and what ``reply`` gives are for the two ends to understand;
@@ -112,7 +114,8 @@ class XmlRpc:
         self.calls: dict[int, dict[Call, None]] = {}  # under way, by client
         self._tcp = tcp
         self._idle_ns, self._local_ns = idle_ns, local_ns
-        self._idle: dict[tuple[int, int, str], list[tuple[Connection, Any]]] = {}
+        self._idle: dict[Key, list[tuple[Connection, int]]] = {}  # and since when
+        self._reapers: dict[Key, Any] = {}
         self._servers: dict[tuple[int, str], tuple[Callable[[Call], Any], int]] = {}
 
     def serve(self, host: int, service: str, answer: Callable[[Call], Any],
@@ -141,8 +144,7 @@ class XmlRpc:
             return call
         idle = self._idle.get((client, server, service))
         while idle and not fresh:
-            connection, reaper = idle.pop()
-            reaper.cancel()
+            connection, _ = idle.pop()
             if connection.holds(client):
                 connection.about = call
                 call.go(connection, True)
@@ -158,8 +160,8 @@ class XmlRpc:
         for call in list(self.calls.get(host, ())):
             call.forget()
         for key in [key for key in self._idle if key[0] == host]:
-            for _, reaper in self._idle.pop(key):
-                reaper.cancel()
+            del self._idle[key]
+            self._reapers.pop(key).cancel()
         for server in [key for key in self._servers if key[0] == host]:
             del self._servers[server]
 
@@ -172,10 +174,11 @@ class XmlRpc:
     def rest(self, connection: Connection) -> None:
         """It has brought an answer and may be used again."""
         connection.about = None
+        now_ns = self.context.now_ns
         key = connection.client, connection.server, connection.service
-        reaper = self.context.at(self.context.now_ns + self._idle_ns, connection.client,
-                                 self._reap, connection)
-        self._idle.setdefault(key, []).append((connection, reaper))
+        self._idle.setdefault(key, []).append((connection, now_ns))
+        if key not in self._reapers:
+            self._reapers[key] = self.context.at(now_ns + self._idle_ns, key[0], self._reap, key)
 
     def received(self, call: Call) -> None:
         """The request is at the server."""
@@ -206,10 +209,19 @@ class XmlRpc:
         connection.about = call
         call.go(connection, False)
 
-    def _reap(self, connection: Connection) -> None:
-        key = connection.client, connection.server, connection.service
-        self._idle[key] = [pair for pair in self._idle[key] if pair[0] is not connection]
-        connection.close(connection.client)
+    def _reap(self, key: Key) -> None:
+        """Close what has rested for long. The last one to rest is the first one to work, so that
+        they lie in order of time."""
+        idle = self._idle[key]
+        due_ns = self.context.now_ns - self._idle_ns
+        while idle and idle[0][1] <= due_ns:
+            connection, _ = idle.pop(0)
+            connection.close(connection.client)
+        if idle:
+            self._reapers[key] = self.context.at(idle[0][1] + self._idle_ns, key[0], self._reap,
+                                                 key)
+        else:
+            del self._reapers[key]
 
     def _closed(self, connection: Connection, reason: str) -> None:
         call, connection.about = connection.about, None

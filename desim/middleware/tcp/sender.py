@@ -6,9 +6,9 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from desim.kernel import Phase
 from desim.middleware.tcp.entries import FIN, Entry, parts
 from desim.middleware.tcp.params import on_wire
+from desim.middleware.tcp.timer import Timer
 from desim.middleware.tcp.window import Window
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 from desim.trace import pack
@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
     from desim.middleware.tcp.end import End
     from desim.middleware.tcp.receiver import Receiver
-
-_NETWORK = Phase.NETWORK
-_NEVER = 1 << 62  # ns
 
 # What an acknowledgement says: all before this byte is here; when the segment was sent that it
 # answers; where the first gap ends (0: there is none) and how many bytes beyond it are here; how
@@ -33,13 +30,14 @@ class Sender(Window):
     this end. ``messages`` are those not acknowledged, of which the first ``heard`` have arrived.
 
     What the receiver's selective acknowledgements show to be missing is sent again without waiting
-    for more.    """
+    for more.
+    """
 
     __slots__ = ("end", "peer", "back", "open", "nodelay", "messages", "heard", "una", "nxt", "top",
                  "written", "waiters", "finishing", "heard_ns", "_small", "_expiries",
                  "_duplicates", "_recover", "_recovering", "_resent", "_hole_end", "_beyond",
-                 "_timer", "_booked_ns", "_deadline_ns", "_sent_ns", "_graph", "_kernel",
-                 "_transmit", "_host", "_to", "_host_id", "_to_id", "_entity")
+                 "_timer", "_sent_ns", "_graph", "_kernel", "_transmit", "_host", "_to", "_host_id",
+                 "_to_id")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         super().__init__(connection.tcp.params)
@@ -61,15 +59,13 @@ class Sender(Window):
         self._recovering = False
         self._resent = 0  # meanwhile, up to there
         self._hole_end = self._beyond = 0  # as acknowledgements say
-        self._timer: Any = None
-        self._booked_ns = _NEVER
-        self._deadline_ns = self._sent_ns = 0
+        self._sent_ns = 0
         self._graph = graph = connection.tcp.context.graph
         self._kernel = graph.kernel
+        self._timer = Timer(graph.kernel, entity, self._expired)
         self._transmit = connection.medium.transmit
         self._host, self._to = end.host, (end.peer,)
         self._host_id, self._to_id = graph.hosts[end.host].id, graph.hosts[end.peer].id
-        self._entity = entity
 
     def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
              kind: str | None) -> None:
@@ -121,7 +117,7 @@ class Sender(Window):
         if echo_ns >= 0:
             self.sample(now_ns - echo_ns)
         if number < self.top:
-            self._expect(now_ns, self.rto_ns)
+            self._timer.expect(now_ns + self.rto_ns)
         messages, known = self.messages, 0
         while messages and messages[0][0] <= number:
             messages.popleft()
@@ -174,9 +170,7 @@ class Sender(Window):
         self.messages.clear()
         self.waiters.clear()
         self.heard = 0
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._timer.stop()
 
     @property
     def room(self) -> bool:
@@ -216,28 +210,9 @@ class Sender(Window):
         self._train(self.una, end)
         self._resent, self.nxt = end, nxt
 
-    def _expect(self, now_ns: int, delay_ns: int) -> None:
-        """An acknowledgement, or it is a timeout. The timer is moved at once if it would be late,
-        and otherwise when it goes off."""
-        self._deadline_ns = now_ns + delay_ns
-        if self._deadline_ns < self._booked_ns:
-            self._book(delay_ns)
-
-    def _book(self, delay_ns: int) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-        self._booked_ns = self._kernel.now_ns + delay_ns
-        self._timer = self._kernel.after(delay_ns, _NETWORK, self._entity, self._expired)
-
-    def _expired(self, _: Any) -> None:
-        """The retransmission timer."""
-        self._timer = None
-        self._booked_ns = _NEVER
-        if self.una == self.top:
-            return
-        delay_ns = self._deadline_ns - self._kernel.now_ns
-        if delay_ns > 0:
-            self._book(delay_ns)
+    def _expired(self) -> None:
+        """The retransmission timer; all may be acknowledged."""
+        if self.una == self.top or not self._timer.expired():
             return
         self._expiries += 1
         if self._expiries > self.params.retries:
@@ -259,9 +234,7 @@ class Sender(Window):
         if self.cwnd > self.initial and start == self.una and now_ns - self._sent_ns > rto_ns:
             self.rest(now_ns - self._sent_ns)
         if start == self.una:
-            self._deadline_ns = deadline_ns = now_ns + rto_ns
-            if deadline_ns < self._booked_ns:
-                self._book(rto_ns)
+            self._timer.expect(now_ns + rto_ns)
         self._sent_ns = now_ns
         self.nxt = self.top = end
         size_bytes = end - start
@@ -289,7 +262,8 @@ class Sender(Window):
             self.end.account(message, kind, payload_bytes + headers)
             headers = 0  # its first message bears them
         if start == self.una:
-            self._expect(now_ns, min(self.rto_ns << self._expiries, self.params.rto_max_ns))
+            self._timer.expect(now_ns + min(self.rto_ns << self._expiries,
+                                            self.params.rto_max_ns))
         self.nxt = end
         if end > self.top:
             self.top = end
