@@ -44,6 +44,17 @@ def test_an_idle_connection_is_closed_after_30_s():
     assert calls.at_rest()
 
 
+def test_connections_are_closed_each_in_its_time():
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
+    calls.ask("x")
+    calls.ask("y")
+    calls.at(10 * S, calls.ask, "z").run(35 * S)  # the one that rests last is used again
+    assert len([row for row in calls.log if row[1] == "done"]) == 3
+    assert len(calls.rpc._idle[0, 1, "slave"]) == 1
+    calls.at(45 * S, calls.stop, 0).run(100 * S)
+    assert calls.at_rest()
+
+
 def test_a_fresh_connection_is_closed_after_the_answer():
     calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
     calls.ask("x", fresh=True)

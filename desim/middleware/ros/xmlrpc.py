@@ -161,7 +161,8 @@ class XmlRpc:
             call.forget()
         for key in [key for key in self._idle if key[0] == host]:
             del self._idle[key]
-            self._reapers.pop(key).cancel()
+            if key in self._reapers:
+                self._reapers.pop(key).cancel()
         for server in [key for key in self._servers if key[0] == host]:
             del self._servers[server]
 
