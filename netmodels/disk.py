@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from pydantic import Field
 
 from desim import ports
 from desim.units import BitRate, Length
 from netmodels.outlets import Outlets
+
+_deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle sender gives the same delays again
 
 
 class Disk:
@@ -46,7 +50,7 @@ class Disk:
     def send(self, frame: ports.Frame) -> None:
         context, source = self._context, frame.source
         now_ns = context.now_ns
-        arrive = ports.Deliver(self._outlets.delay_ns(frame, now_ns))
+        arrive = _deliver(self._outlets.delay_ns(frame, now_ns))
         places = context.positions(now_ns)
         if frame.broadcast:
             receivers = np.array(frame.receivers)

@@ -9,7 +9,7 @@ from hypothesis import settings
 settings.register_profile("desim", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("desim")
 
-# A shell's background job ignores Ctrl-C, and so would the processes that tests start and interrupt.
+# The background job of a shell ignores Ctrl-C, and so would what tests start and interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 

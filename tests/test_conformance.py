@@ -6,7 +6,7 @@ import math
 import random
 
 import pytest
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from desim import plugins, ports
 from desim.errors import InputError, KernelError, ModelError
@@ -212,6 +212,16 @@ class Unsourced(Broken):
         rate: int = 3
 
 
+class Illegible(Broken):
+    class Params(ports.Params):
+        relays: tuple[str, ...] = Field((), description="hosts (none)")
+
+        @model_validator(mode="before")
+        @classmethod
+        def _from_preset(cls, values):
+            return dict(values)  # which makes the list of a file one of Python's, and no tuple
+
+
 class Reasonless(Broken):
     reasons = "lost"
 
@@ -228,6 +238,7 @@ class Reasonless(Broken):
     (Overreaching, AssertionError, "deliver nothing beyond reach_m"),
     (Parted, AssertionError, "nothing between hosts that it separates"),
     (Unsourced, AssertionError, "where the default of parameter 'rate' comes from"),
+    (Illegible, AssertionError, "read its parameters as it writes them.* relays: Input should be"),
     (Reasonless, AssertionError, "a tuple of names"),
 ])
 def test_the_kit_names_what_is_wrong(cls, error, says):

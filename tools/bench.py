@@ -229,6 +229,32 @@ def scenarios() -> list[Row]:
     return rows
 
 
+MIDDLEWARE = {"direct": ["direct"], "ros1": ["ros1"], "dds, fastdds": ["dds", "fastdds"],
+              "dds, cyclonedds": ["dds", "cyclonedds"], "zenoh": ["zenoh"]}
+PRESETS = ("fkie_groovy", "fkie_noetic")
+
+
+def middleware() -> list[Row]:
+    """maze_30 to the end under each middleware, and fleets with a master each that split in two and
+    meet again; the best of three, in turns."""
+    maze = [str(TOOLS.parent / "scenarios" / "maze_30.yaml")]
+    runs = {name: [*maze, "--set", f"middleware.model={model}",
+                   *(argument for one in preset
+                     for argument in ("--set", f"middleware.preset={one}"))]
+            for name, (model, *preset) in MIDDLEWARE.items()}
+    split = str(TOOLS.parent / "scenarios" / "multimaster_disconnect.yaml")
+    runs |= {f"multimaster_disconnect, {preset}": [split, "--set", f"middleware.preset={preset}"]
+             for preset in PRESETS}
+    turns = [{name: manifest_of(what, 0) for name, what in runs.items()} for _ in range(3)]
+    best = {name: min((turn[name] for turn in turns), key=lambda run: run["cpu_s"])
+            for name in runs}
+    return [{"what": name, "simulated s": round(run["simulated_s"], 1), "CPU s": run["cpu_s"],
+             "times real time": run["real_time_factor"], "events": run["events"],
+             "of direct": "" if name not in MIDDLEWARE else round(
+                 best["direct"]["real_time_factor"] / run["real_time_factor"], 2)}
+            for name, run in best.items()]
+
+
 def campaign() -> list[Row]:
     """What a campaign costs beside its runs; CPU of it and its workers, start included."""
     scratch = Path(_scratch.name)
@@ -253,8 +279,8 @@ def output_of(*arguments: str) -> str:
 
 # Scenarios early: a process that is started reports no less memory than the one that starts it.
 PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "scenarios": scenarios,
-                                             "laser": laser, "w": w, "network": network,
-                                             "campaign": campaign}
+                                             "middleware": middleware, "laser": laser, "w": w,
+                                             "network": network, "campaign": campaign}
 
 
 def show(title: str, rows: list[Row]) -> None:

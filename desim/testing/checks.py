@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from desim import ports
 from desim.experiment.netcase import play
@@ -98,14 +99,14 @@ def check_network(cls: type, **params: Any) -> None:
     """Check a ``ports.NetworkModel``: declarations, one settlement per receiver, repeatability, no
     luck but the context's, that a silent host changes nothing, and that nothing arrives where
     ``reach_m`` or ``separates`` says that nothing can."""
-    _check_declarations(cls)
+    _check_declarations(cls, params)
     _check_play(cls, lambda: Bench(cls(cls.Params(**params)), _HOSTS),
                 lambda: Bench(cls(cls.Params(**params)), _HOSTS | _SILENT))
 
 
 def check_rule(cls: type, **params: Any) -> None:
     """Check a ``ports.Rule``, in the same way."""
-    _check_declarations(cls)
+    _check_declarations(cls, params)
     _check_play(cls, lambda: Bench(Instant(), _HOSTS, rules=[cls(cls.Params(**params))]),
                 lambda: Bench(Instant(), _HOSTS | _SILENT,
                               rules=[cls(cls.Params(**params))]))
@@ -114,7 +115,7 @@ def check_rule(cls: type, **params: Any) -> None:
 def check_strategy(cls: type, **params: Any) -> None:
     """Check a ``ports.Strategy``: it takes one of the frontiers that it is shown, or None when
     there is none, and takes the same one when asked again."""
-    check_parameters(cls)
+    check_parameters(cls, params)
     frontiers = [ports.Frontier(4.0, 0.0, 4.0, 12), ports.Frontier(0.0, 9.0, 11.0, 80),
                  ports.Frontier(-30.0, 2.0, 45.0, 7)]
     need(cls(cls.Params(**params)).choose(_View([])) is None, cls,
@@ -146,7 +147,7 @@ class _View:
 def check_case(cls: type, **params: Any) -> None:
     """Check a ``ports.cases.Case``: its options are described, its setup fits together, something
     becomes of what is sent, and the same seed gives the same measures."""
-    check_parameters(cls)
+    check_parameters(cls, params)
     case = cls(cls.Params(**params))
     setup = case.setup()
     for flow in setup.flows:
@@ -162,21 +163,29 @@ def check_case(cls: type, **params: Any) -> None:
                                               "setup anew, and draw from context.stream(name)")
 
 
-def _check_declarations(cls: type) -> None:
+def _check_declarations(cls: type, params: dict[str, Any]) -> None:
     reasons = getattr(cls, "reasons", None)
     need(isinstance(reasons, tuple) and all(isinstance(reason, str) for reason in reasons), cls,
          f"declare reasons = ('...',), a tuple of names, not {reasons!r}")
-    check_parameters(cls)
+    check_parameters(cls, params)
 
 
-def check_parameters(cls: type) -> None:
-    """It says what its options are, and where their defaults come from."""
+def check_parameters(cls: type, params: dict[str, Any]) -> None:
+    """It says what its options are, and where their defaults come from; ``params`` can be written
+    into a scenario with all others and read again."""
     need(isinstance(getattr(cls, "Params", None), type) and issubclass(cls.Params, ports.Params),
          cls, "have a class Params(desim.ports.Params)")
     for name, field in cls.Params.model_fields.items():
         need(field.description or field.is_required(), cls,
              f"say where the default of parameter {name!r} comes from: Field(default, "
              "description=...)")
+    written = cls.Params(**params).model_dump_json(by_alias=True)
+    try:
+        again = cls.Params.model_validate_json(written, strict=True).model_dump_json(by_alias=True)
+    except ValidationError as error:
+        again = "; ".join(f"{'.'.join(map(str, one['loc']))}: {one['msg']}"
+                          for one in error.errors())
+    need(again == written, cls, f"read its parameters as it writes them; {written} gave {again}")
 
 
 def _check_play(cls: type, make: Callable[[], Bench], make_larger: Callable[[], Bench]) -> None:

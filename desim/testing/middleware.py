@@ -41,7 +41,7 @@ _USUAL = Patience()
 def check_middleware(cls: type, **params: Any) -> None:
     """Check a ``ports.middleware.Middleware`` whose registries settle at once: the answer does not
     depend on the order of subscribing, changes are announced, a stopped host is no surprise."""
-    check_parameters(cls)
+    check_parameters(cls, params)
     ends = [Endpoint(host, node, "/map") for host in (2, 0, 10) for node in ("b", "a")]
     offer = Offer(Endpoint(1, "talker", "/map"), "stream", "unicast", 1, False)
     publisher, answers = offer.publisher, []
@@ -84,7 +84,7 @@ def check_discovery(cls: type, patience: Patience = _USUAL, **params: Any) -> No
     messages flow again; what hosts believe is true then; timers come to rest; the same seed, and
     the same hosts in another order, give the same trace.
     """
-    check_parameters(cls)
+    check_parameters(cls, params)
     with own_luck(cls):
         digest = _played(cls, HOSTS, patience, params)
         turned = _played(cls, HOSTS[::-1], patience, params)

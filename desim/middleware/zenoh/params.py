@@ -30,9 +30,9 @@ class ZenohParams(ports.Params):
     discovery: Literal["multicast", "connect"] = Field("multicast", description=(
         "routers find each other by multicast scouting, or only by the endpoints of connect "
         "(rmw_zenoh comes with multicast off and no endpoints, which finds nobody)"))
-    connect: tuple[str, ...] = Field((), description=(
+    connect: list[str] = Field([], description=(
         "hosts whose routers all others connect to (zenoh connect/endpoints)"))
-    routers: tuple[str, ...] = Field((), description=(
+    routers: list[str] = Field([], description=(
         "hosts that have a router; the others keep one link to one of these. Empty: every host "
         "(rmw_zenoh)"))
     gossip: bool = Field(False, description=(
