@@ -37,6 +37,7 @@ class Disk:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._outlets = Outlets(len(hosts), self._rate_bps)
+        self._positions: np.ndarray | None = None  # until the next world tick the same object
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """From whom [k] to whom [k] a frame gets now, with chance 1 [k]."""
@@ -51,17 +52,19 @@ class Disk:
         context, source = self._context, frame.source
         now_ns = context.now_ns
         arrive = _deliver(self._outlets.delay_ns(frame, now_ns))
-        places = context.positions(now_ns)
+        positions = context.positions(now_ns)
         if frame.broadcast:
             receivers = np.array(frame.receivers)
-            apart = places[receivers] - places[source]
+            apart = positions[receivers] - positions[source]
             far = np.einsum("ij,ij->i", apart, apart) > self._range_m2  # False for NaN
             context.settle_many(frame, receivers[~far].tolist(), arrive)
             context.settle_many(frame, receivers[far].tolist(), ports.Drop("out_of_reach"))
             return
-        at = places.item  # a float at a time is cheaper than a row
+        if positions is not self._positions:
+            self._positions, self._places = positions, positions.tolist()
+        x, y = self._places[source]
         for receiver in frame.receivers:
-            dx = at(receiver, 0) - at(source, 0)
-            dy = at(receiver, 1) - at(source, 1)
+            other_x, other_y = self._places[receiver]
+            dx, dy = other_x - x, other_y - y
             far = dx * dx + dy * dy > self._range_m2
             context.settle(frame, receiver, ports.Drop("out_of_range") if far else arrive)

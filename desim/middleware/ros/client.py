@@ -28,13 +28,14 @@ class Publication:
 
 
 class Subscription:
-    """One topic that a process subscribes to: by which of its nodes, who publishes it as far as the
-    master has said, and the links to these."""
+    """One topic that a process subscribes to: by which of its nodes, what the master has said last,
+    who publishes it on other hosts by that, and the links to these."""
 
-    __slots__ = ("ends", "publishers", "links")
+    __slots__ = ("ends", "said", "publishers", "links")
 
     def __init__(self) -> None:
         self.ends: list[Endpoint] = []
+        self.said: tuple[Uri, ...] = ()
         self.publishers: tuple[Uri, ...] = ()
         self.links: dict[Uri, Link] = {}
 
@@ -149,10 +150,11 @@ class Process:
     def _publishers(self, topic: str, uris: tuple[Uri, ...]) -> None:
         """The master has said who publishes ``topic``."""
         subscription = self.subscriptions[topic]
-        others = tuple(uri for uri in uris if uri.host != self.host)
         links = subscription.links
-        if others == subscription.publishers and all(link.asked for link in links.values()):
+        if uris == subscription.said and all(link.asked for link in links.values()):
             return
+        subscription.said = uris
+        others = tuple(uri for uri in uris if uri.host != self.host)
         before = {uri.host: None for uri in subscription.publishers}
         subscription.publishers = others
         after = {uri.host: None for uri in others}

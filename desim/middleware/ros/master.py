@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 
@@ -104,15 +105,16 @@ class Workers:
         self._go_on()
 
     def _go_on(self) -> None:
-        while len(self.busy) < self._threads:
-            next_ = next((i for i, task in enumerate(self.waiting) if task.uri not in self.busy),
-                         None)
-            if next_ is None:
+        waiting, busy = self.waiting, self.busy
+        while len(busy) < self._threads:
+            for i, task in enumerate(waiting):
+                if task.uri not in busy:
+                    break
+            else:
                 return
-            task = self.waiting[next_]
-            del self.waiting[next_]
-            self.busy[task.uri] = task
-            self._call(task, lambda uri=task.uri: self._done(uri))
+            del waiting[i]
+            busy[task.uri] = task
+            self._call(task, partial(self._done, task.uri))
 
     def _done(self, uri: Uri) -> None:
         del self.busy[uri]
