@@ -2,6 +2,7 @@
 
 import math
 from fractions import Fraction
+from unittest.mock import patch
 
 import pytest
 from graphs import MS, Net, S, Words, listener, silent, talker
@@ -9,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim.middleware.dds.plugin import Dds
+from desim.middleware.medium import Medium
 from desim.ports import PASS, Drop
 from netmodels.link import Link
 from netmodels.rules.duplication import Duplication
@@ -43,6 +45,11 @@ class Nth:
             return None
         self._count += 1
         return [Drop("unlucky") if self._count in self._numbers else PASS for _ in receivers]
+
+
+def by_event(medium, source, receivers, size_bytes, carrier, token):
+    """Stands in for ``Medium.post``: whatever is posted arrives as an event."""
+    medium.transmit(source, receivers, size_bytes, 1, False, carrier, token)
 
 
 def conserved(net, topic="/talk"):
@@ -101,6 +108,32 @@ def test_of_a_bounded_history_the_order_is_kept_and_each_fate_is_one(depth, seed
     assert counts.intended == counts.delivered + sum(counts.dropped.values())
     assert set(counts.dropped) <= {"overwritten", "unmatched"}
     assert len({number for number, *_ in net.fates}) == len(net.fates) == counts.intended
+
+
+@given(preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
+       latency=st.sampled_from(["0 ns", "700 us", "30 ms"]), depth=st.sampled_from([0, 1, 10]),
+       gap_ms=st.sampled_from([1, 15, 300]), size_bytes=st.sampled_from([100, 30_000]),
+       lease=st.sampled_from(["1 h", "300 ms"]), high_water=st.sampled_from(["1 kB", "375 kB"]))
+def test_an_acknowledgement_that_makes_no_event_changes_no_log(
+        preset, seed, latency, depth, gap_ms, size_bytes, lease, high_water):
+    """With cuts, a host that stops, and leases that end and begin anew."""
+    def play():
+        heard = []
+        says = [(2 * S + k * gap_ms * MS + seed, str(k)) for k in range(40)]
+        net = Net({"a": talker(says, queue=depth, size_bytes=size_bytes),
+                   "b": listener(heard, queue=0), "c": listener(heard, queue=0)},
+                  Link(Link.Params(latency=latency)), seed=seed,
+                  rules=[partition("2.2 s", "2.8 s"), partition("7 s", "7.5 s")],
+                  middleware=dds(preset, lease=lease, high_water=high_water))
+        net.at(4 * S, net.graph.host("c").stop)
+        net.at(5 * S, net.graph.host("c").start)
+        net.run(20 * S)
+        return net.rows(), net.fates, heard, net.kernel.events
+
+    *short, events = play()
+    with patch.object(Medium, "post", by_event):
+        *long, more_events = play()
+    assert short == long and events < more_events
 
 
 def test_the_whole_log_of_a_loss():

@@ -136,7 +136,10 @@ class Participant:
         """Its lease may have ended."""
         if self.remotes.get(remote.guid) is not remote:
             return
-        left_ns = remote.heard_ns + remote.lease_ns - self.context.now_ns
+        now_ns = self.context.now_ns
+        if remote.heard_ns + remote.lease_ns <= now_ns:
+            self.dds.look(self, remote, now_ns)
+        left_ns = remote.heard_ns + remote.lease_ns - now_ns
         if left_ns > 0:
             self.after(left_ns, self._look, remote)
         else:

@@ -106,6 +106,13 @@ class Dds:
     def unlinked(self, link: ReliableLink) -> None:
         self._links[link.ends].remove(link)
 
+    def look(self, me: Participant, remote: Remote, now_ns: int) -> None:
+        """Let ``me`` take note of what was heard of ``remote`` before ``now_ns``."""
+        for (host, receiver, _), links in self._links.items():
+            if host == me.host and receiver == remote.host:
+                for link in links:
+                    link.look(now_ns)
+
     # What participants are told; a message may come to one that is no more.
 
     def joined(self, me: Participant, remote: Remote, topic: str) -> None:

@@ -46,7 +46,7 @@ class Reader:
     acknowledgements."""
 
     __slots__ = ("_link", "_dds", "_graph", "_params", "_host", "_writer", "_topic", "_to",
-                 "_to_id", "_send", "_next", "_known", "_held", "_parts", "_timer", "_due_ns",
+                 "_to_id", "_send", "_post", "_next", "_known", "_held", "_parts", "_timer", "_due_ns",
                  "_seen", "_remote", "_asking", "_row")
 
     def __init__(self, link: ReliableLink, dds: Dds, offer: Offer, host: Host,
@@ -58,7 +58,7 @@ class Reader:
         self._writer = dds.participants[source].guid
         self._topic = offer.publisher.topic
         self._to, self._to_id = (source,), self._graph.hosts[source].id
-        self._send = medium.transmit
+        self._send, self._post = medium.transmit, medium.post
         self._next = 1
         self._known = 0
         self._held: dict[int, Sample] = {}
@@ -181,15 +181,18 @@ class Reader:
         self._timer = None
         if self._match() is None:
             return
-        graph, missing, chunk = self._graph, (), _ALL_THERE
-        if self._next <= self._known:
-            missing = self._missing()
-            chunk = wire.acknacks(1, len(missing))
+        graph, own, base = self._graph, self._host, self._next
+        missing = self._missing() if base <= self._known else ()
         asks, self._asking = self._asking, False
-        graph.put(pack(graph.kernel.now_ns, self._row, self._host.id, self._to_id, self._next,
-                       len(missing)))
-        self._send(self._host.index, self._to, chunk.size_bytes, chunk.packets, False, self,
-                   (self._next, missing, asks))
+        graph.put(pack(graph.kernel.now_ns, self._row, own.id, self._to_id, base, len(missing)))
+        if missing or asks:
+            chunk = wire.acknacks(1, len(missing))
+            self._send(own.index, self._to, chunk.size_bytes, chunk.packets, False, self,
+                       (base, missing, asks))
+        else:  # the writer need not do anything
+            due_ns = self._post(own.index, self._to, _ALL_THERE.size_bytes, self, (base, (), False))
+            if due_ns is not None:
+                self._link.note(due_ns, base)
 
     def _missing(self) -> tuple[tuple[int, tuple[int, ...]], ...]:
         """Numbers that it lacks, each with the parts that it lacks (none: all)."""

@@ -2,7 +2,8 @@
 
 Numbers are counted for each reader, as if each had a writer of its own: one that sends everything
 to everybody has the same ones. What the writer knows comes from acknowledgements alone; that a
-frame is lost only makes a row ``lost``.
+frame is lost only makes a row ``lost``. One that asks for nothing is taken note of when the writer
+next looks at what it keeps.
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ class ReliableLink:
 
     __slots__ = ("guid", "waiting", "reader", "_dds", "_graph", "_params", "_from", "_from_id",
                  "_host", "_to", "_send", "_depth", "_history", "_unacked_bytes", "_last",
-                 "_beat_ns", "_beats", "_timer", "_closed", "ends", "_beating")
+                 "_beat_ns", "_beats", "_timer", "_closed", "ends", "_beating", "_noted")
 
     def __init__(self, dds: Dds, offer: Offer, receiver: int, guid: Any, medium: Medium) -> None:
         graph, source, topic = dds.context.graph, offer.publisher.host, offer.publisher.topic
@@ -100,6 +101,7 @@ class ReliableLink:
         self._closed: str | None = None
         self.ends = source, receiver, topic
         self._beating = Beating(self)
+        self._noted: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
         self.reader = Reader(self, dds, offer, self._host, medium)
         dds.linked(self)
         self._book(dds.params.initial_heartbeat_ns, self._greet)
@@ -107,7 +109,8 @@ class ReliableLink:
     # The writer.
 
     def offer(self, message: Message) -> None:
-        history, params = self._history, self._params
+        history, params, now_ns = self._history, self._params, message.born_ns
+        self.look(now_ns)
         self._last = number = self._last + 1
         trains = wire.trains(message.size_bytes, params.data_message_bytes, True)
         sample = Sample(message, number, trains[-1][0].stop)
@@ -119,7 +122,6 @@ class ReliableLink:
             self._unacked_bytes -= oldest.message.size_bytes
             oldest.kept = False
             self.settle(oldest, "overwritten")
-        now_ns = message.born_ns
         asks = (now_ns - self._beat_ns >= params.heartbeat_asks_after_ns
                 or self._unacked_bytes >= params.high_water_bytes)
         self._beats = 0
@@ -150,10 +152,34 @@ class ReliableLink:
         base, missing, asks = token
         if self._closed is not None:
             return
-        me = self._dds.participants[self._from]
-        reader = me.remotes.get(self.guid)
-        if reader is not None:
-            reader.heard_ns = self._graph.kernel.now_ns
+        now_ns = self._graph.kernel.now_ns
+        self.look(now_ns)
+        self._acknowledge(now_ns, base)
+        if missing:
+            delay_ns = self._params.nack_response_ns
+            if delay_ns:
+                self._call(delay_ns, self._repeat, missing)
+            else:
+                self._repeat(missing)
+        elif asks and self._history:
+            self._beat(wire.heartbeats(1))
+
+    def note(self, due_ns: int, base: int) -> None:
+        """The reader has all before ``base``, as it will be heard at ``due_ns``."""
+        if self._closed is None:
+            self._noted.append((due_ns, base))
+
+    def look(self, now_ns: int) -> None:
+        """Take note of what was heard before ``now_ns``."""
+        noted = self._noted
+        while noted and noted[0][0] < now_ns:
+            self._acknowledge(*noted.popleft())
+
+    def _acknowledge(self, time_ns: int, base: int) -> None:
+        """The reader was heard at ``time_ns``, and has all before ``base``."""
+        reader = self._dds.participants[self._from].remotes.get(self.guid)
+        if reader is not None and reader.heard_ns < time_ns:
+            reader.heard_ns = time_ns
         history = self._history
         while history and history[0].number < base:
             sample = history.popleft()
@@ -161,19 +187,12 @@ class ReliableLink:
             sample.kept = False
             self.settle(sample, "overwritten")
         self._beats = 0
-        if missing:
-            delay_ns = self._params.nack_response_ns
-            if delay_ns:
-                self._call(delay_ns, self._repeat, missing)
-            else:
-                self._repeat(missing)
-        elif asks and history:
-            self._beat(wire.heartbeats(1))
 
     def _repeat(self, missing: tuple[tuple[int, tuple[int, ...]], ...]) -> None:
         """Send again what is asked for, a UDP message at a time; where it is gone, say so."""
         if self._closed is not None:
             return
+        self.look(self._graph.kernel.now_ns)
         gone = False
         for number, indices in missing:
             place = number - self._first()
@@ -194,18 +213,22 @@ class ReliableLink:
         """The first heartbeat to a reader that is new."""
         self._timer = None
         if self._closed is None:
+            self.look(self._graph.kernel.now_ns)
             self._beat(wire.heartbeats(1))
             if self._history:
                 self._book(self._params.heartbeat_period_ns, self._tick)
 
     def _tick(self, _: Any) -> None:
         self._timer = None
-        if self._closed is not None or not self._history:
+        if self._closed is not None:
             return
-        params = self._params
+        now_ns, params = self._graph.kernel.now_ns, self._params
+        self.look(now_ns)
+        if not self._history:
+            return
         period_ns = min(params.heartbeat_limit_ns,
                         params.heartbeat_period_ns << min(16, max(0, self._beats - 2)))
-        left_ns = self._beat_ns + period_ns - self._graph.kernel.now_ns
+        left_ns = self._beat_ns + period_ns - now_ns
         if left_ns <= 0:
             self._beats += 1
             self._beat(wire.heartbeats(1))
@@ -237,6 +260,7 @@ class ReliableLink:
 
     def close(self, reason: str) -> None:
         """Drop what waits. Frames that are on their way meet their own fate."""
+        self.look(self._graph.kernel.now_ns)
         self._closed = reason
         self._dds.unlinked(self)
         if self._timer is not None:
