@@ -8,8 +8,9 @@ from desim.errors import InputError
 from desim.middleware.dds.besteffort import BestEffort
 from desim.middleware.dds.parameters import DdsParams
 from desim.middleware.dds.participant import Participant
-from desim.middleware.dds.reliable import Reliable, ReliableLink
+from desim.middleware.dds.reliable import ReliableLink
 from desim.middleware.dds.remote import Guid, Item, Remote
+from desim.middleware.dds.writer import Reliable
 from desim.ports.middleware import Endpoint, Offer
 
 if TYPE_CHECKING:

@@ -45,15 +45,16 @@ class Reader:
     passed over. It sees nothing of the writer but what arrives, and it is its own carrier of
     acknowledgements."""
 
-    __slots__ = ("_link", "_dds", "_graph", "_params", "_host", "_writer", "_topic", "_to",
-                 "_to_id", "_send", "_post", "_next", "_known", "_held", "_parts", "_timer", "_due_ns",
-                 "_seen", "_remote", "_asking", "_row")
+    __slots__ = ("_link", "_dds", "_graph", "_kernel", "_params", "_host", "_writer", "_topic",
+                 "_to", "_to_id", "_send", "_post", "_next", "_known", "_held", "_parts", "_timer",
+                 "_due_ns", "_seen", "_remote", "_asking", "_row")
 
     def __init__(self, link: ReliableLink, dds: Dds, offer: Offer, host: Host,
                  medium: Medium) -> None:
         source = offer.publisher.host
         self._link, self._dds, self._params = link, dds, dds.params
         self._graph = dds.context.graph
+        self._kernel = self._graph.kernel
         self._host = host
         self._writer = dds.participants[source].guid
         self._topic = offer.publisher.topic
@@ -86,7 +87,7 @@ class Reader:
         remote = self._match()
         if remote is None:
             return False
-        remote.heard_ns = self._graph.kernel.now_ns
+        remote.heard_ns = self._kernel.now_ns
         number = sample.number
         if sample.state == OPEN and number >= self._next and self._complete(sample, part):
             if number == self._next and not self._held:
@@ -102,7 +103,8 @@ class Reader:
 
     def _complete(self, sample: Sample, part: range) -> bool:
         if len(part) == sample.parts:
-            self._parts.pop(sample.number, None)
+            if self._parts:
+                self._parts.pop(sample.number, None)
             return True
         if sample.lacks is None:
             sample.lacks = dict.fromkeys(range(sample.parts))
@@ -152,7 +154,7 @@ class Reader:
         """A heartbeat of its own has arrived."""
         remote = self._match()
         if remote is not None:
-            remote.heard_ns = self._graph.kernel.now_ns
+            remote.heard_ns = self._kernel.now_ns
             self._heartbeat(first, last, True)
 
     def joined(self) -> None:
@@ -163,7 +165,7 @@ class Reader:
 
     def _answer_in(self, delay_ns: int) -> None:
         """Answer then, or when an answer is due anyhow."""
-        kernel = self._graph.kernel
+        kernel = self._kernel
         due_ns = kernel.now_ns + delay_ns
         if self._timer is not None:
             if self._due_ns <= due_ns:
@@ -184,7 +186,7 @@ class Reader:
         graph, own, base = self._graph, self._host, self._next
         missing = self._missing() if base <= self._known else ()
         asks, self._asking = self._asking, False
-        graph.put(pack(graph.kernel.now_ns, self._row, own.id, self._to_id, base, len(missing)))
+        graph.put(pack(self._kernel.now_ns, self._row, own.id, self._to_id, base, len(missing)))
         if missing or asks:
             chunk = wire.acknacks(1, len(missing))
             self._send(own.index, self._to, chunk.size_bytes, chunk.packets, False, self,

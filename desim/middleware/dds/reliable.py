@@ -23,55 +23,6 @@ if TYPE_CHECKING:
     from desim.ports.middleware import Offer
 
 
-class Reliable:
-    """One writer: a link for each host whose reader it has matched."""
-
-    def __init__(self, dds: Dds, offer: Offer) -> None:
-        self._dds, self._offer = dds, offer
-        self._host, self._topic = offer.publisher.host, offer.publisher.topic
-        self._links: dict[int, ReliableLink] = {}
-        self._unrouted: list[int] = []
-
-    def connect(self, receivers: list[int]) -> list[int]:
-        """New links are to participants that were not known before, a host's new life too."""
-        graph, dds, old = self._dds.context.graph, self._dds, self._links
-        self._links, self._unrouted = {}, []
-        fresh = []
-        for receiver in receivers:
-            medium = graph.route(graph.hosts[self._host], receiver)
-            if medium is None:
-                self._unrouted.append(receiver)
-                continue
-            guid = dds.reader(self._host, receiver, self._topic)
-            link = old.get(receiver)
-            if link is None or link.guid != guid:
-                link = ReliableLink(dds, self._offer, receiver, guid, medium)
-                fresh.append(receiver)
-            self._links[receiver] = link
-        for receiver, link in old.items():
-            if self._links.get(receiver) is not link:
-                link.close("link_closed")
-        return fresh
-
-    def send(self, message: Message, only: list[int] | None = None) -> None:
-        if only is not None:
-            for receiver in only:
-                self._links[receiver].offer(message)
-            return
-        for link in self._links.values():
-            link.offer(message)
-        for receiver in self._unrouted:
-            self._dds.context.graph.drop(message, receiver, "no_route")
-
-    def close(self, reason: str) -> None:
-        for link in self._links.values():
-            link.close(reason)
-        self._links, self._unrouted = {}, []
-
-    def waiting(self) -> int:
-        return sum(link.waiting for link in self._links.values())
-
-
 class ReliableLink:
     """The writer's side towards one reader, and the carrier of its data.
 
@@ -80,15 +31,16 @@ class ReliableLink:
     travel with every sample, and alone while something is not acknowledged.
     """
 
-    __slots__ = ("guid", "waiting", "reader", "_dds", "_graph", "_params", "_from", "_from_id",
-                 "_host", "_to", "_send", "_depth", "_history", "_unacked_bytes", "_last",
-                 "_beat_ns", "_beats", "_timer", "_closed", "ends", "_beating", "_noted")
+    __slots__ = ("guid", "waiting", "reader", "_dds", "_graph", "_kernel", "_params", "_from",
+                 "_from_id", "_host", "_to", "_send", "_depth", "_history", "_unacked_bytes",
+                 "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends", "_beating", "_noted")
 
     def __init__(self, dds: Dds, offer: Offer, receiver: int, guid: Any, medium: Medium) -> None:
         graph, source, topic = dds.context.graph, offer.publisher.host, offer.publisher.topic
         self.guid = guid
         self.waiting = 0  # samples without a fate
         self._dds, self._graph, self._params = dds, graph, dds.params
+        self._kernel = graph.kernel
         self._from, self._from_id = source, graph.hosts[source].id
         self._host = graph.hosts[receiver]
         self._to = (receiver,)
@@ -110,7 +62,8 @@ class ReliableLink:
 
     def offer(self, message: Message) -> None:
         history, params, now_ns = self._history, self._params, message.born_ns
-        self.look(now_ns)
+        if self._noted:
+            self.look(now_ns)
         self._last = number = self._last + 1
         trains = wire.trains(message.size_bytes, params.data_message_bytes, True)
         sample = Sample(message, number, trains[-1][0].stop)
@@ -133,13 +86,13 @@ class ReliableLink:
 
     def _transmit(self, sample: Sample, part: range, chunk: wire.Chunk, asks: bool) -> None:
         """Send some UDP messages of a sample; the last one's heartbeat may ask for an answer."""
-        graph, message = self._graph, sample.message
-        now_ns = graph.kernel.now_ns
-        sample.sent_ns = now_ns
+        graph = self._graph
+        size_bytes, packets = chunk
+        sample.sent_ns = now_ns = self._kernel.now_ns
         sample.flying += 1
-        graph.put(pack(now_ns, graph.FRAME, self._from_id, self._host.id, message.seq,
-                       chunk.size_bytes))
-        self._send(self._from, self._to, chunk.size_bytes, chunk.packets, False, self,
+        graph.put(pack(now_ns, graph.FRAME, self._from_id, self._host.id, sample.message.seq,
+                       size_bytes))
+        self._send(self._from, self._to, size_bytes, packets, False, self,
                    (sample, part, self._history[0].number, asks))
 
     def _first(self) -> int:
@@ -152,7 +105,7 @@ class ReliableLink:
         base, missing, asks = token
         if self._closed is not None:
             return
-        now_ns = self._graph.kernel.now_ns
+        now_ns = self._kernel.now_ns
         self.look(now_ns)
         self._acknowledge(now_ns, base)
         if missing:
@@ -192,7 +145,7 @@ class ReliableLink:
         """Send again what is asked for, a UDP message at a time; where it is gone, say so."""
         if self._closed is not None:
             return
-        self.look(self._graph.kernel.now_ns)
+        self.look(self._kernel.now_ns)
         gone = False
         for number, indices in missing:
             place = number - self._first()
@@ -203,7 +156,7 @@ class ReliableLink:
             chunks = wire.messages(sample.message.size_bytes, self._params.data_message_bytes, True)
             for index in indices or range(sample.parts):
                 self._transmit(sample, range(index, index + 1), chunks[index], True)
-            self._beat_ns = self._graph.kernel.now_ns
+            self._beat_ns = self._kernel.now_ns
         if gone:
             self._beat(wire.gap())
         if self._timer is None and self._history:
@@ -213,7 +166,7 @@ class ReliableLink:
         """The first heartbeat to a reader that is new."""
         self._timer = None
         if self._closed is None:
-            self.look(self._graph.kernel.now_ns)
+            self.look(self._kernel.now_ns)
             self._beat(wire.heartbeats(1))
             if self._history:
                 self._book(self._params.heartbeat_period_ns, self._tick)
@@ -222,7 +175,7 @@ class ReliableLink:
         self._timer = None
         if self._closed is not None:
             return
-        now_ns, params = self._graph.kernel.now_ns, self._params
+        now_ns, params = self._kernel.now_ns, self._params
         self.look(now_ns)
         if not self._history:
             return
@@ -237,7 +190,7 @@ class ReliableLink:
 
     def _beat(self, chunk: wire.Chunk) -> None:
         graph = self._graph
-        self._beat_ns = now_ns = graph.kernel.now_ns
+        self._beat_ns = now_ns = self._kernel.now_ns
         graph.trace.row(now_ns, graph.names.id("heartbeat"), self._from_id, self._host.id,
                         self._first(), self._last)
         self._send(self._from, self._to, chunk.size_bytes, chunk.packets, False, self._beating,
@@ -247,7 +200,7 @@ class ReliableLink:
         self._timer = self._call(delay_ns, fn, None)
 
     def _call(self, delay_ns: int, fn: Any, arg: Any) -> Any:
-        return self._graph.kernel.after(delay_ns, Phase.NETWORK, self._from_id, fn, arg)
+        return self._kernel.after(delay_ns, Phase.NETWORK, self._from_id, fn, arg)
 
     def joined(self) -> None:
         """The reader has matched the writer."""
@@ -260,7 +213,7 @@ class ReliableLink:
 
     def close(self, reason: str) -> None:
         """Drop what waits. Frames that are on their way meet their own fate."""
-        self.look(self._graph.kernel.now_ns)
+        self.look(self._kernel.now_ns)
         self._closed = reason
         self._dds.unlinked(self)
         if self._timer is not None:
