@@ -138,7 +138,7 @@ class Participant:
             return
         now_ns = self.context.now_ns
         if remote.heard_ns + remote.lease_ns <= now_ns:
-            self.dds.look(self, remote, now_ns)
+            self.dds.look(self, remote)
         left_ns = remote.heard_ns + remote.lease_ns - now_ns
         if left_ns > 0:
             self.after(left_ns, self._look, remote)

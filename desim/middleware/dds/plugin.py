@@ -105,14 +105,23 @@ class Dds:
         self._links.setdefault(link.ends, []).append(link)
 
     def unlinked(self, link: ReliableLink) -> None:
+        """``link`` closes. Its writer's participant remembers when it last heard from there."""
         self._links[link.ends].remove(link)
+        remote = self.participants[link.ends[0]].remotes.get(link.guid)
+        if remote is not None:
+            self._heard(link, remote)
 
-    def look(self, me: Participant, remote: Remote, now_ns: int) -> None:
-        """Let ``me`` take note of what was heard of ``remote`` before ``now_ns``."""
+    def look(self, me: Participant, remote: Remote) -> None:
+        """Let ``me`` see what acknowledgements it has heard of ``remote``."""
         for (host, receiver, _), links in self._links.items():
             if host == me.host and receiver == remote.host:
                 for link in links:
-                    link.look(now_ns)
+                    self._heard(link, remote)
+
+    def _heard(self, link: ReliableLink, remote: Remote) -> None:
+        link.look(self.context.now_ns)
+        if link.guid == remote.guid and link.heard_ns > remote.heard_ns:
+            remote.heard_ns = link.heard_ns
 
     # What participants are told; a message may come to one that is no more.
 

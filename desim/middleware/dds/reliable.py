@@ -31,14 +31,16 @@ class ReliableLink:
     travel with every sample, and alone while something is not acknowledged.
     """
 
-    __slots__ = ("guid", "waiting", "reader", "_dds", "_graph", "_kernel", "_params", "_from",
-                 "_from_id", "_host", "_to", "_send", "_depth", "_history", "_unacked_bytes",
-                 "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends", "_beating", "_noted")
+    __slots__ = ("guid", "waiting", "heard_ns", "reader", "_dds", "_graph", "_kernel", "_params",
+                 "_from", "_from_id", "_host", "_to", "_send", "_depth", "_history",
+                 "_unacked_bytes", "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
+                 "_beating", "_noted")
 
     def __init__(self, dds: Dds, offer: Offer, receiver: int, guid: Any, medium: Medium) -> None:
         graph, source, topic = dds.context.graph, offer.publisher.host, offer.publisher.topic
         self.guid = guid
         self.waiting = 0  # samples without a fate
+        self.heard_ns = 0  # the reader's acknowledgements, as far as taken note of
         self._dds, self._graph, self._params = dds, graph, dds.params
         self._kernel = graph.kernel
         self._from, self._from_id = source, graph.hosts[source].id
@@ -130,9 +132,7 @@ class ReliableLink:
 
     def _acknowledge(self, time_ns: int, base: int) -> None:
         """The reader was heard at ``time_ns``, and has all before ``base``."""
-        reader = self._dds.participants[self._from].remotes.get(self.guid)
-        if reader is not None and reader.heard_ns < time_ns:
-            reader.heard_ns = time_ns
+        self.heard_ns = time_ns
         history = self._history
         while history and history[0].number < base:
             sample = history.popleft()
@@ -213,9 +213,8 @@ class ReliableLink:
 
     def close(self, reason: str) -> None:
         """Drop what waits. Frames that are on their way meet their own fate."""
-        self.look(self._kernel.now_ns)
-        self._closed = reason
         self._dds.unlinked(self)
+        self._closed = reason
         if self._timer is not None:
             self._timer.cancel()
         self.reader.drop(reason)
