@@ -1,9 +1,10 @@
 """How long a campaign will take: what its runs have cost so far, or what a few real probes cost.
 
 A run costs so many seconds of CPU for each simulated second, which grows with the fleet, and lasts
-so many simulated seconds. Both are taken from runs of the same vector; else from those of the
-vectors that share most levels with it, with the rate scaled by the size of the fleet; a run of
-which nothing is known lasts until its time limit.
+so many simulated seconds; if only its beginning is known, what this cost beyond the rate comes on
+top, once. All is taken from runs of the same vector; else from those of the vectors that share most
+levels with it, with the rate scaled by the size of the fleet; a run of which nothing is known lasts
+until its time limit.
 """
 
 from __future__ import annotations
@@ -22,11 +23,14 @@ _OVERHEAD_S = 0.015  # of a run, beside what its manifest says (measured: tools/
 
 
 class Cost(NamedTuple):
-    """Of one run: seconds of CPU, simulated seconds, and whether it had its end by then."""
+    """Of one run: seconds of CPU, simulated seconds, and whether it had its end by then.
+    ``start_s``: seconds of CPU that are not the simulated seconds' but the beginning's, such as
+    hosts that find each other."""
 
     cpu_s: float
     simulated_s: float
     ended: bool
+    start_s: float = 0.0
 
 
 class Forecast(NamedTuple):
@@ -54,11 +58,18 @@ class Model:
 
     def expected_s(self, vector: Vector) -> float:
         """Of one run."""
-        return _OVERHEAD_S + self._rate(vector) * min(self._lasts_s(vector), vector.limit_s)
+        return self._once_s(vector) + self._rate(vector) * min(self._lasts_s(vector),
+                                                               vector.limit_s)
 
     def longest_s(self, vector: Vector) -> float:
         """Of one run."""
-        return _OVERHEAD_S + self._rate(vector) * vector.limit_s
+        return self._once_s(vector) + self._rate(vector) * vector.limit_s
+
+    def _once_s(self, vector: Vector) -> float:
+        """Seconds of CPU whatever its length."""
+        alike = [vector] if self._costs.get(vector.number) else _nearest(vector, self._known)
+        return _OVERHEAD_S + fmean(cost.start_s for other in alike
+                                   for cost in self._costs[other.number])
 
     def _rate(self, vector: Vector) -> float:
         """Seconds of CPU for a simulated one."""
@@ -70,7 +81,7 @@ class Model:
 
     def _own_rate(self, vector: Vector) -> float:
         costs = self._costs[vector.number]
-        return (sum(cost.cpu_s for cost in costs)
+        return (sum(cost.cpu_s - cost.start_s for cost in costs)
                 / max(sum(cost.simulated_s for cost in costs), 1e-9))
 
     def _by_size(self, robots: int) -> float:

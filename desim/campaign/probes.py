@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Timer
+from time import process_time
 from typing import Any
 
 from desim import api
@@ -14,6 +15,7 @@ from desim.campaign.plan import Plan, Vector
 from desim.campaign.prediction import Cost
 from desim.experiment.results import FINISHED, RunFolder
 from desim.simulation import Simulation
+from desim.units import NS_PER_S
 
 BUDGET_S = 20.0
 _MOST_PROBES = 8
@@ -40,20 +42,28 @@ def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
 
 
 def _probe(plan: Plan, vector: Vector, budget_s: float) -> Cost:
+    """What the second half of its time cost is what goes on; the first half may be dearer."""
     loaded, due = plan.scenario(vector, 0), Event()
+    marks: list[tuple[float, float]] = []  # at half of the time and at the end: CPU, simulated s
 
     @contextmanager
     def limited(simulation: Simulation, _: RunFolder) -> Iterator[None]:
+        def mark() -> None:
+            marks.append((process_time(), simulation.kernel.now_ns / NS_PER_S))
+
         def stop() -> None:
             due.set()
             simulation.interrupt()
 
-        timer = Timer(budget_s, stop)
-        timer.start()
+        timers = Timer(budget_s / 2, mark), Timer(budget_s, stop)
+        for timer in timers:
+            timer.start()
         try:
             yield
         finally:
-            timer.cancel()
+            for timer in timers:
+                timer.cancel()
+        mark()
 
     with tempfile.TemporaryDirectory() as folder:
         try:
@@ -62,8 +72,19 @@ def _probe(plan: Plan, vector: Vector, budget_s: float) -> Cost:
             if not due.is_set():
                 raise
             run = api.Run(str(stopped))
-        return Cost(run.manifest["cpu_s"], run.manifest["simulated_s"],
-                    run.manifest["status"] == FINISHED)
+        cpu_s, simulated_s = run.manifest["cpu_s"], run.manifest["simulated_s"]
+        if run.manifest["status"] == FINISHED:
+            return Cost(cpu_s, simulated_s, True)
+        return Cost(cpu_s, simulated_s, False, _start_s(cpu_s, simulated_s, marks))
+
+
+def _start_s(cpu_s: float, simulated_s: float, marks: list[tuple[float, float]]) -> float:
+    """``Cost.start_s`` of a run that was stopped: its time beyond the rate of its second half."""
+    (half_cpu_s, half_s), (end_cpu_s, end_s) = marks
+    if end_s <= half_s:
+        return 0.0
+    rate = (end_cpu_s - half_cpu_s) / (end_s - half_s)
+    return max(cpu_s - rate * simulated_s, 0.0)
 
 
 def _spread(vectors: list[Vector]) -> list[Vector]:

@@ -5,7 +5,7 @@ from designs import planned, row
 
 from desim.campaign.agenda import Agenda
 from desim.campaign.prediction import Cost, Model, finished_costs, forecast
-from desim.campaign.probes import probed
+from desim.campaign.probes import _start_s, probed
 
 TEXT = """parameters:
   robots: {key: fleet.size, values: [1, 2, 4]}
@@ -42,6 +42,16 @@ def test_what_did_not_end_is_expected_to_last_as_long_as_its_neighbours(plan):
         OVERHEAD_S + 20)  # nothing is known but the time limit
 
 
+def test_a_dear_beginning_comes_once(plan):
+    """8 of its 10 s of CPU were spent on the beginning; 10 simulated seconds cost 2."""
+    model = Model(plan, {0: [Cost(10, 10, False, 8)]})
+    assert model.expected_s(plan.vectors[0]) == pytest.approx(OVERHEAD_S + 8 + 20)
+    assert model.expected_s(plan.vectors[1]) == pytest.approx(OVERHEAD_S + 8 + 20)
+    assert _start_s(10, 10, [(5, 1), (10, 10)]) == pytest.approx(10 - 5 / 9 * 10)
+    assert _start_s(10, 10, [(5, 5), (10, 10)]) == 0
+    assert _start_s(10, 10, [(5, 0), (10, 0)]) == 0, "nothing has happened: nothing is known"
+
+
 def test_a_forecast_counts_what_is_left(plan):
     runs = Agenda(plan, {}).runs
     rows = {run_id: {**row(run_id), "cost": {"cpu_s": 1, "simulated_s": 10}}
@@ -75,3 +85,4 @@ def test_a_probe_that_takes_too_long_is_stopped(tmp_path):
                              "set: {robot.passive: [robot_0, robot_1]}\n")
     (cost,), = probed(plan, Agenda(plan, {}), budget_s=0.2).values()
     assert not cost.ended and 0 < cost.simulated_s < 100_000
+    assert 0 <= cost.start_s < cost.cpu_s
