@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from desim.experiment.awareness import Awareness
+from desim.experiment.links import Links
 from desim.experiment.metrics import EXPLORED, Coverage, Ground, Reached, map_age_s
 from desim.experiment.overlap import Overlap
 from desim.experiment.splits import Splits
@@ -50,6 +51,8 @@ class Monitor:
         self.overlap = Overlap(ground.grid, ground.reachable)
         self.awareness = Awareness(graph, [host for host in self.hosts
                                            if host.name in self.beliefs], self._links)
+        # Where nobody has to find anything out, nobody will ask.
+        self.links = None if graph.context.beliefs is None else Links(graph)
         self.collisions = 0
         self.collisions_of = [0] * len(robots)
         self.recoveries_of = [0] * len(robots)
@@ -213,6 +216,8 @@ class Monitor:
                             self.coverage.union_known, travelled_m,
                             [host.rx_bytes for host in self.hosts],
                             [host.tx_bytes for host in self.hosts]))
+        if self.links is not None:
+            self.links.look(now_ns)
         links = self._links()
         self.awareness.each_second(links)
         if self.splits.look(now_ns, links):
