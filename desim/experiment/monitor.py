@@ -182,10 +182,12 @@ class Monitor:
     def _sample(self, cause: str) -> None:
         values = self.quantities()
         now_ns, row, kind = self._kernel.now_ns, self.trace.row, self._kind
+        # The row has what the media were given: what they take is their models' affair.
+        refused_bytes = sum(medium.refused_bytes for medium in self.graph.media)
         row(now_ns, kind["sample"], self._entity, bits(values["explored"]),
             bits(values["explored_union"]), bits(values["explored_all"]))
         row(now_ns, kind["sample_traffic"], self._entity, values["messages_sent"],
-            values["messages_delivered"], values["bytes_on_air"])
+            values["messages_delivered"], values["bytes_on_air"] + refused_bytes)
         row(now_ns, kind["sample_motion"], self._entity, values["collisions"],
             values["recoveries"], bits(values["distance_m"]))
         self.samples.append({**values, "parts": self.splits.parts,
