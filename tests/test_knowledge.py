@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from io import StringIO
+from shutil import copytree
 
 import numpy as np
 import pytest
@@ -258,6 +259,28 @@ def test_into_a_file(runs, tmp_path):
 ])
 def test_bad_input(runs, words, says):
     assert says in graph(runs[0], *words, code=2)
+
+
+def test_what_is_damaged_is_said_in_one_line(runs, tmp_path):
+    for name in "trace.parquet", "links.parquet":
+        copy = tmp_path / name
+        copytree(runs[0], copy)
+        (copy / name).write_bytes((runs[0] / name).read_bytes()[:100])
+        assert f"{name}: damaged: " in graph(copy, "--at", "4s", code=2)
+
+
+def test_a_run_without_links_says_so(runs, tmp_path):
+    copy = copytree(runs[0], tmp_path / "older")
+    (copy / "links.parquet").unlink()
+    assert "in truth: who could reach whom was not kept" in graph(copy, "--at", "4s")
+    assert json.loads(graph(copy, "--at", "4s", "--json"))["parts"] is None
+    graph(copy, "--at", "4s", "--to", tmp_path / "g.png")
+
+
+def test_the_ending_is_looked_at_first(runs, tmp_path):
+    """Not after the run was repeated, which may take minutes."""
+    (copytree(runs[1], tmp_path / "gone") / "scenario.resolved.yaml").unlink()
+    assert "does not end like a picture" in graph(tmp_path / "gone", "--to", "g.txt", code=2)
 
 
 def test_direct_has_nothing_to_show(runs):

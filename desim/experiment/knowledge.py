@@ -101,7 +101,7 @@ class Knowledge(NamedTuple):
     def of(self, topic: str) -> Knowledge:
         """Of this topic only. Raises ``InputError`` where nobody has a match on it."""
         topics = sorted({own for view in self.views
-                         for own in (*view.known, *view.missing, *view.ghosts)})
+                         for own in (*view.known, *view.missing, *view.ghosts)}, key=natural_key)
         if topic not in topics:
             raise InputError(f"--topic: nobody knows or should know a match on {topic!r} then"
                              f"{did_you_mean(topic, topics)}; topics: "
