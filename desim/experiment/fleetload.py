@@ -99,8 +99,8 @@ class Reading(NamedTuple):
 
     @classmethod
     def of(cls, medium: Medium) -> Reading:
-        return cls(sum(medium.tx_bytes) + medium.refused_bytes, sum(medium.rx_bytes), medium.delivered,
-                   dict(medium.dropped), busy_ns(medium))
+        return cls(sum(medium.tx_bytes) + medium.refused_bytes, sum(medium.rx_bytes),
+                   medium.delivered, dict(medium.dropped), busy_ns(medium))
 
     def measures(self, medium: Medium, duration_ns: int) -> dict[str, Any]:
         """Of ``medium`` since this reading, ``duration_ns`` ago; with all headers, and repetitions

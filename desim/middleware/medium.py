@@ -78,9 +78,9 @@ class Medium:
 
     __slots__ = ("name", "id", "model", "rules", "up", "attached", "frames", "intended",
                  "delivered", "copies", "dropped", "tx_bytes", "rx_bytes", "refused_bytes",
-                 "_barred_bytes", "_refuses", "_kernel", "_after", "_send", "_streams", "_place", "positions", "_ids", "_open",
-                 "_broadcasts", "_awaited", "_flying", "_reasons", "_switched", "_reach_m",
-                 "_separators", "_judges", "_posted", "_due_ns")
+                 "_barred_bytes", "_refuses", "_kernel", "_after", "_send", "_streams", "_place",
+                 "positions", "_ids", "_open", "_broadcasts", "_awaited", "_flying", "_reasons",
+                 "_switched", "_reach_m", "_separators", "_judges", "_posted", "_due_ns")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
