@@ -57,7 +57,7 @@ def truth(knowledge: Knowledge) -> str:
     parts = knowledge.parts
     if parts is None:
         return "in truth: who could reach whom was not kept"
-    if len(parts) == 1:
+    if len(parts) <= 1:
         return "in truth: every host that is up can reach every other one, directly or over others"
     return f"in truth apart: {' | '.join(_names(part, list(knowledge.up)) for part in parts)}"
 

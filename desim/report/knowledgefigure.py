@@ -42,37 +42,46 @@ def drawn(knowledge: Knowledge) -> Figure:
     Two tables with a row each believer and a column each other host: on the left what it takes the
     other one for, with a mark for what it knows of matches; on the right the truth.
     """
-    hosts = list(knowledge.up)
-    cell_inch = min(0.5, max(0.19, 4.5 / len(hosts)))
-    side_inch = max(3.2, cell_inch * len(hosts))
+    count = len(knowledge.up)
+    side_inch = max(3.2, count * min(0.5, max(0.19, 4.5 / count)))
     figure = Figure(figsize=(2 * side_inch + 2.2, side_inch + 2.7), dpi=130, layout="constrained")
+    size = 20.0 * min(1.0, side_inch / count / 0.4)
     believed, true = figure.subplots(1, 2)
-    size = 20.0 * min(1.0, side_inch / len(hosts) / 0.4)
-    _table(believed, knowledge, lambda view: _SEES.get(view.sees, _SEES["never"]), size)
-    _marks(believed, knowledge, size)
-    believed.set_title("(a) What each host believes")
-    believed.set_ylabel("believer")
-    believed.legend(handles=[
+    _believed(believed, knowledge, size)
+    _true(true, knowledge, size)
+    figure.suptitle(headline(knowledge), fontsize=10)
+    return figure
+
+
+def _believed(axes: Axes, knowledge: Knowledge, size: float) -> None:
+    _table(axes, knowledge, lambda view: _SEES.get(view.sees, _SEES["never"]), size)
+    _marks(axes, knowledge, size)
+    axes.set(title="(a) What each host believes", ylabel="believer")
+    axes.legend(**_BELOW, handles=[
         *(Patch(facecolor=colour, edgecolor="grey", label=f"seen {state}" if state != "never"
                 else "never seen") for state, colour in _SEES.items()),
         *(Line2D([], [], linestyle="none", marker=marker, markerfacecolor=face, markersize=6,
                  markeredgecolor=edge, label=label) for marker, face, edge, label
           in _MARKS.values()),
-        Patch(facecolor="none", edgecolor=_MISTAKEN, linewidth=1.5, label="not so in truth")],
-        **_BELOW)
-    _table(true, knowledge, lambda view: _REACHED[view.reached][0] if knowledge.up[view.other]
+        Patch(facecolor="none", edgecolor=_MISTAKEN, linewidth=1.5, label="not so in truth")])
+
+
+def _true(axes: Axes, knowledge: Knowledge, size: float) -> None:
+    place = {host: i for i, host in enumerate(knowledge.up)}
+    _table(axes, knowledge, lambda view: _REACHED[view.reached][0] if knowledge.up[view.other]
            else _STOPPED, size)
-    _matches(true, knowledge, size)
-    true.set_title("(b) The truth")
-    drawn = {view.reached: None for view in knowledge.views}
-    true.legend(handles=[
+    for view in knowledge.views:
+        if view.known or view.missing:
+            axes.scatter(place[view.other], place[view.believer], s=size, color="#2b2f36",
+                         linewidth=0.8, zorder=3)
+    axes.set_title("(b) The truth")
+    there = {view.reached: None for view in knowledge.views}
+    axes.legend(**_BELOW, handles=[
         *(Patch(facecolor=colour, edgecolor="grey", label=label)
-          for reached, (colour, label) in _REACHED.items() if reached in drawn),
+          for reached, (colour, label) in _REACHED.items() if reached in there),
         Patch(facecolor=_STOPPED, edgecolor="grey", label="host has stopped"),
         Line2D([], [], linestyle="none", marker="o", color="#2b2f36", markersize=6,
-               label="there are matches")], **_BELOW)
-    figure.suptitle(headline(knowledge), fontsize=10)
-    return figure
+               label="there are matches")])
 
 
 def _table(axes: Axes, knowledge: Knowledge, colour: Callable[[View], str], size: float) -> None:
@@ -113,11 +122,3 @@ def _marks(axes: Axes, knowledge: Knowledge, size: float) -> None:
         if view.mistaken:
             axes.add_patch(Rectangle((column - 0.44, row - 0.44), 0.88, 0.88, fill=False,
                                      edgecolor=_MISTAKEN, linewidth=1.2, zorder=2))
-
-
-def _matches(axes: Axes, knowledge: Knowledge, size: float) -> None:
-    place = {host: i for i, host in enumerate(knowledge.up)}
-    for view in knowledge.views:
-        if view.known or view.missing:
-            axes.scatter(place[view.other], place[view.believer], s=size, color="#2b2f36",
-                         linewidth=0.8, zorder=3)
