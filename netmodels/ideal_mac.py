@@ -48,6 +48,7 @@ class IdealMac:
             return reaches(self)
 
     reasons = ("out_of_range", "out_of_reach", "queue_full")
+    refuses = ("queue_full",)
 
     def __init__(self, params: Params) -> None:
         self._params = params

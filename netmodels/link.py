@@ -55,6 +55,7 @@ class Link:
             "(none: bytes alone count)"))
 
     reasons = ("queue_full",)
+    refuses = ("queue_full",)
 
     def __init__(self, params: Params) -> None:
         self._rate_bps = params.rate_bps

@@ -54,6 +54,7 @@ class Tdma:
             return reaches(self)
 
     reasons = ("collision", "out_of_range", "out_of_reach", "queue_full", "too_long")
+    refuses = ("queue_full", "too_long")
 
     def __init__(self, params: Params) -> None:
         self._params = params

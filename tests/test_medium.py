@@ -40,6 +40,28 @@ def test_the_whole_log_of_three_frames():
     assert bench.medium.rx_bytes == [250, 125, 125]
 
 
+def test_what_a_full_queue_refuses_was_never_on_the_air():
+    """Room for one frame that waits: of three the last one is refused, and of three broadcasts."""
+    bench = Bench(rule(Link, rate="1 Mb/s", queue="2000 B"), 3)
+    for _ in range(3):
+        bench.send(0, "host_1", "host_2", 1000)
+        bench.send(0, "host_2", ["host_1", "host_3"], 1000, broadcast=True)
+    bench.run()
+    medium = bench.medium
+    assert medium.dropped == {"queue_full": 1 + 2}
+    assert (medium.tx_bytes, medium.bytes_on_air) == ([2000, 2000, 0], 4000)
+    assert medium.refused_bytes == 2000
+
+
+def test_what_a_switch_drops_at_its_exit_was_on_the_wire():
+    bench = Bench(rule(Switch, rate="1 Mb/s", queue="1000 B"), 4)
+    for source in "host_1", "host_2", "host_3":
+        bench.send(0, source, "host_4", 1000)
+    bench.run()
+    assert bench.medium.dropped["queue_full"] >= 1
+    assert (bench.medium.bytes_on_air, bench.medium.refused_bytes) == (3000, 0)
+
+
 def test_rules_delays_add_up_and_the_first_drop_wins():
     class Deaf(Latency):
         reasons = ("deaf",)

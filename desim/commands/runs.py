@@ -129,6 +129,10 @@ def graph(path: RunPath,
             from desim.api import Run
             from desim.experiment.knowledge import knowledge
             from desim.report import knowledge as report
+        if to is not None:
+            from desim.report.figure import check_ending
+
+            check_ending(to)  # a run may have to be repeated before there is something to draw
         known = knowledge(Run(path), at_ns)
         if topic is not None:
             known = known.of(topic)

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from desim.api import Run
@@ -70,17 +71,24 @@ def kept(run: Run, spool: Path) -> Rows | None:
     if not path.exists():
         return None
     names, sink = Names(), Spool(spool)
-    with pq.ParquetFile(path) as file:
-        for batch in file.iter_batches():
-            rows = np.empty(len(batch), ROW)
-            for name in ("t_ns", "a", "b", "c"):
-                rows[name] = batch[name].to_numpy()
-            for name in ("kind", "entity"):
-                words = batch[name].dictionary_encode()
-                ids = np.array([names.id(word) for word in words.dictionary.to_pylist()], "<u4")
-                rows[name] = ids[words.indices.to_numpy()]
-            sink.add(rows)
+    for batch in _batches(path):
+        rows = np.empty(len(batch), ROW)
+        for name in ("t_ns", "a", "b", "c"):
+            rows[name] = batch[name].to_numpy()
+        for name in ("kind", "entity"):
+            words = batch[name].dictionary_encode()
+            ids = np.array([names.id(word) for word in words.dictionary.to_pylist()], "<u4")
+            rows[name] = ids[words.indices.to_numpy()]
+        sink.add(rows)
     return Rows(sink.rows(), run.names | names.items())
+
+
+def _batches(path: Path) -> Iterator[pa.RecordBatch]:
+    try:
+        with pq.ParquetFile(path) as file:
+            yield from file.iter_batches()
+    except (ValueError, OSError) as error:
+        raise InputError(f"{path}: damaged: {str(error).splitlines()[0]}") from error
 
 
 def complete(run: Run) -> None:

@@ -91,7 +91,7 @@ class Account:
 class Reading(NamedTuple):
     """A medium's counters at one moment."""
 
-    tx_bytes: int
+    offered_bytes: int
     rx_bytes: int
     delivered: int
     dropped: dict[str, int]
@@ -99,8 +99,8 @@ class Reading(NamedTuple):
 
     @classmethod
     def of(cls, medium: Medium) -> Reading:
-        return cls(sum(medium.tx_bytes), sum(medium.rx_bytes), medium.delivered,
-                   dict(medium.dropped), busy_ns(medium))
+        return cls(sum(medium.tx_bytes) + medium.refused_bytes, sum(medium.rx_bytes),
+                   medium.delivered, dict(medium.dropped), busy_ns(medium))
 
     def measures(self, medium: Medium, duration_ns: int) -> dict[str, Any]:
         """Of ``medium`` since this reading, ``duration_ns`` ago; with all headers, and repetitions
@@ -108,7 +108,7 @@ class Reading(NamedTuple):
         now = Reading.of(medium)
         lost = {reason: count - self.dropped.get(reason, 0)
                 for reason, count in sorted(now.dropped.items())}
-        return {"offered_mbps": (now.tx_bytes - self.tx_bytes) * 8e3 / duration_ns,
+        return {"offered_mbps": (now.offered_bytes - self.offered_bytes) * 8e3 / duration_ns,
                 "carried_mbps": (now.rx_bytes - self.rx_bytes) * 8e3 / duration_ns,
                 "utilisation": utilisation(medium, duration_ns, self.busy_ns),
                 "frames": now.delivered - self.delivered + sum(lost.values()),

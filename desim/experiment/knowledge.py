@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +12,8 @@ from desim import plugins
 from desim.api import Run
 from desim.errors import InputError, did_you_mean
 from desim.experiment.compare import Rows, complete, spools, trace_of
-from desim.middleware.beliefs import Beliefs
+from desim.experiment.links import Pair, linked_at
+from desim.middleware.beliefs import STATES, Beliefs
 from desim.ports import natural_key
 from desim.trace import Names
 from desim.units import DURATION, NS_PER_S
@@ -21,7 +24,9 @@ _NAMED = 8  # topics in an error
 
 class View(NamedTuple):
     """What one host believes of another one: ``sees`` is online, offline, removed or never;
-    the topics of matches that it knows, that it has not learnt of, and that there are not."""
+    the topics of matches that it knows, that it has not learnt of, and that there are not.
+    ``reached`` is the truth: both are up and frames get from each to the other, as of the last look
+    at the links, which is less than a second ago; None: the run has not kept it."""
 
     believer: str
     other: str
@@ -29,6 +34,13 @@ class View(NamedTuple):
     known: tuple[str, ...]
     missing: tuple[str, ...]
     ghosts: tuple[str, ...]
+    reached: bool | None = None
+
+    @property
+    def mistaken(self) -> bool:
+        """Taken for online and out of reach, or taken for gone and in reach."""
+        return (self.reached is not None and self.sees != "never"
+                and (self.sees == "online") != self.reached)
 
 
 class Knowledge(NamedTuple):
@@ -54,6 +66,33 @@ class Knowledge(NamedTuple):
         return sum(len(view.ghosts) for view in self.views)
 
     @property
+    def seen(self) -> dict[str, int]:
+        """Ordered pairs (believer, other) of whom the believer is up, by what it takes the other
+        one for."""
+        count = Counter(view.sees for view in self.views if self.up[view.believer])
+        return {state: count[state] for state in (*STATES, "never")}
+
+    @property
+    def mistaken(self) -> int:
+        return sum(view.mistaken for view in self.views)
+
+    @property
+    def parts(self) -> list[list[str]] | None:
+        """The hosts that are up, by who can reach whom over a chain of others; None: the run has
+        not kept it."""
+        if any(view.reached is None for view in self.views):
+            return None
+        joined = {(view.believer, view.other) for view in self.views if view.reached}
+        left, parts = [host for host, up in self.up.items() if up], []
+        while left:
+            part = [left[0]]
+            for member in part:  # which grows
+                part += [host for host in left if host not in part and (member, host) in joined]
+            left = [host for host in left if host not in part]
+            parts.append([host for host in self.up if host in part])
+        return parts
+
+    @property
     def divergence(self) -> float:
         """As ``desim.middleware.beliefs.Beliefs`` has it."""
         wrong = self.missing + self.ghosts
@@ -62,7 +101,7 @@ class Knowledge(NamedTuple):
     def of(self, topic: str) -> Knowledge:
         """Of this topic only. Raises ``InputError`` where nobody has a match on it."""
         topics = sorted({own for view in self.views
-                         for own in (*view.known, *view.missing, *view.ghosts)})
+                         for own in (*view.known, *view.missing, *view.ghosts)}, key=natural_key)
         if topic not in topics:
             raise InputError(f"--topic: nobody knows or should know a match on {topic!r} then"
                              f"{did_you_mean(topic, topics)}; topics: "
@@ -88,12 +127,17 @@ def knowledge(run: Run, at_ns: int | None = None) -> Knowledge:
     elif at_ns > end_ns:
         raise InputError(f"--at: {DURATION.format(at_ns)} is after the end of the run, which was "
                          f"at {DURATION.format(end_ns)}")
+    # Runs that failed, and those of earlier versions, have no links.
+    kept = (run.path / "links.parquet").exists()
+    linked = linked_at(run.table("links"), at_ns) if kept else None
     with spools() as folder:
-        return folded(trace_of(run, folder / "trace", at_ns), at_ns, informed)
+        return folded(trace_of(run, folder / "trace", at_ns), at_ns, informed, linked)
 
 
-def folded(trace: Rows, at_ns: int, informed: str) -> Knowledge:
-    """What the rows up to ``at_ns`` come to; ``informed`` as middlewares say it."""
+def folded(trace: Rows, at_ns: int, informed: str,
+           linked: Mapping[Pair, bool] | None = None) -> Knowledge:
+    """What the rows up to ``at_ns`` come to; ``informed`` as middlewares say it, ``linked`` between
+    whom frames get then."""
     kinds = {Names().id(kind): kind for kind in KINDS}
     rows, names = trace.rows, trace.names
     rows = rows[np.isin(rows["kind"], list(kinds)) & (rows["t_ns"] <= at_ns)]
@@ -116,7 +160,15 @@ def folded(trace: Rows, at_ns: int, informed: str) -> Knowledge:
             beliefs.subscribes(host, names[a])
         else:
             beliefs.advertises(host, names[a])
-    return Knowledge(at_ns, informed, dict(zip(hosts, up, strict=True)), _views(hosts, beliefs))
+    known = Knowledge(at_ns, informed, dict(zip(hosts, up, strict=True)), _views(hosts, beliefs))
+    return known if linked is None else _beside(known, linked)
+
+
+def _beside(known: Knowledge, linked: Mapping[Pair, bool]) -> Knowledge:
+    """With the truth of who reaches whom."""
+    return known._replace(views=tuple(view._replace(reached=all(
+        known.up[one] and known.up[other] and linked.get((one, other), False)
+        for one, other in (view[:2], view[1::-1]))) for view in known.views))
 
 
 def _views(hosts: list[str], beliefs: Beliefs) -> tuple[View, ...]:

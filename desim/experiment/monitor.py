@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from desim.experiment.awareness import Awareness
+from desim.experiment.links import Links
 from desim.experiment.metrics import EXPLORED, Coverage, Ground, Reached, map_age_s
 from desim.experiment.overlap import Overlap
 from desim.experiment.splits import Splits
@@ -50,6 +51,8 @@ class Monitor:
         self.overlap = Overlap(ground.grid, ground.reachable)
         self.awareness = Awareness(graph, [host for host in self.hosts
                                            if host.name in self.beliefs], self._links)
+        # Where nobody has to find anything out, nobody will ask.
+        self.links = None if graph.context.beliefs is None else Links(graph)
         self.collisions = 0
         self.collisions_of = [0] * len(robots)
         self.recoveries_of = [0] * len(robots)
@@ -179,10 +182,12 @@ class Monitor:
     def _sample(self, cause: str) -> None:
         values = self.quantities()
         now_ns, row, kind = self._kernel.now_ns, self.trace.row, self._kind
+        # The row has what the media were given: what they take is their models' affair.
+        refused_bytes = sum(medium.refused_bytes for medium in self.graph.media)
         row(now_ns, kind["sample"], self._entity, bits(values["explored"]),
             bits(values["explored_union"]), bits(values["explored_all"]))
         row(now_ns, kind["sample_traffic"], self._entity, values["messages_sent"],
-            values["messages_delivered"], values["bytes_on_air"])
+            values["messages_delivered"], values["bytes_on_air"] + refused_bytes)
         row(now_ns, kind["sample_motion"], self._entity, values["collisions"],
             values["recoveries"], bits(values["distance_m"]))
         self.samples.append({**values, "parts": self.splits.parts,
@@ -213,6 +218,8 @@ class Monitor:
                             self.coverage.union_known, travelled_m,
                             [host.rx_bytes for host in self.hosts],
                             [host.tx_bytes for host in self.hosts]))
+        if self.links is not None:
+            self.links.look(now_ns)
         links = self._links()
         self.awareness.each_second(links)
         if self.splits.look(now_ns, links):

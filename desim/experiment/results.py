@@ -81,6 +81,8 @@ class RunFolder:
             parquet.write(self._partial / "samples.parquet", samples_table(monitor))
             parquet.write(self._partial / "robots.parquet", robots_table(monitor))
             parquet.write(self._partial / "latency.parquet", latency_table(monitor.graph))
+            if monitor.links is not None:
+                parquet.write(self._partial / "links.parquet", monitor.links.table())
             self._write_maps(monitor)
             _write_json(self._partial / "summary.json", summary)
             if self.trace_sink is not None:

@@ -17,7 +17,7 @@ SENSORS = frozenset({"scan", "odom", "true_pose", "cmd_vel"})
 
 class Totals(NamedTuple):
     """Between hosts, one per message and receiving host. ``bytes_on_air`` count headers and
-    repetitions, and each broadcast once."""
+    repetitions, and each broadcast once, without what a model refused to take."""
 
     sent: int
     delivered: int

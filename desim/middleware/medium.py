@@ -72,14 +72,15 @@ class Medium:
     interface to it. Counted per frame and receiver: ``intended`` =
     ``delivered`` + ``dropped`` by reason + ``in_flight()``. ``bytes_on_air`` are those of frames
     that the rules let through to somebody, with headers; ``tx_bytes`` and ``rx_bytes`` by host.
+    ``refused_bytes`` were sent by nobody: the model refused them (``ports.NetworkModel.refuses``).
     ``copies`` that rules made of delivered frames are an account apart, but for ``rx_bytes``.
     """
 
     __slots__ = ("name", "id", "model", "rules", "up", "attached", "frames", "intended",
-                 "delivered", "copies", "dropped", "tx_bytes", "rx_bytes", "_barred_bytes",
-                 "_kernel", "_after", "_send", "_streams", "_place", "positions", "_ids", "_open",
-                 "_broadcasts", "_awaited", "_flying", "_reasons", "_switched", "_reach_m",
-                 "_separators", "_judges", "_posted", "_due_ns")
+                 "delivered", "copies", "dropped", "tx_bytes", "rx_bytes", "refused_bytes",
+                 "_barred_bytes", "_refuses", "_kernel", "_after", "_send", "_streams", "_place",
+                 "positions", "_ids", "_open", "_broadcasts", "_awaited", "_flying", "_reasons",
+                 "_switched", "_reach_m", "_separators", "_judges", "_posted", "_due_ns")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
@@ -95,6 +96,7 @@ class Medium:
         self.delivered = 0
         self.copies = 0
         self.dropped: dict[str, int] = {}
+        self.refused_bytes = 0
         self._barred_bytes = 0  # of frames that the rules let through to nobody
         self.tx_bytes = [0] * len(hosts)
         self.rx_bytes = [0] * len(hosts)
@@ -112,6 +114,7 @@ class Medium:
         self._posted = 0  # the frame that is being posted
         self._due_ns: int | None = None  # when it will be there
         self._reasons = frozenset(model.reasons)
+        self._refuses = frozenset(getattr(model, "refuses", ()))
         self._switched = getattr(model, "switched", None)
         parts = (model, *self.rules)
         self._reach_m = min(getattr(part, "reach_m", math.inf) for part in parts)
@@ -164,7 +167,7 @@ class Medium:
             else:
                 self._fly_on_terms(frame, claim, verdict.delay_ns)
         else:
-            self._count(self._declared(verdict), 1)
+            self._dropped(frame, (receiver,), self._declared(verdict))
             claim[0].lost(claim[1], receiver, verdict.reason)
 
     def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
@@ -180,7 +183,7 @@ class Medium:
         if reason is None:
             self._fly(frame, broadcast, receivers, verdict.delay_ns)
         else:
-            self._count(reason, len(receivers))
+            self._dropped(frame, receivers, reason)
             broadcast.carrier.missed(broadcast.token, receivers, reason, self)
 
     # What transports do.
@@ -361,6 +364,12 @@ class Medium:
         if verdict.reason not in self._reasons:
             raise _undeclared(self.model, verdict.reason)
         return verdict.reason
+
+    def _dropped(self, frame: Frame, receivers: Collection[int], reason: str) -> None:
+        self._count(reason, len(receivers))
+        if reason in self._refuses and frame.receivers[0] in receivers:  # once a frame
+            self.refused_bytes += frame.size_bytes
+            self.tx_bytes[frame.source] -= frame.size_bytes
 
     def _count(self, reason: str, count: int) -> None:
         self.dropped[reason] = self.dropped.get(reason, 0) + count

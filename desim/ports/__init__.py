@@ -192,6 +192,8 @@ class NetworkModel(Protocol):
     ``reasons`` are the drop reasons it may give. Built as ``Model(params)`` with an instance of
     its ``Params``; ``start`` as a rule's. One host may send several frames in one instant: to queue
     them is the model's task. It may have ``reach_m`` and ``separates`` as a rule may,
+    ``refuses``, those of its ``reasons`` for which ``send`` takes nothing of a frame for anybody,
+    so that its bytes were never sent,
     ``attempts() -> (int, int)``: transmissions so far, and how many of them failed,
     ``control() -> (int, int)``: frames and bytes that its protocols have sent so far,
     ``busy_ns(hosts) -> Sequence[int]``: for how long so far each part of it was in use that is one

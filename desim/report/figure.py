@@ -52,15 +52,20 @@ def draw(run: Run, path: Path) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write ``figure``. Raises ``InputError`` for an ending that is no picture's, and for a file
-    that cannot be written."""
-    endings = figure.canvas.get_supported_filetypes()
-    if path.suffix.removeprefix(".").lower() not in endings:
-        raise InputError(f"--to: {path} does not end like a picture; allowed: .png, .pdf, .svg")
+    """Write ``figure``. Raises ``InputError`` as ``check_ending`` does, and for a file that cannot
+    be written."""
+    check_ending(path)
     try:
         figure.savefig(path)
     except OSError as error:
         raise InputError(f"--to: {path} cannot be written: {error.strerror or error}") from error
+
+
+def check_ending(path: Path) -> None:
+    """Raises ``InputError`` for an ending that is no picture's."""
+    endings = Figure().canvas.get_supported_filetypes()
+    if path.suffix.removeprefix(".").lower() not in endings:
+        raise InputError(f"--to: {path} does not end like a picture; allowed: .png, .pdf, .svg")
 
 
 def _palette(robots: int) -> np.ndarray:

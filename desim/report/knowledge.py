@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import Any
 
 from rich.console import Console
@@ -23,9 +24,11 @@ def show(knowledge: Knowledge, console: Console) -> None:
         table = matrix(knowledge, narrow=True)
     console.width = max(console.width, _width(table, console))
     console.print(headline(knowledge), style="bold", highlight=False, soft_wrap=True)
+    console.print(truth(knowledge), highlight=False, soft_wrap=True)
     console.print(table)
     console.print(Text(_legend(knowledge), style="dim"), soft_wrap=True)
-    for name, lines in (("ghosts", ghosts(knowledge)), ("missing", missing(knowledge))):
+    for name, lines in (("mistaken", mistaken(knowledge)), ("ghosts", ghosts(knowledge)),
+                        ("missing", missing(knowledge))):
         if lines:
             console.print(f"\n{name}:", style="bold", highlight=False)
             for line in lines[:LISTED]:
@@ -36,11 +39,27 @@ def show(knowledge: Knowledge, console: Console) -> None:
 
 
 def headline(knowledge: Knowledge) -> str:
-    """All of it in one line."""
-    matches = knowledge.known + knowledge.missing
+    """All of it in two lines: matches, and pairs (believer, other) of hosts."""
+    matches, seen = knowledge.known + knowledge.missing, knowledge.seen
+    sights = ", ".join(f"{number} {'never seen' if state == 'never' else f'seen {state}'}"
+                       for state, number in seen.items() if number)
+    reached = ("" if knowledge.parts is None else
+               f"; in truth {sum(bool(view.reached) for view in knowledge.views)} in reach, "
+               f"{knowledge.mistaken} mistaken")
     return (f"at {knowledge.at_ns / NS_PER_S:g} s: {knowledge.known} of {matches} matches known, "
             f"{knowledge.missing} missing, {_count(knowledge.ghosts, 'ghost')}, divergence "
-            f"{knowledge.divergence:.3f}")
+            f"{knowledge.divergence:.3f}\n"
+            f"{_count(sum(seen.values()), 'pair')} of hosts: {sights or 'none'}{reached}")
+
+
+def truth(knowledge: Knowledge) -> str:
+    """Who can reach whom, in words."""
+    parts = knowledge.parts
+    if parts is None:
+        return "in truth: who could reach whom was not kept"
+    if len(parts) <= 1:
+        return "in truth: every host that is up can reach every other one, directly or over others"
+    return f"in truth apart: {' | '.join(_names(part, list(knowledge.up)) for part in parts)}"
 
 
 def matrix(knowledge: Knowledge, narrow: bool = False) -> Table:
@@ -70,6 +89,14 @@ def cell(view: View, narrow: bool = False) -> Text:
     return Text(text, style=style, no_wrap=True)
 
 
+def mistaken(knowledge: Knowledge) -> list[str]:
+    """Hosts that are taken for online and out of reach, or the other way round, in words."""
+    truth = {False: "has stopped", True: "is out of reach"}  # by whether it is up
+    return [f"{view.believer} takes {view.other} for {view.sees}, which "
+            f"{'is in reach' if view.reached else truth[knowledge.up[view.other]]}"
+            for view in knowledge.views if view.mistaken]
+
+
 def ghosts(knowledge: Knowledge) -> list[str]:
     """Beliefs in matches that there are not, in words."""
     does = _does(knowledge)
@@ -90,8 +117,20 @@ def as_json(knowledge: Knowledge) -> dict[str, Any]:
     return {"at_s": knowledge.at_ns / NS_PER_S, "informed": knowledge.informed,
             "matches": knowledge.known + knowledge.missing, "known": knowledge.known,
             "missing": knowledge.missing, "ghosts": knowledge.ghosts,
-            "divergence": knowledge.divergence, "up": knowledge.up,
+            "divergence": knowledge.divergence, "seen": knowledge.seen,
+            "mistaken": None if knowledge.parts is None else knowledge.mistaken,
+            "parts": knowledge.parts, "up": knowledge.up,
             "views": [view._asdict() for view in knowledge.views]}
+
+
+def _names(part: list[str], hosts: list[str]) -> str:
+    """``base, robot_0 to robot_7``: those of one kind that follow one another together."""
+    spans = []
+    for _, members in groupby(enumerate(part), lambda entry: (
+            hosts.index(entry[1]) - entry[0], entry[1].rpartition("_")[0])):
+        names = [host for _, host in members]
+        spans += names if len(names) < 3 else [f"{names[0]} to {names[-1]}"]
+    return ", ".join(spans)
 
 
 def _does(knowledge: Knowledge) -> str:

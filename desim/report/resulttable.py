@@ -64,14 +64,19 @@ def _network(m: dict[str, Any]) -> list[tuple[str, str, str]]:
 def _awareness(m: dict[str, Any]) -> list[tuple[str, str, str]]:
     rows = []
     if m.get("discovery_frames"):
-        rows.append(("discovery", f"{m['discovery_bytes'] / 1e3:.1f} kB",
-                     f"{m['discovery_frames']} frames"))
+        size_bytes = m["discovery_bytes"]
+        rows.append(("discovery", f"{size_bytes / 1e6:.1f} MB" if size_bytes >= 1e6 else
+                     f"{size_bytes / 1e3:.1f} kB", f"in {m['discovery_frames']} frames"))
     for key, name, done in (("detection_delay_s", "loss noticed", "noticed"),
                             ("resync_delay_s", "heard again", "resynced")):
         delay = m.get(key, {})
         if delay.get("pairs"):
-            mean = "never" if delay["mean"] is None else f"{delay['mean']:.1f} s"
-            rows.append((name, mean, f"later on average, {delay[done]} of {delay['pairs']} pairs"))
+            pairs = f"{delay[done]} of {delay['pairs']} pairs"
+            rows.append((name, "never", pairs) if delay["mean"] is None else
+                        (name, f"{delay['mean']:.1f} s", f"later on average, {pairs}"))
+    if m.get("false_alarms"):
+        rows.append(("false alarms", str(m["false_alarms"]),
+                     "robots taken for gone that were up and in reach"))
     return rows
 
 

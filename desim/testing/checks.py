@@ -167,6 +167,9 @@ def _check_declarations(cls: type, params: dict[str, Any]) -> None:
     reasons = getattr(cls, "reasons", None)
     need(isinstance(reasons, tuple) and all(isinstance(reason, str) for reason in reasons), cls,
          f"declare reasons = ('...',), a tuple of names, not {reasons!r}")
+    refuses = getattr(cls, "refuses", ())
+    need(isinstance(refuses, tuple) and set(refuses) <= set(reasons), cls,
+         f"declare in refuses some of its reasons, not {refuses!r}")
     check_parameters(cls, params)
 
 

@@ -46,6 +46,7 @@ class Bus:
                                                         "10 Mb/s (IEEE 802.3)")
 
     reasons = ("queue_full", "excessive_backoff", "excessive_collisions")
+    refuses = ("queue_full",)
 
     def __init__(self, params: Params) -> None:
         self._params = params

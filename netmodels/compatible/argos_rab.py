@@ -42,6 +42,7 @@ class ArgosRab:
 
     reasons = ("obstructed", "out_of_range", "out_of_reach", "overwritten", "random_loss",
                "too_long")
+    refuses = ("too_long",)
 
     def __init__(self, params: Params) -> None:
         self._params = params

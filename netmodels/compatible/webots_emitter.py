@@ -43,6 +43,7 @@ class WebotsEmitter:
         step_ns: Period = Field("32 ms", description="basicTimeStep (Webots)")
 
     reasons = ("obstructed", "out_of_range", "out_of_reach", "queue_full")
+    refuses = ("queue_full",)
 
     def __init__(self, params: Params) -> None:
         self._params = params

@@ -145,6 +145,7 @@ class Radio:
             return filled(given)
 
     reasons = ("channel_error", "collision", "expired", "out_of_reach", "queue_full", "retry_limit")
+    refuses = ("queue_full",)
 
     def __init__(self, params: Params, standard: Standard | None = None) -> None:
         """``standard``: its numbers, where they are not those of the one in ``params``."""

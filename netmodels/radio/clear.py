@@ -67,6 +67,7 @@ class Clear:
     """
 
     reasons = ("expired", "out_of_range", "out_of_reach", "queue_full")
+    refuses = ("expired", "queue_full")
 
     def __init__(self, params: Radio.Params, open_air: bool) -> None:
         standard = STANDARDS[params.standard]

@@ -43,6 +43,7 @@ class Ladder(Radio):
             "the rung; network.fidelity sets it for all media (the whole model)"))
 
     reasons = (*Radio.reasons, "out_of_range", "hop_limit", "no_path", "relay_down")
+    refuses = Radio.refuses
 
     def __new__(cls, params: Params) -> Any:
         """The model of the rung: what is above it costs nothing."""

@@ -95,7 +95,8 @@ def test_the_trace_says_what_the_counters_say(case):
     assert rows["repeated"] == sum(medium.copies for medium in media)
     assert rows["overwritten"] == sum(topic.counts.overwritten for topic in topics)
     assert rows["frame"] == sum(medium.frames for medium in media)
-    assert ledger.frame_bytes == sum(sum(medium.tx_bytes) for medium in media)
+    assert ledger.frame_bytes == sum(sum(medium.tx_bytes) + medium.refused_bytes
+                                     for medium in media)
     assert all(medium.bytes_on_air <= sum(medium.tx_bytes) for medium in media)
     # One row for all whom a broadcast misses.
     in_bulk = ("out_of_reach", "collision", "channel_error")

@@ -55,7 +55,7 @@ class RosParams(ports.Params):
         "an XML-RPC call within a host (ours)"))
     tcp_nodelay: bool = Field(False, description=(
         "subscribers ask for links without Nagle's algorithm (roscpp default)"))
-    tcp: TcpParams = Field(default_factory=TcpParams, description="see docs/middleware.md")
+    tcp: TcpParams = Field(default_factory=TcpParams, description="see docs/middleware/tcp.md")
 
 
 class Schedules(NamedTuple):
