@@ -15,19 +15,21 @@ if TYPE_CHECKING:
 Closed = Callable[["Connection", str], Any]
 
 class Connection:
-    """From ``client`` to ``service`` on ``server``.
+    """From ``client`` to ``service`` on ``server``; its ``number`` is above those of all that were
+    called before.
 
     ``open`` from the moment that the client knows so, until one end closes it or finds it dead (a
     host that stops says nothing) or both have stopped. ``about`` is for its owner. Hosts are given
     as indices, each of them one of the two ends.
     """
 
-    __slots__ = ("tcp", "client", "server", "service", "kind", "nodelay", "keepalive", "medium",
-                 "open", "about", "ends")
+    __slots__ = ("tcp", "number", "client", "server", "service", "kind", "nodelay", "keepalive",
+                 "medium", "open", "about", "ends")
 
-    def __init__(self, tcp: Tcp, client: int, server: int, service: str, kind: str,
+    def __init__(self, tcp: Tcp, number: int, client: int, server: int, service: str, kind: str,
                  medium: Medium, nodelay: bool, keepalive: bool) -> None:
         self.tcp = tcp
+        self.number = number
         self.client, self.server = client, server
         self.service = service
         self.kind = kind
