@@ -147,7 +147,8 @@ class Discovery:
             return
         call = self._processes.rpc.call(
             self._host, remote.host, "monitor", "masterContacts", CONTACTS.call,
-            ("masterContacts",), lambda ok, _: self._contacted(remote, ok, call.reason))
+            ("masterContacts",), lambda ok, _: self._contacted(remote, ok, call.reason),
+            timeout_ns=self._params.contact_timeout_ns)
 
     def _contacted(self, remote: Remote, ok: bool, reason: str | None) -> None:
         if self.remotes.get(remote.host) is not remote:
@@ -156,9 +157,9 @@ class Discovery:
             remote.known = remote.online = True
             self._say("online", remote)
         else:
-            params = self._params
-            self._timers.after(params.unreachable_retry_ns if reason == "unreachable"
-                     else params.contact_retry_ns, self._contact, remote)
+            watch = self._watch
+            self._timers.after(watch.unreachable_retry_ns if reason == "unreachable"
+                               else watch.contact_retry_ns, self._contact, remote)
 
     def _look_at(self, remote: Remote) -> None:
         verdict = remote.judged(self._context.now_ns, self._watch, self._params)

@@ -41,9 +41,13 @@ class MultimasterParams(RosParams):
         "master is asked (INIT_NOTIFICATION_COUNT)"))
     contact_after_ns: Duration = Field("100 ms", description=(
         "from a first heartbeat to the call that asks its sender who it is"))
-    contact_retry_ns: Period = Field("5 s", description="a failed one is tried again after")
-    unreachable_retry_ns: Period = Field("30 s", description=(
-        "the same where there is no way (EHOSTUNREACH)"))
+    contact_timeout_ns: Period = Field("10 s", description=(
+        "patience with the answer (general knowledge: the default timeout of sockets in noetic)"))
+    contact_retry_ns: Period | None = Field(None, description=(
+        "a failed call is made again after (null: 5 s in noetic; 1 s in groovy, from general "
+        "knowledge)"))
+    unreachable_retry_ns: Period | None = Field(None, description=(
+        "the same where there is no way, EHOSTUNREACH (null: 30 s in noetic, 1 s in groovy)"))
     multicast: bool = Field(True, description="heartbeats are multicast (send_mcast)")
     robot_hosts: list[str] = Field([], description=(
         "hosts that get each heartbeat by unicast, too (none)"))
@@ -69,8 +73,8 @@ class MultimasterParams(RosParams):
 
 
 class Watch(NamedTuple):
-    """How discovery watches others: whether the heartbeats, at the rate that they tell, are quick
-    enough to be ``counted``, and how many are ``expected`` in a window."""
+    """How discovery meets and watches others: whether the heartbeats, at the rate that they tell,
+    are quick enough to be ``counted``, and how many are ``expected`` in a window."""
 
     heartbeat_ns: int
     counted: bool
@@ -79,6 +83,8 @@ class Watch(NamedTuple):
     window_ns: int
     timeout_ns: int
     request_after_ns: int
+    contact_retry_ns: int
+    unreachable_retry_ns: int
 
 
 def watch(params: MultimasterParams) -> Watch:
@@ -93,4 +99,5 @@ def watch(params: MultimasterParams) -> Watch:
     told_hz = Fraction(int(hz * 10), 10)  # as in the heartbeat: 0.02 Hz is 0
     return Watch(int(NS_PER_S / hz), told_hz >= MIN_HZ, float(told_hz * window_ns / NS_PER_S),
                  int(NS_PER_S / params.rosmaster_hz), window_ns, round(window_ns * factor),
-                 asked_ns)
+                 asked_ns, params.contact_retry_ns or (1 if groovy else 5) * NS_PER_S,
+                 params.unreachable_retry_ns or (1 if groovy else 30) * NS_PER_S)

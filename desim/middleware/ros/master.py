@@ -109,10 +109,10 @@ class Workers:
         while len(busy) < self._threads:
             for i, task in enumerate(waiting):
                 if task.uri not in busy:
+                    del waiting[i]
                     break
             else:
                 return
-            del waiting[i]
             busy[task.uri] = task
             self._call(task, partial(self._done, task.uri))
 
