@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from desim.middleware.tcp.end import OPEN, End
 from desim.middleware.tcp.entries import FIN
@@ -13,6 +13,17 @@ if TYPE_CHECKING:
     from desim.middleware.tcp.stack import Tcp
 
 Closed = Callable[["Connection", str], Any]
+
+
+class Cargo(Protocol):
+    """What goes as data: ``seq`` is what trace rows name. The instants at which the first and the
+    last frame with bytes of it were sent are kept in it; as long as there was none, ``first_ns`` is
+    below 0."""
+
+    seq: int
+    first_ns: int
+    last_ns: int
+
 
 class Connection:
     """From ``client`` to ``service`` on ``server``; its ``number`` is above those of all that were
@@ -45,8 +56,8 @@ class Connection:
              kind: str | None = None) -> None:
         """A message of ``size_bytes`` (above 0, with whatever frames it) from host ``source``.
         ``arrived(token)`` at the other end when all of it is there, after all that was sent before.
-        Its bytes are discovery of ``kind``; without one they are data, and ``token`` is a
-        ``Message``, whose ``seq`` the trace rows name. Before the connection is open, it waits."""
+        Its bytes are discovery of ``kind``. Without one they are data, and ``token`` is a ``Cargo``.
+        Before the connection is open, it waits."""
         self.ends[source != self.client].sender.send(size_bytes, arrived, token, kind)
 
     def room(self, source: int) -> bool:

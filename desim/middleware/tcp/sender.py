@@ -243,6 +243,9 @@ class Sender(Window):
         size_bytes += SEGMENT_HEADER_BYTES
         graph, back = self._graph, self.back
         if kind is None:
+            message.last_ns = now_ns
+            if message.first_ns < 0:
+                message.first_ns = now_ns
             graph.put(pack(now_ns, graph.FRAME, self._host_id, self._to_id, message.seq,
                            size_bytes))
         else:
