@@ -77,7 +77,7 @@ def test_each_heartbeat_may_go_to_named_hosts_by_unicast():
                 robot_hosts=["a", "b"]).run(S // 4)
     assert sorted(row[1:3] for row in control(named, "heartbeat")) == [
         ("a", "b"), ("b", "a"), ("c", "a"), ("c", "b")]
-    with pytest.raises(InputError, match=r"robot_hosts: no host 'x'.*allowed: a, b"):
+    with pytest.raises(InputError, match=r"robot_hosts.0: no host 'x'.*allowed: a, b"):
         net({"a": silent, "b": silent}, GROOVY, robot_hosts=["x"])
 
 

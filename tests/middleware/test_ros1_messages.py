@@ -79,7 +79,7 @@ def test_nodes_of_one_host_need_no_master():
 
 
 def test_what_ros1_does_not_have():
-    with pytest.raises(InputError, match="no broadcast; allowed: via unicast"):
+    with pytest.raises(InputError, match=r"^\.via: ROS 1 has no broadcast; allowed: unicast$"):
         net({"a": talker([], via="broadcast"), "m": silent})
     with pytest.raises(InputError, match=r"master: no host 'n'.*allowed: a, m"):
         net({"a": silent, "m": silent}, master="n")

@@ -48,8 +48,8 @@ class Discovery:
         self._context = context = processes.context
         self._watch = watch(params)
         self._others = [other for other in range(len(context.hosts)) if other != host]
-        named = [context.hosts.index(name) for name in params.robot_hosts]
-        self._named = [other for other in sorted(named) if other != host]
+        named = sorted(context.hosts.index(name) for name in dict.fromkeys(params.robot_hosts))
+        self._named = [other for other in named if other != host]
         self._timers = Timers(context, host)
         self._firsts = 0 if self._watch.counted else params.first_notifications
         self._looked = -1  # changes of the own master at the last look

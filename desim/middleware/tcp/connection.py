@@ -56,7 +56,7 @@ class Connection:
              kind: str | None = None) -> None:
         """A message of ``size_bytes`` (above 0, with whatever frames it) from host ``source``.
         ``arrived(token)`` at the other end when all of it is there, after all that was sent before.
-        Its bytes are discovery of ``kind``. Without one they are data, and ``token`` is a ``Cargo``.
+        Its bytes are discovery of ``kind``; without one they are data, ``token`` is a ``Cargo``.
         Before the connection is open, it waits."""
         self.ends[source != self.client].sender.send(size_bytes, arrived, token, kind)
 
