@@ -96,9 +96,5 @@ class Connection:
         these ever will; they are forgotten after ``on_closed``."""
         return self.unacked(source)[self.end(source).sender.heard:]
 
-    def waiting(self, source: int) -> int:
-        """How many they are."""
-        return len(self.unheard(source))
-
     def end(self, host: int) -> End:
         return self.ends[host != self.client]
