@@ -14,7 +14,9 @@ from desim.middleware.ros.xmlrpc import Call
 if TYPE_CHECKING:
     from desim.middleware.ros.processes import Processes
 
-HEARTBEAT_BYTES = 24 + 8 + 20 + 14 + 4  # payload ('cBBiiHii'), UDP, IP, Ethernet
+# Payload ('cBBiiHii'), UDP, IP, Ethernet and its check sequence; master_discovery itself reckons
+# with 68 B.
+HEARTBEAT_BYTES = 24 + 8 + 20 + 14 + 4
 # masterContacts; estimated from getParam, 300 and 330 B, which answers less.
 CONTACTS = Sizes(300, 0, 500, 0)
 
@@ -58,7 +60,8 @@ class Discovery:
         start_ns = int(context.stream("discovery", context.hosts[host], processes.on(
             host).uri.life).integers(params.start_jitter_ns + 1))
         self._timers.after(start_ns, self._tick)
-        self._timers.after(start_ns, self._beat)
+        self._timers.after(start_ns + (self._watch.heartbeat_ns if self._firsts else 0),
+                           self._beat)
 
     def stop(self) -> None:
         """The host has stopped."""
@@ -81,6 +84,7 @@ class Discovery:
         self._look_at_own()
         if self._firsts:
             self._firsts -= 1
+            self._send("beat")
             self._send("request")
         for remote in list(self.remotes.values()):
             self._look_at(remote)
