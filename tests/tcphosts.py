@@ -15,6 +15,7 @@ class Word:
 
     def __init__(self, seq):
         self.seq = seq
+        self.first_ns = self.last_ns = -1
 
 
 class Losing:

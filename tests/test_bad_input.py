@@ -7,6 +7,7 @@ import pytest
 from desim import plugins
 from desim.errors import InputError
 from desim.scenario.load import from_mapping, load
+from desim.simulation import Simulation
 
 TIMES = "allowed: s, ms, us, ns, min, h, µs, e.g."
 RATES = ("allowed: b/s, kb/s, Mb/s, Gb/s, bit/s, kbit/s, Mbit/s, Gbit/s, B/s, kB/s, MB/s, GB/s, "
@@ -188,6 +189,42 @@ WRONG = {
     "unknown middleware": ("middleware: {model: ros}", [
         "2:21: middleware.model: unknown middleware 'ros' (did you mean 'ros1'?); known: dds, "
         f"direct, multimaster, ros1, zenoh, {DOTTED}"]),
+    "times of TCP": (
+        "middleware: {model: ros1, tcp: {rto_min: 200 s, keepalive_interval: 1 ns,\n"
+        "retries: 256, window: 1 kB, buffer: 0 B}}", [
+            "2:69: middleware.tcp.keepalive_interval: '1 ns' is too small; at least 1 ms",
+            "3:10: middleware.tcp.retries: must be at most 255, got 256",
+            "3:23: middleware.tcp.window: must be at least 2896, got '1 kB'",
+            "3:37: middleware.tcp.buffer: must be at least 1, got '0 B'"]),
+    "timeouts of TCP out of order": (
+        "middleware: {model: zenoh, tcp: {rto_min: 200 s}}", [
+            "2:33: middleware.tcp: rto_min must not be above rto_max, got 200 s and 120 s"]),
+    "retries of ROS 1": ("middleware: {model: ros1, master_retry: 1 ns, reconnect_first: 0 s}", [
+        "2:41: middleware.master_retry: '1 ns' is too small; at least 1 ms",
+        "2:64: middleware.reconnect_first: '0 s' must be above zero"]),
+    "retries of ROS 1 out of order": (
+        "middleware: {model: ros1, client: rospy, reconnect_most: 100 ms}", [
+            "2:13: middleware: reconnect_first must not be above reconnect_most, got 1 s and "
+            "0.1 s"]),
+    "a patience without end": (
+        "middleware: {model: multimaster, timeout_factor: 1e300, measurement_intervals: 10000000}",
+        ["2:50: middleware.timeout_factor: must be at most 1e+06, got 1e+300",
+         "2:80: middleware.measurement_intervals: must be at most 1000000, got 10000000"]),
+    "masters that nobody hears": ("middleware: {model: multimaster, multicast: false}", [
+        "2:13: middleware: nobody is found with multicast: false and no robot_hosts; name hosts, "
+        "or take multicast: true"]),
+    "batches of nothing": (
+        "middleware: {model: zenoh, batch: 0 B, lease: 1 ns, scout_first: 1 us, retry_first: 0 s}",
+        ["2:35: middleware.batch: must be at least 64, got '0 B'",
+         "2:47: middleware.lease: '1 ns' is too small; at least 1 ms",
+         "2:66: middleware.scout_first: '1 us' is too small; at least 1 ms",
+         "2:85: middleware.retry_first: '0 s' must be above zero"]),
+    "too many keepalives": (
+        "middleware: {model: zenoh, keep_alive: 1000000000000}", [
+            "2:13: middleware: lease / keep_alive must be at least 1 ms, got 60 s / "
+            "1000000000000"]),
+    "scouts out of order": ("middleware: {model: zenoh, scout_last: 100 ms}", [
+        "2:13: middleware: scout_first must not be above scout_last, got 1 s and 0.1 s"]),
     "unknown world": ("physics: {model: plan}", [
         f"2:18: physics.model: unknown world 'plan' (did you mean 'plane'?); known: plane, {DOTTED}"
     ]),
@@ -422,6 +459,19 @@ def test_wrong_file_of_starts(here, content, complaint):
     (here / "starts.csv").write_text(content)
     (here / "case.yaml").write_text("name: x\nfleet: {start: {file: starts.csv}}\n")
     assert complaints_about("case.yaml") == [f"case.yaml:2:23: fleet.start.file: {complaint}"]
+
+
+@pytest.mark.parametrize(("model", "name"), [
+    ("ros1", "ROS 1"), ("multimaster", "ROS 1"), ("zenoh", "zenoh")])
+def test_who_has_no_broadcast_says_where_it_is_wanted(here, model, name):
+    (here / "case.yaml").write_text(
+        f"name: x\nfleet: {{size: 1}}\nmiddleware: {{model: {model}}}\n"
+        "coordination: {exchange: {via: broadcast}}\n")
+    loaded = load("case.yaml")
+    with pytest.raises(InputError) as caught:
+        Simulation(loaded.scenario).run()
+    assert list(loaded.placed(caught.value).args) == [
+        f"case.yaml:4:32: coordination.exchange.via: {name} has no broadcast; allowed: unicast"]
 
 
 def test_what_is_found_later_gets_its_place_too(here):

@@ -93,9 +93,10 @@ class Middleware(Protocol):
 
     Two things that a middleware may have beside: ``transport(offer) -> Transport``, by which a
     publisher's messages travel (without it: by desim's own streams and datagrams, which know
-    nothing of registries); ``informed``, ``"subscriber"`` or ``"publisher"``: which end has to
-    learn of the other one before messages flow. With it, what hosts believe is held against the
-    truth, and its ``context.knows`` and ``context.sees`` are to say what they believe.
+    nothing of registries; it raises ``InputError``, ``.via: ...``, for an offer that it cannot
+    meet); ``informed``, ``"subscriber"`` or ``"publisher"``: which end has to learn of the other
+    one before messages flow. With it, what hosts believe is held against the truth, and its
+    ``context.knows`` and ``context.sees`` are to say what they believe.
     """
 
     Params: ClassVar[type[Params]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from desim.errors import below
 from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Pose
 from desim.middleware.topics import Latest
@@ -54,7 +55,8 @@ class MapSharing(Node):
             return
         self.advertise("map")
         self.advertise("peers")
-        self.advertise(self._topic, transport="stream", latch=True, via=self._exchange.via)
+        with below("coordination.exchange"):
+            self.advertise(self._topic, transport="stream", latch=True, via=self._exchange.via)
         self._pose = self.latest("pose")
         for peer in self._peers:
             self.subscribe(f"/map_exchange/{peer}", self._on_update)

@@ -83,7 +83,8 @@ class _Talker(Node):
 
 
 class Fleet:
-    """``hosts`` over one medium of ``model`` (without one: everything arrives at once).
+    """``hosts`` over one medium of ``model`` (without one: everything arrives at once) and
+    ``rules``.
 
     ``apart.groups`` keeps hosts from each other. ``faults`` has in words what went wrong so far:
     a message with two fates, one delivered to a host that does not run or does not listen, one
@@ -91,15 +92,16 @@ class Fleet:
     """
 
     def __init__(self, middleware: Middleware, hosts: Sequence[str] = HOSTS, *,
-                 model: ports.NetworkModel | None = None, seed: int = 0) -> None:
+                 model: ports.NetworkModel | None = None, rules: Sequence[ports.Rule] = (),
+                 seed: int = 0) -> None:
         self.kernel, names = Kernel(), Names()
         self.trace, streams = Trace(names), Streams(seed)
         self.graph = Graph(self.kernel, names, self.trace, streams, middleware, hosts,
                            on_fate=self._fate)
         self.hosts = self.graph.hosts
         self.apart = Apart(len(self.hosts))
-        self.graph.attach(Medium("lan", model or Instant(), [self.apart], kernel=self.kernel,
-                                 names=names, streams=streams,
+        self.graph.attach(Medium("lan", model or Instant(), [self.apart, *rules],
+                                 kernel=self.kernel, names=names, streams=streams,
                                  hosts=[host.name for host in self.hosts],
                                  place=Nowhere(len(self.hosts))))
         self.said: list[Said] = []

@@ -3,6 +3,7 @@
 import pytest
 from graphs import Net, S, listener, silent, talker
 from rosnets import apart, beliefs, control, master, seen, stop
+from tcphosts import Losing
 
 from desim.errors import InputError
 from desim.middleware.multimaster.multimaster import Multimaster
@@ -61,14 +62,14 @@ def test_robots_talk_and_nobody_is_the_centre():
 
 
 def test_heartbeats_cost_what_they_should():
-    """24 B of payload and 46 B of headers, twice a second; noetic: three at the start, and the one
-    that tells of the change at 1 s, then one every 50 s."""
+    """24 B of payload and 46 B of headers, twice a second; noetic: three with a request each at the
+    start, and the one that tells of the change at 1 s, then one every 50 s."""
     quick = net({"a": silent, "b": silent}, GROOVY).run(100 * S - 1)
     assert quick.graph.context.discovery_bytes["heartbeat"] == 2 * 200 * 70
     slow = net({"a": talker([]), "b": silent}, NOETIC).run(100 * S - 1)
     beats = [row[0] for row in control(slow, "heartbeat") if row[1] == "a"]
-    # At 0, 1 and 2 s requests, each answered by the other; at 0 and 50 s heartbeats.
-    assert beats == [0, 0, 0.01, 1, 1, 1.01, 2, 2.01, 50]
+    # Each request is answered by the other.
+    assert beats == [0, 0, 0.01, 1, 1, 1, 1.01, 2, 2, 2.01, 50]
 
 
 def test_each_heartbeat_may_go_to_named_hosts_by_unicast():
@@ -76,20 +77,33 @@ def test_each_heartbeat_may_go_to_named_hosts_by_unicast():
                 robot_hosts=["a", "b"]).run(S // 4)
     assert sorted(row[1:3] for row in control(named, "heartbeat")) == [
         ("a", "b"), ("b", "a"), ("c", "a"), ("c", "b")]
-    with pytest.raises(InputError, match=r"robot_hosts: no host 'x'.*allowed: a, b"):
+    with pytest.raises(InputError, match=r"robot_hosts.0: no host 'x'.*allowed: a, b"):
         net({"a": silent, "b": silent}, GROOVY, robot_hosts=["x"])
 
 
-def test_who_does_not_answer_is_asked_again():
-    """Cut off from 50 ms to 130 s, after the first heartbeat: the call of 0.11 s fails after 127 s
-    and is made again 5 s later."""
+@pytest.mark.parametrize(("preset", "retry_s"), [(GROOVY, 1), (NOETIC, 5)])
+def test_who_does_not_answer_is_asked_again(preset, retry_s):
+    """Cut off after the first heartbeat: the call of 0.11 s fails after 10 s, and so does the next
+    one. The third one is answered."""
     def check(**params):
-        shy = net({"a": silent, "b": silent}, GROOVY, [apart("a", start="50 ms", until="130 s")],
-                  **params).run(140 * S)
-        assert seen(shy) == [(pytest.approx(132.15), "a", "online")]
+        shy = net({"a": silent, "b": silent}, preset, [
+            apart("a", start="50 ms", until=f"{19.5 + 2 * retry_s} s")], **params).run(40 * S)
+        calls = [row[0] for row in control(shy, "masterContacts") if row[1] == "b"]
+        assert calls[::4][:3] == pytest.approx([0.11 + k * (10 + retry_s) for k in range(3)])
+        assert seen(shy) == [(pytest.approx(0.15 + 2 * (10 + retry_s)), "a", "online")]
     check()
     with pytest.raises(AssertionError):
-        check(contact_retry="4.75 s")
+        check(contact_retry=f"{retry_s * 0.95} s")
+    with pytest.raises(AssertionError):
+        check(contact_timeout="9.5 s")
+
+
+def test_nobody_waits_for_ever_for_the_answer_of_the_dead():
+    """a acknowledges the question of 0.11 s, its answer is lost, and it restarts at 5 s."""
+    shy = net({"a": silent, "b": silent}, GROOVY, [Losing(1, 2, 3, 4, least_bytes=570)])
+    stop(shy, "a", 2, 5)
+    shy.run(20 * S)
+    assert seen(shy) == [(pytest.approx(11.15), "a", "online")]
 
 
 # -------------------------------------------------------------------------------------- silence

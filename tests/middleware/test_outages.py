@@ -1,5 +1,7 @@
 """A random walk over outages: whatever hosts stop and whoever is kept apart, no message has two
-fates or is heard twice, none goes astray, nothing spins, and afterwards everything flows again."""
+fates or is heard twice, none goes astray, nothing spins, and afterwards everything flows again.
+Once over a network where everything arrives at once, once over one that is slow and loses frames.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,10 @@ from hypothesis.stateful import (
 from models import ANY, MODELS, Model
 from test_kit import Final, Sulking, Twice
 
+from desim.middleware.ros.client import Process
+from desim.ports import PASS, Drop
 from desim.testing import Fleet
+from netmodels.link import Link
 
 S = 10**9
 MOST_EVENTS = 5000  # in a simulated second, all talk included
@@ -27,9 +32,9 @@ hosts = st.integers(0, 3)
 class Walk(RuleBasedStateMachine):
     """Four hosts of the kit. Never fewer than one of them runs."""
 
-    def __init__(self, middleware, patience):
+    def __init__(self, middleware, patience, **network):
         super().__init__()
-        self.fleet, self.patience = Fleet(middleware), patience
+        self.fleet, self.patience = Fleet(middleware, **network), patience
         self.fleet.talk(S)
 
     def running(self):
@@ -89,19 +94,85 @@ class Walk(RuleBasedStateMachine):
         self.nothing_is_wrong()
 
 
-def walk(model, examples=40):
+class Lossy:
+    """A rule by which frames are lost, each with the probability ``share``."""
+
+    reasons = ("lost",)
+
+    def __init__(self):
+        self.share = 0.3
+
+    def start(self, context, hosts):
+        self._luck = context.stream("losses")
+
+    def judge(self, frame, receivers):
+        return [Drop("lost") if luck < self.share else PASS
+                for luck in self._luck.random(len(receivers))]
+
+
+class RoughWalk(Walk):
+    """The same over a network that takes its time and loses frames, until a moment after the
+    outages. It is quicker, and over in a minute: roscpp never asks again for a topic when it had
+    no answer for 127 s."""
+
+    def __init__(self, middleware, patience):
+        self.lossy = Lossy()
+        super().__init__(middleware, patience, rules=[self.lossy],
+                         model=Link(Link.Params(rate="10 Mb/s", latency="10 ms")))
+
+    @rule(share=st.sampled_from([0.1, 0.3, 0.5]))
+    def lose(self, share):
+        self.lossy.share = share
+
+    @rule(which=hosts, tenths=st.integers(1, 20))
+    def flicker(self, which, tenths):
+        """A host restarts twice, the second time before all have met it."""
+        host = self.patience.stops[which % len(self.patience.stops)]
+        for _ in range(2):
+            self.fleet.stop(host)
+            self.fleet.start(host)
+            self.wait(tenths)
+
+    @rule(tenths=st.integers(1, 40))
+    def wait(self, tenths):
+        self.spend(self.fleet.run, tenths * S // 10)
+
+    def teardown(self):
+        self.heal()
+        self.talk(2)
+        self.lossy.share = 0.0
+        super().teardown()
+
+
+def walk(model, kind, examples):
     run_state_machine_as_test(
-        lambda: Walk(model.make(), model.patience),
+        lambda: kind(model.make(), model.patience),
         settings=settings(max_examples=examples, stateful_step_count=15, deadline=None,
                           derandomize=True, phases=[Phase.generate]))  # found is enough
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_a_walk_over_outages_ends_well(name):
-    walk(MODELS[name])
+    walk(MODELS[name], Walk, 12)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_walk_over_a_rough_network_ends_well(name):
+    walk(MODELS[name], RoughWalk, 40 if name == "fkie_groovy" else 6)
 
 
 @pytest.mark.parametrize("cls", [Twice, Sulking, Final])
 def test_the_walk_finds_what_is_broken(cls):
     with pytest.raises(AssertionError):
-        walk(Model(cls, ANY))
+        walk(Model(cls, ANY), Walk, 40)
+
+
+def test_a_rough_walk_finds_a_link_that_nobody_sends_over(monkeypatch):
+    """The header that comes last, and not the connection that was called last, has the link."""
+    def linked(process, link, by):
+        if link.process.alive:
+            process._serves(process.publications[link.topic], link, by)
+
+    monkeypatch.setattr(Process, "linked", linked)
+    with pytest.raises(AssertionError):
+        walk(MODELS["fkie_groovy"], RoughWalk, 40)

@@ -1,9 +1,10 @@
 """ROS 1 with one master: whole logs of how it starts and of what a broken network does to it."""
 
 import pytest
-from graphs import S, listener, silent, talker
+from graphs import MS, S, listener, silent, talker
 from rosnets import apart, beliefs, control, master, says, seen, stop
 from rosnets import one_master as net
+from tcphosts import Losing
 
 from desim.middleware.ros.master import Master, Registry, Uri
 from desim.middleware.ros.sizes import CALLS
@@ -228,6 +229,23 @@ def test_the_first_reconnect_is_after_a_tenth_of_a_second():
     lost.run(61 * S)
     syns = [row[0] for row in control(lost, "tcpros") if row[1] == "b" and row[-1] == 78]
     assert syns[1] == pytest.approx(60.14 + 0.02 + 0.1)
+
+
+def test_a_header_that_comes_late_does_not_take_the_link_from_a_younger_connection():
+    """b's first header (0.12 s) is lost. The master takes a back and lists it anew, so that b hangs
+    up and calls again; the first header, sent once more at 0.32 s, comes behind the second one,
+    and the FIN right after it."""
+    heard = []
+    late = net({"a": talker(says(0.3, 0.35, 0.4, 0.5)), "b": listener(heard), "m": silent},
+               [Losing(4, source=1, least_bytes=219)])
+    lists, a = late.graph.middleware.processes.masters[2], process(late, "a").uri
+    late.at(150 * MS, lambda: lists.unregister_publisher("/talk", a))
+    late.at(160 * MS, lambda: lists.register_publisher("/talk", a))
+    late.run(2 * S)
+    assert [row[:3] for row in control(late, "tcpros_header")] == [
+        (0.12, "b", "a"), (0.24, "b", "a"), (0.25, "a", "b"), (0.32, "b", "a"), (0.33, "a", "b")]
+    assert [(time_ns // MS, text) for time_ns, *_, text in heard] == [
+        (310, "0.3"), (370, "0.35"), (430, "0.4"), (510, "0.5")]
 
 
 # ------------------------------------------------------------------------------ publisherUpdate

@@ -4,6 +4,7 @@ import pytest
 from graphs import MS, S, listener, silent, talker
 from rosnets import apart, control, says, stop
 from rosnets import one_master as net
+from tcphosts import Losing
 
 from desim.errors import InputError
 
@@ -32,6 +33,18 @@ def test_an_outage_fills_the_outbox_and_the_socket_and_the_newest_get_through():
     assert len(heard) == counts.delivered
     assert [text for *_, text in heard] == sorted((text for *_, text in heard), key=float)
     assert heard[-1][3] == "4.9"
+
+
+def test_a_fate_has_the_instants_of_the_first_and_the_last_frame():
+    """The frame of the first message is lost and goes again after TCP's 200 ms; Nagle's algorithm
+    holds the second one until it is acknowledged. The third one is sent 16 times to nobody, and
+    the fourth one never: the socket holds it."""
+    sent = net({"a": talker(says(1, 1.005, 2.5, 2.51)), "b": listener([], queue=0), "m": silent},
+               [Losing(4, source=0, least_bytes=174), apart("b", start="2.495 s")]).run(1000 * S)
+    assert [(reason, *(time_ns // MS for time_ns in times if time_ns >= 0))
+            for _, _, _, reason, *times in sent.fates] == [
+        ("delivered", 1000, 1200), ("delivered", 1260, 1260), ("link_closed", 2500, 807_100),
+        ("link_closed",)]
 
 
 def test_what_waits_for_a_dead_subscriber_is_dropped_when_it_is_noticed():
@@ -66,7 +79,7 @@ def test_nodes_of_one_host_need_no_master():
 
 
 def test_what_ros1_does_not_have():
-    with pytest.raises(InputError, match="no broadcast; allowed: via unicast"):
+    with pytest.raises(InputError, match=r"^\.via: ROS 1 has no broadcast; allowed: unicast$"):
         net({"a": talker([], via="broadcast"), "m": silent})
     with pytest.raises(InputError, match=r"master: no host 'n'.*allowed: a, m"):
         net({"a": silent, "m": silent}, master="n")

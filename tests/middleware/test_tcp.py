@@ -33,7 +33,7 @@ def test_who_knows_what_of_a_message():
 
     def look():
         connection = pair.connection
-        known.append((len(connection.unacked(0)), connection.waiting(0)))
+        known.append((len(connection.unacked(0)), len(connection.unheard(0))))
 
     pair.at(10 * MS, pair.say, 7)
     for time_ms in 9, 11, 12, 52, 53:
@@ -219,7 +219,7 @@ def test_who_closed_refuses_data():
     pair = Pair(wire())
     pair.call()
     pair.at(S, pair.close, 0).at(S + 2 * MS, pair.say, 1, 100, 1)
-    pair.at(S + 3 * MS, lambda: pair.note(pair.connection.waiting(1))).run(1000 * S)
+    pair.at(S + 3 * MS, lambda: pair.note(len(pair.connection.unheard(1)))).run(1000 * S)
     assert [row[1:] for row in pair.log] == [("opened",), ("accepted",), ("b closed", "fin"), (1,)]
     assert pair.at_rest()
 
@@ -232,7 +232,7 @@ def test_what_comes_behind_the_message_that_made_its_hearer_close_is_refused():
         pair.connection.send(0, 100, lambda word: pair.close(1), Word(1))
         pair.say(2)
 
-    pair.at(S, speak).at(2 * S, lambda: pair.note(pair.connection.waiting(0)))
+    pair.at(S, speak).at(2 * S, lambda: pair.note(len(pair.connection.unheard(0))))
     pair.at(2 * S, pair.close, 0).run(1000 * S)
     assert [row[1:] for row in pair.log] == [("opened",), ("accepted",), ("a closed", "fin"), (0,)]
     assert pair.at_rest()

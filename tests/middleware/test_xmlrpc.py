@@ -7,16 +7,20 @@ from desim.middleware.ros.xmlrpc import XmlRpc
 
 
 class Calls(Pair):
-    """``a`` calls ``b``, which answers everything."""
+    """``a`` calls ``b``, which answers everything, after ``think_ns``."""
 
-    def __init__(self, *args, poll_ns=0, **options):
+    def __init__(self, *args, think_ns=0, **options):
         super().__init__(*args, **options)
         self.rpc = XmlRpc(self.net.graph.context, self.tcp)
-        self.rpc.serve(1, "slave", self._answer, poll_ns)
+        self.rpc.serve(1, "slave", self._answer)
+        self._think_ns = think_ns
 
     def _answer(self, call):
         self.note("asked", call.request)
-        call.reply(383, call.request.upper())
+        if self._think_ns:
+            self.at(self.net.kernel.now_ns + self._think_ns, call.reply, 383, call.request.upper())
+        else:
+            call.reply(383, call.request.upper())
 
     def ask(self, request, service="slave", **options):
         self.rpc.call(0, 1, service, "xmlrpc", 434, request,
@@ -84,11 +88,11 @@ def test_nobody_is_told_on_a_host_that_stopped():
 def test_a_server_that_stops_while_it_thinks():
     """Its TCP has acknowledged the request, and nothing keeps the connection alive: the caller
     waits for ever. Another call finds that nobody serves any more."""
-    calls = Calls(link(rate="1 Gb/s", latency="1 ms"), poll_ns=100 * MS)
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"), think_ns=100 * MS)
     calls.ask("x")
     calls.at(50 * MS, calls.stop, 1).at(60 * MS, calls.start, 1)
     calls.at(S, calls.ask, "y").run(300 * S)
-    assert [row[1:] for row in calls.log] == [("done", False, None)]
+    assert [row[1:] for row in calls.log] == [("asked", "x"), ("done", False, None)]
 
 
 def test_nobody_serves():
@@ -124,7 +128,7 @@ def test_within_a_host():
     assert not calls.rows()
 
 
-def test_a_server_that_polls():
-    calls = Calls(poll_ns=100 * MS)
+def test_a_server_that_thinks():
+    calls = Calls(think_ns=100 * MS)
     calls.at(250 * MS, calls.ask, "x").run(S)
-    assert calls.log == [(300 * MS, "asked", "x"), (300 * MS, "done", True, "X")]
+    assert calls.log == [(250 * MS, "asked", "x"), (350 * MS, "done", True, "X")]

@@ -4,6 +4,7 @@ import pytest
 from graphs import MS, S, listener, silent, talker
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
+from tcphosts import Losing
 from zenohs import conserved, link, mesh, net_of, partition, sees
 
 from desim.errors import InputError
@@ -114,6 +115,19 @@ def test_a_congested_link(transport, reasons):
     assert counts.delivered + sum(counts.dropped.values()) == 100
     assert mesh(net) == [1, 1]
     conserved(net)
+
+
+def test_a_fate_has_the_instants_of_the_first_and_the_last_frame():
+    """In a star: of those on the first link the first one, of those on the second link, where a
+    frame is lost, the last one; and of what never arrives the last attempt before the link is
+    closed."""
+    star = net_of({"a": talker([(5 * S, "1"), (7 * S, "2")], size_bytes=1000),
+                   "b": silent, "c": listener([])}, rules=[
+        Losing(1, source=1, least_bytes=1000), partition("6 s", "20 h", ["c"])],
+        discovery="connect", connect=["b"]).run(60 * S)
+    assert [(reason, *(time_ns // MS for time_ns in times))
+            for _, _, _, reason, *times in star.fates] == [
+        ("delivered", 5000, 5201), ("link_closed", 7000, 13_201)]
 
 
 def test_a_stream_that_blocks_a_link_closes_it():

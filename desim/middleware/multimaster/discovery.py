@@ -14,7 +14,9 @@ from desim.middleware.ros.xmlrpc import Call
 if TYPE_CHECKING:
     from desim.middleware.ros.processes import Processes
 
-HEARTBEAT_BYTES = 24 + 8 + 20 + 14 + 4  # payload ('cBBiiHii'), UDP, IP, Ethernet
+# Payload ('cBBiiHii'), UDP, IP, Ethernet and its check sequence; master_discovery itself reckons
+# with 68 B.
+HEARTBEAT_BYTES = 24 + 8 + 20 + 14 + 4
 # masterContacts; estimated from getParam, 300 and 330 B, which answers less.
 CONTACTS = Sizes(300, 0, 500, 0)
 
@@ -48,8 +50,8 @@ class Discovery:
         self._context = context = processes.context
         self._watch = watch(params)
         self._others = [other for other in range(len(context.hosts)) if other != host]
-        named = [context.hosts.index(name) for name in params.robot_hosts]
-        self._named = [other for other in sorted(named) if other != host]
+        named = sorted(context.hosts.index(name) for name in dict.fromkeys(params.robot_hosts))
+        self._named = [other for other in named if other != host]
         self._timers = Timers(context, host)
         self._firsts = 0 if self._watch.counted else params.first_notifications
         self._looked = -1  # changes of the own master at the last look
@@ -58,7 +60,8 @@ class Discovery:
         start_ns = int(context.stream("discovery", context.hosts[host], processes.on(
             host).uri.life).integers(params.start_jitter_ns + 1))
         self._timers.after(start_ns, self._tick)
-        self._timers.after(start_ns, self._beat)
+        self._timers.after(start_ns + (self._watch.heartbeat_ns if self._firsts else 0),
+                           self._beat)
 
     def stop(self) -> None:
         """The host has stopped."""
@@ -81,6 +84,7 @@ class Discovery:
         self._look_at_own()
         if self._firsts:
             self._firsts -= 1
+            self._send("beat")
             self._send("request")
         for remote in list(self.remotes.values()):
             self._look_at(remote)
@@ -147,7 +151,8 @@ class Discovery:
             return
         call = self._processes.rpc.call(
             self._host, remote.host, "monitor", "masterContacts", CONTACTS.call,
-            ("masterContacts",), lambda ok, _: self._contacted(remote, ok, call.reason))
+            ("masterContacts",), lambda ok, _: self._contacted(remote, ok, call.reason),
+            timeout_ns=self._params.contact_timeout_ns)
 
     def _contacted(self, remote: Remote, ok: bool, reason: str | None) -> None:
         if self.remotes.get(remote.host) is not remote:
@@ -156,9 +161,9 @@ class Discovery:
             remote.known = remote.online = True
             self._say("online", remote)
         else:
-            params = self._params
-            self._timers.after(params.unreachable_retry_ns if reason == "unreachable"
-                     else params.contact_retry_ns, self._contact, remote)
+            watch = self._watch
+            self._timers.after(watch.unreachable_retry_ns if reason == "unreachable"
+                               else watch.contact_retry_ns, self._contact, remote)
 
     def _look_at(self, remote: Remote) -> None:
         verdict = remote.judged(self._context.now_ns, self._watch, self._params)

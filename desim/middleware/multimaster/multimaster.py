@@ -24,10 +24,10 @@ class Multimaster:
 
     def start(self, context: Context) -> None:
         hosts = context.hosts
-        for name in self._params.robot_hosts:
+        for number, name in enumerate(self._params.robot_hosts):
             if name not in hosts:
-                raise InputError(f".robot_hosts: no host {name!r}{did_you_mean(name, hosts)}; "
-                                 f"allowed: {', '.join(hosts)}")
+                raise InputError(f".robot_hosts.{number}: no host {name!r}"
+                                 f"{did_you_mean(name, hosts)}; allowed: {', '.join(hosts)}")
         self.processes = Processes(context, self._params, list(range(len(hosts))), None,
                                    {"multicall": multicall})
         self.discoveries: dict[int, Discovery] = {}

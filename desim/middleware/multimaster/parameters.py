@@ -5,10 +5,10 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Literal, NamedTuple
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from desim.middleware.ros.parameters import RosParams
-from desim.units import NS_PER_S, Duration, Frequency, Period
+from desim.units import NS_PER_S, Duration, Frequency, Pace, Period
 
 MIN_HZ = Fraction(3, 10)  # slower heartbeats do not tell who is there (MIN_HZ_FOR_QUALITY)
 
@@ -24,10 +24,10 @@ class MultimasterParams(RosParams):
     rosmaster_hz: Frequency = Field("1 Hz", description=(
         "how often the own master is asked for changes, and the others are looked after "
         "(rosmaster_hz)"))
-    measurement_intervals: int = Field(5, ge=1, description=(
+    measurement_intervals: int = Field(5, ge=1, le=10**6, description=(
         "heartbeats are counted over so many seconds, or periods if these are longer "
         "(measurement_intervals)"))
-    timeout_factor: float | None = Field(None, gt=0, description=(
+    timeout_factor: float | None = Field(None, gt=0, le=1e6, description=(
         "silence of so many times that long means offline (null: 1.4 in groovy, 10 in noetic)"))
     remove_after_ns: Period = Field("300 s", description=(
         "silence after which a master is forgotten (remove_after)"))
@@ -41,9 +41,13 @@ class MultimasterParams(RosParams):
         "master is asked (INIT_NOTIFICATION_COUNT)"))
     contact_after_ns: Duration = Field("100 ms", description=(
         "from a first heartbeat to the call that asks its sender who it is"))
-    contact_retry_ns: Period = Field("5 s", description="a failed one is tried again after")
-    unreachable_retry_ns: Period = Field("30 s", description=(
-        "the same where there is no way (EHOSTUNREACH)"))
+    contact_timeout_ns: Period = Field("10 s", description=(
+        "patience with the answer (general knowledge: the default timeout of sockets in noetic)"))
+    contact_retry_ns: Pace | None = Field(None, description=(
+        "a failed call is made again after (null: 5 s in noetic; 1 s in groovy, from general "
+        "knowledge)"))
+    unreachable_retry_ns: Pace | None = Field(None, description=(
+        "the same where there is no way, EHOSTUNREACH (null: 30 s in noetic, 1 s in groovy)"))
     multicast: bool = Field(True, description="heartbeats are multicast (send_mcast)")
     robot_hosts: list[str] = Field([], description=(
         "hosts that get each heartbeat by unicast, too (none)"))
@@ -58,7 +62,7 @@ class MultimasterParams(RosParams):
         "times that another change in the meantime has this time start anew (sync_thread.py)"))
     sync_timeout_ns: Period = Field("20 s", description=(
         "patience with a remote master's answer (sync_thread.py)"))
-    sync_poll_ns: Period = Field("30 s", description=(
+    sync_poll_ns: Pace = Field("30 s", description=(
         "how often it is looked whether something was left out (master_sync.py)"))
     resync_on_reconnect: bool = Field(True, description=(
         "whoever comes back online is unregistered and registered anew (master_sync.py)"))
@@ -67,10 +71,17 @@ class MultimasterParams(RosParams):
     ignore_topics: list[str] = Field([], description=(
         "names or patterns with * and ? of topics that are not copied (none)"))
 
+    @model_validator(mode="after")
+    def _is_visible(self) -> MultimasterParams:
+        if not self.multicast and not self.robot_hosts:
+            raise ValueError("nobody is found with multicast: false and no robot_hosts; name "
+                             "hosts, or take multicast: true")
+        return self
+
 
 class Watch(NamedTuple):
-    """How discovery watches others: whether the heartbeats, at the rate that they tell, are quick
-    enough to be ``counted``, and how many are ``expected`` in a window."""
+    """How discovery meets and watches others: whether the heartbeats, at the rate that they tell,
+    are quick enough to be ``counted``, and how many are ``expected`` in a window."""
 
     heartbeat_ns: int
     counted: bool
@@ -79,6 +90,8 @@ class Watch(NamedTuple):
     window_ns: int
     timeout_ns: int
     request_after_ns: int
+    contact_retry_ns: int
+    unreachable_retry_ns: int
 
 
 def watch(params: MultimasterParams) -> Watch:
@@ -93,4 +106,5 @@ def watch(params: MultimasterParams) -> Watch:
     told_hz = Fraction(int(hz * 10), 10)  # as in the heartbeat: 0.02 Hz is 0
     return Watch(int(NS_PER_S / hz), told_hz >= MIN_HZ, float(told_hz * window_ns / NS_PER_S),
                  int(NS_PER_S / params.rosmaster_hz), window_ns, round(window_ns * factor),
-                 asked_ns)
+                 asked_ns, params.contact_retry_ns or (1 if groovy else 5) * NS_PER_S,
+                 params.unreachable_retry_ns or (1 if groovy else 30) * NS_PER_S)

@@ -13,11 +13,12 @@ from desim.ports.middleware import Endpoint
 
 if TYPE_CHECKING:
     from desim.middleware.ros.processes import Processes
+    from desim.middleware.tcp import Connection
 
 
 class Publication:
-    """One topic that a process publishes. ``links``: by subscribing host, in the order in which
-    they were made, what leads there; whoever has a new one has to be served afresh."""
+    """One topic that a process publishes. ``links``: by subscribing host what leads there, a
+    connection or, with UDPROS, a link; whoever has a new one has to be served afresh."""
 
     __slots__ = ("transport", "links", "ends")
 
@@ -144,7 +145,7 @@ class Process:
         publication = self.publications.get(link.topic)
         transport = None if publication is None else publication.transport
         if transport == "datagram":
-            self.linked(link, link)
+            self._serves(publication, link, link)
         return transport
 
     def _publishers(self, topic: str, uris: tuple[Uri, ...]) -> None:
@@ -174,18 +175,24 @@ class Process:
 
     # Ends of links.
 
-    def linked(self, link: Link, by: Any) -> None:
-        """At the publisher: messages go to this subscriber from now on, ``by`` a connection; an
-        older one to the same host has no more part in it."""
+    def linked(self, link: Link, by: Connection) -> None:
+        """At the publisher: the header of a connection is here. Messages go to this subscriber
+        over the one that it called last, which is the one that it listens to. The header of an
+        earlier one may come later, where it had to be sent again."""
         if not link.process.alive:
             return  # its header was on its way when it died; its successor may be linked already
         publication = self.publications[link.topic]
+        newest = publication.links.get(link.process.host)
+        if newest is None or newest.number < by.number:
+            self._serves(publication, link, by)
+
+    def _serves(self, publication: Publication, link: Link, by: Connection | Link) -> None:
         host = link.process.host
         publication.links[host] = by
         publication.ends[host] = link.process.subscriptions[link.topic].ends[0]
         self.all.context.changed(link.topic)
 
-    def unlinked(self, link: Link, by: Any) -> None:
+    def unlinked(self, link: Link, by: Connection) -> None:
         """At the publisher: ``by`` is closed."""
         publication = self.publications[link.topic]
         host = link.process.host

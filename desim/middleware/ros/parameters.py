@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from desim import ports
 from desim.middleware.tcp import TcpParams
-from desim.units import Duration, Period
+from desim.middleware.tcp.params import in_order
+from desim.units import Duration, Pace, Period
 
 
 class Retries(NamedTuple):
@@ -35,13 +36,13 @@ class RosParams(ports.Params):
 
     client: Literal["roscpp", "rospy"] = Field("roscpp", description=(
         "whose schedules: that of C++ or of Python nodes (noetic)"))
-    master_retry_ns: Period | None = Field(None, description=(
+    master_retry_ns: Pace | None = Field(None, description=(
         "a registration that failed is tried again after (null: 50 ms in roscpp, master.cpp; "
         "200 ms in rospy, registration.py)"))
-    reconnect_first_ns: Period | None = Field(None, description=(
+    reconnect_first_ns: Pace | None = Field(None, description=(
         "a link that broke is tried again after (null: 0.1 s in roscpp, "
         "transport_publisher_link.cpp; 1 s in rospy, tcpros_base.py)"))
-    reconnect_most_ns: Period | None = Field(None, description=(
+    reconnect_most_ns: Pace | None = Field(None, description=(
         "longest time between two such tries, to which they double (null: 20 s in roscpp, 32 s "
         "in rospy)"))
     connect_timeout_ns: Period | None = Field(None, description=(
@@ -56,6 +57,12 @@ class RosParams(ports.Params):
     tcp_nodelay: bool = Field(False, description=(
         "subscribers ask for links without Nagle's algorithm (roscpp default)"))
     tcp: TcpParams = Field(default_factory=TcpParams, description="see docs/middleware/tcp.md")
+
+    @model_validator(mode="after")
+    def _retries_in_order(self) -> RosParams:
+        connections = schedules(self).connections
+        in_order("reconnect_first", connections.first_ns, "reconnect_most", connections.most_ns)
+        return self
 
 
 class Schedules(NamedTuple):

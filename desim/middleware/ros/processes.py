@@ -87,8 +87,7 @@ class Processes:
 
     def transport(self, offer: Offer) -> Transport:
         if offer.via != "unicast":
-            raise InputError(f"topic {offer.publisher.topic}: ROS 1 has no {offer.via}; allowed: "
-                             "via unicast")
+            raise InputError(f".via: ROS 1 has no {offer.via}; allowed: unicast")
         host, topic = offer.publisher.host, offer.publisher.topic
         publication = self.on(host).publication(topic, offer.transport)
         graph = self.context.graph

@@ -60,6 +60,17 @@ class Tcpros:
         return sum(outlet.waiting() for outlet in self._outlets.values())
 
 
+class Written:
+    """A message in a socket: TCP's ``Cargo``."""
+
+    __slots__ = ("message", "seq", "first_ns", "last_ns")
+
+    def __init__(self, message: Message) -> None:
+        self.message = message
+        self.seq = message.seq
+        self.first_ns = self.last_ns = -1
+
+
 class Outlet:
     """To one subscriber: an outbox of ``limit`` messages (0: any number) that drops its oldest, and
     the messages in the socket. The socket takes one more while its send buffer has room."""
@@ -75,13 +86,13 @@ class Outlet:
         self._host = host
         self._limit = limit
         self._outbox: deque[Message] = deque()
-        self._written: deque[tuple[Message, int]] = deque()  # and when
+        self._written: deque[Written] = deque()
         self._closed = False
 
     def offer(self, message: Message) -> None:
         outbox = self._outbox
         if not outbox and self.connection.room(self._source):
-            self._write(message, message.born_ns)  # which is now
+            self._write(message)
             return
         outbox.append(message)
         if len(outbox) == 1:
@@ -94,8 +105,8 @@ class Outlet:
         nothing to anybody."""
         self._closed = True
         graph, receiver = self._graph, self._host.index
-        for message, written_ns in self._written:
-            graph.drop(message, receiver, reason, written_ns, written_ns)
+        for written in self._written:
+            graph.drop(written.message, receiver, reason, written.first_ns, written.last_ns)
         for message in self._outbox:
             graph.drop(message, receiver, reason)
         self._written.clear()
@@ -104,22 +115,22 @@ class Outlet:
     def waiting(self) -> int:
         return len(self._written) + len(self._outbox)
 
-    def _write(self, message: Message, now_ns: int) -> None:
-        self._written.append((message, now_ns))
+    def _write(self, message: Message) -> None:
+        written = Written(message)
+        self._written.append(written)
         self.connection.send(self._source, message.size_bytes + LENGTH_BYTES, self._arrived,
-                             message)
+                             written)
 
-    def _arrived(self, message: Message) -> None:
+    def _arrived(self, written: Written) -> None:
         if not self._closed:
-            _, written_ns = self._written.popleft()
-            self._graph.deliver(message, self._host, written_ns, written_ns)
+            self._written.popleft()
+            self._graph.deliver(written.message, self._host, written.first_ns, written.last_ns)
 
     def _go_on(self) -> None:
         if self._closed:
             return
         outbox, connection = self._outbox, self.connection
-        now_ns = self._graph.kernel.now_ns
         while outbox and connection.room(self._source):
-            self._write(outbox.popleft(), now_ns)
+            self._write(outbox.popleft())
         if outbox:
             connection.when_room(self._source, self._go_on)

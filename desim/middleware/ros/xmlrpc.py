@@ -116,14 +116,12 @@ class XmlRpc:
         self._idle_ns, self._local_ns = idle_ns, local_ns
         self._idle: dict[Key, list[tuple[Connection, int]]] = {}  # and since when
         self._reapers: dict[Key, Any] = {}
-        self._servers: dict[tuple[int, str], tuple[Callable[[Call], Any], int]] = {}
+        self._servers: dict[tuple[int, str], Callable[[Call], Any]] = {}
 
-    def serve(self, host: int, service: str, answer: Callable[[Call], Any],
-              poll_ns: int = 0) -> None:
+    def serve(self, host: int, service: str, answer: Callable[[Call], Any]) -> None:
         """``answer(call)`` for each call to ``service`` on ``host``, until it stops; it answers by
-        ``call.reply``. With ``poll_ns`` it looks only so often for what has come (roscpp: up to
-        100 ms)."""
-        self._servers[host, service] = answer, poll_ns
+        ``call.reply``."""
+        self._servers[host, service] = answer
         self._tcp.listen(host, service, lambda connection: connection.on_closed(
             host, lambda connection, reason: connection.close(host)))
 
@@ -183,16 +181,7 @@ class XmlRpc:
 
     def received(self, call: Call) -> None:
         """The request is at the server."""
-        answer, poll_ns = self._servers[call.server, call.service]
-        if not poll_ns:
-            answer(call)
-            return
-        now_ns = self.context.now_ns
-        self.context.at(now_ns + -now_ns % poll_ns, call.server, self._polled, call)
-
-    def _polled(self, call: Call) -> None:
-        if call.connection.holds(call.server):
-            self._servers[call.server, call.service][0](call)
+        self._servers[call.server, call.service](call)
 
     def _local(self, call: Call) -> None:
         if call.over:
@@ -201,7 +190,7 @@ class XmlRpc:
         if server is None:
             call.finish(False)
         else:
-            server[0](call)
+            server(call)
 
     def _connect(self, call: Call) -> None:
         connection = self._tcp.connect(

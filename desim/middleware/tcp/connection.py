@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from desim.middleware.tcp.end import OPEN, End
 from desim.middleware.tcp.entries import FIN
@@ -14,20 +14,33 @@ if TYPE_CHECKING:
 
 Closed = Callable[["Connection", str], Any]
 
+
+class Cargo(Protocol):
+    """What goes as data: ``seq`` is what trace rows name. The instants at which the first and the
+    last frame with bytes of it were sent are kept in it; as long as there was none, ``first_ns`` is
+    below 0."""
+
+    seq: int
+    first_ns: int
+    last_ns: int
+
+
 class Connection:
-    """From ``client`` to ``service`` on ``server``.
+    """From ``client`` to ``service`` on ``server``; its ``number`` is above those of all that were
+    called before.
 
     ``open`` from the moment that the client knows so, until one end closes it or finds it dead (a
     host that stops says nothing) or both have stopped. ``about`` is for its owner. Hosts are given
     as indices, each of them one of the two ends.
     """
 
-    __slots__ = ("tcp", "client", "server", "service", "kind", "nodelay", "keepalive", "medium",
-                 "open", "about", "ends")
+    __slots__ = ("tcp", "number", "client", "server", "service", "kind", "nodelay", "keepalive",
+                 "medium", "open", "about", "ends")
 
-    def __init__(self, tcp: Tcp, client: int, server: int, service: str, kind: str,
+    def __init__(self, tcp: Tcp, number: int, client: int, server: int, service: str, kind: str,
                  medium: Medium, nodelay: bool, keepalive: bool) -> None:
         self.tcp = tcp
+        self.number = number
         self.client, self.server = client, server
         self.service = service
         self.kind = kind
@@ -43,8 +56,8 @@ class Connection:
              kind: str | None = None) -> None:
         """A message of ``size_bytes`` (above 0, with whatever frames it) from host ``source``.
         ``arrived(token)`` at the other end when all of it is there, after all that was sent before.
-        Its bytes are discovery of ``kind``; without one they are data, and ``token`` is a
-        ``Message``, whose ``seq`` the trace rows name. Before the connection is open, it waits."""
+        Its bytes are discovery of ``kind``; without one they are data, ``token`` is a ``Cargo``.
+        Before the connection is open, it waits."""
         self.ends[source != self.client].sender.send(size_bytes, arrived, token, kind)
 
     def room(self, source: int) -> bool:
@@ -82,10 +95,6 @@ class Connection:
         """Those of them that have not arrived. When the connection is over at ``source``, none of
         these ever will; they are forgotten after ``on_closed``."""
         return self.unacked(source)[self.end(source).sender.heard:]
-
-    def waiting(self, source: int) -> int:
-        """How many they are."""
-        return len(self.unheard(source))
 
     def end(self, host: int) -> End:
         return self.ends[host != self.client]

@@ -235,7 +235,10 @@ class End:
         context = connection.tcp.context
         if kind is None:
             graph = context.graph
-            graph.trace.row(self._kernel.now_ns, graph.FRAME, graph.hosts[self.host].id,
+            message.last_ns = now_ns = self._kernel.now_ns
+            if message.first_ns < 0:
+                message.first_ns = now_ns
+            graph.trace.row(now_ns, graph.FRAME, graph.hosts[self.host].id,
                             self._peer_id, message.seq, size_bytes)
         else:
             context.book(connection.kind if kind is FIN else kind, self.host, self._peer_id,

@@ -4,31 +4,38 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from desim import ports
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
-from desim.units import ByteSize, Duration, Period
+from desim.units import DURATION, ByteSize, Duration, Pace, Period
 
 SYN_BYTES = SEGMENT_HEADER_BYTES + 8  # 20 B of options: MSS, SACK, timestamps, window scale
+
+
+def in_order(first: str, first_ns: int, last: str, last_ns: int) -> None:
+    """Refuse a ``first`` time that is above the ``last`` one, to which it grows."""
+    if first_ns > last_ns:
+        raise ValueError(f"{first} must not be above {last}, got {DURATION.format(first_ns)} and "
+                         f"{DURATION.format(last_ns)}")
 
 
 class TcpParams(ports.Params):
     """Of every TCP connection of a run. The sources say where a default is from; those of Linux
     and of RFCs are from general knowledge."""
 
-    rto_min_ns: Period = Field("200 ms", description=(
+    rto_min_ns: Pace = Field("200 ms", description=(
         "least retransmission timeout (Linux TCP_RTO_MIN)"))
-    rto_max_ns: Period = Field("120 s", description=(
+    rto_max_ns: Pace = Field("120 s", description=(
         "greatest retransmission timeout, to which it doubles (Linux TCP_RTO_MAX)"))
-    first_rto_ns: Period = Field("1 s", description=(
+    first_rto_ns: Pace = Field("1 s", description=(
         "timeout of the first SYN, and of data before the first measured round trip (RFC 6298)"))
-    syn_retries: int = Field(6, ge=0, description=(
+    syn_retries: int = Field(6, ge=0, le=127, description=(
         "times that a SYN is sent again; with 6 a connection attempt ends after 127 s (Linux "
         "tcp_syn_retries)"))
-    synack_retries: int = Field(5, ge=0, description=(
+    synack_retries: int = Field(5, ge=0, le=255, description=(
         "times that a SYN-ACK is sent again (Linux tcp_synack_retries)"))
-    retries: int = Field(15, ge=0, description=(
+    retries: int = Field(15, ge=0, le=255, description=(
         "times that data is sent again without an answer before the connection is given up; with "
         "15 after 924.6 s at the least timeout (Linux tcp_retries2)"))
     initial_window: int = Field(10, ge=1, description="segments of the first flight (RFC 6928)")
@@ -40,15 +47,15 @@ class TcpParams(ports.Params):
         "the receiver's GRO puts it together (RFC 1122)"))
     duplicate_acks: int = Field(3, ge=1, description=(
         "duplicate acknowledgements that say that a segment is lost (RFC 5681)"))
-    keepalive_idle_ns: Period = Field("60 s", description=(
+    keepalive_idle_ns: Pace = Field("60 s", description=(
         "silence after which a kept alive connection is probed (roscpp transport_tcp)"))
-    keepalive_interval_ns: Period = Field("10 s", description=(
+    keepalive_interval_ns: Pace = Field("10 s", description=(
         "from probe to probe (roscpp transport_tcp)"))
     keepalive_probes: int = Field(9, ge=1, description=(
         "probes without an answer after which the peer is taken for dead (roscpp transport_tcp)"))
-    window_bytes: ByteSize = Field("3 MB", description=(
+    window_bytes: ByteSize = Field("3 MB", ge=2 * MSS_BYTES, description=(
         "most that may be unacknowledged, the receiver's window (Linux tcp_rmem, half of 6 MB)"))
-    buffer_bytes: ByteSize = Field("4 MB", description=(
+    buffer_bytes: ByteSize = Field("4 MB", ge=1, description=(
         "most that the send buffer grows to; it holds twice the congestion window (Linux "
         "tcp_wmem)"))
     train: int = Field(44, ge=2, description=(
@@ -57,6 +64,12 @@ class TcpParams(ports.Params):
         "a train is no longer than that at the rate of two windows a round trip, so that a short "
         "path sees few of them; a third of the window is worth one (ours, for fewer frames; "
         "Linux: 1 ms, tcp_tso_win_divisor)"))
+
+    @model_validator(mode="after")
+    def _timeouts_in_order(self) -> TcpParams:
+        in_order("rto_min", self.rto_min_ns, "rto_max", self.rto_max_ns)
+        in_order("first_rto", self.first_rto_ns, "rto_max", self.rto_max_ns)
+        return self
 
 
 @lru_cache(maxsize=1 << 12)

@@ -29,8 +29,8 @@ class Sender(Window):
     ``written`` they are to be sent. ``peer`` is the receiver at the other end, ``back`` the one at
     this end. ``messages`` are those not acknowledged, of which the first ``heard`` have arrived.
 
-    What the receiver's selective acknowledgements show to be missing is sent again without waiting
-    for more.
+    Acknowledgements tell where the first gap ends. Once enough duplicates have begun a recovery,
+    each gap that comes to be the first one is sent again at once.
     """
 
     __slots__ = ("end", "peer", "back", "open", "nodelay", "messages", "heard", "una", "nxt", "top",
@@ -243,6 +243,9 @@ class Sender(Window):
         size_bytes += SEGMENT_HEADER_BYTES
         graph, back = self._graph, self.back
         if kind is None:
+            message.last_ns = now_ns
+            if message.first_ns < 0:
+                message.first_ns = now_ns
             graph.put(pack(now_ns, graph.FRAME, self._host_id, self._to_id, message.seq,
                            size_bytes))
         else:

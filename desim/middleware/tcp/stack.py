@@ -30,6 +30,7 @@ class Tcp:
         self.params = params
         context.discovery_bytes.setdefault(ACKS, 0)
         context.discovery_frames.setdefault(ACKS, 0)
+        self._calls = 0
         self._listeners: dict[tuple[int, str], Callable[[Connection], Any]] = {}
         self._opened: dict[Connection, Callable[[Connection], Any]] = {}
         self._ends: dict[int, dict[End, None]] = {}
@@ -50,8 +51,9 @@ class Tcp:
         """
         graph = self.context.graph
         medium = graph.route(graph.hosts[client], server)
-        connection = Connection(self, client, server, service, kind, medium or Nothing(), nodelay,
-                                keepalive)
+        self._calls += 1
+        connection = Connection(self, self._calls, client, server, service, kind,
+                                medium or Nothing(), nodelay, keepalive)
         end = connection.ends[0]
         end.closed = closed
         self._opened[connection] = opened

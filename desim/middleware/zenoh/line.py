@@ -14,21 +14,19 @@ if TYPE_CHECKING:
 
 
 class Parcel:
-    """A message on one link, for the hosts ``to`` behind it; nobody any more when it is ``gone``.
-
-    ``seq`` is what TCP's trace rows name.
+    """A message on one link, TCP's ``Cargo``, for the hosts ``to`` behind it; nobody any more when
+    it is ``gone``. ``first_ns`` and ``last_ns``: of its frames on all links so far.
     """
 
-    __slots__ = ("message", "publication", "to", "seq", "first_ns", "sent_ns", "hops", "gone")
+    __slots__ = ("message", "publication", "to", "seq", "first_ns", "last_ns", "hops", "gone")
 
     def __init__(self, message: Message, publication: Publication, to: tuple[int, ...],
-                 first_ns: int, hops: int) -> None:
+                 first_ns: int, last_ns: int, hops: int) -> None:
         self.message = message
         self.publication = publication
         self.to = to
         self.seq = message.seq
-        self.first_ns = first_ns
-        self.sent_ns = -1
+        self.first_ns, self.last_ns = first_ns, last_ns
         self.hops = hops
         self.gone = False
 
@@ -83,11 +81,8 @@ class Line:
             self._closer = None
 
     def _go(self, parcel: Parcel, size_bytes: int) -> None:
-        parcel.sent_ns = now_ns = self._context.now_ns
-        if parcel.first_ns < 0:
-            parcel.first_ns = now_ns
         link = self._link
-        link.sent_ns = now_ns
+        link.sent_ns = self._context.now_ns
         self._connection.send(self._host, size_bytes, link.carried, parcel)
 
     def _fits(self, size_bytes: int) -> bool:

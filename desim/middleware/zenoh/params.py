@@ -7,8 +7,8 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from desim import ports
-from desim.middleware.tcp.params import TcpParams
-from desim.units import ByteSize, Duration, Period
+from desim.middleware.tcp.params import TcpParams, in_order
+from desim.units import PACE, ByteSize, Duration, Pace, Period
 
 # What the presets differ in.
 PRESETS: dict[str, dict[str, Any]] = {
@@ -38,7 +38,7 @@ class ZenohParams(ports.Params):
     gossip: bool = Field(False, description=(
         "routers connect to those that they hear of from others (zenoh scouting/gossip/autoconnect "
         "of routers, which is empty by default)"))
-    lease_ns: Period = Field("60 s", description=(
+    lease_ns: Pace = Field("60 s", description=(
         "silence after which a link is closed (zenoh transport/link/tx/lease: 10 s; rmw_zenoh: "
         "60 s)"))
     keep_alive: int = Field(2, ge=1, description=(
@@ -52,20 +52,21 @@ class ZenohParams(ports.Params):
     wait_before_drop_ns: Duration = Field("1 ms", description=(
         "time that a datagram waits for room before it is dropped (zenoh "
         "congestion_control/drop/wait_before_drop)"))
-    batch_bytes: ByteSize = Field("65535 B", description="largest batch (zenoh batch_size)")
+    batch_bytes: ByteSize = Field("65535 B", ge=64, le=65535, description=(
+        "largest batch (zenoh batch_size)"))
     batches: int = Field(2, ge=1, description=(
         "batches that may wait for the socket of a link (zenoh queue/size/data; from general "
         "knowledge)"))
-    scout_first_ns: Period = Field("1 s", description=(
+    scout_first_ns: Pace = Field("1 s", description=(
         "from the first scout to the second (zenoh orchestrator.rs)"))
-    scout_last_ns: Period = Field("8 s", description=(
+    scout_last_ns: Pace = Field("8 s", description=(
         "to which that doubles (zenoh orchestrator.rs)"))
     scout_jitter_ns: Duration = Field("100 ms", description=(
         "the first scout comes at a random moment, up to that late (ours: simulated hosts start in "
         "one instant, and their scouts would collide on a radio for ever)"))
-    retry_first_ns: Period = Field("1 s", description=(
+    retry_first_ns: Pace = Field("1 s", description=(
         "from the first failed connection to an endpoint to the next try (zenoh connect/retry)"))
-    retry_last_ns: Period = Field("4 s", description=(
+    retry_last_ns: Pace = Field("4 s", description=(
         "to which that doubles (zenoh connect/retry)"))
     gather_ns: Duration = Field("1 ms", description=(
         "changes of the topology within that time go as one message (estimate)"))
@@ -73,6 +74,15 @@ class ZenohParams(ports.Params):
         "from a change of the topology to the declarations that it calls for (measured; zenoh "
         "TREES_COMPUTATION_DELAY_MS)"))
     tcp: TcpParams = Field(default_factory=TcpParams, description="the TCP below")
+
+    @model_validator(mode="after")
+    def _times_fit(self) -> ZenohParams:
+        if self.lease_ns < self.keep_alive * PACE.least:
+            raise ValueError(f"lease / keep_alive must be at least {PACE.format(PACE.least)}, got "
+                             f"{PACE.format(self.lease_ns)} / {self.keep_alive}")
+        in_order("scout_first", self.scout_first_ns, "scout_last", self.scout_last_ns)
+        in_order("retry_first", self.retry_first_ns, "retry_last", self.retry_last_ns)
+        return self
 
     @model_validator(mode="before")
     @classmethod

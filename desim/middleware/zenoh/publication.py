@@ -37,7 +37,7 @@ class Publication:
     def send(self, message: Message, only: list[int] | None = None) -> None:
         to = self._receivers if only is None else only
         self._pending += len(to)
-        self._router(self.source).forward(message, self, to, -1, 0)
+        self._router(self.source).forward(message, self, to, -1, -1, 0)
 
     def close(self, reason: str) -> None:
         self._receivers = []
@@ -51,11 +51,11 @@ class Publication:
     def arrived(self, parcel: Parcel, receiver: int) -> None:
         self._pending -= 1
         self._graph.deliver(parcel.message, self._graph.hosts[receiver], parcel.first_ns,
-                            parcel.sent_ns)
+                            parcel.last_ns)
 
     def dropped(self, parcel: Parcel, reason: str) -> None:
         for receiver in parcel.to:
-            self.lost(parcel.message, receiver, reason, parcel.first_ns, parcel.sent_ns)
+            self.lost(parcel.message, receiver, reason, parcel.first_ns, parcel.last_ns)
 
     def lost(self, message: Message, receiver: int, reason: str, first_ns: int,
              last_ns: int) -> None:

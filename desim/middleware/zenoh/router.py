@@ -211,8 +211,9 @@ class Router:
     # Messages.
 
     def forward(self, message: Message, publication: Publication, to: Sequence[int],
-                first_ns: int, hops: int) -> None:
-        """One copy to each neighbour that is on the way from the publisher to some of ``to``."""
+                first_ns: int, last_ns: int, hops: int) -> None:
+        """One copy to each neighbour that is on the way from the publisher to some of ``to``, after
+        ``hops`` links on which its first and last frame left at these instants (-1: none did)."""
         ways = self.topology.hops(publication.source)
         groups: dict[int | None, list[int]] = {}
         for receiver in to:
@@ -220,10 +221,11 @@ class Router:
         for neighbour, group in groups.items():
             link = self.links.get(neighbour)
             if link is not None and hops < len(self.context.hosts):
-                link.line.offer(Parcel(message, publication, tuple(group), first_ns, hops + 1))
+                link.line.offer(Parcel(message, publication, tuple(group), first_ns, last_ns,
+                                       hops + 1))
             else:
                 for receiver in group:
-                    publication.lost(message, receiver, "no_route", first_ns, first_ns)
+                    publication.lost(message, receiver, "no_route", first_ns, last_ns)
 
     def received(self, parcel: Parcel) -> None:
         to, own = parcel.to, self.host
@@ -232,7 +234,8 @@ class Router:
             parcel.publication.arrived(parcel, own)
             to = tuple(receiver for receiver in to if receiver != own)
         if to:
-            self.forward(parcel.message, parcel.publication, to, parcel.first_ns, parcel.hops)
+            self.forward(parcel.message, parcel.publication, to, parcel.first_ns, parcel.last_ns,
+                         parcel.hops)
 
     def discard(self, publication: Publication, reason: str) -> None:
         """A publisher of its host is gone, and what waits with it."""

@@ -83,8 +83,7 @@ class Zenoh:
 
     def transport(self, offer: Offer) -> Transport:
         if offer.via != "unicast":
-            raise InputError(f"topic {offer.publisher.topic}: zenoh has no transport via "
-                             f"{offer.via!r}; allowed: unicast")
+            raise InputError(f".via: zenoh has no {offer.via}; allowed: unicast")
         return Publication(offer, self._context.graph, self._routers.__getitem__)
 
     def _declare(self, host: int, declarations: list[Declaration]) -> None:
