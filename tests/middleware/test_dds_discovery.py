@@ -174,12 +174,12 @@ def test_discovery_survives_loss(preset):
 # ------------------------------------------------------------------------------ a server
 
 
-def listening(count, **options):
+def listening(count, preset="fastdds", **options):
     """Robots that talk and all listen to each other, by a server on ``robot_0``."""
     names = [f"robot_{k}" for k in range(count)]
     nodes = {name: {"t": talker([], f"/{name}/talk"), "l": lambda node: [
         listener([], f"/{other}/talk")(node) for other in names]} for name in names}
-    return Net(nodes, middleware=dds("fastdds", **options))
+    return Net(nodes, middleware=dds(preset, **options))
 
 
 def test_with_a_server_clients_talk_to_it_alone():
@@ -210,6 +210,20 @@ def test_clients_outlive_their_server_and_find_its_next_life():
     assert net.graph.context.beliefs.divergence == 0, "those who know each other still do"
     net.run(90 * S)
     assert (net.graph.context.beliefs.matches, net.graph.context.beliefs.divergence) == (12, 0)
+
+
+@pytest.mark.parametrize("preset", ["fastdds", "cyclonedds"])
+def test_nobody_believes_in_a_former_life_of_itself(preset):
+    """The server tells robot_1, which is back after a second, of its former life. Then it stops
+    and forgets that one, so that nobody says that it is gone."""
+    net = listening(3, preset=preset, discovery="server", server="robot_0")
+    for start_s, until_s, host in (3, 4, "robot_1"), (6, 20, "robot_0"):
+        net.at(start_s * S, net.graph.host(host).stop)
+        net.at(until_s * S, net.graph.host(host).start)
+    net.run(200 * S)
+    beliefs = net.graph.context.beliefs
+    assert (beliefs.matches, beliefs.divergence) == (6, 0)
+    assert all(row[2] != row[3] for row in net.rows("sees", "believes"))
 
 
 @pytest.mark.parametrize(("params", "complaint"), [

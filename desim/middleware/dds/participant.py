@@ -164,8 +164,10 @@ class Participant:
     # Matching.
 
     def learn(self, source: Remote, item: Item) -> None:
-        """``source`` says ``item``."""
+        """``source`` says ``item``. Of this host's former lives nothing is believed."""
         owner, kind, topic, _ = item
+        if owner[0] == self.host:
+            return
         if kind == "gone":
             if owner in self.remotes and not self.remotes[owner].direct:
                 self.lose(self.remotes[owner])
