@@ -127,7 +127,7 @@ def test_datagrams_travel_in_trains():
     """Of up to 64 kB: four of cyclonedds, one of fastdds, which is 67 kB with its headers."""
     for whole_bytes, parts in (13440, [4, 4, 4]), (65400, [1, 1, 1]):
         datagrams = wire.messages(160_109, whole_bytes, True)
-        trains = wire.trains(160_109, whole_bytes, True)
+        trains = wire.trains(160_109, whole_bytes, 1, True)
         assert [len(part) for part, _ in trains] == parts
         assert [sum(each) for each in zip(*(chunk for _, chunk in trains), strict=True)] == [
             sum(each) for each in zip(*datagrams, strict=True)]

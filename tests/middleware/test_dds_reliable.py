@@ -78,7 +78,7 @@ def test_every_message_comes_once_and_in_order(rules, preset, seed, size_bytes, 
         chance.append(Loss(Loss.Params(probability=rules["loss"])))
     net = Net({"a": talker(says, queue=0, size_bytes=size_bytes),
                "b": listener(heard, queue=0)}, rules=chance, seed=seed,
-              middleware=dds(preset, lease="1 h", data_message="1344 B"))
+              middleware=dds(preset, lease="1 h", fragment="1344 B", data_message="1344 B"))
     for step in range(1, 20):
         net.run(step * S)
         assert conserved(net)
@@ -200,13 +200,41 @@ def test_the_reader_passes_over_what_is_gone():
 
 def test_of_a_large_sample_the_lost_train_alone_is_sent_again():
     """640 kB in 48 datagrams of cyclonedds, four in a train; the third train is lost, and its
-    four are sent one by one."""
+    forty fragments are sent one by one, the last one with a heartbeat."""
     heard = []
     net = Net({"a": talker([(2 * S, "map")], size_bytes=640_000), "b": listener(heard)},
               middleware=dds(), rules=[Nth([3], range(50_000, 60_000))]).run(5 * S)
     frames = [row[5] for row in net.rows("frame")]
-    assert len(frames) == 16 and sum(frames[12:]) == frames[2]
+    fragment = 46 + 20 + 12 + 36 + 1344
+    assert len(frames) == 12 + 40 and frames[12:] == [fragment] * 39 + [fragment + 32]
     assert heard == [(2 * S, "b", "a", "map")]
+
+
+def crowded(until_s, **params):
+    """Three hosts say 3 MB to each other within 5 s, over 250 kb/s with a queue of 8 s."""
+    heard = []
+    says = [(2 * S + k * 100 * MS, str(k)) for k in range(50)]
+    nodes = {host: {"t": talker(says, f"/{host}", queue=0, size_bytes=20_000),
+                    "l": lambda node: [listener(heard, f"/{other}", queue=0)(node)
+                                       for other in "abc" if other != node.host.name]}
+             for host in "abc"}
+    link = Link(Link.Params(rate="250 kb/s", latency="5 ms", queue="256 kB"))
+    net = Net(nodes, link, middleware=dds(lease="1 h", **params)).run(until_s * S)
+    return net, len(heard)
+
+
+def test_after_congestion_all_is_told_and_then_there_is_silence():
+    """Reports and acknowledgements of liveliness are all that is said in the last 100 s."""
+    net, heard = crowded(200)
+    frames = net.medium.frames
+    assert heard == 300 and net.waiting() == 0 and frames < 60_000
+    assert net.run(300 * S).medium.frames - frames < 400
+
+
+def test_of_what_is_repeated_without_a_pause_most_is_there_already():
+    """So that the network carries the same things again and again."""
+    net, heard = crowded(140, nack_suppression="0 ns")
+    assert heard < 300 and net.medium.frames > 150_000
 
 
 def test_the_cost_of_25_hz():

@@ -16,8 +16,10 @@ CYCLONEDDS: dict[str, Any] = {
     "liveliness_period": "8 s", "initial_heartbeat": "5 ms", "heartbeat_period": "100 ms",
     "heartbeat_limit": "8 s", "heartbeat_asks_after": "80 ms", "heartbeat_response": "0 ns",
     "initial_acknack": "10 ms",
-    "nack_delay": "100 ms", "nack_response": "0 ns", "endpoints_apart": True,
-    "repeated_message": "1456 B", "data_message": "13440 B"}
+    "nack_delay": "100 ms", "nack_again": "100 ms", "nack_renewal": "3 s", "ack_again": "10 ms",
+    "nack_suppression": "5 ms", "nack_response": "0 ns", "endpoints_apart": True,
+    "repeated_message": "1456 B",
+    "fragment": "1344 B", "data_message": "13440 B"}
 
 
 class DdsParams(ports.Params):
@@ -73,14 +75,31 @@ class DdsParams(ports.Params):
     nack_delay_ns: Duration = Field("5 ms", description=(
         "until a reader asks for what it misses if it was not asked (fastdds 5 ms, cyclonedds "
         "100 ms)"))
+    nack_again_ns: Duration = Field("0 ns", description=(
+        "until a reader asks again for the same things, unless they were sent again (fastdds: "
+        "whenever it is asked, not verified; cyclonedds NackDelay 100 ms)"))
+    nack_renewal_ns: Period | None = Field(None, description=(
+        "until a reader that nobody answers asks again; null: never (fastdds never, not verified; "
+        "cyclonedds AutoReschedNack 3 s)"))
+    ack_again_ns: Duration = Field("0 ns", description=(
+        "until a reader acknowledges the same again (fastdds: whenever it is asked, not verified; "
+        "cyclonedds AckDelay 10 ms)"))
+    nack_suppression_ns: Duration = Field("0 ns", description=(
+        "until a writer repeats the same again, doubled each time up to the limit of the heartbeat "
+        "period (fastdds nackSupressionDuration 0; cyclonedds RetransmitMergingPeriod 5 ms, which "
+        "it keeps for all readers or not at all. That it doubles is ours: a real writer stops "
+        "while its host's queue is full, which is not modelled)"))
     nack_response_ns: Duration = Field("5 ms", description=(
         "until a writer repeats something (fastdds 5 ms; cyclonedds at once, measured)"))
     repeated_message_bytes: ByteSize = Field("65500 B", description=(
         "of one RTPS message of endpoints that are told once more (fastdds maximum, cyclonedds "
         "rexmit message)"))
+    fragment_bytes: ByteSize = Field("65400 B", ge=1, description=(
+        "of a sample that get lost, are asked for and sent again by themselves (fastdds: UDP "
+        "messages up to 65500 B; cyclonedds 1344 B in a rexmit message of 1456 B)"))
     data_message_bytes: ByteSize = Field("65400 B", ge=1, description=(
-        "of a sample in one UDP message (fastdds: UDP messages up to 65500 B; cyclonedds: ten "
-        "fragments of 1344 B in 14720 B, measured)"))
+        "of a sample in one UDP message at first, in whole fragments (fastdds: UDP messages up to "
+        "65500 B; cyclonedds: ten fragments in 14720 B, measured)"))
     depth: int | None = Field(None, ge=0, description=(
         "samples that a reliable writer keeps for a reader, 0: all (null: the publisher's queue; "
         "ROS 2 default 10)"))
@@ -96,3 +115,8 @@ class DdsParams(ports.Params):
         if isinstance(given, dict) and given.get("preset") == "cyclonedds":
             return {**CYCLONEDDS, **given}
         return given
+
+    @property
+    def message_fragments(self) -> int:
+        """Fragments in one UDP message."""
+        return max(1, self.data_message_bytes // self.fragment_bytes)

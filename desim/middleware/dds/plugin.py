@@ -140,7 +140,7 @@ class Dds:
              receiver: int) -> None:
         self._hear("told", token, receiver)
 
-    def offered(self, token: tuple[Guid, Guid, int], receiver: int) -> None:
+    def offered(self, token: tuple[Guid, Guid, int, bool], receiver: int) -> None:
         self._hear("offered", token, receiver)
 
     def acknowledged(self, token: tuple[Guid, Guid, int, tuple[int, ...], bool], receiver: int
