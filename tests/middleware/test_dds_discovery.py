@@ -4,8 +4,11 @@ Measured with Cyclone DDS 11.0.1 on loopback, multicast for SPDP alone, each pro
 endpoints named like those of a ROS 2 node; Ethernet frames of the first 15 s.
 """
 
+import re
+
 import pytest
 from graphs import MS, Net, S, listener, silent, talker
+from pydantic import ValidationError
 
 from desim.errors import InputError
 from desim.middleware.dds import endpoints, wire
@@ -228,8 +231,33 @@ def test_nobody_believes_in_a_former_life_of_itself(preset):
 
 @pytest.mark.parametrize(("params", "complaint"), [
     ({"discovery": "server"}, ".server: the host"), ({"server": "a"}, ".server: the host"),
-    ({"discovery": "server", "server": "c"}, "no host 'c'; known: a, b"),
-    ({"leases": {"c": "1 s"}}, ".leases: no host 'c'")])
-def test_bad_parameters(params, complaint):
-    with pytest.raises(InputError, match=complaint):
-        Net({"a": silent, "b": silent}, middleware=dds(**params))
+    ({"discovery": "server", "server": "c"}, ".server: no host 'c'; allowed: b, robot_a"),
+    ({"discovery": "server", "server": "robota"}, "'robota' (did you mean 'robot_a'?); allowed: "),
+    ({"leases": {"robot-a": "9 s"}}, ".leases: no host 'robot-a' (did you mean 'robot_a'?); ")])
+def test_bad_hosts(params, complaint):
+    with pytest.raises(InputError, match=re.escape(complaint)):
+        Net({"robot_a": silent, "b": silent}, middleware=dds(**params))
+
+
+@pytest.mark.parametrize(("params", "complaint"), [
+    *(({field: "999 us"}, "'999 us' is too small; at least 1 ms") for field in (
+        "lease", "initial_period", "announcement_period", "response_period", "heartbeat_period",
+        "heartbeat_limit", "initial_acknack", "nack_renewal", "server_period")),
+    ({"leases": {"a": "0 s"}}, "must be above zero"),
+    ({"liveliness_period": "1 ns"}, "liveliness_period: 1 ns is too small; allowed: 0 ns, or at "),
+    ({"preset": "fastdds", "lease": "3 s"}, "announcement_period: 3 s is not below the shortest "
+     "lease, 3 s: who says nothing else would be removed between any two announcements; allowed: "
+     "less than each lease, or null"),
+    ({"preset": "fastdds", "leases": {"a": "2 s"}}, "3 s is not below the shortest lease, 2 s"),
+    ({"announcement_period": "10 s"}, "10 s is not below the shortest lease, 10 s"),
+    ({"heartbeat_limit": "50 ms"}, "heartbeat_limit: 50 ms is below the period that it limits, "
+     "0.1 s; allowed: at least as much as heartbeat_period"),
+    ({"fragment": "13441 B"}, "data_message: 13440 B hold no fragment of 13441 B; allowed: at "),
+    ({"fragment": "999 B"}, "greater than or equal to 1000"),
+    ({"data_message": "65401 B"}, "less than or equal to 65400"),
+    ({"repeated_message": "65501 B"}, "less than or equal to 65500"),
+    *(({field: 1_000_001}, "less than or equal to") for field in (
+        "initial_announcements", "first_times", "responses", "depth"))])
+def test_bad_numbers(params, complaint):
+    with pytest.raises(ValidationError, match=re.escape(complaint)):
+        dds(**params)

@@ -113,10 +113,13 @@ def test_of_a_bounded_history_the_order_is_kept_and_each_fate_is_one(depth, seed
 @given(preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
        latency=st.sampled_from(["0 ns", "700 us", "30 ms"]), depth=st.sampled_from([0, 1, 10]),
        gap_ms=st.sampled_from([1, 15, 300]), size_bytes=st.sampled_from([100, 30_000]),
-       lease=st.sampled_from(["1 h", "300 ms"]), high_water=st.sampled_from(["1 kB", "375 kB"]))
+       leases=st.sampled_from([("1 h", "3 s"), ("300 ms", "280 ms")]),
+       high_water=st.sampled_from(["1 kB", "375 kB"]))
 def test_an_acknowledgement_that_makes_no_event_changes_no_log(
-        preset, seed, latency, depth, gap_ms, size_bytes, lease, high_water):
+        preset, seed, latency, depth, gap_ms, size_bytes, leases, high_water):
     """With cuts, a host that stops, and leases that end and begin anew."""
+    lease, announcement = leases
+
     def play():
         heard = []
         says = [(2 * S + k * gap_ms * MS + seed, str(k)) for k in range(40)]
@@ -124,7 +127,8 @@ def test_an_acknowledgement_that_makes_no_event_changes_no_log(
                    "b": listener(heard, queue=0), "c": listener(heard, queue=0)},
                   Link(Link.Params(latency=latency)), seed=seed,
                   rules=[partition("2.2 s", "2.8 s"), partition("7 s", "7.5 s")],
-                  middleware=dds(preset, lease=lease, high_water=high_water))
+                  middleware=dds(preset, lease=lease, high_water=high_water,
+                                 announcement_period=announcement))
         net.at(4 * S, net.graph.host("c").stop)
         net.at(5 * S, net.graph.host("c").start)
         net.run(20 * S)

@@ -130,7 +130,7 @@ class Endpoints:
         """``remote`` has ``got`` so many and misses some; with ``asks`` it wants a heartbeat."""
         if not remote.answered:
             remote.answered = True
-            if self._params.liveliness_period_ns:
+            if self._me.asserting_ns:
                 self.assert_liveliness(remote)
         remote.acked = got
         if missing:
@@ -195,7 +195,7 @@ class Endpoints:
             return
         self._tell("sedp_acknack", remote, wire.acknacks(wire.BUILT_IN_WRITERS),
                    self._me.dds.acknowledged, remote.got, (), True)
-        delay_ns = min(2 * delay_ns, self._params.announcement_period_ns)
+        delay_ns = min(2 * delay_ns, self._me.announcing_ns)
         self._me.after(delay_ns, self._ask, (remote, delay_ns))
 
     def greeted(self, remote: Remote, wants_answer: bool) -> None:
