@@ -230,7 +230,7 @@ def test_nobody_believes_in_a_former_life_of_itself(preset):
 
 
 @pytest.mark.parametrize(("params", "complaint"), [
-    ({"discovery": "server"}, ".server: the host"), ({"server": "a"}, ".server: the host"),
+    ({"discovery": "server"}, ".server: the host"), ({"server": "b"}, ".server: the host"),
     ({"discovery": "server", "server": "c"}, ".server: no host 'c'; allowed: b, robot_a"),
     ({"discovery": "server", "server": "robota"}, "'robota' (did you mean 'robot_a'?); allowed: "),
     ({"leases": {"robot-a": "9 s"}}, ".leases: no host 'robot-a' (did you mean 'robot_a'?); ")])
