@@ -4,50 +4,20 @@ import math
 from fractions import Fraction
 from unittest.mock import patch
 
-import numpy as np
 import pytest
+from ddsnets import Nth, dds, partition
 from graphs import MS, Net, S, Words, listener, silent, talker
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from desim.middleware.dds.plugin import Dds
-from desim.middleware.direct import Direct
 from desim.middleware.medium import Medium
-from desim.ports import PASS, Drop
-from desim.report.rows import story
 from netmodels.link import Link
 from netmodels.rules.duplication import Duplication
 from netmodels.rules.loss import Loss
-from netmodels.rules.partition import Partition
 from netmodels.rules.reordering import Reordering
 
 PRESETS = pytest.mark.parametrize("preset", ["fastdds", "cyclonedds"])
-
-
-def dds(preset="cyclonedds", **params):
-    return Dds(Dds.Params(preset=preset, **{"start_spread": "0 ns", **params}))
-
-
-def partition(start, until):
-    return Partition(Partition.Params(groups=[["b"]], **{"from": start, "until": until}))
-
-
-class Nth:
-    """Drops the frames of the given numbers, counted from 1 among those of given ``sizes``."""
-
-    reasons = ("unlucky",)
-
-    def __init__(self, numbers, sizes):
-        self._numbers, self._sizes, self._count = numbers, sizes, 0
-
-    def start(self, context, hosts):
-        pass
-
-    def judge(self, frame, receivers):
-        if frame.size_bytes not in self._sizes:
-            return None
-        self._count += 1
-        return [Drop("unlucky") if self._count in self._numbers else PASS for _ in receivers]
 
 
 def by_event(medium, source, receivers, size_bytes, carrier, token):
@@ -187,19 +157,6 @@ def test_the_whole_log_of_a_loss():
     assert [text for *_, text in heard] == ["one", "two", "three"]
 
 
-@pytest.mark.parametrize(("middleware", "words"), [
-    (dds(), "partitioned; its reader asks for it after the next heartbeat"),
-    (Direct(), "partitioned; sent again at its retransmission timeout, or when TCP finds out "
-     "sooner")])
-def test_the_story_of_a_lost_message_says_who_will_notice(middleware, words):
-    net = Net({"a": talker([(2 * S, "one"), (3 * S, "two")]), "b": listener([])},
-              middleware=middleware, rules=[partition("3 s", "3.01 s")]).run(10 * S)
-    net.trace.flush()
-    steps = story(np.concatenate(net._rows), net.names.items(), 2)
-    assert [step.detail for step in steps if step.what == "lost"] == [words]
-    assert [step.what for step in steps].count("frame") == 2
-
-
 @PRESETS
 def test_what_is_lost_at_the_end_comes_with_the_next_heartbeat(preset):
     """After 100 ms in cyclonedds; after 3 s, and 5 ms for each answer, in fastdds."""
@@ -243,45 +200,6 @@ def test_the_reader_passes_over_what_is_gone():
               middleware=dds(), rules=[partition("2 s", "2.01 s")]).run(10 * S)
     assert heard == [(2100 * MS, "b", "a", "two")]
     assert net.counts("/talk").dropped == {"overwritten": 1}
-
-
-def test_of_a_large_sample_the_lost_train_alone_is_sent_again():
-    """640 kB in 48 datagrams of cyclonedds, four in a train; the third train is lost, and its
-    forty fragments are sent one by one, the last one with a heartbeat."""
-    heard = []
-    net = Net({"a": talker([(2 * S, "map")], size_bytes=640_000), "b": listener(heard)},
-              middleware=dds(), rules=[Nth([3], range(50_000, 60_000))]).run(5 * S)
-    frames = [row[5] for row in net.rows("frame")]
-    fragment = 46 + 20 + 12 + 36 + 1344
-    assert len(frames) == 12 + 40 and frames[12:] == [fragment] * 39 + [fragment + 32]
-    assert heard == [(2 * S, "b", "a", "map")]
-
-
-def crowded(until_s, **params):
-    """Three hosts say 3 MB to each other within 5 s, over 250 kb/s with a queue of 8 s."""
-    heard = []
-    says = [(2 * S + k * 100 * MS, str(k)) for k in range(50)]
-    nodes = {host: {"t": talker(says, f"/{host}", queue=0, size_bytes=20_000),
-                    "l": lambda node: [listener(heard, f"/{other}", queue=0)(node)
-                                       for other in "abc" if other != node.host.name]}
-             for host in "abc"}
-    link = Link(Link.Params(rate="250 kb/s", latency="5 ms", queue="256 kB"))
-    net = Net(nodes, link, middleware=dds(lease="1 h", **params)).run(until_s * S)
-    return net, len(heard)
-
-
-def test_after_congestion_all_is_told_and_then_there_is_silence():
-    """Reports and acknowledgements of liveliness are all that is said in the last 100 s."""
-    net, heard = crowded(200)
-    frames = net.medium.frames
-    assert heard == 300 and net.waiting() == 0 and frames < 60_000
-    assert net.run(300 * S).medium.frames - frames < 400
-
-
-def test_of_what_is_repeated_without_a_pause_most_is_there_already():
-    """So that the network carries the same things again and again."""
-    net, heard = crowded(140, nack_suppression="0 ns")
-    assert heard < 300 and net.medium.frames > 120_000
 
 
 def test_the_cost_of_25_hz():

@@ -45,7 +45,8 @@ class ReliableLink:
     __slots__ = ("guid", "waiting", "heard_ns", "reader", "_dds", "_graph", "_kernel", "_params",
                  "_from", "_from_id", "_host", "_to", "_send", "_depth", "_history",
                  "_unacked_bytes", "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
-                 "_beating", "_noted", "_wanted", "_repeating")
+                 "_beating", "_noted", "_wanted", "_repeating",
+                 "_repeat_ns")
 
     def __init__(self, dds: Dds, offer: Offer, receiver: int, guid: Any, medium: Medium) -> None:
         graph, source, topic = dds.context.graph, offer.publisher.host, offer.publisher.topic
@@ -67,6 +68,7 @@ class ReliableLink:
         self.ends = source, receiver, topic
         self._wanted = Wanted(dds.params)
         self._repeating: Any = None
+        self._repeat_ns = 0
         self._beating = Beating(self)
         self._noted: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
         self.reader = Reader(self, dds, offer, self._host, medium)
@@ -158,9 +160,14 @@ class ReliableLink:
         self._wanted.acknowledged(base)
 
     def _repeat_in(self, delay_ns: int) -> None:
-        """Repeat what is wanted then, or when something will be anyhow."""
-        if self._repeating is None:
-            self._repeating = self._call(delay_ns, self._repeat, None)
+        """Repeat what is wanted then, or sooner if something will be anyhow."""
+        due_ns = self._kernel.now_ns + delay_ns
+        if self._repeating is not None:
+            if self._repeat_ns <= due_ns:
+                return
+            self._repeating.cancel()
+        self._repeat_ns = due_ns
+        self._repeating = self._call(delay_ns, self._repeat, None)
 
     def _repeat(self, _: Any) -> None:
         """Send again what was asked for, and a heartbeat at the end; where it is gone, say so."""

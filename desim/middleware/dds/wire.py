@@ -89,7 +89,7 @@ def trains(size_bytes: int, fragment_bytes: int, most: int, heartbeat: bool
 
 
 def fragments(size_bytes: int, fragment_bytes: int) -> int:
-    """How many there are of a sample."""
+    """How many fragments a sample has."""
     return -(-(size_bytes + ENCAPSULATION_BYTES) // fragment_bytes)
 
 
