@@ -157,7 +157,8 @@ class ReliableLink:
             self._unacked_bytes -= sample.message.size_bytes
             sample.kept = False
             self.settle(sample, "overwritten")
-        self._wanted.acknowledged(base)
+        if self._wanted.missing:
+            self._wanted.acknowledged(base)
 
     def _repeat_in(self, delay_ns: int) -> None:
         """Repeat what is wanted then, or sooner if something will be anyhow."""

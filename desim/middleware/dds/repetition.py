@@ -22,33 +22,32 @@ class Due(NamedTuple):
 
 
 class Wanted:
-    """The last request of one reader, as far as nothing was sent since then.
+    """The last request of one reader; ``missing`` is what of it was not sent since then.
 
     A request that was on its way when a fragment was sent again says nothing of it, and how long
     that takes grows with what waits in a medium. So the pause after a repetition of the same
     fragment doubles each time.
     """
 
-    __slots__ = ("_pause_ns", "_most_ns", "_fragment_bytes", "_message", "_missing")
+    __slots__ = ("_pause_ns", "_most_ns", "_fragment_bytes", "_message", "missing")
 
     def __init__(self, params: DdsParams) -> None:
         self._pause_ns, self._most_ns = params.nack_suppression_ns, params.heartbeat_limit_ns
         self._fragment_bytes, self._message = params.fragment_bytes, params.message_fragments
-        self._missing: dict[int, tuple[int, ...]] = {}
+        self.missing: dict[int, tuple[int, ...]] = {}
 
     def asked(self, missing: Missing) -> None:
-        self._missing = dict(missing)
+        self.missing = dict(missing)
 
     def acknowledged(self, base: int) -> None:
         """It has all before ``base``."""
-        if self._missing:
-            self._missing = {number: indices for number, indices in self._missing.items()
-                             if number >= base}
+        self.missing = {number: indices for number, indices in self.missing.items()
+                        if number >= base}
 
     def due(self, history: deque[Sample], first: int, now_ns: int) -> Due:
         """What to send now of ``history``, which begins with number ``first``. A sample of several
         messages of which the reader has nothing goes in trains once, all else by fragments."""
-        missing, self._missing = self._missing, {}
+        missing, self.missing = self.missing, {}
         parts: list[tuple[Sample, range]] = []
         next_ns = None
         for number in sorted(missing):
@@ -71,7 +70,7 @@ class Wanted:
                     sample.again[index] = self._after(now_ns, pause_ns)
                     parts.append((sample, range(index, index + 1)))
             if waits:
-                self._missing[number] = tuple(waits)
+                self.missing[number] = tuple(waits)
         return Due(parts, any(number < first for number in missing), next_ns)
 
     def _after(self, now_ns: int, pause_ns: int) -> tuple[int, int]:
