@@ -68,16 +68,19 @@ def story(rows: np.ndarray, names: Mapping[int, str], number: int) -> list[Step]
         np.isin(rows["kind"], [ids.id(kind) for kind in _AT_OTHERS])
         | np.isin(rows["entity"], media))
     found = rows[(rows["b"] == seq) & (own | others)]
-    return [_step(row, names) for row in found]
+    again = ("its reader asks for it after the next heartbeat" if ids.id("acknack") in names
+             else "sent again at its retransmission timeout, or when TCP finds out sooner")
+    return [_step(row, names, again) for row in found]
 
 
-def _step(row: np.void, names: Mapping[int, str]) -> Step:
+def _step(row: np.void, names: Mapping[int, str], again: str) -> Step:
+    """``again``: what becomes of a lost frame."""
     kind, where = names[int(row["kind"])], names[int(row["entity"])]
     a, c = int(row["a"]), int(row["c"])
     detail = {
         "sent": lambda: f"{names[a]}, {c} B",
         "frame": lambda: f"to {names.get(a, a)}, {c} B with headers",
-        "lost": lambda: f"{names[c]}; waits for its retransmission timeout",
+        "lost": lambda: f"{names[c]}; {again}",
         "delivered": lambda: f"{c / 1e6:.6f} ms after it was sent",
         "dropped": lambda: names[c],
         "callback": lambda: names[c],

@@ -4,8 +4,11 @@ Measured with Cyclone DDS 11.0.1 on loopback, multicast for SPDP alone, each pro
 endpoints named like those of a ROS 2 node; Ethernet frames of the first 15 s.
 """
 
+import re
+
 import pytest
 from graphs import MS, Net, S, listener, silent, talker
+from pydantic import ValidationError
 
 from desim.errors import InputError
 from desim.middleware.dds import endpoints, wire
@@ -127,7 +130,7 @@ def test_datagrams_travel_in_trains():
     """Of up to 64 kB: four of cyclonedds, one of fastdds, which is 67 kB with its headers."""
     for whole_bytes, parts in (13440, [4, 4, 4]), (65400, [1, 1, 1]):
         datagrams = wire.messages(160_109, whole_bytes, True)
-        trains = wire.trains(160_109, whole_bytes, True)
+        trains = wire.trains(160_109, whole_bytes, 1, True)
         assert [len(part) for part, _ in trains] == parts
         assert [sum(each) for each in zip(*(chunk for _, chunk in trains), strict=True)] == [
             sum(each) for each in zip(*datagrams, strict=True)]
@@ -174,12 +177,12 @@ def test_discovery_survives_loss(preset):
 # ------------------------------------------------------------------------------ a server
 
 
-def listening(count, **options):
+def listening(count, preset="fastdds", **options):
     """Robots that talk and all listen to each other, by a server on ``robot_0``."""
     names = [f"robot_{k}" for k in range(count)]
     nodes = {name: {"t": talker([], f"/{name}/talk"), "l": lambda node: [
         listener([], f"/{other}/talk")(node) for other in names]} for name in names}
-    return Net(nodes, middleware=dds("fastdds", **options))
+    return Net(nodes, middleware=dds(preset, **options))
 
 
 def test_with_a_server_clients_talk_to_it_alone():
@@ -212,10 +215,49 @@ def test_clients_outlive_their_server_and_find_its_next_life():
     assert (net.graph.context.beliefs.matches, net.graph.context.beliefs.divergence) == (12, 0)
 
 
+@pytest.mark.parametrize("preset", ["fastdds", "cyclonedds"])
+def test_nobody_believes_in_a_former_life_of_itself(preset):
+    """The server tells robot_1, which is back after a second, of its former life. Then it stops
+    and forgets that one, so that nobody says that it is gone."""
+    net = listening(3, preset=preset, discovery="server", server="robot_0")
+    for start_s, until_s, host in (3, 4, "robot_1"), (6, 20, "robot_0"):
+        net.at(start_s * S, net.graph.host(host).stop)
+        net.at(until_s * S, net.graph.host(host).start)
+    net.run(200 * S)
+    beliefs = net.graph.context.beliefs
+    assert (beliefs.matches, beliefs.divergence) == (6, 0)
+    assert all(row[2] != row[3] for row in net.rows("sees", "believes"))
+
+
 @pytest.mark.parametrize(("params", "complaint"), [
-    ({"discovery": "server"}, ".server: the host"), ({"server": "a"}, ".server: the host"),
-    ({"discovery": "server", "server": "c"}, "no host 'c'; known: a, b"),
-    ({"leases": {"c": "1 s"}}, ".leases: no host 'c'")])
-def test_bad_parameters(params, complaint):
-    with pytest.raises(InputError, match=complaint):
-        Net({"a": silent, "b": silent}, middleware=dds(**params))
+    ({"discovery": "server"}, ".server: the host"), ({"server": "b"}, ".server: the host"),
+    ({"discovery": "server", "server": "c"}, ".server: no host 'c'; allowed: b, robot_a"),
+    ({"discovery": "server", "server": "robota"}, "'robota' (did you mean 'robot_a'?); allowed: "),
+    ({"leases": {"robot-a": "9 s"}}, ".leases: no host 'robot-a' (did you mean 'robot_a'?); ")])
+def test_bad_hosts(params, complaint):
+    with pytest.raises(InputError, match=re.escape(complaint)):
+        Net({"robot_a": silent, "b": silent}, middleware=dds(**params))
+
+
+@pytest.mark.parametrize(("params", "complaint"), [
+    *(({field: "999 us"}, "'999 us' is too small; at least 1 ms") for field in (
+        "lease", "initial_period", "announcement_period", "response_period", "heartbeat_period",
+        "heartbeat_limit", "initial_acknack", "nack_renewal", "server_period")),
+    ({"leases": {"a": "0 s"}}, "must be above zero"),
+    ({"liveliness_period": "1 ns"}, "liveliness_period: 1 ns is too small; allowed: 0 ns, or at "),
+    ({"preset": "fastdds", "lease": "3 s"}, "announcement_period: 3 s is not below the shortest "
+     "lease, 3 s: who says nothing else would be removed between any two announcements; allowed: "
+     "less than each lease, or null"),
+    ({"preset": "fastdds", "leases": {"a": "2 s"}}, "3 s is not below the shortest lease, 2 s"),
+    ({"announcement_period": "10 s"}, "10 s is not below the shortest lease, 10 s"),
+    ({"heartbeat_limit": "50 ms"}, "heartbeat_limit: 50 ms is below the period that it limits, "
+     "0.1 s; allowed: at least as much as heartbeat_period"),
+    ({"fragment": "13441 B"}, "data_message: 13440 B hold no fragment of 13441 B; allowed: at "),
+    ({"fragment": "999 B"}, "greater than or equal to 1000"),
+    ({"data_message": "65401 B"}, "less than or equal to 65400"),
+    ({"repeated_message": "65501 B"}, "less than or equal to 65500"),
+    *(({field: 1_000_001}, "less than or equal to") for field in (
+        "initial_announcements", "first_times", "responses", "depth"))])
+def test_bad_numbers(params, complaint):
+    with pytest.raises(ValidationError, match=re.escape(complaint)):
+        dds(**params)

@@ -52,6 +52,19 @@ def test_a_silent_participant_is_removed_after_its_lease(preset):
     assert detection_ns(preset, lease=f"{LEASE_S[preset] * 95 // 100} s") != LEASE_S[preset] * S
 
 
+@pytest.mark.parametrize(("lease", "period_ns"), [
+    ("5 s", 4 * S), ("10 s", 8 * S), ("60 s", 30 * S)])
+def test_cyclonedds_says_that_it_is_there_in_80_percent_of_its_lease(lease, period_ns):
+    """At most 30 s. b says 2 s of itself: 1.6 s."""
+    net = Net({"a": silent, "b": silent}, middleware=dds(lease=lease, leases={"b": "2 s"}))
+    net.run(200 * S)
+    for host, wanted_ns in ("a", period_ns), ("b", 1600 * MS):
+        times = [row[0] for row in net.rows("control")
+                 if row[2:5] == (host, "medium/lan", "spdp")]
+        assert {late - early for early, late in zip(times, times[1:], strict=False)} == {wanted_ns}
+    assert seen(net, "removed") == []
+
+
 def test_whatever_is_heard_renews_the_lease():
     """Announcements of a get lost for a minute, its messages do not: it stays."""
     class Quiet:

@@ -5,46 +5,19 @@ from fractions import Fraction
 from unittest.mock import patch
 
 import pytest
+from ddsnets import Nth, dds, partition
 from graphs import MS, Net, S, Words, listener, silent, talker
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from desim.middleware.dds.plugin import Dds
 from desim.middleware.medium import Medium
-from desim.ports import PASS, Drop
 from netmodels.link import Link
 from netmodels.rules.duplication import Duplication
 from netmodels.rules.loss import Loss
-from netmodels.rules.partition import Partition
 from netmodels.rules.reordering import Reordering
 
 PRESETS = pytest.mark.parametrize("preset", ["fastdds", "cyclonedds"])
-
-
-def dds(preset="cyclonedds", **params):
-    return Dds(Dds.Params(preset=preset, **{"start_spread": "0 ns", **params}))
-
-
-def partition(start, until):
-    return Partition(Partition.Params(groups=[["b"]], **{"from": start, "until": until}))
-
-
-class Nth:
-    """Drops the frames of the given numbers, counted from 1 among those of given ``sizes``."""
-
-    reasons = ("unlucky",)
-
-    def __init__(self, numbers, sizes):
-        self._numbers, self._sizes, self._count = numbers, sizes, 0
-
-    def start(self, context, hosts):
-        pass
-
-    def judge(self, frame, receivers):
-        if frame.size_bytes not in self._sizes:
-            return None
-        self._count += 1
-        return [Drop("unlucky") if self._count in self._numbers else PASS for _ in receivers]
 
 
 def by_event(medium, source, receivers, size_bytes, carrier, token):
@@ -63,22 +36,31 @@ RULES = st.fixed_dictionaries({}, optional={
     "later": st.sampled_from(["3 ms", "40 ms", "400 ms"])})
 
 
+def chance(rules):
+    """Network rules as drawn from ``RULES``."""
+    out = []
+    if "twice" in rules:
+        out.append(Duplication(Duplication.Params(probability=rules["twice"])))
+    if "later" in rules:
+        out.append(Reordering(Reordering.Params(probability="30 %", delay=rules["later"])))
+    if "loss" in rules:
+        out.append(Loss(Loss.Params(probability=rules["loss"])))
+    return out
+
+
 @given(rules=RULES, preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
-       size_bytes=st.sampled_from([100, 3000, 30_000]), gap_ms=st.sampled_from([1, 15, 300]))
-def test_every_message_comes_once_and_in_order(rules, preset, seed, size_bytes, gap_ms):
-    """Of a writer that keeps all."""
+       size_bytes=st.sampled_from([100, 3000, 30_000]), gap_ms=st.sampled_from([1, 15, 300]),
+       small=st.booleans())
+def test_every_message_comes_once_and_in_order(rules, preset, seed, size_bytes, gap_ms, small):
+    """Of a writer that keeps all, with a preset's messages or with ``small`` ones. (Of 21 packets
+    of a message of fastdds, 30 % of them lost, one in 1800 arrives.)"""
+    assume(small or preset != "fastdds" or size_bytes < 30_000 or rules.get("loss") != "30 %")
+    cut = {"fragment": "1344 B", "data_message": "1344 B"} if small else {}
     heard = []
     says = [(5 * S + k * gap_ms * MS, str(k)) for k in range(20)]
-    chance = []
-    if "twice" in rules:
-        chance.append(Duplication(Duplication.Params(probability=rules["twice"])))
-    if "later" in rules:
-        chance.append(Reordering(Reordering.Params(probability="30 %", delay=rules["later"])))
-    if "loss" in rules:
-        chance.append(Loss(Loss.Params(probability=rules["loss"])))
     net = Net({"a": talker(says, queue=0, size_bytes=size_bytes),
-               "b": listener(heard, queue=0)}, rules=chance, seed=seed,
-              middleware=dds(preset, lease="1 h", data_message="1344 B"))
+               "b": listener(heard, queue=0)}, rules=chance(rules), seed=seed,
+              middleware=dds(preset, lease="1 h", **cut))
     for step in range(1, 20):
         net.run(step * S)
         assert conserved(net)
@@ -86,6 +68,24 @@ def test_every_message_comes_once_and_in_order(rules, preset, seed, size_bytes, 
     intended = net.counts("/talk").intended  # those after the match
     assert [text for *_, text in heard] == [text for _, text in says][len(says) - intended:]
     assert net.waiting() == 0
+
+
+@given(rules=RULES, preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
+       size_bytes=st.sampled_from([100, 30_000]))
+def test_with_the_leases_of_a_preset_no_message_comes_twice_or_late(
+        rules, preset, seed, size_bytes):
+    """What waits when a lease ends is gone."""
+    assume(preset != "fastdds" or size_bytes < 30_000 or rules.get("loss") != "30 %")
+    heard = []
+    says = [(5 * S + k * S, str(k)) for k in range(60)]
+    net = Net({"a": talker(says, queue=0, size_bytes=size_bytes), "b": listener(heard, queue=0)},
+              rules=chance(rules), seed=seed, middleware=Dds(Dds.Params(preset=preset)))
+    for step in range(1, 20):
+        net.run(5 * step * S)
+        assert conserved(net)
+    said = [int(text) for *_, text in heard]
+    assert said == sorted(set(said)) and (said or rules.get("loss") == "30 %")
+    assert set(net.counts("/talk").dropped) <= {"link_closed", "unmatched"}
 
 
 @given(depth=st.sampled_from([1, 2, 10]), seed=st.integers(0, 99),
@@ -113,10 +113,13 @@ def test_of_a_bounded_history_the_order_is_kept_and_each_fate_is_one(depth, seed
 @given(preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
        latency=st.sampled_from(["0 ns", "700 us", "30 ms"]), depth=st.sampled_from([0, 1, 10]),
        gap_ms=st.sampled_from([1, 15, 300]), size_bytes=st.sampled_from([100, 30_000]),
-       lease=st.sampled_from(["1 h", "300 ms"]), high_water=st.sampled_from(["1 kB", "375 kB"]))
+       leases=st.sampled_from([("1 h", "3 s"), ("300 ms", "280 ms")]),
+       high_water=st.sampled_from(["1 kB", "375 kB"]))
 def test_an_acknowledgement_that_makes_no_event_changes_no_log(
-        preset, seed, latency, depth, gap_ms, size_bytes, lease, high_water):
+        preset, seed, latency, depth, gap_ms, size_bytes, leases, high_water):
     """With cuts, a host that stops, and leases that end and begin anew."""
+    lease, announcement = leases
+
     def play():
         heard = []
         says = [(2 * S + k * gap_ms * MS + seed, str(k)) for k in range(40)]
@@ -124,7 +127,8 @@ def test_an_acknowledgement_that_makes_no_event_changes_no_log(
                    "b": listener(heard, queue=0), "c": listener(heard, queue=0)},
                   Link(Link.Params(latency=latency)), seed=seed,
                   rules=[partition("2.2 s", "2.8 s"), partition("7 s", "7.5 s")],
-                  middleware=dds(preset, lease=lease, high_water=high_water))
+                  middleware=dds(preset, lease=lease, high_water=high_water,
+                                 announcement_period=announcement))
         net.at(4 * S, net.graph.host("c").stop)
         net.at(5 * S, net.graph.host("c").start)
         net.run(20 * S)
@@ -196,17 +200,6 @@ def test_the_reader_passes_over_what_is_gone():
               middleware=dds(), rules=[partition("2 s", "2.01 s")]).run(10 * S)
     assert heard == [(2100 * MS, "b", "a", "two")]
     assert net.counts("/talk").dropped == {"overwritten": 1}
-
-
-def test_of_a_large_sample_the_lost_train_alone_is_sent_again():
-    """640 kB in 48 datagrams of cyclonedds, four in a train; the third train is lost, and its
-    four are sent one by one."""
-    heard = []
-    net = Net({"a": talker([(2 * S, "map")], size_bytes=640_000), "b": listener(heard)},
-              middleware=dds(), rules=[Nth([3], range(50_000, 60_000))]).run(5 * S)
-    frames = [row[5] for row in net.rows("frame")]
-    assert len(frames) == 16 and sum(frames[12:]) == frames[2]
-    assert heard == [(2 * S, "b", "a", "map")]
 
 
 def test_the_cost_of_25_hz():

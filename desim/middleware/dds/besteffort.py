@@ -69,7 +69,9 @@ class BestEffort:
 
     def _send(self, message: Message, medium: Medium, group: tuple[int, ...]) -> None:
         graph, host = self._graph, self._host
-        trains = wire.trains(message.size_bytes, self._dds.params.data_message_bytes, False)
+        params = self._dds.params
+        trains = wire.trains(message.size_bytes, params.fragment_bytes, params.message_fragments,
+                             False)
         to = medium.id if self._multicast else graph.hosts[group[0]].id
         self._sent += 1
         sample = Sample(message, self._sent, group, len(trains))

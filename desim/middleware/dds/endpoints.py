@@ -115,35 +115,37 @@ class Endpoints:
         behind = [remote for remote in self._me.remotes.values()
                   if remote.direct and (not remote.answered or remote.acked < remote.told)]
         for remote in behind:
-            self._offer(remote)
+            self._offer(remote, False)
         if behind:
             self._beats += 1
             self._book(min(self._params.heartbeat_limit_ns,
                            self._params.heartbeat_period_ns << min(16, max(0, self._beats - 2))))
 
-    def _offer(self, remote: Remote) -> None:
+    def _offer(self, remote: Remote, directed: bool) -> None:
         writers = 2 if remote.answered else wire.BUILT_IN_WRITERS
         self._tell("sedp_heartbeat", remote, wire.heartbeats(writers), self._me.dds.offered,
-                   remote.told)
+                   remote.told, directed)
 
     def acknowledged(self, remote: Remote, got: int, missing: tuple[int, ...], asks: bool) -> None:
         """``remote`` has ``got`` so many and misses some; with ``asks`` it wants a heartbeat."""
         if not remote.answered:
             remote.answered = True
-            if self._params.liveliness_period_ns:
+            if self._me.asserting_ns:
                 self.assert_liveliness(remote)
         remote.acked = got
-        self._beats = 0
         if missing:
-            self._me.after(self._params.nack_response_ns, self._repeat, (remote, missing))
+            pending, remote.wanted = remote.wanted, missing
+            if not pending:
+                self._me.after(self._params.nack_response_ns, self._repeat, remote)
         elif asks:
-            self._offer(remote)
+            self._offer(remote, True)
 
-    def _repeat(self, what: tuple[Remote, tuple[int, ...]]) -> None:
-        remote, missing = what
+    def _repeat(self, remote: Remote) -> None:
+        wanted, remote.wanted = remote.wanted, ()
         if self._me.remotes.get(remote.guid) is remote:
-            self._send(remote, missing, self._params.repeated_message_bytes, heartbeat=True,
+            self._send(remote, wanted, self._params.repeated_message_bytes, heartbeat=True,
                        addressed=True)
+            self._beats = 0
             self._book(self._params.heartbeat_period_ns)
 
     # What is heard.
@@ -157,19 +159,30 @@ class Endpoints:
             remote.got += 1
             self._me.learn(remote, item)
         if known is not None:
-            self.offered(remote, known)
+            self.offered(remote, known, True)
 
-    def offered(self, remote: Remote, known: int) -> None:
-        """A heartbeat: there are ``known`` items."""
+    def offered(self, remote: Remote, known: int, directed: bool) -> None:
+        """A heartbeat, ``directed`` to this participant alone: there are ``known`` items."""
         remote.known = max(remote.known, known)
+        if directed:
+            remote.asking.directed = True
         if not remote.answering:
             remote.answering = True
             self._me.after(self._params.heartbeat_response_ns, self._answer, remote)
 
     def _answer(self, remote: Remote) -> None:
-        remote.answering = False
+        """Acknowledge, and ask for what is missing if that was not done just now."""
+        now_ns = self._context.now_ns
         missing = tuple(number for number in range(remote.got, remote.known)
                         if number not in remote.held)
+        if missing:
+            first = missing[0], 0
+            wait_ns = remote.asking.wait_ns(first, now_ns, self._params.nack_again_ns)
+            if wait_ns:
+                self._me.after(wait_ns, self._answer, remote)
+                return
+            remote.asking.asks(first, (missing[-1] + 1, 0), now_ns)
+        remote.answering = False
         readers = 2 if remote.asked else wire.BUILT_IN_WRITERS
         remote.asked = True
         self._tell("sedp_acknack", remote, wire.acknacks(readers, len(missing)),
@@ -182,7 +195,7 @@ class Endpoints:
             return
         self._tell("sedp_acknack", remote, wire.acknacks(wire.BUILT_IN_WRITERS),
                    self._me.dds.acknowledged, remote.got, (), True)
-        delay_ns = min(2 * delay_ns, self._params.announcement_period_ns)
+        delay_ns = min(2 * delay_ns, self._me.announcing_ns)
         self._me.after(delay_ns, self._ask, (remote, delay_ns))
 
     def greeted(self, remote: Remote, wants_answer: bool) -> None:

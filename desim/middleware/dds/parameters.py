@@ -7,17 +7,22 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from desim import ports
-from desim.units import ByteSize, Duration, Period
+from desim.units import DURATION, NS_PER_S, ByteSize, Duration, Pace
 
 # What Cyclone DDS has different (src/core/ddsi/defconfig.c, docs/manual/options.md).
 CYCLONEDDS: dict[str, Any] = {
     "lease": "10 s", "initial_announcements": 1, "first_times": 2,
-    "announcement_period": "8 s", "announces_to_known": True, "responses": 4,
-    "liveliness_period": "8 s", "initial_heartbeat": "5 ms", "heartbeat_period": "100 ms",
+    "announcement_period": None, "announces_to_known": True, "responses": 4,
+    "liveliness_period": None, "initial_heartbeat": "5 ms", "heartbeat_period": "100 ms",
     "heartbeat_limit": "8 s", "heartbeat_asks_after": "80 ms", "heartbeat_response": "0 ns",
     "initial_acknack": "10 ms",
-    "nack_delay": "100 ms", "nack_response": "0 ns", "endpoints_apart": True,
-    "repeated_message": "1456 B", "data_message": "13440 B"}
+    "nack_delay": "100 ms", "nack_again": "100 ms", "nack_renewal": "3 s", "ack_again": "10 ms",
+    "nack_suppression": "5 ms", "nack_response": "0 ns", "endpoints_apart": True,
+    "repeated_message": "1456 B",
+    "fragment": "1344 B", "data_message": "13440 B"}
+
+LEAST_NS = 10**6  # of what happens again and again
+MOST_ANNOUNCEMENT_NS = 30 * NS_PER_S  # Cyclone DDS: SPDPInterval
 
 
 class DdsParams(ports.Params):
@@ -27,26 +32,27 @@ class DdsParams(ports.Params):
     discovery: Literal["simple", "server"] = Field("simple", description=(
         "everybody tells everybody, or all tell one server (Fast DDS Discovery Server)"))
     server: str | None = Field(None, description="the host of the server (none)")
-    lease_ns: Period = Field("20 s", description=(
+    lease_ns: Pace = Field("20 s", description=(
         "a participant that was silent for so long is gone; each says it about itself (fastdds "
         "20 s, cyclonedds 10 s)"))
-    leases: dict[str, Period] = Field({}, description="of single hosts, by name (none)")
-    initial_announcements: int = Field(5, ge=1, description=(
+    leases: dict[str, Pace] = Field({}, description="of single hosts, by name (none)")
+    initial_announcements: int = Field(5, ge=1, le=1000, description=(
         "of a participant that starts (fastdds 5, cyclonedds 1)"))
-    first_times: int = Field(1, ge=1, description=(
+    first_times: int = Field(1, ge=1, le=100, description=(
         "announcements in the first packet (fastdds 1, not verified; cyclonedds 2, measured)"))
-    initial_period_ns: Period = Field("100 ms", description="between these (fastdds)")
-    announcement_period_ns: Period = Field("3 s", description=(
-        "after these (fastdds 3 s, cyclonedds 80 % of its lease)"))
+    initial_period_ns: Pace = Field("100 ms", description="between these (fastdds)")
+    announcement_period_ns: Pace | None = Field("3 s", description=(
+        "after these; null: 80 % of the host's lease, at most 30 s (fastdds 3 s, cyclonedds null)"))
     announces_to_known: bool = Field(False, description=(
         "each announcement also goes to every known participant (fastdds no; cyclonedds yes, "
         "measured with 11.0.1)"))
-    responses: int = Field(1, ge=0, description=(
+    responses: int = Field(1, ge=0, le=1000, description=(
         "announcements to somebody whose multicast is new (fastdds 1, not verified; cyclonedds 4, "
         "measured)"))
-    response_period_ns: Period = Field("1 s", description="between these (cyclonedds, measured)")
-    liveliness_period_ns: Duration = Field("0 ns", description=(
-        "of messages that say nothing else, 0: none (fastdds none, cyclonedds 80 % of its lease)"))
+    response_period_ns: Pace = Field("1 s", description="between these (cyclonedds, measured)")
+    liveliness_period_ns: Duration | None = Field("0 ns", description=(
+        "of messages that say nothing else, 0: none; null: 80 % of the host's lease (fastdds none, "
+        "cyclonedds null)"))
     start_spread_ns: Duration = Field("200 ms", description=(
         "a participant starts up to so much after its host, at random: hosts that all announce "
         "themselves in one nanosecond would collide on a radio for ever (ours; eight processes "
@@ -58,36 +64,53 @@ class DdsParams(ports.Params):
         "yes, measured; fastdds no, not verified)"))
     initial_heartbeat_ns: Duration = Field("12 ms", description=(
         "to a new reader (fastdds 12 ms, cyclonedds 5 ms)"))
-    heartbeat_period_ns: Period = Field("3 s", description=(
+    heartbeat_period_ns: Pace = Field("3 s", description=(
         "while something is not acknowledged (fastdds 3 s, cyclonedds 100 ms)"))
-    heartbeat_limit_ns: Period = Field("3 s", description=(
+    heartbeat_limit_ns: Pace = Field("3 s", description=(
         "up to which the period doubles without an answer (fastdds: never; cyclonedds 8 s)"))
     heartbeat_asks_after_ns: Duration = Field("0 ns", description=(
         "since the last heartbeat, the one behind a sample asks for an answer (fastdds always; "
         "cyclonedds 80 % of its period, measured)"))
     heartbeat_response_ns: Duration = Field("5 ms", description=(
         "until a reader answers (fastdds 5 ms; cyclonedds at once, measured)"))
-    initial_acknack_ns: Duration | None = Field("70 ms", description=(
+    initial_acknack_ns: Pace | None = Field("70 ms", description=(
         "until a reader asks a new writer for its samples, then again and again in doubled times; "
         "null: never (fastdds 70 ms, cyclonedds 10 ms)"))
     nack_delay_ns: Duration = Field("5 ms", description=(
         "until a reader asks for what it misses if it was not asked (fastdds 5 ms, cyclonedds "
         "100 ms)"))
+    nack_again_ns: Duration = Field("0 ns", description=(
+        "until a reader asks again for the same things, unless they were sent again (fastdds: "
+        "whenever it is asked, not verified; cyclonedds NackDelay 100 ms)"))
+    nack_renewal_ns: Pace | None = Field(None, description=(
+        "until a reader that nobody answers asks again; null: never (fastdds never, not verified; "
+        "cyclonedds AutoReschedNack 3 s)"))
+    ack_again_ns: Duration = Field("0 ns", description=(
+        "until a reader acknowledges the same again (fastdds: whenever it is asked, not verified; "
+        "cyclonedds AckDelay 10 ms)"))
+    nack_suppression_ns: Duration = Field("0 ns", description=(
+        "until a writer repeats the same again, doubled each time up to the limit of the heartbeat "
+        "period (fastdds nackSupressionDuration 0; cyclonedds RetransmitMergingPeriod 5 ms, which "
+        "it keeps for all readers or not at all. That it doubles is ours: a real writer stops "
+        "while its host's queue is full, which is not modelled)"))
     nack_response_ns: Duration = Field("5 ms", description=(
         "until a writer repeats something (fastdds 5 ms; cyclonedds at once, measured)"))
-    repeated_message_bytes: ByteSize = Field("65500 B", description=(
+    repeated_message_bytes: ByteSize = Field("65500 B", le=65_500, description=(
         "of one RTPS message of endpoints that are told once more (fastdds maximum, cyclonedds "
         "rexmit message)"))
-    data_message_bytes: ByteSize = Field("65400 B", ge=1, description=(
-        "of a sample in one UDP message (fastdds: UDP messages up to 65500 B; cyclonedds: ten "
-        "fragments of 1344 B in 14720 B, measured)"))
-    depth: int | None = Field(None, ge=0, description=(
+    fragment_bytes: ByteSize = Field("65400 B", ge=1000, le=65_400, description=(
+        "of a sample that get lost, are asked for and sent again by themselves (fastdds: UDP "
+        "messages up to 65500 B; cyclonedds 1344 B in a rexmit message of 1456 B)"))
+    data_message_bytes: ByteSize = Field("65400 B", ge=1000, le=65_400, description=(
+        "of a sample in one UDP message at first, in whole fragments (fastdds: UDP messages up to "
+        "65500 B; cyclonedds: ten fragments in 14720 B, measured)"))
+    depth: int | None = Field(None, ge=0, le=1_000_000, description=(
         "samples that a reliable writer keeps for a reader, 0: all (null: the publisher's queue; "
         "ROS 2 default 10)"))
-    high_water_bytes: ByteSize = Field("375 kB", description=(
-        "not acknowledged, from which each heartbeat asks (cyclonedds: three quarters of "
-        "WhcHigh)"))
-    server_period_ns: Period = Field("450 ms", description=(
+    high_water_bytes: ByteSize = Field("250.5 kB", description=(
+        "not acknowledged, from which each heartbeat asks (cyclonedds: in the middle between "
+        "WhcLow, 1 kB, and WhcHigh, 500 kB; those of fastdds ask anyway)"))
+    server_period_ns: Pace = Field("450 ms", description=(
         "in which a client calls a server that does not answer (fastdds)"))
 
     @model_validator(mode="before")
@@ -96,3 +119,41 @@ class DdsParams(ports.Params):
         if isinstance(given, dict) and given.get("preset") == "cyclonedds":
             return {**CYCLONEDDS, **given}
         return given
+
+    @model_validator(mode="after")
+    def _sound(self) -> DdsParams:
+        most_ns, least_ns = self.announcement_period_ns, min([self.lease_ns, *self.leases.values()])
+        if most_ns is not None and most_ns >= least_ns:
+            raise ValueError(
+                f"announcement_period: {DURATION.format(most_ns)} is not below the shortest lease, "
+                f"{DURATION.format(least_ns)}: who says nothing else would be removed between any "
+                "two announcements; allowed: less than each lease, or null: 80 % of it")
+        if self.liveliness_period_ns is not None and 0 < self.liveliness_period_ns < LEAST_NS:
+            raise ValueError(
+                f"liveliness_period: {DURATION.format(self.liveliness_period_ns)} is too small; "
+                "allowed: 0 ns, or at least 1 ms, or null: 80 % of the lease")
+        if self.data_message_bytes < self.fragment_bytes:
+            raise ValueError(f"data_message: {self.data_message_bytes} B hold no fragment of "
+                             f"{self.fragment_bytes} B; allowed: at least as much as fragment")
+        if self.heartbeat_limit_ns < self.heartbeat_period_ns:
+            raise ValueError(
+                f"heartbeat_limit: {DURATION.format(self.heartbeat_limit_ns)} is below the period "
+                f"that it limits, {DURATION.format(self.heartbeat_period_ns)}; allowed: at least "
+                "as much as heartbeat_period")
+        return self
+
+    @property
+    def message_fragments(self) -> int:
+        """Fragments in one UDP message."""
+        return self.data_message_bytes // self.fragment_bytes
+
+    def announcing_ns(self, lease_ns: int) -> int:
+        """Between two announcements of a participant with this lease."""
+        if self.announcement_period_ns is not None:
+            return self.announcement_period_ns
+        return min(lease_ns * 4 // 5, MOST_ANNOUNCEMENT_NS)
+
+    def asserting_ns(self, lease_ns: int) -> int:
+        """Between two of its messages that it lives, 0 for none."""
+        period_ns = self.liveliness_period_ns
+        return lease_ns * 4 // 5 if period_ns is None else period_ns

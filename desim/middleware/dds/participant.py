@@ -29,7 +29,10 @@ class Participant:
         self.readers: dict[str, None] = {}
         self.relay = Relay(self) if dds.server == host else None
         self.endpoints = Endpoints(self)
-        self._hello = (self.guid, dds.leases_ns[host])
+        lease_ns = dds.leases_ns[host]
+        self._hello = (self.guid, lease_ns)
+        self.announcing_ns = self.params.announcing_ns(lease_ns)
+        self.asserting_ns = self.params.asserting_ns(lease_ns)
         self.awake = False
         spread_ns = self.params.start_spread_ns
         if spread_ns:
@@ -43,8 +46,8 @@ class Participant:
         self.awake = True
         self._announce(0)
         self.after(self.params.endpoint_delay_ns, self.endpoints.appear, None)
-        if self.params.liveliness_period_ns:
-            self.after(self.params.liveliness_period_ns, self._assert_liveliness, None)
+        if self.asserting_ns:
+            self.after(self.asserting_ns, self._assert_liveliness, None)
 
     def after(self, delay_ns: int, fn: Callable[[Any], Any], arg: Any) -> Any:
         """Call ``fn(arg)`` then, if this life still lasts."""
@@ -82,7 +85,7 @@ class Participant:
         """The k-th time. A client of a server talks to that alone, the server to its clients."""
         params, dds = self.params, self.dds
         known = [remote.host for remote in self.remotes.values() if remote.direct]
-        period_ns = params.announcement_period_ns
+        period_ns = self.announcing_ns
         if dds.server is None:
             chunk = wire.announcement(params.first_times if k == 0 else 1)
             others = [host for host in range(len(self.context.hosts)) if host != self.host]
@@ -164,8 +167,10 @@ class Participant:
     # Matching.
 
     def learn(self, source: Remote, item: Item) -> None:
-        """``source`` says ``item``."""
+        """``source`` says ``item``. Of this host's former lives nothing is believed."""
         owner, kind, topic, _ = item
+        if owner[0] == self.host:
+            return
         if kind == "gone":
             if owner in self.remotes and not self.remotes[owner].direct:
                 self.lose(self.remotes[owner])
@@ -207,4 +212,4 @@ class Participant:
         for remote in self.remotes.values():
             if remote.direct:
                 self.endpoints.assert_liveliness(remote)
-        self.after(self.params.liveliness_period_ns, self._assert_liveliness, None)
+        self.after(self.asserting_ns, self._assert_liveliness, None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from desim.errors import InputError
+from desim.errors import InputError, did_you_mean
 from desim.middleware.dds.besteffort import BestEffort
 from desim.middleware.dds.parameters import DdsParams
 from desim.middleware.dds.participant import Participant
@@ -32,11 +32,11 @@ class Dds:
 
     def start(self, context: Context) -> None:
         params, hosts = self.params, context.hosts
-        for key, named in ("server", [params.server] if params.server else []), (
-                "leases", list(params.leases)):
-            for name in named:
-                if name not in hosts:
-                    raise InputError(f".{key}: no host {name!r}; known: {', '.join(hosts)}")
+        named = [("server", params.server)] if params.server is not None else []
+        for key, name in [*named, *(("leases", name) for name in params.leases)]:
+            if name not in hosts:
+                raise InputError(f".{key}: no host {name!r}{did_you_mean(name, hosts)}; allowed: "
+                                 f"{', '.join(hosts)}")
         if (params.discovery == "server") != (params.server is not None):
             raise InputError(".server: the host of the discovery server is wanted with discovery: "
                              "server, and only then")
@@ -140,7 +140,7 @@ class Dds:
              receiver: int) -> None:
         self._hear("told", token, receiver)
 
-    def offered(self, token: tuple[Guid, Guid, int], receiver: int) -> None:
+    def offered(self, token: tuple[Guid, Guid, int, bool], receiver: int) -> None:
         self._hear("offered", token, receiver)
 
     def acknowledged(self, token: tuple[Guid, Guid, int, tuple[int, ...], bool], receiver: int

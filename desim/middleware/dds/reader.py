@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
 from desim.middleware.dds import wire
+from desim.middleware.dds.asking import Asking
 from desim.trace import pack
 
 if TYPE_CHECKING:
@@ -18,26 +19,31 @@ if TYPE_CHECKING:
     from desim.ports.middleware import Offer
 
 OPEN, HELD, DONE = 0, 1, 2  # states of a sample at its reader
-MOST = 256  # numbers in an ACKNACK (RTPS)
+NO_HEARTBEAT, FINAL, ASKS, DIRECTED = range(4)  # it may ask for an answer, from one reader alone
+MOST = 256  # numbers in an ACKNACK, fragments in a NACK_FRAG (RTPS)
+Missing = tuple[tuple[int, tuple[int, ...]], ...]  # numbers with fragments of them (none: all)
 _NETWORK = Phase.NETWORK  # cheaper than to look it up each time
 _ALL_THERE = wire.acknacks(1)
 
 
 class Sample:
     """A message on one link. ``kept``: the writer can send it again; ``flying``: frames of it on
-    their way; ``lacks``: those of its UDP messages that the reader does not have, None for all."""
+    their way; ``lacks``: those of its fragments that the reader does not have, None for all;
+    ``again``: of those that were repeated, until when not once more, and how long that is."""
 
-    __slots__ = ("message", "number", "parts", "kept", "flying", "state", "lacks", "sent_ns")
+    __slots__ = ("message", "number", "parts", "kept", "flying", "state", "lacks", "sent_ns",
+                 "again")
 
     def __init__(self, message: Message, number: int, parts: int) -> None:
         self.message = message
         self.number = number
-        self.parts = parts  # UDP messages
+        self.parts = parts  # fragments
         self.kept = True
         self.flying = 0
         self.state = OPEN
         self.lacks: dict[int, None] | None = None
         self.sent_ns = message.born_ns
+        self.again: dict[int, tuple[int, int]] = {}
 
 
 class Reader:
@@ -47,7 +53,8 @@ class Reader:
 
     __slots__ = ("_link", "_dds", "_graph", "_kernel", "_params", "_host", "_writer", "_topic",
                  "_to", "_to_id", "_send", "_post", "_next", "_known", "_held", "_parts", "_timer",
-                 "_due_ns", "_seen", "_remote", "_asking", "_row")
+                 "_due_ns", "_seen", "_remote", "_greeting", "_row", "_asking", "_asked", "_acked",
+                 "_acked_ns")
 
     def __init__(self, link: ReliableLink, dds: Dds, offer: Offer, host: Host,
                  medium: Medium) -> None:
@@ -68,7 +75,10 @@ class Reader:
         self._due_ns = 0
         self._seen = -1  # state of the matches when it last looked for its writer
         self._remote: Remote | None = None
-        self._asking = False
+        self._greeting = False  # it asks what there is
+        self._asked = False  # a heartbeat waits for an answer
+        self._asking = Asking()
+        self._acked = self._acked_ns = 0  # all before what it acknowledged last, and when
         self._row = self._graph.names.id("acknack")
 
     def _match(self) -> Remote | None:
@@ -82,8 +92,8 @@ class Reader:
                             else None)
         return self._remote
 
-    def take(self, sample: Sample, part: range, first: int, asks: bool) -> bool:
-        """A part of a sample has arrived; False if nobody reads here."""
+    def take(self, sample: Sample, part: range, first: int, beat: int) -> bool:
+        """Some fragments of a sample have arrived; False if nobody reads here."""
         remote = self._match()
         if remote is None:
             return False
@@ -95,8 +105,8 @@ class Reader:
             else:
                 sample.state = HELD
                 self._held[number] = sample
-        if part.stop == sample.parts:
-            self._heartbeat(first, number, asks)
+        if beat:
+            self._heartbeat(first, number, beat)
         elif first > self._next or self._held:
             self._advance(first)
         return True
@@ -140,27 +150,30 @@ class Reader:
         for number in [number for number in self._parts if number < self._next]:
             del self._parts[number]
 
-    def _heartbeat(self, first: int, last: int, asks: bool) -> None:
+    def _heartbeat(self, first: int, last: int, beat: int) -> None:
         if first > self._next or self._held:
             self._advance(first)
         if last > self._known:
             self._known = last
-        if asks:
+        if beat >= ASKS:
+            self._asked = True
+            if beat == DIRECTED:
+                self._asking.directed = True
             self._answer_in(self._params.heartbeat_response_ns)
         elif self._next <= self._known:
             self._answer_in(self._params.nack_delay_ns)
 
-    def offered(self, first: int, last: int) -> None:
+    def offered(self, first: int, last: int, beat: int) -> None:
         """A heartbeat of its own has arrived."""
         remote = self._match()
         if remote is not None:
             remote.heard_ns = self._kernel.now_ns
-            self._heartbeat(first, last, True)
+            self._heartbeat(first, last, beat)
 
     def joined(self) -> None:
         """It has matched the writer now, which may have sent something already."""
         if self._params.initial_acknack_ns is not None:
-            self._asking = True
+            self._greeting = True
             self._answer_in(self._params.initial_acknack_ns)
 
     def _answer_in(self, delay_ns: int) -> None:
@@ -179,28 +192,66 @@ class Reader:
             self._answer(None)
 
     def _answer(self, _: Any) -> None:
-        """Acknowledge what is before the next number, and ask for what is missing from there."""
+        """Acknowledge what is before the next number, or ask for what is missing from there."""
         self._timer = None
         if self._match() is None:
             return
-        graph, own, base = self._graph, self._host, self._next
-        missing = self._missing() if base <= self._known else ()
-        asks, self._asking = self._asking, False
-        graph.put(pack(self._kernel.now_ns, self._row, own.id, self._to_id, base, len(missing)))
-        if missing or asks:
-            chunk = wire.acknacks(1, len(missing))
-            self._send(own.index, self._to, chunk.size_bytes, chunk.packets, False, self,
-                       (base, missing, asks))
-        else:  # the writer need not do anything
-            due_ns = self._post(own.index, self._to, _ALL_THERE.size_bytes, self, (base, (), False))
-            if due_ns is not None:
-                self._link.note(due_ns, base)
+        missing = self._missing() if self._next <= self._known else ()
+        greeting, self._greeting = self._greeting, False
+        if missing or greeting:
+            self._ask(missing, greeting)
+        elif self._asked:
+            self._acknowledge()
 
-    def _missing(self) -> tuple[tuple[int, tuple[int, ...]], ...]:
-        """Numbers that it lacks, each with the parts that it lacks (none: all)."""
-        parts, last = self._parts, min(self._known, self._next + MOST - 1)
-        return tuple((number, tuple(parts[number].lacks) if number in parts else ())
-                     for number in range(self._next, last + 1) if number not in self._held)
+    def _ask(self, missing: Missing, greeting: bool) -> None:
+        """Ask for what is missing if it did not do so just now, and for a heartbeat with
+        ``greeting``."""
+        now_ns, params, base = self._kernel.now_ns, self._params, self._next
+        fragments = 0
+        if missing:
+            (number, parts), (last, last_parts) = missing[0], missing[-1]
+            first = number, parts[0] if parts else 0
+            wait_ns = self._asking.wait_ns(first, now_ns, params.nack_again_ns)
+            if wait_ns and not greeting:
+                self._answer_in(wait_ns)
+                return
+            self._asking.asks(first, (last, last_parts[-1] + 1) if last_parts else (last + 1, 0),
+                              now_ns)
+            fragments = len(last_parts)
+        self._say(base, len(missing))
+        chunk = wire.acknacks(1, len(missing) - bool(fragments), fragments)
+        self._send(self._host.index, self._to, chunk.size_bytes, chunk.packets, False, self,
+                   (base, missing, greeting))
+        if missing and params.nack_renewal_ns is not None:
+            self._answer_in(params.nack_renewal_ns)
+
+    def _acknowledge(self) -> None:
+        """The writer need not do anything about it. What it said just now is not said again."""
+        base, now_ns = self._next, self._kernel.now_ns
+        if base == self._acked and now_ns < self._acked_ns + self._params.ack_again_ns:
+            return
+        self._say(base, 0)
+        due_ns = self._post(self._host.index, self._to, _ALL_THERE.size_bytes, self,
+                            (base, (), False))
+        if due_ns is not None:
+            self._link.note(due_ns, base)
+
+    def _say(self, base: int, missing: int) -> None:
+        now_ns = self._kernel.now_ns
+        self._asked, self._acked, self._acked_ns = False, base, now_ns
+        self._graph.put(pack(now_ns, self._row, self._host.id, self._to_id, base, missing))
+
+    def _missing(self) -> Missing:
+        """What it lacks up to the first sample of which it has something already: an ACKNACK and a
+        NACK_FRAG (as Cyclone DDS does)."""
+        parts, held, out = self._parts, self._held, []
+        for number in range(self._next, min(self._known, self._next + MOST - 1) + 1):
+            if number in parts:
+                out.append((number, tuple(parts[number].lacks)[:MOST]))
+                break
+            if number not in held:
+                out.append((number, ()))
+        return tuple(out)
 
     def drop(self, reason: str) -> None:
         """What it held is gone."""

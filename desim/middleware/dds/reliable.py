@@ -13,7 +13,18 @@ from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
 from desim.middleware.dds import wire
-from desim.middleware.dds.reader import DONE, HELD, Reader, Sample
+from desim.middleware.dds.reader import (
+    ASKS,
+    DIRECTED,
+    DONE,
+    FINAL,
+    HELD,
+    NO_HEARTBEAT,
+    Missing,
+    Reader,
+    Sample,
+)
+from desim.middleware.dds.repetition import Wanted
 from desim.trace import pack
 
 if TYPE_CHECKING:
@@ -34,7 +45,8 @@ class ReliableLink:
     __slots__ = ("guid", "waiting", "heard_ns", "reader", "_dds", "_graph", "_kernel", "_params",
                  "_from", "_from_id", "_host", "_to", "_send", "_depth", "_history",
                  "_unacked_bytes", "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
-                 "_beating", "_noted")
+                 "_beating", "_noted", "_wanted", "_repeating",
+                 "_repeat_ns")
 
     def __init__(self, dds: Dds, offer: Offer, receiver: int, guid: Any, medium: Medium) -> None:
         graph, source, topic = dds.context.graph, offer.publisher.host, offer.publisher.topic
@@ -54,6 +66,9 @@ class ReliableLink:
         self._timer: Any = None
         self._closed: str | None = None
         self.ends = source, receiver, topic
+        self._wanted = Wanted(dds.params)
+        self._repeating: Any = None
+        self._repeat_ns = 0
         self._beating = Beating(self)
         self._noted: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
         self.reader = Reader(self, dds, offer, self._host, medium)
@@ -67,7 +82,8 @@ class ReliableLink:
         if self._noted:
             self.look(now_ns)
         self._last = number = self._last + 1
-        trains = wire.trains(message.size_bytes, params.data_message_bytes, True)
+        trains = wire.trains(message.size_bytes, params.fragment_bytes, params.message_fragments,
+                             True)
         sample = Sample(message, number, trains[-1][0].stop)
         self.waiting += 1
         history.append(sample)
@@ -81,13 +97,14 @@ class ReliableLink:
                 or self._unacked_bytes >= params.high_water_bytes)
         self._beats = 0
         for part, chunk in trains:
-            self._transmit(sample, part, chunk, asks)
+            beat = NO_HEARTBEAT if part.stop < sample.parts else ASKS if asks else FINAL
+            self._transmit(sample, part, chunk, beat)
         self._beat_ns = now_ns
         if self._timer is None:
             self._book(params.heartbeat_period_ns, self._tick)
 
-    def _transmit(self, sample: Sample, part: range, chunk: wire.Chunk, asks: bool) -> None:
-        """Send some UDP messages of a sample; the last one's heartbeat may ask for an answer."""
+    def _transmit(self, sample: Sample, part: range, chunk: wire.Chunk, beat: int) -> None:
+        """Send some fragments of a sample, and a heartbeat of the kind ``beat`` behind them."""
         graph = self._graph
         size_bytes, packets = chunk
         sample.sent_ns = now_ns = self._kernel.now_ns
@@ -95,15 +112,15 @@ class ReliableLink:
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._host.id, sample.message.seq,
                        size_bytes))
         self._send(self._from, self._to, size_bytes, packets, False, self,
-                   (sample, part, self._history[0].number, asks))
+                   (sample, part, self._history[0].number, beat))
 
     def _first(self) -> int:
         """Number of the first sample that there is to be had."""
         return self._history[0].number if self._history else self._last + 1
 
-    def acknowledged(self, token: tuple[int, tuple[tuple[int, tuple[int, ...]], ...], bool],
-                     _: int) -> None:
-        """The reader has all before ``base`` and misses parts of some; or asks what there is."""
+    def acknowledged(self, token: tuple[int, Missing, bool], _: int) -> None:
+        """The reader has all before ``base`` and misses fragments of some; or asks what there is.
+        What it asks for more than once until it is repeated is repeated once."""
         base, missing, asks = token
         if self._closed is not None:
             return
@@ -112,12 +129,13 @@ class ReliableLink:
         self._acknowledge(now_ns, base)
         if missing:
             delay_ns = self._params.nack_response_ns
+            self._wanted.asked(missing)
             if delay_ns:
-                self._call(delay_ns, self._repeat, missing)
+                self._repeat_in(delay_ns)
             else:
-                self._repeat(missing)
+                self._repeat(None)
         elif asks and self._history:
-            self._beat(wire.heartbeats(1))
+            self._beat(wire.heartbeats(1), DIRECTED)
 
     def note(self, due_ns: int, base: int) -> None:
         """The reader has all before ``base``, as it will be heard at ``due_ns``."""
@@ -139,26 +157,40 @@ class ReliableLink:
             self._unacked_bytes -= sample.message.size_bytes
             sample.kept = False
             self.settle(sample, "overwritten")
-        self._beats = 0
+        if self._wanted.missing:
+            self._wanted.acknowledged(base)
 
-    def _repeat(self, missing: tuple[tuple[int, tuple[int, ...]], ...]) -> None:
-        """Send again what is asked for, a UDP message at a time; where it is gone, say so."""
+    def _repeat_in(self, delay_ns: int) -> None:
+        """Repeat what is wanted then, or sooner if something will be anyhow."""
+        due_ns = self._kernel.now_ns + delay_ns
+        if self._repeating is not None:
+            if self._repeat_ns <= due_ns:
+                return
+            self._repeating.cancel()
+        self._repeat_ns = due_ns
+        self._repeating = self._call(delay_ns, self._repeat, None)
+
+    def _repeat(self, _: Any) -> None:
+        """Send again what was asked for, and a heartbeat at the end; where it is gone, say so."""
+        if self._repeating is not None:
+            self._repeating.cancel()
+            self._repeating = None
         if self._closed is not None:
             return
-        self.look(self._kernel.now_ns)
-        gone = False
-        for number, indices in missing:
-            place = number - self._first()
-            if not 0 <= place < len(self._history):
-                gone = True
-                continue
-            sample = self._history[place]
-            chunks = wire.messages(sample.message.size_bytes, self._params.data_message_bytes, True)
-            for index in indices or range(sample.parts):
-                self._transmit(sample, range(index, index + 1), chunks[index], True)
-            self._beat_ns = self._kernel.now_ns
+        now_ns = self._kernel.now_ns
+        self.look(now_ns)
+        parts, gone, next_ns = self._wanted.due(self._history, self._first(), now_ns)
+        for k, (sample, part) in enumerate(parts, 1):
+            last = k == len(parts)
+            chunk = wire.repetition(sample.message.size_bytes, self._params.fragment_bytes, part,
+                                    last)
+            self._transmit(sample, part, chunk, DIRECTED if last else NO_HEARTBEAT)
+        if parts:
+            self._beats, self._beat_ns = 0, now_ns
         if gone:
-            self._beat(wire.gap())
+            self._beat(wire.gap(), DIRECTED)
+        if next_ns is not None:
+            self._repeat_in(next_ns - now_ns)
         if self._timer is None and self._history:
             self._book(self._params.heartbeat_period_ns, self._tick)
 
@@ -167,7 +199,7 @@ class ReliableLink:
         self._timer = None
         if self._closed is None:
             self.look(self._kernel.now_ns)
-            self._beat(wire.heartbeats(1))
+            self._beat(wire.heartbeats(1), DIRECTED)
             if self._history:
                 self._book(self._params.heartbeat_period_ns, self._tick)
 
@@ -184,17 +216,17 @@ class ReliableLink:
         left_ns = self._beat_ns + period_ns - now_ns
         if left_ns <= 0:
             self._beats += 1
-            self._beat(wire.heartbeats(1))
+            self._beat(wire.heartbeats(1), ASKS)
             left_ns = period_ns
         self._book(left_ns, self._tick)
 
-    def _beat(self, chunk: wire.Chunk) -> None:
+    def _beat(self, chunk: wire.Chunk, beat: int) -> None:
         graph = self._graph
         self._beat_ns = now_ns = self._kernel.now_ns
         graph.trace.row(now_ns, graph.names.id("heartbeat"), self._from_id, self._host.id,
                         self._first(), self._last)
         self._send(self._from, self._to, chunk.size_bytes, chunk.packets, False, self._beating,
-                   (self._first(), self._last))
+                   (self._first(), self._last, beat))
 
     def _book(self, delay_ns: int, fn: Any) -> None:
         self._timer = self._call(delay_ns, fn, None)
@@ -233,18 +265,18 @@ class ReliableLink:
             self._graph.drop(sample.message, self._host.index, reason, sample.message.born_ns,
                              sample.sent_ns)
 
-    def arrived(self, token: tuple[Sample, range, int, bool], receiver: int) -> None:
-        sample, part, first, asks = token
+    def arrived(self, token: tuple[Sample, range, int, int], receiver: int) -> None:
+        sample, part, first, beat = token
         sample.flying -= 1
         closed = self._closed
-        if closed == "link_closed" or not self.reader.take(sample, part, first, asks):
+        if closed == "link_closed" or not self.reader.take(sample, part, first, beat):
             self.settle(sample, closed or "unmatched")
         elif sample.state != HELD:
             self.settle(sample, closed or "overwritten")
         elif closed:
             self.reader.drop(closed)  # nobody will bring what it waits for
 
-    def lost(self, token: tuple[Sample, range, int, bool], receiver: int, reason: str) -> None:
+    def lost(self, token: tuple[Sample, range, int, int], receiver: int, reason: str) -> None:
         sample = token[0]
         sample.flying -= 1
         graph = self._graph
@@ -252,7 +284,7 @@ class ReliableLink:
                         sample.message.seq, graph.names.id(reason))
         self.settle(sample, reason if self._closed else "overwritten")
 
-    def repeated(self, token: tuple[Sample, range, int, bool], receiver: int) -> None:
+    def repeated(self, token: tuple[Sample, range, int, int], receiver: int) -> None:
         """A reader knows by its number what it has already, and throws it away."""
         self._graph.repeat(token[0].message, self._host)
 
@@ -265,11 +297,11 @@ class Beating:
     def __init__(self, link: ReliableLink) -> None:
         self._link = link
 
-    def arrived(self, token: tuple[int, int], receiver: int) -> None:
+    def arrived(self, token: tuple[int, int, int], receiver: int) -> None:
         self._link.reader.offered(*token)
 
-    def lost(self, token: tuple[int, int], receiver: int, reason: str) -> None:
+    def lost(self, token: tuple[int, int, int], receiver: int, reason: str) -> None:
         """Another one will come."""
 
-    def repeated(self, token: tuple[int, int], receiver: int) -> None:
+    def repeated(self, token: tuple[int, int, int], receiver: int) -> None:
         self._link.reader.offered(*token)

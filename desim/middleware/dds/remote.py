@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from desim.middleware.dds.asking import Asking
+
 Guid = tuple[int, int]  # host index, and which of its lives: a new one at every start
 
 
@@ -21,12 +23,14 @@ class Remote:
     """``told`` of what it is to be told (``out``) has been sent, ``acked`` has arrived as far as is
     known; ``got`` of what it tells has come in order, ``held`` beyond that, ``known`` is there.
 
-    ``answered``: it has acknowledged anything; ``asked``: a heartbeat of its has come. Who is known
-    only by hearsay of a server (``direct`` False) has neither lease nor telling of its own.
+    ``wanted`` will be told again. ``answered``: it has acknowledged anything; ``asked``: a
+    heartbeat of its has come. Who is known only by hearsay of a server (``direct`` False) has
+    neither lease nor telling of its own.
     """
 
     __slots__ = ("guid", "host", "lease_ns", "heard_ns", "direct", "writers", "readers", "out",
-                 "told", "acked", "answered", "got", "held", "known", "asked", "answering")
+                 "told", "acked", "answered", "got", "held", "known", "asked", "answering",
+                 "wanted", "asking")
 
     def __init__(self, guid: Guid, lease_ns: int, heard_ns: int, direct: bool,
                  out: list[Item]) -> None:
@@ -44,3 +48,5 @@ class Remote:
         self.got = self.known = 0
         self.held: dict[int, Item] = {}
         self.asked = self.answering = False
+        self.asking = Asking()
+        self.wanted: tuple[int, ...] = ()

@@ -23,6 +23,7 @@ HEARTBEAT_BYTES = 32
 HEARTBEAT_FRAG_BYTES = 28
 GAP_BYTES = 32
 ACKNACK_BYTES = 28  # and 4 for every 32 numbers that it asks for
+NACK_FRAG_BYTES = 36  # and 4 for every 32 fragments of a sample
 ANNOUNCEMENT_BYTES = 304  # a DATA of SPDP (measured)
 LIVELINESS_BYTES = 52  # a DATA of ParticipantMessageData (measured)
 TRAIN_BYTES = 65_536  # as much as TCP hands to an interface at once (GSO)
@@ -71,17 +72,37 @@ def messages(size_bytes: int, whole_bytes: int, heartbeat: bool) -> tuple[Chunk,
 
 
 @lru_cache(maxsize=1 << 12)
-def trains(size_bytes: int, whole_bytes: int, heartbeat: bool) -> tuple[tuple[range, Chunk], ...]:
-    """``messages`` as frames of up to 64 kB, which arrive or get lost as a whole: which messages
-    each is made of, and all of them together."""
+def trains(size_bytes: int, fragment_bytes: int, most: int, heartbeat: bool
+           ) -> tuple[tuple[range, Chunk], ...]:
+    """``messages`` of at most ``most`` fragments as frames of up to 64 kB, which arrive or get lost
+    as a whole: which fragments each is made of, and all of its messages together."""
     out: list[tuple[range, Chunk]] = []
-    for k, chunk in enumerate(messages(size_bytes, whole_bytes, heartbeat)):
-        first = k
+    last = fragments(size_bytes, fragment_bytes)
+    for k, chunk in enumerate(messages(size_bytes, most * fragment_bytes, heartbeat)):
+        first = k * most
         if out and out[-1][1].size_bytes + chunk.size_bytes <= TRAIN_BYTES:
-            (first, *_), before = out.pop()
+            part, before = out.pop()
+            first = part.start
             chunk = Chunk(before.size_bytes + chunk.size_bytes, before.packets + chunk.packets)
-        out.append((range(first, k + 1), chunk))
+        out.append((range(first, min(last, (k + 1) * most)), chunk))
     return tuple(out)
+
+
+def fragments(size_bytes: int, fragment_bytes: int) -> int:
+    """How many fragments a sample has."""
+    return -(-(size_bytes + ENCAPSULATION_BYTES) // fragment_bytes)
+
+
+@lru_cache(maxsize=1 << 12)
+def repetition(size_bytes: int, fragment_bytes: int, part: range, heartbeat: bool) -> Chunk:
+    """``part`` of the fragments of a sample, counted from 0, each in a UDP message of its own, with
+    a heartbeat in the last one."""
+    payload = size_bytes + ENCAPSULATION_BYTES
+    head = DATA_BYTES if payload <= fragment_bytes else DATA_FRAG_BYTES
+    chunks = [udp(HEADER_BYTES + TIME_BYTES + head
+                  + min(fragment_bytes, payload - index * fragment_bytes)
+                  + HEARTBEAT_BYTES * (heartbeat and index == part[-1])) for index in part]
+    return Chunk(sum(chunk.size_bytes for chunk in chunks), sum(chunk.packets for chunk in chunks))
 
 
 def _padded(name: str) -> int:
@@ -122,9 +143,10 @@ def heartbeats(writers: int) -> Chunk:
     return udp(HEADER_BYTES + TO_BYTES + writers * HEARTBEAT_BYTES)
 
 
-def acknacks(readers: int, asked: int = 0) -> Chunk:
-    """``asked``: numbers that are asked for."""
-    return udp(HEADER_BYTES + TO_BYTES + readers * ACKNACK_BYTES + -(-asked // 32) * 4)
+def acknacks(readers: int, asked: int = 0, fragments: int = 0) -> Chunk:
+    """``asked``: numbers that are asked for; ``fragments``: those of one sample more."""
+    parts = NACK_FRAG_BYTES - (-fragments // 32) * 4 if fragments else 0
+    return udp(HEADER_BYTES + TO_BYTES + readers * ACKNACK_BYTES + -(-asked // 32) * 4 + parts)
 
 
 def gap() -> Chunk:

@@ -1,0 +1,79 @@
+"""What a reader wants again, and when it gets it."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, NamedTuple
+
+from desim.middleware.dds import wire
+
+if TYPE_CHECKING:
+    from desim.middleware.dds.parameters import DdsParams
+    from desim.middleware.dds.reader import Missing, Sample
+
+
+class Due(NamedTuple):
+    """``parts`` of samples to send now, each in a frame; whether some are ``gone``; when there
+    will be more, if nothing changes (None: never)."""
+
+    parts: list[tuple[Sample, range]]
+    gone: bool
+    next_ns: int | None
+
+
+class Wanted:
+    """The last request of one reader; ``missing`` is what of it was not sent since then.
+
+    A request that was on its way when a fragment was sent again says nothing of it, and how long
+    that takes grows with what waits in a medium. So the pause after a repetition of the same
+    fragment doubles each time.
+    """
+
+    __slots__ = ("_pause_ns", "_most_ns", "_fragment_bytes", "_message", "missing")
+
+    def __init__(self, params: DdsParams) -> None:
+        self._pause_ns, self._most_ns = params.nack_suppression_ns, params.heartbeat_limit_ns
+        self._fragment_bytes, self._message = params.fragment_bytes, params.message_fragments
+        self.missing: dict[int, tuple[int, ...]] = {}
+
+    def asked(self, missing: Missing) -> None:
+        self.missing = dict(missing)
+
+    def acknowledged(self, base: int) -> None:
+        """It has all before ``base``."""
+        self.missing = {number: indices for number, indices in self.missing.items()
+                        if number >= base}
+
+    def due(self, history: deque[Sample], first: int, now_ns: int) -> Due:
+        """What to send now of ``history``, which begins with number ``first``. A sample of several
+        messages of which the reader has nothing goes in trains once, all else by fragments."""
+        missing, self.missing = self.missing, {}
+        parts: list[tuple[Sample, range]] = []
+        next_ns = None
+        for number in sorted(missing):
+            if not first <= number < first + len(history):
+                continue
+            sample, indices = history[number - first], missing[number]
+            if not (indices or sample.again) and sample.parts > self._message:
+                size_bytes = sample.message.size_bytes
+                parts += ((sample, part) for part, _ in wire.trains(
+                    size_bytes, self._fragment_bytes, 1, False))
+                sample.again = dict.fromkeys(range(sample.parts), self._after(now_ns, 0))
+                continue
+            waits = []
+            for index in indices or range(sample.parts):
+                from_ns, pause_ns = sample.again.get(index, (0, 0))
+                if from_ns > now_ns:
+                    waits.append(index)
+                    next_ns = from_ns if next_ns is None else min(next_ns, from_ns)
+                else:
+                    sample.again[index] = self._after(now_ns, pause_ns)
+                    parts.append((sample, range(index, index + 1)))
+            if waits:
+                self.missing[number] = tuple(waits)
+        return Due(parts, any(number < first for number in missing), next_ns)
+
+    def _after(self, now_ns: int, pause_ns: int) -> tuple[int, int]:
+        """Until when there is a pause, and how long that is, after one of ``pause_ns``."""
+        pause_ns = min(self._most_ns, 2 * pause_ns) or self._pause_ns
+        return now_ns + pause_ns, pause_ns

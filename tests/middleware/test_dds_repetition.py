@@ -1,0 +1,104 @@
+"""What DDS says again: how often it is asked for and repeated, and that it comes to an end."""
+
+import numpy as np
+import pytest
+from ddsnets import Nth, dds, partition
+from graphs import MS, Net, S, listener, talker
+
+from desim.middleware.dds import wire
+from desim.middleware.direct import Direct
+from desim.ports import Drop
+from desim.report.rows import story
+from netmodels.link import Link
+
+
+class Unheard:
+    """Drops what a says apart from data from 3 s on, and what b says until 4 s."""
+
+    reasons = ("unheard",)
+
+    def start(self, context, hosts):
+        self._context = context
+
+    def judge(self, frame, receivers):
+        now_ns = self._context.now_ns
+        if now_ns < 3 * S or frame.size_bytes != wire.heartbeats(1).size_bytes or (
+                frame.source == 1 and now_ns > 4 * S):
+            return None
+        return [Drop("unheard") for _ in receivers]
+
+
+@pytest.mark.parametrize("renewal", ["3 s", "2 s"])
+def test_a_reader_whose_request_gets_lost_asks_again_without_being_asked(renewal):
+    """The second of three, the request for it and all heartbeats of the writer get lost."""
+    heard = []
+    says = [(2 * S, "one"), (3 * S, "two"), (3040 * MS, "three")]
+    net = Net({"a": talker(says, queue=10), "b": listener(heard, queue=0)},
+              middleware=dds(nack_delay="20 ms", nack_renewal=renewal), rules=[
+                  Nth([2], [238]), Unheard()]).run(8 * S)
+    asked = [row[0] for row in net.rows("acknack") if row[5]]
+    assert asked == [3060 * MS, 3060 * MS + int(renewal[0]) * S]
+    assert [text for *_, text in heard] == ["one", "two", "three"]
+
+
+@pytest.mark.parametrize(("ack_again", "between_ns"), [("10 ms", 12 * MS), ("0 ns", 4 * MS)])
+def test_the_same_acknowledgement_is_not_said_twice_within_10_ms(ack_again, between_ns):
+    """Heartbeats are 4 ms apart until the first answer is there, 60 ms after the sample."""
+    net = Net({"a": talker([(2 * S, "one")]), "b": listener([])},
+              Link(Link.Params(latency="30 ms")), middleware=dds(
+                  heartbeat_period="4 ms", heartbeat_limit="4 ms", ack_again=ack_again))
+    times = [row[0] for row in net.run(5 * S).rows("acknack") if row[0] > 2 * S]
+    least_ns = min(late - early for early, late in zip(times, times[1:], strict=False))
+    assert least_ns == between_ns
+
+
+@pytest.mark.parametrize(("middleware", "words"), [
+    (dds(), "partitioned; its reader asks for it after the next heartbeat"),
+    (Direct(), "partitioned; sent again at its retransmission timeout, or when TCP finds out "
+     "sooner")])
+def test_the_story_of_a_lost_message_says_who_will_notice(middleware, words):
+    net = Net({"a": talker([(2 * S, "one"), (3 * S, "two")]), "b": listener([])},
+              middleware=middleware, rules=[partition("3 s", "3.01 s")]).run(10 * S)
+    net.trace.flush()
+    steps = story(np.concatenate(net._rows), net.names.items(), 2)
+    assert [step.detail for step in steps if step.what == "lost"] == [words]
+    assert [step.what for step in steps].count("frame") == 2
+
+
+def test_of_a_large_sample_the_lost_train_alone_is_sent_again():
+    """640 kB in 48 datagrams of cyclonedds, four in a train; the third train is lost, and its
+    forty fragments are sent one by one, the last one with a heartbeat."""
+    heard = []
+    net = Net({"a": talker([(2 * S, "map")], size_bytes=640_000), "b": listener(heard)},
+              middleware=dds(), rules=[Nth([3], range(50_000, 60_000))]).run(5 * S)
+    frames = [row[5] for row in net.rows("frame")]
+    fragment = 46 + 20 + 12 + 36 + 1344
+    assert len(frames) == 12 + 40 and frames[12:] == [fragment] * 39 + [fragment + 32]
+    assert heard == [(2 * S, "b", "a", "map")]
+
+
+def crowded(until_s, **params):
+    """Three hosts say 3 MB to each other within 5 s, over 250 kb/s with a queue of 8 s."""
+    heard = []
+    says = [(2 * S + k * 100 * MS, str(k)) for k in range(50)]
+    nodes = {host: {"t": talker(says, f"/{host}", queue=0, size_bytes=20_000),
+                    "l": lambda node: [listener(heard, f"/{other}", queue=0)(node)
+                                       for other in "abc" if other != node.host.name]}
+             for host in "abc"}
+    link = Link(Link.Params(rate="250 kb/s", latency="5 ms", queue="256 kB"))
+    net = Net(nodes, link, middleware=dds(lease="1 h", **params)).run(until_s * S)
+    return net, len(heard)
+
+
+def test_after_congestion_all_is_told_and_then_there_is_silence():
+    """Reports and acknowledgements of liveliness are all that is said in the last 100 s."""
+    net, heard = crowded(200)
+    frames = net.medium.frames
+    assert heard == 300 and net.waiting() == 0 and frames < 60_000
+    assert net.run(300 * S).medium.frames - frames < 400
+
+
+def test_of_what_is_repeated_without_a_pause_most_is_there_already():
+    """So that the network carries the same things again and again."""
+    net, heard = crowded(140, nack_suppression="0 ns")
+    assert heard < 300 and net.medium.frames > 120_000
