@@ -1,6 +1,6 @@
 """DDS for small networks, and rules that make trouble there."""
 
-from desim.middleware.dds.plugin import Dds
+from desim.middleware.dds.dds import Dds
 from desim.ports import PASS, Drop
 from netmodels.rules.partition import Partition
 

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from toys import Late, Naive
 
-from desim.middleware.dds.plugin import Dds
+from desim.middleware.dds.dds import Dds
 from desim.middleware.direct import Direct
 from desim.middleware.multimaster.multimaster import Multimaster
 from desim.middleware.ros.ros1 import Ros1

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from desim.errors import InputError
 from desim.middleware.dds import endpoints, wire
-from desim.middleware.dds.plugin import Dds
+from desim.middleware.dds.dds import Dds
 from netmodels.rules.loss import Loss
 
 MEASURED_BYTES = {2: 19_200, 4: 130_000, 8: 576_000}  # a second time: 22.6, 125.9, 595.9 kB

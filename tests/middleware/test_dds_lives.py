@@ -6,7 +6,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from desim.middleware.dds.plugin import Dds
+from desim.middleware.dds.dds import Dds
 from desim.ports import PASS, Drop
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition

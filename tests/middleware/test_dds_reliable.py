@@ -10,7 +10,7 @@ from graphs import MS, Net, S, Words, listener, silent, talker
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from desim.middleware.dds.plugin import Dds
+from desim.middleware.dds.dds import Dds
 from desim.middleware.medium import Medium
 from netmodels.link import Link
 from netmodels.rules.duplication import Duplication

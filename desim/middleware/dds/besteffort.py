@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from desim.middleware.dds import wire
 
 if TYPE_CHECKING:
-    from desim.middleware.dds.plugin import Dds
+    from desim.middleware.dds.dds import Dds
     from desim.middleware.medium import Medium
     from desim.middleware.topics import Message
     from desim.ports.middleware import Offer

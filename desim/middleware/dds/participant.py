@@ -12,7 +12,7 @@ from desim.middleware.dds.relay import Relay
 from desim.middleware.dds.remote import Guid, Item, Remote
 
 if TYPE_CHECKING:
-    from desim.middleware.dds.plugin import Dds
+    from desim.middleware.dds.dds import Dds
 
 
 class Participant:

@@ -10,7 +10,7 @@ from desim.middleware.dds.asking import Asking
 from desim.trace import pack
 
 if TYPE_CHECKING:
-    from desim.middleware.dds.plugin import Dds
+    from desim.middleware.dds.dds import Dds
     from desim.middleware.dds.reliable import ReliableLink
     from desim.middleware.dds.remote import Remote
     from desim.middleware.graph import Host

@@ -28,7 +28,7 @@ from desim.middleware.dds.repetition import Wanted
 from desim.trace import pack
 
 if TYPE_CHECKING:
-    from desim.middleware.dds.plugin import Dds
+    from desim.middleware.dds.dds import Dds
     from desim.middleware.medium import Medium
     from desim.middleware.topics import Message
     from desim.ports.middleware import Offer

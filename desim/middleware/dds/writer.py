@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from desim.middleware.dds.reliable import ReliableLink
 
 if TYPE_CHECKING:
-    from desim.middleware.dds.plugin import Dds
+    from desim.middleware.dds.dds import Dds
     from desim.middleware.topics import Message
     from desim.ports.middleware import Offer
 

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.middleware.tcp import TcpParams
-from desim.middleware.tcp.params import in_order
+from desim.middleware.tcp.parameters import in_order
 from desim.units import Duration, Pace, Period
 
 

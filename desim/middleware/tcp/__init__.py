@@ -5,7 +5,7 @@ trains of segments, one frame each, which the medium loses or delivers as a whol
 """
 
 from desim.middleware.tcp.connection import Connection
-from desim.middleware.tcp.params import TcpParams
+from desim.middleware.tcp.parameters import TcpParams
 from desim.middleware.tcp.stack import Tcp
 
 __all__ = ["Connection", "Tcp", "TcpParams"]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase, pair
 from desim.middleware.tcp.entries import FIN, parts
-from desim.middleware.tcp.params import SYN_BYTES
+from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver, Train
 from desim.middleware.tcp.sender import Sender
 from desim.middleware.transports import SEGMENT_HEADER_BYTES

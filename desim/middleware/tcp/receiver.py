@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
 from desim.middleware.context import ACKS
-from desim.middleware.tcp.params import on_wire
+from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim.middleware.tcp.entries import FIN, Entry, parts
-from desim.middleware.tcp.params import on_wire
+from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.tcp.timer import Timer
 from desim.middleware.tcp.window import Window
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from desim.middleware.context import ACKS
 from desim.middleware.tcp.connection import Closed, Connection
 from desim.middleware.tcp.end import End
-from desim.middleware.tcp.params import TcpParams
+from desim.middleware.tcp.parameters import TcpParams
 
 if TYPE_CHECKING:
     from desim.middleware.context import Context

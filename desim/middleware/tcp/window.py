@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from desim.middleware.tcp.params import TcpParams
+from desim.middleware.tcp.parameters import TcpParams
 from desim.middleware.transports import MSS_BYTES
 
 

@@ -9,7 +9,7 @@ from desim.middleware.zenoh.sizes import HELLO_BYTES, SCOUT_BYTES
 
 if TYPE_CHECKING:
     from desim.middleware.context import Context
-    from desim.middleware.zenoh.params import ZenohParams
+    from desim.middleware.zenoh.parameters import ZenohParams
     from desim.middleware.zenoh.router import Router
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from desim.middleware.tcp import Connection, Tcp
     from desim.middleware.topics import Message
     from desim.middleware.zenoh.finder import Finder
-    from desim.middleware.zenoh.params import ZenohParams
+    from desim.middleware.zenoh.parameters import ZenohParams
     from desim.middleware.zenoh.publication import Publication
 
 

@@ -6,7 +6,7 @@ from desim.errors import InputError, did_you_mean
 from desim.middleware.context import Context
 from desim.middleware.tcp import Tcp
 from desim.middleware.zenoh.finder import Finder
-from desim.middleware.zenoh.params import ZenohParams
+from desim.middleware.zenoh.parameters import ZenohParams
 from desim.middleware.zenoh.publication import Publication
 from desim.middleware.zenoh.registry import Declaration
 from desim.middleware.zenoh.router import Router

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from desim import ports
-from desim.middleware.tcp.params import TcpParams, in_order
+from desim.middleware.tcp.parameters import TcpParams, in_order
 from desim.units import PACE, ByteSize, Duration, Pace, Period
 
 # What the presets differ in.
