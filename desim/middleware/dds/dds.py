@@ -136,15 +136,15 @@ class Dds:
                 self.server is None or self.server in (receiver, guid[0])):
             me.announced(guid, lease_ns, wants_response)
 
-    def told(self, token: tuple[Guid, Guid, tuple[tuple[int, Item], ...], int | None],
+    def told(self, token: tuple[Guid, Guid, int, tuple[tuple[int, Item], ...], int | None],
              receiver: int) -> None:
         self._hear("told", token, receiver)
 
-    def offered(self, token: tuple[Guid, Guid, int, bool], receiver: int) -> None:
+    def offered(self, token: tuple[Guid, Guid, int, int, bool], receiver: int) -> None:
         self._hear("offered", token, receiver)
 
-    def acknowledged(self, token: tuple[Guid, Guid, int, tuple[int, ...], bool], receiver: int
-                     ) -> None:
+    def acknowledged(self, token: tuple[Guid, Guid, int, int, tuple[int, ...], bool],
+                     receiver: int) -> None:
         self._hear("acknowledged", token, receiver)
 
     def greeted(self, token: tuple[Guid, Guid, bool], receiver: int) -> None:

@@ -95,7 +95,7 @@ class Endpoints:
                                     addressed)
             self._tell("sedp", remote, wire.Chunk(sum(chunk.size_bytes for chunk in chunks),
                                                   sum(chunk.packets for chunk in chunks)),
-                       self._me.dds.told, items, remote.told if last else None)
+                       self._me.dds.told, remote.series, items, remote.told if last else None)
 
     def _tell(self, kind: str, remote: Remote, chunk: wire.Chunk, heard: Any, *what: Any) -> None:
         self._context.tell(kind, self._me.host, [remote.host], chunk.size_bytes, heard,
@@ -124,14 +124,18 @@ class Endpoints:
     def _offer(self, remote: Remote, directed: bool) -> None:
         writers = 2 if remote.answered else wire.BUILT_IN_WRITERS
         self._tell("sedp_heartbeat", remote, wire.heartbeats(writers), self._me.dds.offered,
-                   remote.told, directed)
+                   remote.series, remote.told, directed)
 
-    def acknowledged(self, remote: Remote, got: int, missing: tuple[int, ...], asks: bool) -> None:
-        """``remote`` has ``got`` so many and misses some; with ``asks`` it wants a heartbeat."""
+    def acknowledged(self, remote: Remote, series: int, got: int, missing: tuple[int, ...],
+                     asks: bool) -> None:
+        """``remote`` has ``got`` so many of a series and misses some; with ``asks`` it wants a
+        heartbeat. One that speaks of an earlier series has got nothing of this one."""
         if not remote.answered:
             remote.answered = True
             if self._me.asserting_ns:
                 self.assert_liveliness(remote)
+        if series != remote.series:
+            got, missing, asks = 0, (), True
         remote.acked = got
         if missing:
             pending, remote.wanted = remote.wanted, missing
@@ -139,6 +143,7 @@ class Endpoints:
                 self._me.after(self._params.nack_response_ns, self._repeat, remote)
         elif asks:
             self._offer(remote, True)
+            self._book(self._params.heartbeat_period_ns)  # this one may be lost, or its answer
 
     def _repeat(self, remote: Remote) -> None:
         wanted, remote.wanted = remote.wanted, ()
@@ -150,7 +155,10 @@ class Endpoints:
 
     # What is heard.
 
-    def told(self, remote: Remote, items: tuple[tuple[int, Item], ...], known: int | None) -> None:
+    def told(self, remote: Remote, series: int, items: tuple[tuple[int, Item], ...],
+             known: int | None) -> None:
+        if not self._goes_on(remote, series):
+            return
         for number, item in items:
             if number >= remote.got:
                 remote.held[number] = item
@@ -159,16 +167,25 @@ class Endpoints:
             remote.got += 1
             self._me.learn(remote, item)
         if known is not None:
-            self.offered(remote, known, True)
+            self.offered(remote, series, known, True)
 
-    def offered(self, remote: Remote, known: int, directed: bool) -> None:
+    def offered(self, remote: Remote, series: int, known: int, directed: bool) -> None:
         """A heartbeat, ``directed`` to this participant alone: there are ``known`` items."""
+        if not self._goes_on(remote, series):
+            return
         remote.known = max(remote.known, known)
         if directed:
             remote.asking.directed = True
         if not remote.answering:
             remote.answering = True
             self._me.after(self._params.heartbeat_response_ns, self._answer, remote)
+
+    def _goes_on(self, remote: Remote, series: int) -> bool:
+        """Whether what is told is not of an earlier series; a new one may begin."""
+        if series > remote.heard_series:
+            remote.begin(series)
+            self._me.after(remote.lease_ns, self._me.forget_others, (remote, series))
+        return series == remote.heard_series
 
     def _answer(self, remote: Remote) -> None:
         """Acknowledge, and ask for what is missing if that was not done just now."""
@@ -186,7 +203,7 @@ class Endpoints:
         readers = 2 if remote.asked else wire.BUILT_IN_WRITERS
         remote.asked = True
         self._tell("sedp_acknack", remote, wire.acknacks(readers, len(missing)),
-                   self._me.dds.acknowledged, remote.got, missing, False)
+                   self._me.dds.acknowledged, remote.heard_series, remote.got, missing, False)
 
     def _ask(self, what: tuple[Remote, int]) -> None:
         """Without a heartbeat so far, a reader asks for one, and again in doubled times."""
@@ -194,7 +211,7 @@ class Endpoints:
         if remote.asked or self._me.remotes.get(remote.guid) is not remote:
             return
         self._tell("sedp_acknack", remote, wire.acknacks(wire.BUILT_IN_WRITERS),
-                   self._me.dds.acknowledged, remote.got, (), True)
+                   self._me.dds.acknowledged, remote.heard_series, remote.got, (), True)
         delay_ns = min(2 * delay_ns, self._me.announcing_ns)
         self._me.after(delay_ns, self._ask, (remote, delay_ns))
 

@@ -28,6 +28,7 @@ class Participant:
         self.writers: dict[str, None] = {}  # topics
         self.readers: dict[str, None] = {}
         self.relay = Relay(self) if dds.server == host else None
+        self._series = 0  # begun so far
         self.endpoints = Endpoints(self)
         lease_ns = dds.leases_ns[host]
         self._hello = (self.guid, lease_ns)
@@ -115,8 +116,11 @@ class Participant:
         if remote is not None and remote.direct:
             remote.heard_ns = self.context.now_ns
             return
-        remote = Remote(guid, lease_ns, self.context.now_ns, True,
-                        self.endpoints.items if self.relay is None else [])
+        if self.relay is None:
+            remote = Remote(guid, lease_ns, self.context.now_ns, True, self.endpoints.items)
+        else:
+            self._series += 1
+            remote = Remote(guid, lease_ns, self.context.now_ns, True, [], self._series)
         self._meet(remote)
         self.after(lease_ns, self._look, remote)
         if wants_response:
@@ -171,6 +175,7 @@ class Participant:
         owner, kind, topic, _ = item
         if owner[0] == self.host:
             return
+        source.named[owner] = None
         if kind == "gone":
             if owner in self.remotes and not self.remotes[owner].direct:
                 self.lose(self.remotes[owner])
@@ -201,6 +206,14 @@ class Participant:
             for other in former:
                 self.lose(other)
         return remote
+
+    def forget_others(self, what: tuple[Remote, int]) -> None:
+        """A server has had the time of its lease to tell anew: whom it has not named is gone."""
+        server, series = what
+        if self.remotes.get(server.guid) is server and server.heard_series == series:
+            for remote in list(self.remotes.values()):
+                if not remote.direct and remote.guid not in server.named:
+                    self.lose(remote)
 
     def _reads(self, remote: Remote, topic: str) -> None:
         """This host's reader of ``topic`` has matched a writer."""

@@ -24,16 +24,18 @@ class Remote:
     known; ``got`` of what it tells has come in order, ``held`` beyond that, ``known`` is there.
 
     ``wanted`` will be told again. ``answered``: it has acknowledged anything; ``asked``: a
-    heartbeat of its has come. Who is known only by hearsay of a server (``direct`` False) has
-    neither lease nor telling of its own.
+    heartbeat of its has come. A server that has lost a client and meets it again tells it all anew,
+    in another ``series`` (a participant without clients has one only, 0); ``heard_series`` is the
+    one that this remote tells, ``named`` whom it has told of in that. Who is known only by hearsay
+    of a server (``direct`` False) has neither lease nor telling of its own.
     """
 
     __slots__ = ("guid", "host", "lease_ns", "heard_ns", "direct", "writers", "readers", "out",
                  "told", "acked", "answered", "got", "held", "known", "asked", "answering",
-                 "wanted", "asking")
+                 "wanted", "asking", "series", "heard_series", "named")
 
     def __init__(self, guid: Guid, lease_ns: int, heard_ns: int, direct: bool,
-                 out: list[Item]) -> None:
+                 out: list[Item], series: int = 0) -> None:
         self.guid = guid
         self.host = guid[0]
         self.lease_ns = lease_ns
@@ -50,3 +52,14 @@ class Remote:
         self.asked = self.answering = False
         self.asking = Asking()
         self.wanted: tuple[int, ...] = ()
+        self.series = series
+        self.heard_series = 0
+        self.named: dict[Guid, None] = {}
+
+    def begin(self, series: int) -> None:
+        """It tells all anew."""
+        self.heard_series = series
+        self.got = self.known = 0
+        self.held.clear()
+        self.named.clear()
+        self.asking = Asking()
