@@ -1,5 +1,5 @@
-"""DDS where one end has given the other one up and that one has not: unequal leases, which an outage
-between the two makes differ in what they remember."""
+"""DDS where one end has given the other one up and that one has not: leases differ, and an outage
+between the two makes differ what they remember."""
 
 import pytest
 from graphs import MS, Net, S, listener, silent, talker
