@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from desim.middleware.dds.dds import Dds
+from desim.middleware.dds.participant import Participant
 from desim.ports import PASS, Drop
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition
@@ -156,14 +157,57 @@ def test_a_restarted_participant_is_another_one(preset):
     assert [int(text) for *_, text in heard] == [*range(1, 31), *range(32, 100)]
 
 
+def a_death(preset):
+    """a dies at 30.5 s. All that is seen and believed, in ms, and how many ghosts there are at 31 s
+    and when a lease has passed since."""
+    net, ghosts = Net(talking([]), middleware=dds(preset)), []
+    net.at(30_500 * MS, net.graph.host("a").stop)
+    for until_ns in 31 * S, 30_500 * MS + LEASE_S[preset] * S:
+        net.run(until_ns)
+        ghosts.append(net.graph.context.beliefs.ghosts)
+    return [(row[0] // MS, *row[1:]) for row in net.rows("sees", "believes")], ghosts
+
+
+ALIVE = [(0, "sees", "a", "b", "online", 0), (0, "sees", "b", "a", "online", 0),
+         (35, "believes", "b", "a", "/talk", 1)]
+# A lease after a's last word: its announcement of 30.4 s, or what it said at 30 s.
+END_MS = {"fastdds": 50_400, "cyclonedds": 40_000}
+
+
+def death(preset):
+    end_ms = END_MS[preset]
+    return [*ALIVE, (end_ms, "sees", "b", "a", "removed", 0),
+            (end_ms, "believes", "b", "a", "/talk", 0)], [1, 0]
+
+
 @PRESETS
 def test_a_dead_writer_is_a_ghost_until_its_lease_ends(preset):
-    net = Net(talking([]), middleware=dds(preset))
-    net.at(30_500 * MS, net.graph.host("a").stop)
-    net.run(31 * S)
-    assert net.graph.context.beliefs.ghosts == 1
-    net.run(30_500 * MS + LEASE_S[preset] * S)
-    assert net.graph.context.beliefs.ghosts == 0
+    assert a_death(preset) == death(preset)
+
+
+@PRESETS
+def test_a_dead_writer_is_a_ghost_for_ever_where_leases_are_ignored(monkeypatch, preset):
+    """A twin: nobody looks whether one has ended."""
+    monkeypatch.setattr(Participant, "_look", lambda participant, remote: None)
+    assert a_death(preset) == (ALIVE, [1, 1]) != death(preset)
+
+
+@PRESETS
+def test_a_dead_writer_is_no_ghost_where_everybody_hears_of_it(monkeypatch, preset):
+    """A twin: who stops is lost at once, by magic."""
+    switched = Dds.switched
+
+    def switch(model, host, up):
+        switched(model, host, up)
+        for participant in filter(None, () if up else model.participants):
+            for remote in list(participant.of(host)):
+                participant.lose(remote)
+
+    monkeypatch.setattr(Dds, "switched", switch)
+    log, ghosts = a_death(preset)
+    assert [row[0] for row in log[3:]] == [30_500, 30_500]
+    assert ghosts == [0, 0]
+    assert (log, ghosts) != death(preset)
 
 
 class Outages(RuleBasedStateMachine):

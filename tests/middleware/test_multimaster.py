@@ -7,6 +7,8 @@ from tcphosts import Losing
 
 from desim.errors import InputError
 from desim.middleware.multimaster.multimaster import Multimaster
+from desim.middleware.multimaster.remote import Remote
+from desim.middleware.multimaster.sync import Sync
 from netmodels.ideal import Ideal
 from netmodels.rules.outage import Outage
 
@@ -109,18 +111,40 @@ def test_nobody_waits_for_ever_for_the_answer_of_the_dead():
 # -------------------------------------------------------------------------------------- silence
 
 
+def silence(preset, **params):
+    """The whole log from 100 s on of two hosts, of which a falls silent in the middle between two
+    looks of b; times in s."""
+    two = net({"a": silent, "b": silent}, preset, **params)
+    stop(two, "a", 100.25)
+    two.run(450 * S)
+    return sorted((row[0] / S, *row[1:]) for row in two.rows() if row[0] >= 100 * S)
+
+
 def noticed_s(preset, **params):
-    """When b takes a for offline, and forgets it, that falls silent at 100 s, in the middle between
-    two looks."""
-    silence = net({"a": silent, "b": silent}, preset, **params)
-    stop(silence, "a", 100.25)
-    silence.run(1000 * S)
-    return [(round(time_s, 3), state) for time_s, _, state in seen(silence)][1:]
+    """When b takes a for offline, and forgets it."""
+    return [(row[0], row[4]) for row in silence(preset, **params) if row[1] == "sees"]
+
+
+def beat(time_s, of="b", to="medium/lan"):
+    return (time_s, "control", of, to, "heartbeat", 70)
+
+
+STOP = [beat(100, "a"), (100.25, "host_stopped", "a", 0, 0, 0)]
+REMOVED = (401, "sees", "b", "a", "removed", 0)
+# A look finds what came in the 5 s before it: nine of ten beats, then two less each time.
+QUICK = sorted([*STOP, *(beat(100 + k / 2) for k in range(701)),
+                *((time_s, "link_quality", "b", "a", percent, 0) for time_s, percent in (
+                    (101, 90), (102, 70), (103, 50), (104, 30), (105, 10), (106, 0))),
+                (108, "sees", "b", "a", "offline", 0), REMOVED])
+SLOW = sorted([*STOP, *(beat(100 + 50 * k) for k in range(8)),
+               *(beat(161 + k, to="a") for k in range(5)), (166, "sees", "b", "a", "offline", 0),
+               REMOVED])
 
 
 def test_quick_heartbeats_notice_after_seven_seconds():
     """fkie of the paper's time: the last beat came at 100.01 s; 1.4 * 5 s later it is late, and the
     next look is at 108 s. After 300 s it is forgotten."""
+    assert silence(GROOVY) == QUICK
     expected = [(108, "offline"), (401, "removed")]
     assert noticed_s(GROOVY) == expected
     assert noticed_s(GROOVY, timeout_factor=1.4 * 1.15) != expected
@@ -133,11 +157,32 @@ def test_quick_heartbeats_notice_after_seven_seconds():
 def test_slow_heartbeats_notice_after_sixty_five_seconds():
     """The last beat came at 100.01 s; from 60 s of silence on it is asked once a second, and with
     the fifth question unanswered it is offline at the next look."""
+    assert silence(NOETIC) == SLOW
     expected = [(166, "offline"), (401, "removed")]
     assert noticed_s(NOETIC) == expected
     assert noticed_s(NOETIC, active_request_after="63 s") != expected
     assert noticed_s(NOETIC, offline_after_requests=6) != expected
     assert noticed_s(NOETIC, active_request_after="0 s") == [(401, "removed")]
+
+
+def test_masters_that_judge_otherwise_notice_at_other_times(monkeypatch):
+    """Twins: offline as soon as no heartbeat is left in the window, or without being asked."""
+    judged = Remote.judged
+
+    def by_quality(remote, now_ns, watch, params):
+        verdict = judged(remote, now_ns, watch, params)
+        return "offline" if verdict is None and remote.known and not remote._beats else verdict
+
+    def unasked(remote, now_ns, watch, params):
+        verdict = judged(remote, now_ns, watch, params)
+        return "offline" if verdict == "request" else verdict
+
+    monkeypatch.setattr(Remote, "judged", by_quality)
+    assert noticed_s(GROOVY) == [(107, "offline"), (401, "removed")]
+    assert silence(GROOVY) != QUICK
+    monkeypatch.setattr(Remote, "judged", unasked)
+    assert noticed_s(NOETIC) == [(161, "offline"), (401, "removed")]
+    assert silence(NOETIC) != SLOW
 
 
 def test_slow_heartbeats_are_not_counted_and_a_question_is_answered():
@@ -171,17 +216,39 @@ def test_whoever_leaves_is_removed_at_once():
 # ----------------------------------------------------------------------------------------- sync
 
 
-def test_offline_masters_keep_their_registrations_until_they_are_removed():
-    """Ghosts from 10 s to 311 s, when 300 s of silence have passed."""
+def haunted():
+    """a dies at 10.25 s. What b has registered and how many ghosts there are at 305 s and at 312 s,
+    and all that is believed and seen at b."""
     ghost = net({"a": talker([]), "b": listener([])}, GROOVY)
     stop(ghost, "a", 10.25)
-    ghost.run(305 * S)
-    assert registered(ghost, "b") == {"/talk": [0]}
-    assert ghost.graph.context.beliefs.ghosts == 1
-    ghost.run(312 * S)
-    assert registered(ghost, "b") == {}
-    assert ghost.graph.context.beliefs.ghosts == 0
-    assert beliefs(ghost)[-1] == (311.002, "b", "a", "/talk", 0)
+    states = []
+    for until_s in 305, 312:
+        ghost.run(until_s * S)
+        states.append((registered(ghost, "b"), ghost.graph.context.beliefs.ghosts))
+    return states, beliefs(ghost), seen(ghost)
+
+
+HAUNTED = ([({"/talk": [0]}, 1), ({}, 0)],
+           [(1.032, "b", "a", "/talk", 1), (311.002, "b", "a", "/talk", 0)],
+           [(0.15, "a", "online"), (18, "a", "offline"), (311, "a", "removed")])
+
+
+def test_offline_masters_keep_their_registrations_until_they_are_removed():
+    """Ghosts from 10 s to 311 s, when 300 s of silence have passed."""
+    assert haunted() == HAUNTED
+
+
+@pytest.mark.parametrize(("news", "states"), [
+    ({"offline": "removed"}, [({}, 0), ({}, 0)]),
+    ({"removed": "offline"}, [({"/talk": [0]}, 1)] * 2)])
+def test_ghosts_end_otherwise_where_sync_takes_one_for_the_other(monkeypatch, news, states):
+    """Twins: what is offline is struck off at once, or nothing ever is."""
+    told = Sync.told
+    monkeypatch.setattr(Sync, "told", lambda sync, what, remote: told(
+        sync, news.get(what, what), remote))
+    found, _, sees = haunted()
+    assert (found, sees) == (states, HAUNTED[2])
+    assert found != HAUNTED[0]
 
 
 def test_a_reconnect_tears_all_links_down_and_builds_them_anew():
