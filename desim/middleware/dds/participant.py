@@ -208,12 +208,14 @@ class Participant:
         return remote
 
     def forget_others(self, what: tuple[Remote, int]) -> None:
-        """A server has had the time of its lease to tell anew: whom it has not named is gone."""
+        """A server has had the time of its lease to tell anew: whom no server has named is gone."""
         server, series = what
-        if self.remotes.get(server.guid) is server and server.heard_series == series:
-            for remote in list(self.remotes.values()):
-                if not remote.direct and remote.guid not in server.named:
-                    self.lose(remote)
+        if self.remotes.get(server.guid) is not server or server.heard_series != series:
+            return
+        direct = [remote for remote in self.remotes.values() if remote.direct]
+        for remote in list(self.remotes.values()):
+            if not (remote.direct or any(remote.guid in other.named for other in direct)):
+                self.lose(remote)
 
     def _reads(self, remote: Remote, topic: str) -> None:
         """This host's reader of ``topic`` has matched a writer."""
