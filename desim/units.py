@@ -20,8 +20,8 @@ from pydantic import BeforeValidator, PlainSerializer, WithJsonSchema
 
 NS_PER_S = 1_000_000_000
 
-# Two digits of exponent are enough for every quantity, and keep the exact arithmetic short.
-_DECIMAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,2})?"
+# Three digits of exponent are more than any quantity needs, and keep the exact arithmetic short.
+_DECIMAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _NUMBER = re.compile(rf"\s*({_DECIMAL})(?![\d.])\s*(\S.*?)?\s*")
 _REMEMBERED = 1024  # quantities of a dimension
 _LONGEST_NUMBER, _LONGEST = 40, 60  # characters; more would only cost time in exact arithmetic

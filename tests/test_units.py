@@ -71,6 +71,7 @@ def test_reads(dimension, text, inner):
     (LENGTH, "0." + "1" * 50 + " m", "'0." + "1" * 50 + " m' has too many digits; at most 40"),
     (DURATION, "0.2 ns", "'0.2 ns' is too small; at least 1 ns"),
     (DURATION, "1e11 s", "'1e11 s' is too large; at most 1000000000 s"),
+    (DURATION, "1e100 s", "'1e100 s' is too large; at most 1000000000 s"),
     (PERIOD, "0 s", "'0 s' must be above zero"),
     (BIT_RATE, "-5 Mb/s", "'-5 Mb/s' must be above zero"),
     (FREQUENCY, "20 kHz", "'20 kHz' is too large; at most 10 kHz"),

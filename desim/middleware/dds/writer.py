@@ -19,6 +19,7 @@ class Reliable:
         self._dds, self._offer = dds, offer
         self._host, self._topic = offer.publisher.host, offer.publisher.topic
         self._links: dict[int, ReliableLink] = {}
+        self._closed: list[ReliableLink] = []  # with frames that are still on their way
         self._unrouted: list[int] = []
 
     def connect(self, receivers: list[int]) -> list[int]:
@@ -40,6 +41,8 @@ class Reliable:
         for receiver, link in old.items():
             if self._links.get(receiver) is not link:
                 link.close("link_closed")
+                self._closed.append(link)
+        self._closed = [link for link in self._closed if link.waiting]
         return fresh
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
@@ -58,4 +61,4 @@ class Reliable:
         self._links, self._unrouted = {}, []
 
     def waiting(self) -> int:
-        return sum(link.waiting for link in self._links.values())
+        return sum(link.waiting for link in (*self._links.values(), *self._closed))
