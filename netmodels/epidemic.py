@@ -103,13 +103,13 @@ class Epidemic:
         self._others = [tuple(other for other in range(len(hosts)) if other != host)
                         for host in range(len(hosts))]
 
-    def send(self, frame: ports.Frame) -> None:
+    def send(self, frame: ports.Frame) -> int | None:
         if frame.broadcast:
-            self._hop.send(frame)
-            return
+            return self._hop.send(frame)
         message = _Message(frame, self._context.now_ns + self._params.lifetime_ns)
         self._context.at(message.dies_ns, self._expire, message)
         self._keep(frame.source, message)
+        return None
 
     def switched(self, host: int, up: bool) -> None:
         """A host has started or stopped: what it held is lost."""

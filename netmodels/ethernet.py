@@ -8,6 +8,13 @@ LEAST_BYTES = 64  # minFrameSize: shorter packets are padded on a cable
 GAP_BYTES = 8 + 12  # preamble with start delimiter, and the interframe gap
 
 
+def first_size(size_bytes: int, segments: int) -> int:
+    """Bytes of the first packet of a train."""
+    if 0 < size_bytes - (segments - 1) * FULL_BYTES <= FULL_BYTES:
+        return FULL_BYTES if segments > 1 else size_bytes
+    return -(-size_bytes // segments)
+
+
 def segment_sizes(size_bytes: int, segments: int) -> list[int]:
     """The packets of a train: full ones and a rest where that fits, else as equal as can be."""
     rest = size_bytes - (segments - 1) * FULL_BYTES

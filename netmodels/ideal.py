@@ -17,10 +17,10 @@ class Ideal:
     reasons = ()
 
     def __init__(self, params: Params) -> None:
-        self._arrive = ports.Deliver(params.delay_ns)
+        self._delay_ns = params.delay_ns
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        self._context = context
+        """It needs to know nothing."""
 
-    def send(self, frame: ports.Frame) -> None:
-        self._context.settle_many(frame, frame.receivers, self._arrive)
+    def send(self, frame: ports.Frame) -> int:
+        return self._delay_ns

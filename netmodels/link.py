@@ -70,7 +70,7 @@ class Link:
         limit = self._params.queue_packets
         self._lines = None if limit is None else [Line(limit) for _ in hosts]
 
-    def send(self, frame: ports.Frame) -> None:
+    def send(self, frame: ports.Frame) -> int | None:
         context, size_bytes = self._context, frame.size_bytes
         now_ns = context.now_ns
         begin_ns = max(now_ns, self._free_ns[frame.source])
@@ -79,12 +79,11 @@ class Link:
                 or self._lines is not None
                 and not self._lines[frame.source].join(now_ns, begin_ns, frame.segments)):
             context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
-            return
+            return None
         end_ns = begin_ns + airtime_ns(size_bytes, self._rate_bps)
         self._free_ns[frame.source] = end_ns
         self._booked_ns[frame.source] += end_ns - begin_ns
-        context.settle_many(frame, frame.receivers,
-                            ports.Deliver(end_ns - now_ns + self._latency_ns))
+        return end_ns - now_ns + self._latency_ns
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """``ports.NetworkModel``: for how long the link of each of ``hosts`` was sending."""

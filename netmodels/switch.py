@@ -31,7 +31,7 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, ByteSize, Duration, airtime_ns
-from netmodels.ethernet import FULL_BYTES, GAP_BYTES, segment_sizes
+from netmodels.ethernet import FULL_BYTES, GAP_BYTES, first_size, segment_sizes
 
 _AHEAD_NS = 100_000  # a packet that will be in the switch so soon is settled when it is sent
 
@@ -53,6 +53,27 @@ class Exit:
         self._trains = 0  # coming in
         self._changes: list[tuple[int, int, int]] = []  # of trains, a heap: when, trains, work
         self._full_at_ns = -1
+
+    def foresee_train(self, first_ns: int, last_ns: int, packet_ns: int) -> int | None:
+        """``foresee`` of a train, of which the first packet will be here at ``first_ns`` and the
+        last one at ``last_ns``. If it cannot be told yet, it is to be announced."""
+        if self._awaited or self._trains or (self._changes and self._changes[0][0] <= last_ns):
+            return None
+        at_ns = self._at_ns
+        work_ns = self._work_ns
+        if first_ns < at_ns:
+            work_ns += min(at_ns, last_ns) - first_ns
+        else:
+            work_ns -= first_ns - at_ns
+            if work_ns < 0:
+                self._idle_ns -= work_ns
+                work_ns = 0
+        if work_ns + packet_ns > self._limit_ns:
+            return None
+        if last_ns > at_ns:
+            self._at_ns = at_ns = last_ns
+        self._work_ns = work_ns + packet_ns
+        return at_ns + self._work_ns
 
     def foresee(self, in_ns: int, wire_ns: int) -> int | None:
         """When a packet will have left that is on its way and will be here at ``in_ns``: after all
@@ -147,7 +168,7 @@ class Switch:
     what they say to each other stays inside the node. A broadcast is copied to the exits of its
     receivers only."""
 
-    __slots__ = ("_params", "_rate_bps", "_propagation_ns", "_packet_ns", "_full_ns", "_lost",
+    __slots__ = ("_params", "_rate_bps", "_propagation_ns", "_local_ns", "_packet_ns", "_full_ns", "_lost",
                  "_context", "_port", "_exits_to", "_trains_free_ns", "_packets_free_ns",
                  "_booked_ns", "_waiting", "_exits")
 
@@ -168,6 +189,7 @@ class Switch:
         self._params = params
         self._rate_bps = params.rate_bps
         self._propagation_ns = params.propagation_ns
+        self._local_ns = params.local_latency_ns
         self._packet_ns = lru_cache(1 << 12)(lambda size_bytes: self._wire_ns(size_bytes, 1))
         self._full_ns = self._packet_ns(FULL_BYTES)
         self._lost: set[tuple[int, int]] = set()  # (frame id, exit) of trains that lost a packet
@@ -184,20 +206,21 @@ class Switch:
         limit_ns = airtime_ns(self._params.queue_bytes, self._rate_bps)
         self._exits = [Exit(limit_ns) for _ in range(count)]
 
-    def send(self, frame: ports.Frame) -> None:
+    def send(self, frame: ports.Frame) -> int | None:
         _, source, receivers, size_bytes, segments, broadcast = frame
         port = self._port[source]
         exits = self._exits_to[receivers[0]]
-        if broadcast or exits[0][0] == port:
+        if broadcast:
             exits = self._leave(frame, port)
             if not exits:
-                return
+                return None
+        elif exits[0][0] == port:
+            return self._local_ns
         if segments == 1:
-            self._send_packet(frame, port, exits, size_bytes, broadcast)
-        elif self._params.per_segment:
-            self._send_segments(frame, port, exits)
-        else:
-            self._send_train(frame, port, exits)
+            return self._send_packet(frame, port, exits, size_bytes, broadcast)
+        if self._params.per_segment:
+            return self._send_segments(frame, port, exits)
+        return self._send_train(frame, port, exits)
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """``ports.NetworkModel``: for how long there was something on the wire, preambles and gaps
@@ -210,17 +233,17 @@ class Switch:
         return into + [self._exits[port].busy_ns(now_ns) for port in ports_]
 
     def _leave(self, frame: ports.Frame, port: int) -> Exits:
-        """The frame's exits other than its own port; who is behind that one has it at once."""
+        """A broadcast's exits other than its own port; who is behind that one has it at once."""
         groups: dict[int, list[int]] = {}
         for receiver in frame.receivers:
             groups.setdefault(self._port[receiver], []).append(receiver)
         if port in groups:
             self._context.settle_many(frame, groups.pop(port),
-                                      ports.Deliver(self._params.local_latency_ns))
+                                      ports.Deliver(self._local_ns))
         return tuple(groups.items())
 
     def _send_packet(self, frame: ports.Frame, port: int, exits: Exits, size_bytes: int,
-                     broadcast: bool) -> None:
+                     broadcast: bool) -> int | None:
         now_ns = self._context.now_ns
         wire_ns = self._packet_ns(size_bytes)
         begin_ns = self._packets_free_ns[port]
@@ -236,42 +259,49 @@ class Switch:
             self._await(exits)
             self._context.at(in_ns, self._cross, (frame, exits, in_ns, wire_ns))
         elif in_ns - now_ns <= _AHEAD_NS:
-            self._foresee((frame, exits, in_ns, wire_ns), now_ns)
+            out_ns = self._exits[exits[0][0]].foresee(in_ns, wire_ns)
+            if out_ns is not None:
+                return out_ns - now_ns + self._propagation_ns
+            self._context.at(in_ns, self._cross, (frame, exits, in_ns, wire_ns))
         else:
             waiting = self._waiting[port]
             waiting.append((frame, exits, in_ns, wire_ns))
             if len(waiting) == 1:
                 self._context.at(in_ns, self._cross_waiting, waiting)
+        return None
 
     def _cross_waiting(self, waiting: deque[Crossing]) -> None:
         """The first of the packets that wait at a port is in the switch, others will be soon."""
         now_ns = self._context.now_ns
         while waiting and waiting[0][2] - now_ns <= _AHEAD_NS:
-            self._foresee(waiting.popleft(), now_ns)
+            frame, exits, in_ns, wire_ns = crossing = waiting.popleft()
+            (exit_, (receiver,)), = exits
+            out_ns = self._exits[exit_].foresee(in_ns, wire_ns)
+            if out_ns is None:
+                self._context.at(in_ns, self._cross, crossing)
+            else:
+                self._context.settle(frame, receiver,
+                                     _deliver(out_ns - now_ns + self._propagation_ns))
         if waiting:
             self._context.at(waiting[0][2], self._cross_waiting, waiting)
 
-    def _foresee(self, crossing: Crossing, now_ns: int) -> None:
-        """Settle a packet that will soon be in the switch, or wait until it is."""
-        frame, ((exit_, receivers),), in_ns, wire_ns = crossing
-        out_ns = self._exits[exit_].foresee(in_ns, wire_ns)
-        if out_ns is None:
-            self._context.at(in_ns, self._cross, crossing)
-        else:
-            self._context.settle(frame, receivers[0],
-                                 _deliver(out_ns - now_ns + self._propagation_ns))
-
-    def _send_train(self, frame: ports.Frame, port: int, exits: Exits) -> None:
+    def _send_train(self, frame: ports.Frame, port: int, exits: Exits) -> int | None:
         begin_ns = self._begin_train(port)
         end_ns = begin_ns + self._wire_ns(frame.size_bytes, frame.segments)
         self._trains_free_ns[port] = end_ns
         self._booked_ns[port] += end_ns - begin_ns
-        packet_ns = self._packet_ns(segment_sizes(frame.size_bytes, frame.segments)[0])
+        packet_ns = self._packet_ns(first_size(frame.size_bytes, frame.segments))
         first_ns = begin_ns + packet_ns + self._propagation_ns
         last_ns = end_ns + self._propagation_ns
+        now_ns = self._context.now_ns
+        if last_ns - now_ns <= _AHEAD_NS and not frame.broadcast:
+            out_ns = self._exits[exits[0][0]].foresee_train(first_ns, last_ns, packet_ns)
+            if out_ns is not None:
+                return out_ns - now_ns + self._propagation_ns
         for exit_, _ in exits:
             self._exits[exit_].announce(first_ns, last_ns, packet_ns)
         self._context.at(last_ns, self._cross, (frame, exits, first_ns, 0))
+        return None
 
     def _send_segments(self, frame: ports.Frame, port: int, exits: Exits) -> None:
         end_ns = self._begin_train(port)

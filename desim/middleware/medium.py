@@ -80,7 +80,8 @@ class Medium:
                  "delivered", "copies", "dropped", "tx_bytes", "rx_bytes", "refused_bytes",
                  "_barred_bytes", "_refuses", "_kernel", "_after", "_send", "_streams", "_place",
                  "positions", "_ids", "_open", "_broadcasts", "_awaited", "_flying", "_reasons",
-                 "_switched", "_reach_m", "_separators", "_judges", "_posted", "_due_ns")
+                 "_switched", "_reach_m", "_separators", "_judges", "_sending", "_sent", "_posting",
+                 "_due_ns")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
@@ -111,8 +112,10 @@ class Medium:
         self._broadcasts: dict[int, Broadcast] = {}  # by frame
         self._awaited = 0  # settlements of those
         self._flying = 0
-        self._posted = 0  # the frame that is being posted
-        self._due_ns: int | None = None  # when it will be there
+        self._sending = 0  # the unicast frame that the model is being given, not settled yet
+        self._sent: Claim
+        self._posting = False
+        self._due_ns: int | None = None  # when what is being posted will be there
         self._reasons = frozenset(model.reasons)
         self._refuses = frozenset(getattr(model, "refuses", ()))
         self._switched = getattr(model, "switched", None)
@@ -149,16 +152,8 @@ class Medium:
         return self._streams("medium", self.name, *name)
 
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
-        try:
-            claim = self._open.pop((frame.id, receiver))
-        except KeyError:
-            claim = self._claim(frame, receiver)
+        claim = self._claimed(frame, receiver)
         if type(verdict) is Deliver:
-            if frame.id == self._posted and claim[4] is PLAIN and self.up[receiver]:
-                self._due_ns = self._kernel.now_ns + verdict.delay_ns
-                self.delivered += 1
-                self.rx_bytes[receiver] += claim[3]
-                return
             self._flying += 1
             if claim[4] is PLAIN:
                 ids = self._ids
@@ -210,21 +205,46 @@ class Medium:
         if broadcast:
             self._broadcasts[number] = Broadcast(carrier, token, frame, terms)
             self._awaited += len(receivers)
+            delay_ns = self._send(frame)
+            if delay_ns is not None:
+                self.settle_many(frame, None, Deliver(delay_ns))
+            return
+        (receiver,) = receivers
+        if self._sending:  # the model drops another frame meanwhile, and its carrier sends this one
+            self._keep()
+        self._sending = number
+        self._sent = claim = (carrier, token, receiver, size_bytes,
+                              PLAIN if terms is None else terms[receiver])
+        delay_ns = self._send(frame)
+        if delay_ns is None:
+            if self._sending == number:
+                self._keep()
+            return
+        if self._sending == number:
+            self._sending = 0
         else:
-            (receiver,) = receivers
-            self._open[number, receiver] = (carrier, token, receiver, size_bytes,
-                                            PLAIN if terms is None else terms[receiver])
-        self._send(frame)
+            claim = self._claimed(frame, receiver)
+        if terms is not None:
+            self._flying += 1
+            self._fly_on_terms(frame, claim, delay_ns)
+        elif self._posting and self.up[receiver]:
+            self._due_ns = self._kernel.now_ns + delay_ns
+            self.delivered += 1
+            self.rx_bytes[receiver] += size_bytes
+        else:
+            self._flying += 1
+            ids = self._ids
+            self._after(delay_ns, _DELIVER, ids[source] << 32 | ids[receiver], self._deliver, claim)
 
     def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: Carrier,
              token: Any) -> int | None:
-        """Like ``transmit`` of one packet to one host, but if the model settles it right away and
-        no rule has touched it, say when (ns) it will be there, and tell the carrier nothing; else
+        """Like ``transmit`` of one packet to one host, but if the model says right away when it
+        will be there and no rule has touched it, say so (ns), and tell the carrier nothing; else
         None. For what nobody may ever look at, such as an acknowledgement: it costs no event. It
         counts as delivered at once, even if its receiver should stop while it is on its way."""
-        self._posted = self.frames + 1
+        self._posting = True
         self.transmit(source, receivers, size_bytes, 1, False, carrier, token)
-        self._posted = 0
+        self._posting = False
         due_ns, self._due_ns = self._due_ns, None
         return due_ns
 
@@ -249,7 +269,21 @@ class Medium:
 
     def in_flight(self) -> int:
         """Frames, per receiver, that are not settled yet or on their way."""
-        return len(self._open) + self._awaited + self._flying
+        return len(self._open) + (self._sending > 0) + self._awaited + self._flying
+
+    def _keep(self) -> None:
+        """What is being sent is settled later."""
+        self._open[self._sending, self._sent[2]] = self._sent
+        self._sending = 0
+
+    def _claimed(self, frame: Frame, receiver: int) -> Claim:
+        if frame.id == self._sending and receiver == self._sent[2]:
+            self._sending = 0
+            return self._sent
+        try:
+            return self._open.pop((frame.id, receiver))
+        except KeyError:
+            return self._claim(frame, receiver)
 
     def _claim(self, frame: Frame, receiver: int) -> Claim:
         """Of one receiver of a broadcast, at whom it is settled now."""

@@ -209,8 +209,9 @@ class NetworkModel(Protocol):
 
     def start(self, context: Context, hosts: tuple[str, ...]) -> None: ...
 
-    def send(self, frame: Frame) -> None:
-        """Take ``frame``; settle it now or later, once for each of its receivers."""
+    def send(self, frame: Frame) -> int | None:
+        """Take ``frame``; settle it now or later, once for each of its receivers. Or return after
+        how many ns it is at all of them, which settles it, too, and costs the least."""
 
 
 # ------------------------------------------------------------------------------------------ world

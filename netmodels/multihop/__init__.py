@@ -73,18 +73,18 @@ class Multihop:
             self._hop.start(self._hops, hosts)
         self.routing.start(self._hops, hosts)
 
-    def send(self, frame: ports.Frame) -> None:
+    def send(self, frame: ports.Frame) -> int | None:
         if frame.broadcast:
-            self._hop.send(frame)
-            return
+            return self._hop.send(frame)
         dest = frame.receivers[0]
         next_hop = self.routing.next_hop(frame.source, dest)
         if next_hop == dest:
-            self._hop.send(frame)
-        elif next_hop is None:
+            return self._hop.send(frame)
+        if next_hop is None:
             self._context.settle(frame, dest, _NO_PATH)
         else:
             self._forward(_Journey(frame), frame.source, next_hop)
+        return None
 
     def switched(self, host: int, up: bool) -> None:
         """A host has started or stopped."""

@@ -41,8 +41,10 @@ class Hops:
         broadcast as often as there are different fates."""
         self._last -= 1
         self._open[self._last] = told, arg, []
-        self._model.send(ports.Frame(self._last, source, receivers, size_bytes, segments,
-                                     broadcast))
+        frame = ports.Frame(self._last, source, receivers, size_bytes, segments, broadcast)
+        delay_ns = self._model.send(frame)
+        if delay_ns is not None:
+            self.settle_many(frame, None, ports.Deliver(delay_ns))
 
     def switched(self, host: int, up: bool) -> None:
         if self.up[host] != up:

@@ -58,7 +58,8 @@ class TcpParams(ports.Params):
     buffer_bytes: ByteSize = Field("4 MB", ge=1, description=(
         "most that the send buffer grows to; it holds twice the congestion window (Linux "
         "tcp_wmem)"))
-    train: int = Field(44, ge=2, description=(
+    near_ns: Duration = Field("0.1 ms", description="")
+    train: int = Field(256, ge=2, description=(
         "most segments that go to the network as one train (Linux GSO, 64 kB)"))
     burst_ns: Period = Field("4 ms", description=(
         "a train is no longer than that at the rate of two windows a round trip, so that a short "

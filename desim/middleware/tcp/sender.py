@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim.middleware.tcp.entries import FIN, Entry, parts
 from desim.middleware.tcp.parameters import on_wire
-from desim.middleware.tcp.timer import Timer
+from desim.middleware.tcp.timer import NEVER, Timer
 from desim.middleware.tcp.window import Window
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 from desim.trace import pack
@@ -62,7 +62,7 @@ class Sender(Window):
         self._sent_ns = 0
         self._graph = graph = connection.tcp.context.graph
         self._kernel = graph.kernel
-        self._timer = Timer(graph.kernel, entity, self._expired)
+        self._timer = Timer(connection.tcp.timers, entity, self._expired)
         self._transmit = connection.medium.transmit
         self._host, self._to = end.host, (end.peer,)
         self._host_id, self._to_id = graph.hosts[end.host].id, graph.hosts[end.peer].id
@@ -118,6 +118,8 @@ class Sender(Window):
             self.sample(now_ns - echo_ns)
         if number < self.top:
             self._timer.expect(now_ns + self.rto_ns)
+        else:
+            self._timer.deadline_ns = NEVER
         messages, known = self.messages, 0
         while messages and messages[0][0] <= number:
             messages.popleft()
@@ -148,6 +150,9 @@ class Sender(Window):
                 self.rest(idle_ns)
         most, enough = self.burst_bytes(), self.cwnd // 3
         limit = self.una + min(self.cwnd, params.window_bytes)
+        if self.near and self.una == self.top:
+            most = params.train * MSS_BYTES
+            limit = self.una + max(most, self.cwnd)
         if self._recovering:
             limit += self._beyond
         while True:
@@ -211,9 +216,7 @@ class Sender(Window):
         self._resent, self.nxt = end, nxt
 
     def _expired(self) -> None:
-        """The retransmission timer; all may be acknowledged."""
-        if self.una == self.top or not self._timer.expired():
-            return
+        """The retransmission timer."""
         self._expiries += 1
         if self._expiries > self.params.retries:
             self.end.fail("timeout")

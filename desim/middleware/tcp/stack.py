@@ -9,6 +9,7 @@ from desim.middleware.context import ACKS
 from desim.middleware.tcp.connection import Closed, Connection
 from desim.middleware.tcp.end import End
 from desim.middleware.tcp.parameters import TcpParams
+from desim.middleware.tcp.timer import Timers
 
 if TYPE_CHECKING:
     from desim.middleware.context import Context
@@ -28,6 +29,7 @@ class Tcp:
     def __init__(self, context: Context, params: TcpParams) -> None:
         self.context = context
         self.params = params
+        self.timers = Timers(context.graph.kernel, params.rto_min_ns // 4)
         context.discovery_bytes.setdefault(ACKS, 0)
         context.discovery_frames.setdefault(ACKS, 0)
         self._calls = 0

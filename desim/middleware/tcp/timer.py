@@ -1,4 +1,4 @@
-"""A timer that is moved with every answer, and hardly ever goes off."""
+"""Timers that are moved with every answer, and hardly ever go off."""
 
 from __future__ import annotations
 
@@ -8,52 +8,105 @@ from typing import Any
 from desim.kernel import Kernel, Phase
 
 _NETWORK = Phase.NETWORK
-_NEVER = 1 << 62  # ns
+NEVER = 1 << 62  # ns
+
+
+class Timers:
+    """One look at all of them costs less than an event for each. It takes place before the first
+    deadline, and finds most of them moved or met; those that are due within ``ahead_ns`` get an
+    event of their own, at their own time and in their own place of that instant."""
+
+    __slots__ = ("kernel", "ahead_ns", "_waiting", "_look_ns", "_call")
+
+    def __init__(self, kernel: Kernel, ahead_ns: int) -> None:
+        self.kernel = kernel
+        self.ahead_ns = ahead_ns
+        self._waiting: list[Timer] = []
+        self._look_ns = NEVER
+        self._call: Any = None
+
+    def wait(self, timer: Timer) -> None:
+        """Look after ``timer``."""
+        self._waiting.append(timer)
+
+    def look_before(self, deadline_ns: int) -> None:
+        """The next look must not be later than ``deadline_ns``, which is more than ``ahead_ns``
+        away."""
+        look_ns = deadline_ns - self.ahead_ns // 2  # the other half is for what follows it closely
+        if look_ns < self._look_ns:
+            if self._call is not None:
+                self._call.cancel()
+            self._look_ns = look_ns
+            self._call = self.kernel.at(look_ns, _NETWORK, 0, self._look)
+
+    def _look(self, _: Any) -> None:
+        soon_ns = self._look_ns + self.ahead_ns
+        self._call, self._look_ns = None, NEVER
+        waiting, self._waiting = self._waiting, []
+        first_ns = NEVER
+        for timer in waiting:
+            deadline_ns = timer.deadline_ns
+            if soon_ns < deadline_ns < NEVER:
+                self._waiting.append(timer)
+                if deadline_ns < first_ns:
+                    first_ns = deadline_ns
+            else:
+                timer.waits = False
+                if deadline_ns < NEVER:
+                    timer.book()
+        if first_ns < NEVER:
+            self.look_before(first_ns)
 
 
 class Timer:
-    """Calls ``fired`` at the deadline that ``expect`` has set last, or before: ``expired`` then
-    says which of the two, and goes on to the deadline. It is booked anew only for a deadline that
-    would be missed otherwise, which costs the least for one that moves on and on."""
+    """Calls ``fired`` at ``deadline_ns``, the one that ``expect`` has set last. Whoever has got
+    what it waited for sets it to ``NEVER``."""
 
-    __slots__ = ("_kernel", "_entity", "_fired", "_call", "_booked_ns", "_deadline_ns")
+    __slots__ = ("deadline_ns", "waits", "_timers", "_entity", "_fired", "_call", "_booked_ns")
 
-    def __init__(self, kernel: Kernel, entity: int, fired: Callable[[], Any]) -> None:
-        self._kernel = kernel
+    def __init__(self, timers: Timers, entity: int, fired: Callable[[], Any]) -> None:
+        self.deadline_ns = NEVER
+        self.waits = False  # among those that are looked at together
+        self._timers = timers
         self._entity = entity
         self._fired = fired
         self._call: Any = None
-        self._booked_ns = _NEVER
-        self._deadline_ns = 0
+        self._booked_ns = NEVER
 
     def expect(self, deadline_ns: int) -> None:
         """Something has to happen before ``deadline_ns``."""
-        self._deadline_ns = deadline_ns
+        self.deadline_ns = deadline_ns
         if deadline_ns < self._booked_ns:
-            if self._call is not None:
-                self._call.cancel()
-            self._book(deadline_ns)
+            timers = self._timers
+            if deadline_ns - timers.kernel.now_ns <= timers.ahead_ns:
+                self.book()
+                return
+            if not self.waits:
+                self.waits = True
+                timers.wait(self)
+            timers.look_before(deadline_ns)
 
-    def expired(self) -> bool:
-        """Whether the deadline has come."""
-        deadline_ns = self._deadline_ns
-        if deadline_ns <= self._kernel.now_ns:
-            return True
-        if deadline_ns < self._booked_ns:
-            self._book(deadline_ns)
-        return False
+    def book(self) -> None:
+        """An event of its own, at the deadline."""
+        if self._call is not None:
+            self._call.cancel()
+        self._booked_ns = self.deadline_ns
+        self._call = self._timers.kernel.at(self.deadline_ns, _NETWORK, self._entity, self._fire)
 
     def stop(self) -> None:
+        self.deadline_ns = NEVER
         if self._call is not None:
             self._call.cancel()
             self._call = None
-            self._booked_ns = _NEVER
-
-    def _book(self, time_ns: int) -> None:
-        self._booked_ns = time_ns
-        self._call = self._kernel.at(time_ns, _NETWORK, self._entity, self._fire)
+            self._booked_ns = NEVER
 
     def _fire(self, _: Any) -> None:
         self._call = None
-        self._booked_ns = _NEVER
-        self._fired()
+        self._booked_ns = NEVER
+        deadline_ns = self.deadline_ns
+        if deadline_ns > self._timers.kernel.now_ns:
+            if deadline_ns < NEVER:
+                self.expect(deadline_ns)
+        else:
+            self.deadline_ns = NEVER
+            self._fired()

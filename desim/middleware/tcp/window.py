@@ -11,7 +11,7 @@ class Window:
     window that is used grows. ``room_bytes``: the send buffer, which grows with the window."""
 
     __slots__ = ("params", "cwnd", "ssthresh", "rto_ns", "room_bytes", "initial", "srtt_ns",
-                 "rttvar_ns", "_least_ns", "_most_ns")
+                 "rttvar_ns", "_least_ns", "_most_ns", "near")
 
     def __init__(self, params: TcpParams) -> None:
         self.params = params
@@ -22,11 +22,13 @@ class Window:
         self.srtt_ns = -1  # no round trip has been measured
         self.rttvar_ns = 0
         self._least_ns, self._most_ns = params.rto_min_ns, params.rto_max_ns
+        self.near = False  # a round trip was shorter than ``near_ns``, and nothing was lost so far
 
     def sample(self, rtt_ns: int) -> None:
         """A measured round trip moves the timeout: SRTT + 4 RTTVAR, within its bounds."""
         srtt_ns, rttvar_ns = self.srtt_ns, self.rttvar_ns
         if srtt_ns < 0:
+            self.near = rtt_ns < self.params.near_ns
             srtt_ns = rtt_ns
             rttvar_ns = rtt_ns >> 1
         else:
@@ -60,6 +62,7 @@ class Window:
 
     def halve(self, flying: int) -> None:
         """A loss shows that ``flying`` bytes were too many."""
+        self.near = False
         self.cwnd = self.ssthresh = max(flying // 2, 2 * MSS_BYTES)
 
     def rest(self, idle_ns: int) -> None:
