@@ -277,11 +277,11 @@ def test_the_send_buffer_has_room_again():
 
     def fill():
         count = 0
-        while pair.connection.room(0):
+        while pair.connection.sender(0).room:
             pair.say(count, 1448)
             count += 1
         pair.note(count)
-        pair.connection.when_room(0, lambda: pair.note("room"))
+        pair.connection.sender(0).when_room(lambda: pair.note("room"))
 
     pair.at(S, fill).run(10 * S)
     log = [row for row in pair.log if row[1] in (20, "room")]

@@ -75,14 +75,14 @@ class Outlet:
     """To one subscriber: an outbox of ``limit`` messages (0: any number) that drops its oldest, and
     the messages in the socket. The socket takes one more while its send buffer has room."""
 
-    __slots__ = ("connection", "_graph", "_source", "_host", "_limit", "_outbox", "_written",
+    __slots__ = ("connection", "_graph", "_sender", "_host", "_limit", "_outbox", "_written",
                  "_closed")
 
     def __init__(self, graph: Graph, source: int, host: Host, connection: Connection,
                  limit: int) -> None:
         self.connection = connection
         self._graph = graph
-        self._source = source
+        self._sender = connection.sender(source)
         self._host = host
         self._limit = limit
         self._outbox: deque[Message] = deque()
@@ -91,12 +91,13 @@ class Outlet:
 
     def offer(self, message: Message) -> None:
         outbox = self._outbox
-        if not outbox and self.connection.room(self._source):
+        sender = self._sender
+        if not outbox and sender.written - sender.una < sender.room_bytes:
             self._write(message)
             return
         outbox.append(message)
         if len(outbox) == 1:
-            self.connection.when_room(self._source, self._go_on)
+            sender.when_room(self._go_on)
         elif 0 < self._limit < len(outbox):
             self._graph.drop(outbox.popleft(), self._host.index, "outbox_full")
 
@@ -118,8 +119,7 @@ class Outlet:
     def _write(self, message: Message) -> None:
         written = Written(message)
         self._written.append(written)
-        self.connection.send(self._source, message.size_bytes + LENGTH_BYTES, self._arrived,
-                             written)
+        self._sender.send(message.size_bytes + LENGTH_BYTES, self._arrived, written, None)
 
     def _arrived(self, written: Written) -> None:
         if not self._closed:
@@ -129,8 +129,8 @@ class Outlet:
     def _go_on(self) -> None:
         if self._closed:
             return
-        outbox, connection = self._outbox, self.connection
-        while outbox and connection.room(self._source):
+        outbox, sender = self._outbox, self._sender
+        while outbox and sender.room:
             self._write(outbox.popleft())
         if outbox:
-            connection.when_room(self._source, self._go_on)
+            sender.when_room(self._go_on)

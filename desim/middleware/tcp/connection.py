@@ -10,6 +10,7 @@ from desim.middleware.tcp.entries import FIN
 
 if TYPE_CHECKING:
     from desim.middleware.medium import Medium
+    from desim.middleware.tcp.sender import Sender
     from desim.middleware.tcp.stack import Tcp
 
 Closed = Callable[["Connection", str], Any]
@@ -60,17 +61,9 @@ class Connection:
         Before the connection is open, it waits."""
         self.ends[source != self.client].sender.send(size_bytes, arrived, token, kind)
 
-    def room(self, source: int) -> bool:
-        """Whether the send buffer of ``source`` takes another message now."""
-        return self.ends[source != self.client].sender.room
-
-    def when_room(self, source: int, fn: Callable[[], Any]) -> None:
-        """Call ``fn()`` once, when an acknowledgement has made room (now, if there is some)."""
-        sender = self.ends[source != self.client].sender
-        if sender.room:
-            fn()
-        else:
-            sender.waiters.append(fn)
+    def sender(self, source: int) -> Sender:
+        """What ``source`` writes to: ``send`` as above, ``room`` and ``when_room``."""
+        return self.ends[source != self.client].sender
 
     def on_closed(self, host: int, fn: Closed) -> None:
         """``fn(connection, reason)`` when ``host`` learns that it is over: by ``fin`` (orderly, the

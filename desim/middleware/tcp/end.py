@@ -9,6 +9,7 @@ from desim.middleware.tcp.entries import FIN, parts
 from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver, Train
 from desim.middleware.tcp.sender import Sender
+from desim.middleware.tcp.timer import Timer
 from desim.middleware.transports import SEGMENT_HEADER_BYTES
 
 if TYPE_CHECKING:
@@ -27,8 +28,8 @@ class End:
     """One host's end. It is the carrier of the segments without data that come to it."""
 
     __slots__ = ("connection", "host", "peer", "state", "closed", "sender", "receiver", "far",
-                 "heard_ns", "_echo_ns", "_tries", "_timer", "_entity", "_peer_id", "_kernel",
-                 "_params")
+                 "heard_ns", "_echo_ns", "_tries", "_timer", "_keeper", "_entity", "_peer_id",
+                 "_kernel", "_params")
 
     def __init__(self, connection: Connection, host: int, peer: int) -> None:
         tcp = connection.tcp
@@ -44,6 +45,7 @@ class End:
         self.heard_ns = self._echo_ns = 0
         self._tries = 0
         self._timer: Any = None
+        self._keeper = Timer(tcp.keepers, self._entity, self._look)
         self._kernel = tcp.context.graph.kernel
         self._params = tcp.params
 
@@ -98,6 +100,7 @@ class End:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+        self._keeper.stop()
 
     # What comes.
 
@@ -261,9 +264,9 @@ class End:
     # Keepalive.
 
     def _watch(self, delay_ns: int) -> None:
-        self._timer = self._kernel.after(delay_ns, Phase.NETWORK, self._entity, self._look)
+        self._keeper.expect(self._kernel.now_ns + delay_ns)
 
-    def _look(self, _: Any) -> None:
+    def _look(self) -> None:
         """Probe a peer that was silent for so long; data under way has its own timer."""
         params, sender = self._params, self.sender
         idle_ns = self._kernel.now_ns - max(self.heard_ns, sender.heard_ns, self.receiver.heard_ns)
@@ -278,7 +281,6 @@ class End:
             self._tell(PROBE)
             self._watch(params.keepalive_interval_ns)
         else:
-            self._timer = None
             self._tell(RESET)
             self.fail("timeout")
 

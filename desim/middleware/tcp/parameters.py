@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Literal
 
 from pydantic import Field, model_validator
 
@@ -42,6 +43,9 @@ class TcpParams(ports.Params):
     delayed_ack_ns: Duration = Field("40 ms", description=(
         "an acknowledgement waits that long for company, unless more than one full segment is to "
         "be acknowledged (Linux TCP_DELACK_MIN)"))
+    acks: Literal["sent", "implied"] = Field("sent", description=(
+        "sent: acknowledgements are frames, as with every TCP; implied: a sender knows at once what "
+        "has arrived, for long studies (ours: half the cost of a message)"))
     ack_every: int = Field(2, ge=1, description=(
         "full segments of a train that have one acknowledgement; with 44 a train has one, as where "
         "the receiver's GRO puts it together (RFC 1122)"))

@@ -34,7 +34,7 @@ class Sender(Window):
     """
 
     __slots__ = ("end", "peer", "back", "open", "nodelay", "messages", "heard", "una", "nxt", "top",
-                 "written", "waiters", "finishing", "heard_ns", "_small", "_expiries",
+                 "written", "finishing", "heard_ns", "_waiters", "_small", "_expiries",
                  "_duplicates", "_recover", "_recovering", "_resent", "_hole_end", "_beyond",
                  "_timer", "_sent_ns", "_graph", "_kernel", "_transmit", "_host", "_to", "_host_id",
                  "_to_id")
@@ -49,7 +49,7 @@ class Sender(Window):
         self.messages: deque[Entry] = deque()
         self.heard = 0
         self.una = self.nxt = self.top = self.written = 0
-        self.waiters: list[Callable[[], Any]] = []
+        self._waiters: list[Callable[[], Any]] = []
         self.finishing = False
         self.heard_ns = 0
         self._small = 0  # end of the last segment that was not full
@@ -69,6 +69,7 @@ class Sender(Window):
 
     def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
              kind: str | None) -> None:
+        """As ``Connection.send`` of this end."""
         start = self.written
         self.written = end = start + size_bytes
         self.messages.append((end, arrived, token, kind))
@@ -136,7 +137,7 @@ class Sender(Window):
                 self.push()
         elif self.finishing:
             self.end.finished()
-        if self.waiters:
+        if self._waiters:
             self._tell_waiters()
 
     def push(self) -> None:
@@ -173,21 +174,29 @@ class Sender(Window):
         """Send nothing more. What was not heard will not be."""
         self.open = False
         self.messages.clear()
-        self.waiters.clear()
+        self._waiters.clear()
         self.heard = 0
         self._timer.stop()
 
     @property
     def room(self) -> bool:
+        """Whether the send buffer takes another message now."""
         return self.written - self.una < self.room_bytes
+
+    def when_room(self, fn: Callable[[], Any]) -> None:
+        """Call ``fn()`` once, when an acknowledgement has made room (now, if there is some)."""
+        if self.room:
+            fn()
+        else:
+            self._waiters.append(fn)
 
     def _small_may_go(self) -> bool:
         """Nagle's algorithm as Linux has it: one segment that is not full may be on its way."""
         return self._small <= self.una or self.nodelay or self.finishing
 
     def _tell_waiters(self) -> None:
-        while self.waiters and self.room:
-            self.waiters.pop(0)()
+        while self._waiters and self.room:
+            self._waiters.pop(0)()
 
     def _duplicate(self, duplicates: int) -> None:
         """Something behind the first missing segment has arrived."""
@@ -237,7 +246,10 @@ class Sender(Window):
         if self.cwnd > self.initial and start == self.una and now_ns - self._sent_ns > rto_ns:
             self.rest(now_ns - self._sent_ns)
         if start == self.una:
-            self._timer.expect(now_ns + rto_ns)
+            timer = self._timer
+            timer.deadline_ns = deadline_ns = now_ns + rto_ns
+            if not timer.waits or deadline_ns < timer.timers.safe_ns:
+                timer.expect(deadline_ns)
         self._sent_ns = now_ns
         self.nxt = self.top = end
         size_bytes = end - start

@@ -29,7 +29,9 @@ class Tcp:
     def __init__(self, context: Context, params: TcpParams) -> None:
         self.context = context
         self.params = params
-        self.timers = Timers(context.graph.kernel, params.rto_min_ns // 4)
+        kernel = context.graph.kernel
+        self.timers = Timers(kernel, params.rto_min_ns // 4)
+        self.keepers = Timers(kernel, params.keepalive_interval_ns)
         context.discovery_bytes.setdefault(ACKS, 0)
         context.discovery_frames.setdefault(ACKS, 0)
         self._calls = 0

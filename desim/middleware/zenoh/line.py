@@ -41,12 +41,13 @@ class Line:
     stream keeps its newest there, as many as its queue takes, and closes the link when nothing
     moves for too long; a datagram is dropped after a moment."""
 
-    __slots__ = ("_link", "_connection", "_host", "_context", "_params", "_batches", "_bytes",
-                 "_most_bytes", "_waiting", "_counts", "_moved_ns", "_closer", "_asked")
+    __slots__ = ("_link", "_connection", "_sender", "_host", "_context", "_params", "_batches",
+                 "_bytes", "_most_bytes", "_waiting", "_counts", "_moved_ns", "_closer", "_asked")
 
     def __init__(self, link: Link) -> None:
         self._link = link
         self._connection, self._host = link.connection, link.host
+        self._sender = link.connection.sender(link.host)
         self._context, self._params = link.router.context, link.router.params
         self._batches: deque[tuple[Parcel, int]] = deque()
         self._bytes = 0
@@ -59,7 +60,7 @@ class Line:
 
     def offer(self, parcel: Parcel) -> None:
         size_bytes = push_bytes(parcel.message.size_bytes, self._params.batch_bytes)
-        if not self._batches and self._connection.room(self._host):
+        if not self._batches and self._sender.room:
             self._go(parcel, size_bytes)
         elif not self._waiting and self._fits(size_bytes):
             self._queue(parcel, size_bytes)
@@ -83,7 +84,7 @@ class Line:
     def _go(self, parcel: Parcel, size_bytes: int) -> None:
         link = self._link
         link.sent_ns = self._context.now_ns
-        self._connection.send(self._host, size_bytes, link.carried, parcel)
+        self._sender.send(size_bytes, link.carried, parcel, None)
 
     def _fits(self, size_bytes: int) -> bool:
         return not self._batches or self._bytes + size_bytes <= self._most_bytes
@@ -93,19 +94,19 @@ class Line:
         self._bytes += size_bytes
         if not self._asked:
             self._asked = True
-            self._connection.when_room(self._host, self._room)
+            self._sender.when_room(self._room)
 
     def _room(self) -> None:
         """The socket takes more."""
         self._asked = False
-        while self._batches and self._connection.room(self._host):
+        while self._batches and self._sender.room:
             parcel, size_bytes = self._batches.popleft()
             self._bytes -= size_bytes
             self._go(parcel, size_bytes)
             self._refill()
         if self._batches and not self._asked:
             self._asked = True
-            self._connection.when_room(self._host, self._room)
+            self._sender.when_room(self._room)
 
     def _refill(self) -> None:
         batch_bytes = self._params.batch_bytes

@@ -156,7 +156,7 @@ class Link:
         due_ns = self.sent_ns + pause_ns
         if due_ns <= now_ns:
             due_ns = now_ns + pause_ns
-            if self.connection.room(self.host):
+            if self.connection.sender(self.host).room:
                 self.say("keepalive", KEEP_ALIVE_BYTES, Link._alive)
         self._book("beat", due_ns, self._beat)
 
