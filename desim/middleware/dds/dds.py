@@ -11,6 +11,7 @@ from desim.middleware.dds.participant import Participant
 from desim.middleware.dds.reliable import ReliableLink
 from desim.middleware.dds.remote import Guid, Item, Remote
 from desim.middleware.dds.writer import Reliable
+from desim.middleware.timers import Timers
 from desim.ports.middleware import Endpoint, Offer
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ class Dds:
             raise InputError(".server: the host of the discovery server is wanted with discovery: "
                              "server, and only then")
         self.context = context
+        self.timers = Timers(context.graph.kernel, params.heartbeat_period_ns // 4)
         self.leases_ns = [params.leases.get(host, params.lease_ns) for host in hosts]
         self.participants: list[Participant | None] = [None] * len(hosts)
         self._lives = [0] * len(hosts)

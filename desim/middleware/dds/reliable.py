@@ -25,6 +25,7 @@ from desim.middleware.dds.reader import (
     Sample,
 )
 from desim.middleware.dds.repetition import Wanted
+from desim.middleware.timers import NEVER, Timer
 from desim.trace import pack
 
 if TYPE_CHECKING:
@@ -39,14 +40,15 @@ class ReliableLink:
 
     It keeps the last ``depth`` samples that are not acknowledged (0: all); an older one is
     ``overwritten``, unless its frames are still on their way or the reader holds it. Heartbeats
-    travel with every sample, and alone while something is not acknowledged.
+    travel with every sample, and alone while something is not acknowledged. A sample is one frame
+    until one gets lost.
     """
 
     __slots__ = ("guid", "waiting", "heard_ns", "reader", "_dds", "_graph", "_kernel", "_params",
                  "_from", "_from_id", "_host", "_to", "_send", "_depth", "_history",
                  "_unacked_bytes", "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
-                 "_beating", "_noted", "_wanted", "_repeating",
-                 "_repeat_ns")
+                 "_beating", "_noted", "_wanted", "_repeating", "_repeat_ns", "_train_bytes",
+                 "_greeted")
 
     def __init__(self, dds: Dds, offer: Offer, receiver: int, guid: Any, medium: Medium) -> None:
         graph, source, topic = dds.context.graph, offer.publisher.host, offer.publisher.topic
@@ -63,7 +65,9 @@ class ReliableLink:
         self._history: deque[Sample] = deque()
         self._unacked_bytes = self._last = self._beats = 0
         self._beat_ns = -dds.params.heartbeat_asks_after_ns  # the first sample asks
-        self._timer: Any = None
+        self._timer = Timer(dds.timers, self._from_id, self._tick)
+        self._train_bytes = wire.WHOLE_BYTES
+        self._greeted = False
         self._closed: str | None = None
         self.ends = source, receiver, topic
         self._wanted = Wanted(dds.params)
@@ -73,7 +77,7 @@ class ReliableLink:
         self._noted: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
         self.reader = Reader(self, dds, offer, self._host, medium)
         dds.linked(self)
-        self._book(dds.params.initial_heartbeat_ns, self._greet)
+        self._call(dds.params.initial_heartbeat_ns, self._greet)
 
     # The writer.
 
@@ -83,7 +87,7 @@ class ReliableLink:
             self.look(now_ns)
         self._last = number = self._last + 1
         trains = wire.trains(message.size_bytes, params.fragment_bytes, params.message_fragments,
-                             True)
+                             True, self._train_bytes)
         sample = Sample(message, number, trains[-1][0].stop)
         self.waiting += 1
         history.append(sample)
@@ -100,8 +104,8 @@ class ReliableLink:
             beat = NO_HEARTBEAT if part.stop < sample.parts else ASKS if asks else FINAL
             self._transmit(sample, part, chunk, beat)
         self._beat_ns = now_ns
-        if self._timer is None:
-            self._book(params.heartbeat_period_ns, self._tick)
+        if self._greeted:
+            self._timer.expect(now_ns + params.heartbeat_period_ns)
 
     def _transmit(self, sample: Sample, part: range, chunk: wire.Chunk, beat: int) -> None:
         """Send some fragments of a sample, and a heartbeat of the kind ``beat`` behind them."""
@@ -141,6 +145,8 @@ class ReliableLink:
         """The reader has all before ``base``, as it will be heard at ``due_ns``."""
         if self._closed is None:
             self._noted.append((due_ns, base))
+            if base > self._last and due_ns < self._timer.deadline_ns:
+                self._timer.deadline_ns = NEVER
 
     def look(self, now_ns: int) -> None:
         """Take note of what was heard before ``now_ns``."""
@@ -168,7 +174,7 @@ class ReliableLink:
                 return
             self._repeating.cancel()
         self._repeat_ns = due_ns
-        self._repeating = self._call(delay_ns, self._repeat, None)
+        self._repeating = self._call(delay_ns, self._repeat)
 
     def _repeat(self, _: Any) -> None:
         """Send again what was asked for, and a heartbeat at the end; where it is gone, say so."""
@@ -191,34 +197,33 @@ class ReliableLink:
             self._beat(wire.gap(), DIRECTED)
         if next_ns is not None:
             self._repeat_in(next_ns - now_ns)
-        if self._timer is None and self._history:
-            self._book(self._params.heartbeat_period_ns, self._tick)
+        if self._history and self._greeted:
+            self._timer.expect(self._next_beat_ns())
 
     def _greet(self, _: Any) -> None:
         """The first heartbeat to a reader that is new."""
-        self._timer = None
         if self._closed is None:
+            self._greeted = True
             self.look(self._kernel.now_ns)
             self._beat(wire.heartbeats(1), DIRECTED)
             if self._history:
-                self._book(self._params.heartbeat_period_ns, self._tick)
+                self._timer.expect(self._next_beat_ns())
 
-    def _tick(self, _: Any) -> None:
-        self._timer = None
-        if self._closed is not None:
-            return
-        now_ns, params = self._kernel.now_ns, self._params
+    def _tick(self) -> None:
+        """A heartbeat is due if there was none meanwhile, and something is not acknowledged."""
+        now_ns = self._kernel.now_ns
         self.look(now_ns)
         if not self._history:
             return
-        period_ns = min(params.heartbeat_limit_ns,
-                        params.heartbeat_period_ns << min(16, max(0, self._beats - 2)))
-        left_ns = self._beat_ns + period_ns - now_ns
-        if left_ns <= 0:
+        if self._next_beat_ns() <= now_ns:
             self._beats += 1
             self._beat(wire.heartbeats(1), ASKS)
-            left_ns = period_ns
-        self._book(left_ns, self._tick)
+        self._timer.expect(self._next_beat_ns())
+
+    def _next_beat_ns(self) -> int:
+        params = self._params
+        return self._beat_ns + min(params.heartbeat_limit_ns, params.heartbeat_period_ns
+                                   << min(16, max(0, self._beats - 2)))
 
     def _beat(self, chunk: wire.Chunk, beat: int) -> None:
         graph = self._graph
@@ -228,11 +233,8 @@ class ReliableLink:
         self._send(self._from, self._to, chunk.size_bytes, chunk.packets, False, self._beating,
                    (self._first(), self._last, beat))
 
-    def _book(self, delay_ns: int, fn: Any) -> None:
-        self._timer = self._call(delay_ns, fn, None)
-
-    def _call(self, delay_ns: int, fn: Any, arg: Any) -> Any:
-        return self._kernel.after(delay_ns, Phase.NETWORK, self._from_id, fn, arg)
+    def _call(self, delay_ns: int, fn: Any) -> Any:
+        return self._kernel.after(delay_ns, Phase.NETWORK, self._from_id, fn)
 
     def joined(self) -> None:
         """The reader has matched the writer."""
@@ -247,8 +249,7 @@ class ReliableLink:
         """Drop what waits. Frames that are on their way meet their own fate."""
         self._dds.unlinked(self)
         self._closed = reason
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
         self.reader.drop(reason)
         for sample in self._history:
             sample.kept = False
@@ -279,6 +280,7 @@ class ReliableLink:
     def lost(self, token: tuple[Sample, range, int, int], receiver: int, reason: str) -> None:
         sample = token[0]
         sample.flying -= 1
+        self._train_bytes = wire.TRAIN_BYTES
         graph = self._graph
         graph.trace.row(graph.kernel.now_ns, graph.LOST, self._host.id, self._from_id,
                         sample.message.seq, graph.names.id(reason))

@@ -26,7 +26,8 @@ ACKNACK_BYTES = 28  # and 4 for every 32 numbers that it asks for
 NACK_FRAG_BYTES = 36  # and 4 for every 32 fragments of a sample
 ANNOUNCEMENT_BYTES = 304  # a DATA of SPDP (measured)
 LIVELINESS_BYTES = 52  # a DATA of ParticipantMessageData (measured)
-TRAIN_BYTES = 65_536  # as much as TCP hands to an interface at once (GSO)
+TRAIN_BYTES = 65_536  # of a frame where frames get lost: as much as Linux' GSO puts together
+WHOLE_BYTES = 1 << 30  # of a frame otherwise: a sample is one
 BUILT_IN_WRITERS = 5  # publications, subscriptions, liveliness, type look-up and its replies
 
 TYPE_NAME = "nav_msgs::msg::dds_::OccupancyGrid_"  # stands for the type of any topic of the robots
@@ -72,15 +73,15 @@ def messages(size_bytes: int, whole_bytes: int, heartbeat: bool) -> tuple[Chunk,
 
 
 @lru_cache(maxsize=1 << 12)
-def trains(size_bytes: int, fragment_bytes: int, most: int, heartbeat: bool
-           ) -> tuple[tuple[range, Chunk], ...]:
-    """``messages`` of at most ``most`` fragments as frames of up to 64 kB, which arrive or get lost
-    as a whole: which fragments each is made of, and all of its messages together."""
+def trains(size_bytes: int, fragment_bytes: int, most: int, heartbeat: bool,
+           train_bytes: int = TRAIN_BYTES) -> tuple[tuple[range, Chunk], ...]:
+    """``messages`` of at most ``most`` fragments as frames of up to ``train_bytes``, which arrive
+    or get lost as a whole: which fragments each is made of, and all of its messages together."""
     out: list[tuple[range, Chunk]] = []
     last = fragments(size_bytes, fragment_bytes)
     for k, chunk in enumerate(messages(size_bytes, most * fragment_bytes, heartbeat)):
         first = k * most
-        if out and out[-1][1].size_bytes + chunk.size_bytes <= TRAIN_BYTES:
+        if out and out[-1][1].size_bytes + chunk.size_bytes <= train_bytes:
             part, before = out.pop()
             first = part.start
             chunk = Chunk(before.size_bytes + chunk.size_bytes, before.packets + chunk.packets)

@@ -9,7 +9,7 @@ from desim.middleware.tcp.entries import FIN, parts
 from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver, Train
 from desim.middleware.tcp.sender import Sender
-from desim.middleware.tcp.timer import Timer
+from desim.middleware.timers import Timer
 from desim.middleware.transports import SEGMENT_HEADER_BYTES
 
 if TYPE_CHECKING:

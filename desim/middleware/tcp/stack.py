@@ -9,7 +9,7 @@ from desim.middleware.context import ACKS
 from desim.middleware.tcp.connection import Closed, Connection
 from desim.middleware.tcp.end import End
 from desim.middleware.tcp.parameters import TcpParams
-from desim.middleware.tcp.timer import Timers
+from desim.middleware.timers import Timers
 
 if TYPE_CHECKING:
     from desim.middleware.context import Context
