@@ -121,14 +121,18 @@ class Sender(Window):
             self._timer.expect(now_ns + self.rto_ns)
         else:
             self._timer.deadline_ns = NEVER
-        messages, known = self.messages, 0
-        while messages and messages[0][0] <= number:
-            messages.popleft()
-            known += 1
-        self.heard -= known
+        messages, left = self.messages, self.written - number
+        if left:
+            known = 0
+            while messages and messages[0][0] <= number:
+                messages.popleft()
+                known += 1
+            self.heard -= known
+        else:
+            messages.clear()
+            self.heard = 0
         if self._recovering:
             self._recovered()
-        left = self.written - number
         if left:
             if left <= MSS_BYTES and number == self.top and len(messages) == 1 \
                     and messages[0][3] is not FIN:

@@ -215,6 +215,11 @@ class Router:
         """One copy to each neighbour that is on the way from the publisher to some of ``to``, after
         ``hops`` links on which its first and last frame left at these instants (-1: none did)."""
         ways = self.topology.hops(publication.source)
+        if len(to) == 1 and hops < len(self.context.hosts):  # as nearly always
+            link = self.links.get(ways.get(to[0]))
+            if link is not None:
+                link.line.offer(Parcel(message, publication, to, first_ns, last_ns, hops + 1))
+                return
         groups: dict[int | None, list[int]] = {}
         for receiver in to:
             groups.setdefault(ways.get(receiver), []).append(receiver)
@@ -232,6 +237,8 @@ class Router:
         parcel.gone = True
         if own in to:
             parcel.publication.arrived(parcel, own)
+            if len(to) == 1:
+                return
             to = tuple(receiver for receiver in to if receiver != own)
         if to:
             self.forward(parcel.message, parcel.publication, to, parcel.first_ns, parcel.last_ns,
