@@ -12,11 +12,11 @@ order of arrival. Fluid and packets differ by less than one packet of each train
 hence so do the arrivals, and no more trains come in at once than there are ports. ``per_segment``
 sends packet by packet instead, without that error, for an event and more a packet.
 
-A single packet that will be in the switch within 0.1 ms, at an exit where no train is before it, is
-settled when it is sent, behind all that was settled before. What is sent later but is in earlier
-does not delay it, so that it may arrive too early: by at most 0.1 ms for each other port, the most
-that can come in from there meanwhile; the latter arrives too late, by no more. (In maze_30 not one
-arrival differs.)
+What will be in the switch within 0.1 ms, a packet or a train of up to eight, is settled when it is
+sent, behind all that was settled before, if no longer train is before it at its exit. What is sent
+later but is in earlier does not delay it, so that it may arrive too early: by at most 0.1 ms for
+each other port, the most that can come in from there meanwhile; the latter arrives too late, by no
+more. (In maze_30 not one arrival differs.)
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, ByteSize, Duration, airtime_ns
 from netmodels.ethernet import FULL_BYTES, GAP_BYTES, first_size, segment_sizes
 
-_AHEAD_NS = 100_000  # a packet that will be in the switch so soon is settled when it is sent
+_AHEAD_NS = 100_000  # what will be in the switch so soon is settled when it is sent
 
 _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle exit gives the same delays again
 
@@ -53,27 +53,6 @@ class Exit:
         self._trains = 0  # coming in
         self._changes: list[tuple[int, int, int]] = []  # of trains, a heap: when, trains, work
         self._full_at_ns = -1
-
-    def foresee_train(self, first_ns: int, last_ns: int, packet_ns: int) -> int | None:
-        """``foresee`` of a train, of which the first packet will be here at ``first_ns`` and the
-        last one at ``last_ns``. If it cannot be told yet, it is to be announced."""
-        if self._awaited or self._trains or (self._changes and self._changes[0][0] <= last_ns):
-            return None
-        at_ns = self._at_ns
-        work_ns = self._work_ns
-        if first_ns < at_ns:
-            work_ns += min(at_ns, last_ns) - first_ns
-        else:
-            work_ns -= first_ns - at_ns
-            if work_ns < 0:
-                self._idle_ns -= work_ns
-                work_ns = 0
-        if work_ns + packet_ns > self._limit_ns:
-            return None
-        if last_ns > at_ns:
-            self._at_ns = at_ns = last_ns
-        self._work_ns = work_ns + packet_ns
-        return at_ns + self._work_ns
 
     def foresee(self, in_ns: int, wire_ns: int) -> int | None:
         """When a packet will have left that is on its way and will be here at ``in_ns``: after all
@@ -98,6 +77,27 @@ class Exit:
         self._at_ns = in_ns
         self._work_ns = work_ns
         return in_ns + work_ns
+
+    def foresee_train(self, first_ns: int, last_ns: int, packet_ns: int) -> int | None:
+        """``foresee`` of a train, of which the first packet will be here at ``first_ns`` and the
+        last one at ``last_ns``. If it cannot be told yet, it is to be announced."""
+        if self._awaited or self._trains or (self._changes and self._changes[0][0] <= last_ns):
+            return None
+        at_ns = self._at_ns
+        work_ns = self._work_ns
+        if first_ns < at_ns:
+            work_ns += min(at_ns, last_ns) - first_ns
+        else:
+            work_ns -= first_ns - at_ns
+            if work_ns < 0:
+                self._idle_ns -= work_ns
+                work_ns = 0
+        if work_ns and work_ns + packet_ns > self._limit_ns:
+            return None
+        if last_ns > at_ns:
+            self._at_ns = at_ns = last_ns
+        self._work_ns = work_ns + packet_ns
+        return at_ns + self._work_ns
 
     def wait(self) -> None:
         """A packet will be here."""
@@ -168,8 +168,8 @@ class Switch:
     what they say to each other stays inside the node. A broadcast is copied to the exits of its
     receivers only."""
 
-    __slots__ = ("_params", "_rate_bps", "_propagation_ns", "_local_ns", "_packet_ns", "_full_ns", "_lost",
-                 "_context", "_port", "_exits_to", "_trains_free_ns", "_packets_free_ns",
+    __slots__ = ("_params", "_rate_bps", "_propagation_ns", "_local_ns", "_packet_ns", "_full_ns",
+                 "_lost", "_context", "_port", "_exits_to", "_trains_free_ns", "_packets_free_ns",
                  "_booked_ns", "_waiting", "_exits")
 
     class Params(ports.Params):
@@ -238,8 +238,7 @@ class Switch:
         for receiver in frame.receivers:
             groups.setdefault(self._port[receiver], []).append(receiver)
         if port in groups:
-            self._context.settle_many(frame, groups.pop(port),
-                                      ports.Deliver(self._local_ns))
+            self._context.settle_many(frame, groups.pop(port), ports.Deliver(self._local_ns))
         return tuple(groups.items())
 
     def _send_packet(self, frame: ports.Frame, port: int, exits: Exits, size_bytes: int,

@@ -166,6 +166,29 @@ class Twice(Broken):
         self._context.settle(frame, frame.receivers[0], ports.Deliver(0))
 
 
+class Returning(Broken):
+    """Right: it says when, instead of settling."""
+
+    def send(self, frame):
+        return 0
+
+
+class Both(Broken):
+    def send(self, frame):
+        super().send(frame)
+        return 0
+
+
+class FloatingReturn(Broken):
+    def send(self, frame):
+        return 1e6
+
+
+class PastReturn(Broken):
+    def send(self, frame):
+        return -1
+
+
 class Undeclared(Broken):
     def send(self, frame):
         self._context.settle_many(frame, frame.receivers, ports.Drop("bad luck"))
@@ -233,6 +256,9 @@ class Reasonless(Broken):
     (Undeclared, ModelError, "does not declare"),
     (Floating, KernelError, "must be an int"),
     (Past, KernelError, "must be an int >= 0"),
+    (Both, ModelError, "settled already or was never intended"),
+    (FloatingReturn, KernelError, "must be an int"),
+    (PastReturn, KernelError, "must be an int >= 0"),
     (Gambler, AssertionError, "not from random"),
     (ByIndex, AssertionError, "named by host, not index"),
     (Overreaching, AssertionError, "deliver nothing beyond reach_m"),
@@ -244,6 +270,10 @@ class Reasonless(Broken):
 def test_the_kit_names_what_is_wrong(cls, error, says):
     with pytest.raises(error, match=says):
         check_network(cls)
+
+
+def test_a_model_may_return_when_a_frame_is_there():
+    check_network(Returning)
 
 
 class Explorer:

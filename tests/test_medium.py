@@ -146,6 +146,88 @@ def test_a_packet_whose_fate_is_not_known_yet_is_not_posted():
     assert carrier.log == [("beside it", 1, "arrived"), ("train", 1, "arrived")]
 
 
+class NewestOnly:
+    """One frame waits at each host for 1 ms; a newer one takes its place."""
+
+    Params = ports.Params
+    reasons = ("overtaken",)
+
+    def start(self, context, hosts):
+        self._context, self._waiting = context, {}
+
+    def send(self, frame):
+        older = self._waiting.get(frame.source)
+        self._waiting[frame.source] = frame
+        if older is not None:
+            self._context.settle(older, older.receivers[0], ports.Drop("overtaken"))
+        self._context.at(self._context.now_ns + MS, self._leave, frame)
+
+    def _leave(self, frame):
+        if self._waiting.get(frame.source) is frame:
+            del self._waiting[frame.source]
+            self._context.settle(frame, frame.receivers[0], ports.Deliver(0))
+
+
+class Stubborn(Told):
+    """Sends what is lost once more, at once."""
+
+    def __init__(self, medium):
+        super().__init__()
+        self._medium = medium
+
+    def lost(self, token, receiver, reason):
+        super().lost(token, receiver, reason)
+        if len(self.log) < 4:
+            self._medium.transmit(0, (receiver,), 100, 1, False, self, token + " again")
+
+
+def test_a_frame_that_is_sent_while_another_one_is_being_sent():
+    """The second frame drops the first, whose carrier sends a third before the model has answered
+    for the second; that one drops the second, and so on."""
+    bench = Bench(NewestOnly(), 2)
+    carrier = Stubborn(bench.medium)
+    for token in "first", "second":
+        bench.medium.transmit(0, (1,), 100, 1, False, carrier, token)
+    assert bench.medium.in_flight() == 1
+    bench.run()
+    assert carrier.log == [("first", 1, "overtaken"), ("second", 1, "overtaken"),
+                           ("first again", 1, "overtaken"), ("second again", 1, "overtaken"),
+                           ("first again again", 1, "arrived")]
+    assert (bench.medium.intended, bench.medium.delivered, bench.medium.in_flight()) == (5, 1, 0)
+
+
+class Hasty(NewestOnly):
+    """The same, but what is sent to host_3 is there at once."""
+
+    def send(self, frame):
+        if frame.receivers == (2,):
+            return 0
+        super().send(frame)
+        return 5 if frame.size_bytes == 66 else None
+
+
+class Detour(Told):
+    """Sends what is lost to host_3 instead."""
+
+    def __init__(self, medium):
+        super().__init__()
+        self._medium = medium
+
+    def lost(self, token, receiver, reason):
+        self._medium.transmit(0, (2,), 100, 1, False, self, token)
+
+
+def test_what_is_sent_because_of_a_post_is_not_posted():
+    """The acknowledgement takes the place of a frame, whose carrier sends that to somebody else."""
+    bench = Bench(Hasty(), 3)
+    carrier = Detour(bench.medium)
+    bench.medium.transmit(0, (1,), 100, 1, False, carrier, "data")
+    assert bench.medium.post(0, (1,), 66, carrier, "ack") == 5
+    assert bench.medium.in_flight() == 1
+    bench.kernel.run(1000)
+    assert carrier.log == [("data", 2, "arrived")]
+
+
 frames = st.lists(st.tuples(
     st.integers(0, 50 * MS), st.integers(1, 4), st.sets(st.integers(1, 4), min_size=1),
     st.integers(64, 1518), st.sampled_from([1, 1, 2, 40]), st.booleans()), max_size=40)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from desim.testing import Bench
 from desim.units import airtime_ns
-from netmodels.ethernet import GAP_BYTES, segment_sizes
+from netmodels.ethernet import GAP_BYTES, first_size, segment_sizes
 from netmodels.switch import Switch
 
 GB = 10**9
@@ -137,12 +137,16 @@ def test_segment_sizes_add_up():
     for size_bytes, segments in [STREAM_MAP, (1, 1), (17, 4), (45_541, 30)]:
         assert sum(segment_sizes(size_bytes, segments)) == size_bytes
         assert len(segment_sizes(size_bytes, segments)) == segments
+    for size_bytes in 1, 1518, 1519, 3036, 3037, 9999:
+        for segments in 1, 2, 3, 7:
+            assert first_size(size_bytes, segments) == segment_sizes(size_bytes, segments)[0]
 
 
 traffic = st.lists(st.tuples(
     st.integers(0, 2_000_000), st.integers(1, 4), st.integers(1, 5),
     st.one_of(st.just((871, 1)), st.integers(64, 1518).map(lambda size: (size, 1)),
-              st.integers(2, 120).map(lambda n: (n * 1518 - 700, n)))), max_size=25)
+              st.one_of(st.integers(2, 8), st.integers(2, 120)).map(
+                  lambda n: (n * 1518 - 700, n)))), max_size=25)
 
 
 @settings(max_examples=120, deadline=None)

@@ -17,6 +17,7 @@ from desim.errors import ModelError, below
 from desim.kernel import Call, Kernel, Phase
 from desim.middleware.broadcast import PLAIN, Broadcast, Terms
 from desim.middleware.place import Nowhere, Place
+from desim.middleware.rulecontext import RuleContext
 from desim.ports import Deliver, Drop, Duplicate, Frame, NetworkModel, Obstacles, Pass, Rule
 from desim.streams import Streams
 from desim.trace import Names
@@ -42,27 +43,6 @@ Claim = tuple[Carrier, Any, int, int, Terms]  # and token, receiver, size_bytes
 
 _NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER  # cheaper than to look them up each time
 _new = tuple.__new__  # a Frame at half the price
-
-
-class RuleContext:
-    """What a rule may know: a ``ports.Context`` without the means to act."""
-
-    __slots__ = ("_medium", "_name", "_kernel", "positions")
-
-    def __init__(self, medium: Medium, name: str) -> None:
-        self._medium = medium
-        self._name = name
-        self._kernel = medium._kernel
-        self.positions = medium.positions
-
-    now_ns = property(attrgetter("_kernel.now_ns"))
-
-    @property
-    def obstacles(self) -> Obstacles:
-        return self._medium.obstacles
-
-    def stream(self, *name: str | int) -> np.random.Generator:
-        return self._medium.stream(self._name, *name)
 
 
 class Medium:
@@ -114,8 +94,8 @@ class Medium:
         self._flying = 0
         self._sending = 0  # the unicast frame that the model is being given, not settled yet
         self._sent: Claim
-        self._posting = False
-        self._due_ns: int | None = None  # when what is being posted will be there
+        self._posting = 0  # the frame that is being posted
+        self._due_ns: int | None = None  # when it will be there
         self._reasons = frozenset(model.reasons)
         self._refuses = frozenset(getattr(model, "refuses", ()))
         self._switched = getattr(model, "switched", None)
@@ -220,14 +200,13 @@ class Medium:
             if self._sending == number:
                 self._keep()
             return
-        if self._sending == number:
-            self._sending = 0
-        else:
+        if self._sending != number:
             claim = self._claimed(frame, receiver)
+        self._sending = 0
         if terms is not None:
             self._flying += 1
             self._fly_on_terms(frame, claim, delay_ns)
-        elif self._posting and self.up[receiver]:
+        elif number == self._posting and self.up[receiver]:
             self._due_ns = self._kernel.now_ns + delay_ns
             self.delivered += 1
             self.rx_bytes[receiver] += size_bytes
@@ -242,9 +221,8 @@ class Medium:
         will be there and no rule has touched it, say so (ns), and tell the carrier nothing; else
         None. For what nobody may ever look at, such as an acknowledgement: it costs no event. It
         counts as delivered at once, even if its receiver should stop while it is on its way."""
-        self._posting = True
+        self._posting = self.frames + 1
         self.transmit(source, receivers, size_bytes, 1, False, carrier, token)
-        self._posting = False
         due_ns, self._due_ns = self._due_ns, None
         return due_ns
 

@@ -37,6 +37,8 @@ MODELS = {
     # A master that has stopped knows nobody afterwards, and nobody tells it anew.
     "ros1": Model(Ros1, ANY._replace(stops=(1, 2, 3)), {"master": HOSTS[0]}),
     "rospy": Model(Ros1, ANY._replace(stops=(1, 2, 3)), {"master": HOSTS[0], "client": "rospy"}),
+    "ros1, acknowledgements implied": Model(
+        Ros1, ANY._replace(stops=(1, 2, 3)), {"master": HOSTS[0], "tcp": {"acks": "implied"}}),
     "fkie_groovy": Model(Multimaster, params={"preset": "fkie_groovy"}),
     "fkie_noetic": Model(Multimaster, params={"preset": "fkie_noetic"}),
     "fastdds": Model(Dds, params={"preset": "fastdds"}),
@@ -44,6 +46,7 @@ MODELS = {
     "cyclonedds": Model(Dds, params={"preset": "cyclonedds"}),
     "cyclonedds, served": Model(Dds, params={"preset": "cyclonedds", **_SERVED}),
     "zenoh": Model(Zenoh),
+    "zenoh, acknowledgements implied": Model(Zenoh, params={"tcp": {"acks": "implied"}}),
     "zenoh, star": Model(Zenoh, ANY._replace(stops=(1, 2, 3)),
                          {"discovery": "connect", "connect": [HOSTS[0]]}),
 }

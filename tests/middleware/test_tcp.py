@@ -116,6 +116,47 @@ def test_on_a_short_path_a_train_is_the_whole_window_and_its_loss_a_timeout():
         (100, 10), (300, 1), (342, 2), (344, 4), (346, 3)]
 
 
+@pytest.mark.parametrize(("latency", "params", "trains"), [
+    ("10 us", {}, [111]),
+    ("10 us", {"near": "0 ns"}, [10, 20, 40, 41]),
+    ("50 us", {}, [10, 20, 40, 41]),
+    ("10 us", {"train": 44}, [44, 44, 23])])
+def test_a_cable_is_too_short_for_a_window(latency, params, trains):
+    """Up to a round trip of 0.1 ms, a map is one train and has one train of acknowledgements."""
+    pair = Pair(link(rate="1 Gb/s", latency=latency), params=params)
+    pair.call()
+    pair.at(100 * MS, pair.say, 1, 160_113).run(S)
+    assert [-(-row[5] // 1518) for row in pair.rows("frame")] == trains
+    assert pair.net.graph.context.discovery_bytes["ack"] == 70 * sum(
+        train // 2 or 1 for train in trains)
+
+
+def test_a_loss_shows_that_a_near_host_has_to_be_asked_how_much_it_takes():
+    """The first map is lost as a whole, and after its timeout the window opens from one segment."""
+    pair = Pair(link(rate="1 Gb/s", latency="10 us"), [Losing(1, least_bytes=1000)])
+    pair.call()
+    pair.at(100 * MS, pair.say, 1, 160_113).at(900 * MS, pair.say, 2, 160_113).run(2 * S)
+    first, second = ([-(-row[5] // 1518) for row in pair.rows("frame") if row[4] == seq]
+                     for seq in (1, 2))
+    assert first[:5] == [111, 1, 2, 4, 8] and sum(first) == 2 * 111
+    assert len(second) > 1 and sum(second) == 111
+    assert [seq for _, seq in pair.heard()] == [1, 2]
+
+
+def test_implied_acknowledgements_are_no_frames():
+    """So Nagle holds what is said while something is on its way, and no longer."""
+    pair = Pair(wire(), params={"acks": "implied"})
+    pair.call()
+    known = []
+    pair.at(10 * MS, pair.say, 7).at(10_500_000, pair.say, 8).at(20 * MS, pair.say, 9, 14_480)
+    for time_ns in 11_001_359, 11_001_361:
+        pair.at(time_ns, lambda: known.append(len(pair.connection.unacked(0))))
+    pair.run(S)
+    assert known == [2, 1]
+    assert pair.heard() == [(11_001_360, 7), (12_002_720, 8), (21_000_000 + 15_180 * 8, 9)]
+    assert pair.net.graph.context.discovery_bytes["ack"] == 0
+
+
 def test_a_partition_is_felt_until_the_next_timeout():
     """Nagle lets the second message wait for the acknowledgement of the first."""
     pair = Pair(rules=[partition("1 s", "2.5 s")])

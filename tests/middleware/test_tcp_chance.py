@@ -14,13 +14,15 @@ GAPS_NS = st.one_of(st.integers(0, 10 * MS), st.integers(0, 5 * S))
 
 
 @given(st.floats(0, 0.2), st.floats(0, 0.3), st.floats(0, 0.3), st.integers(1, 100), st.booleans(),
-       st.integers(0, 9), st.lists(st.tuples(GAPS_NS, st.integers(0, 1), st.integers(1, 60_000)),
-                                   max_size=20))
-def test_each_message_arrives_once_and_in_order(lost, twice, late, late_ms, nodelay, seed, says):
-    pair = Pair(link(rate="20 Mb/s", latency="3 ms"),
+       st.sampled_from(["sent", "implied"]), st.sampled_from(["3 ms", "3 us"]), st.integers(0, 9),
+       st.lists(st.tuples(GAPS_NS, st.integers(0, 1), st.integers(1, 60_000)), max_size=20))
+def test_each_message_arrives_once_and_in_order(lost, twice, late, late_ms, nodelay, acks, latency,
+                                                seed, says):
+    pair = Pair(link(rate="20 Mb/s", latency=latency),
                 [Loss(Loss.Params(probability=lost)),
                  Duplication(Duplication.Params(probability=twice)),
-                 Reordering(Reordering.Params(probability=late, delay=f"{late_ms} ms"))], seed=seed)
+                 Reordering(Reordering.Params(probability=late, delay=f"{late_ms} ms"))], seed=seed,
+                params={"acks": acks, "near": "1 ms"})
     pair.call(nodelay=nodelay)
     time_ns = 100 * S
     for seq, (gap_ns, source, size_bytes) in enumerate(says):

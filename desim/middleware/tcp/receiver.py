@@ -32,8 +32,8 @@ class Receiver:
     """
 
     __slots__ = ("end", "origin", "back", "open", "nxt", "ranges", "due_ns", "echo_ns", "heard_ns",
-                 "said", "_full", "_implied", "_every", "_delay_ns", "_timer", "_kernel", "_transmit",
-                 "_counts", "_frames", "_up", "_host", "_to", "_entity")
+                 "said", "_full", "_implied", "_every", "_delay_ns", "_timer", "_kernel",
+                 "_transmit", "_counts", "_frames", "_up", "_host", "_to", "_entity")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         graph = connection.tcp.context.graph

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from desim.middleware.tcp.entries import FIN, Entry, parts
 from desim.middleware.tcp.parameters import on_wire
-from desim.middleware.timers import NEVER, Timer
 from desim.middleware.tcp.window import Window
+from desim.middleware.timers import NEVER, Timer
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 from desim.trace import pack
 

@@ -22,7 +22,7 @@ class Window:
         self.srtt_ns = -1  # no round trip has been measured
         self.rttvar_ns = 0
         self._least_ns, self._most_ns = params.rto_min_ns, params.rto_max_ns
-        self.near = False  # a round trip was shorter than ``near_ns``, and nothing was lost so far
+        self.near = False  # the first round trip was below ``near_ns``, and nothing was lost since
 
     def sample(self, rtt_ns: int) -> None:
         """A measured round trip moves the timeout: SRTT + 4 RTTVAR, within its bounds."""
