@@ -120,7 +120,8 @@ def test_on_a_short_path_a_train_is_the_whole_window_and_its_loss_a_timeout():
     ("10 us", {}, [111]),
     ("10 us", {"near": "0 ns"}, [10, 20, 40, 41]),
     ("50 us", {}, [10, 20, 40, 41]),
-    ("10 us", {"train": 44}, [44, 44, 23])])
+    ("10 us", {"train": 44}, [44, 44, 23]),
+    ("10 us", {"window": "64 kB"}, [44, 44, 23])])
 def test_a_cable_is_too_short_for_a_window(latency, params, trains):
     """Up to a round trip of 0.1 ms, a map is one train and has one train of acknowledgements."""
     pair = Pair(link(rate="1 Gb/s", latency=latency), params=params)

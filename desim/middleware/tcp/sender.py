@@ -153,11 +153,14 @@ class Sender(Window):
             idle_ns = self._kernel.now_ns - self._sent_ns
             if idle_ns > self.rto_ns:
                 self.rest(idle_ns)
-        most, enough = self.burst_bytes(), self.cwnd // 3
-        limit = self.una + min(self.cwnd, params.window_bytes)
+        cwnd = self.cwnd
         if self.near and self.una == self.top:
             most = params.train * MSS_BYTES
-            limit = self.una + max(most, self.cwnd)
+            cwnd = max(most, cwnd)
+        else:
+            most = self.burst_bytes()
+        enough = self.cwnd // 3
+        limit = self.una + min(cwnd, params.window_bytes)
         if self._recovering:
             limit += self._beyond
         while True:
