@@ -179,6 +179,12 @@ class Both(Broken):
         return 0
 
 
+class BothBroadcast(Broken):
+    def send(self, frame):
+        super().send(frame)
+        return 0 if frame.broadcast else None
+
+
 class FloatingReturn(Broken):
     def send(self, frame):
         return 1e6
@@ -257,6 +263,7 @@ class Reasonless(Broken):
     (Floating, KernelError, "must be an int"),
     (Past, KernelError, "must be an int >= 0"),
     (Both, ModelError, "settled already or was never intended"),
+    (BothBroadcast, ModelError, "settled already or was never intended"),
     (FloatingReturn, KernelError, "must be an int"),
     (PastReturn, KernelError, "must be an int >= 0"),
     (Gambler, AssertionError, "not from random"),

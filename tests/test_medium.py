@@ -1,5 +1,6 @@
 """The medium's account: every frame meets one fate at every receiver, and rules stack up."""
 
+import numpy as np
 import pytest
 import simpy
 from hypothesis import given, settings
@@ -226,6 +227,15 @@ def test_what_is_sent_because_of_a_post_is_not_posted():
     assert bench.medium.in_flight() == 1
     bench.kernel.run(1000)
     assert carrier.log == [("data", 2, "arrived")]
+
+
+@pytest.mark.parametrize("delay_ns", [-5, 1.5, np.int64(5), True])
+def test_what_is_posted_takes_an_int_of_nanoseconds(delay_ns):
+    model = Instant()
+    model.send = lambda frame: delay_ns
+    bench = Bench(model, 2)
+    with pytest.raises(ModelError, match="a delay is an int >= 0 of nanoseconds"):
+        bench.medium.post(0, (1,), 66, Told(), "ack")
 
 
 frames = st.lists(st.tuples(

@@ -1,8 +1,11 @@
 """The Ethernet switch against formulas, and its trains against packets sent one by one."""
 
+import itertools
+
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from desim.kernel import Phase
 from desim.testing import Bench
 from desim.units import airtime_ns
 from netmodels.ethernet import GAP_BYTES, first_size, segment_sizes
@@ -167,6 +170,37 @@ def test_a_train_is_off_by_less_than_a_packet_of_each_train_that_comes_in(frames
     assert trains.keys() == packets.keys()
     for label, time_ns in trains.items():
         assert abs(time_ns - packets[label]) <= 4 * wire_ns(1518) + 3 * 100_000
+
+
+def test_what_is_foreseen_and_what_is_announced_share_an_exit():
+    """A train of eight packets is settled when it is sent, one of nine in the same instant is not:
+    both together take as long as packet by packet, and an exit is never busy for less or longer."""
+    logs = []
+    for per_segment in (False, True):
+        bench = bench_of(places=3, per_segment=per_segment)
+        for k in range(50):
+            bench.send(k * 150_000, "host_1", "host_3", 8 * 1518, 8, label=(k, 8))
+            bench.send(k * 150_000, "host_2", "host_3", 9 * 1518, 9, label=(k, 9))
+        last_ns = max(arrivals(bench).values())
+        logs.append((last_ns, bench.medium.model.busy_ns([2])))
+    (trains_ns, trains_busy), (packets_ns, packets_busy) = logs
+    assert trains_busy == packets_busy == [0, 50 * 17 * wire_ns(1518)]
+    assert abs(trains_ns - packets_ns) <= wire_ns(1518)
+
+
+@given(traffic, st.sampled_from(["1 kB", "4 kB", "4 MB"]))
+def test_busy_time_never_falls(frames, queue):
+    bench, seen = bench_of(places=5, queue=queue), []
+    for label, (time_ns, source, receiver, (size_bytes, segments)) in enumerate(frames):
+        if source != receiver:
+            bench.send(time_ns, f"host_{source}", f"host_{receiver}", size_bytes, segments,
+                       label=label)
+    for k in range(60):
+        bench.kernel.at(k * 100_000, Phase.OBSERVE, 0,
+                        lambda _: seen.append(bench.medium.model.busy_ns(range(5))))
+    bench.run()
+    for before, after in itertools.pairwise(seen):
+        assert all(0 <= one <= other for one, other in zip(before, after, strict=True))
 
 
 @given(traffic)

@@ -82,6 +82,19 @@ def test_they_go_off_when_they_should_and_in_order(deeds, again_ns, ahead_ns):
     assert firings(deeds, again_ns, make)[0] == expected
 
 
+def test_a_look_moves_no_timer_that_has_its_event_already():
+    """a is due at the instant of the look at 168, before the answer that comes in that instant."""
+    kernel, log = Kernel(), []
+    timers = Timers(kernel, 50)
+    a, b = (Timer(timers, k, lambda k=k: log.append((kernel.now_ns, k))) for k in range(2))
+    b.expect(193)
+    a.expect(400)
+    kernel.at(140, Phase.WORLD, 0, lambda _: a.expect(168))
+    kernel.at(168, Phase.DELIVER, 9, lambda _: setattr(a, "deadline_ns", NEVER))
+    kernel.run(1000)
+    assert log == [(168, 0), (193, 1)]
+
+
 def test_a_timer_that_is_always_met_costs_few_events():
     """A thousand times moved on by 200 from 10 to 10: one look in about 175, and not one event of
     its own, though it is met each time."""

@@ -9,35 +9,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Sequence
 from operator import attrgetter
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from desim.errors import ModelError, below
 from desim.kernel import Call, Kernel, Phase
 from desim.middleware.broadcast import PLAIN, Broadcast, Terms
+from desim.middleware.carrier import Carrier
 from desim.middleware.place import Nowhere, Place
 from desim.middleware.rulecontext import RuleContext
 from desim.ports import Deliver, Drop, Duplicate, Frame, NetworkModel, Obstacles, Pass, Rule
 from desim.streams import Streams
 from desim.trace import Names
-
-
-class Carrier(Protocol):
-    """Who sent a frame, and wants to know. ``token`` is whatever it gave along."""
-
-    def arrived(self, token: Any, receiver: int) -> None: ...
-
-    def lost(self, token: Any, receiver: int, reason: str) -> None: ...
-
-    def missed(self, token: Any, receivers: Collection[int], reason: str,
-               medium: Medium) -> None:
-        """One fate of several receivers of a broadcast frame. They are best counted: who they are
-        may have to be found out."""
-
-    def repeated(self, token: Any, receiver: int) -> None:
-        """A copy of a frame that has arrived, where a rule makes them."""
-
 
 Claim = tuple[Carrier, Any, int, int, Terms]  # and token, receiver, size_bytes
 
@@ -187,6 +171,8 @@ class Medium:
             self._awaited += len(receivers)
             delay_ns = self._send(frame)
             if delay_ns is not None:
+                if number not in self._broadcasts:
+                    raise self._unexpected(frame, receivers)
                 self.settle_many(frame, None, Deliver(delay_ns))
             return
         (receiver,) = receivers
@@ -203,10 +189,13 @@ class Medium:
         if self._sending != number:
             claim = self._claimed(frame, receiver)
         self._sending = 0
-        if terms is not None:
+        if claim[4] is not PLAIN:
             self._flying += 1
             self._fly_on_terms(frame, claim, delay_ns)
         elif number == self._posting and self.up[receiver]:
+            if type(delay_ns) is not int or delay_ns < 0:
+                raise ModelError(f"{self._model()} delivers after {delay_ns!r}; a delay is an int "
+                                 ">= 0 of nanoseconds")
             self._due_ns = self._kernel.now_ns + delay_ns
             self.delivered += 1
             self.rx_bytes[receiver] += size_bytes

@@ -54,8 +54,7 @@ class Timers:
                     first_ns = deadline_ns
             else:
                 timer.waits = False
-                if deadline_ns < NEVER:
-                    timer.book()
+                timer.book()
         if first_ns < NEVER:
             self.look_before(first_ns)
 
@@ -89,7 +88,9 @@ class Timer:
             timers.look_before(deadline_ns)
 
     def book(self) -> None:
-        """An event of its own, at the deadline."""
+        """An event of its own, at the deadline, if it has none before."""
+        if self.deadline_ns >= self._booked_ns:
+            return
         if self._call is not None:
             self._call.cancel()
         self._booked_ns = self.deadline_ns

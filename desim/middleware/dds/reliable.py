@@ -35,20 +35,23 @@ if TYPE_CHECKING:
     from desim.ports.middleware import Offer
 
 
+_SOON_NS = 50_000_000  # well before a heartbeat could overtake it, or a lease end
+
+
 class ReliableLink:
     """The writer's side towards one reader, and the carrier of its data.
 
     It keeps the last ``depth`` samples that are not acknowledged (0: all); an older one is
     ``overwritten``, unless its frames are still on their way or the reader holds it. Heartbeats
-    travel with every sample, and alone while something is not acknowledged. A sample is one frame
-    until one gets lost.
+    travel with every sample, and alone while something is not acknowledged. Large samples
+    are cut in fewer frames as long as they arrive soon and nothing of them is missing.
     """
 
     __slots__ = ("guid", "waiting", "heard_ns", "reader", "_dds", "_graph", "_kernel", "_params",
                  "_from", "_from_id", "_host", "_to", "_send", "_depth", "_history",
                  "_unacked_bytes", "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
-                 "_beating", "_noted", "_wanted", "_repeating", "_repeat_ns", "_train_bytes",
-                 "_greeted")
+                 "_beating", "_noted", "_wanted", "_repeating", "_repeat_ns", "_greeted",
+                 "_smooth", "_quick")
 
     def __init__(self, dds: Dds, offer: Offer, receiver: int, guid: Any, medium: Medium) -> None:
         graph, source, topic = dds.context.graph, offer.publisher.host, offer.publisher.topic
@@ -66,7 +69,8 @@ class ReliableLink:
         self._unacked_bytes = self._last = self._beats = 0
         self._beat_ns = -dds.params.heartbeat_asks_after_ns  # the first sample asks
         self._timer = Timer(dds.timers, self._from_id, self._tick)
-        self._train_bytes = wire.WHOLE_BYTES
+        self._smooth = True  # nothing was lost or asked for so far
+        self._quick = False  # and the last large sample was there soon
         self._greeted = False
         self._closed: str | None = None
         self.ends = source, receiver, topic
@@ -87,7 +91,7 @@ class ReliableLink:
             self.look(now_ns)
         self._last = number = self._last + 1
         trains = wire.trains(message.size_bytes, params.fragment_bytes, params.message_fragments,
-                             True, self._train_bytes)
+                             True, wire.LONG_TRAIN_BYTES if self._quick else wire.TRAIN_BYTES)
         sample = Sample(message, number, trains[-1][0].stop)
         self.waiting += 1
         history.append(sample)
@@ -132,6 +136,7 @@ class ReliableLink:
         self.look(now_ns)
         self._acknowledge(now_ns, base)
         if missing:
+            self._smooth = self._quick = False
             delay_ns = self._params.nack_response_ns
             self._wanted.asked(missing)
             if delay_ns:
@@ -269,6 +274,8 @@ class ReliableLink:
     def arrived(self, token: tuple[Sample, range, int, int], receiver: int) -> None:
         sample, part, first, beat = token
         sample.flying -= 1
+        if self._smooth and sample.message.size_bytes > wire.TRAIN_BYTES:
+            self._quick = self._kernel.now_ns - sample.sent_ns < _SOON_NS
         closed = self._closed
         if closed == "link_closed" or not self.reader.take(sample, part, first, beat):
             self.settle(sample, closed or "unmatched")
@@ -280,7 +287,7 @@ class ReliableLink:
     def lost(self, token: tuple[Sample, range, int, int], receiver: int, reason: str) -> None:
         sample = token[0]
         sample.flying -= 1
-        self._train_bytes = wire.TRAIN_BYTES
+        self._smooth = self._quick = False
         graph = self._graph
         graph.trace.row(graph.kernel.now_ns, graph.LOST, self._host.id, self._from_id,
                         sample.message.seq, graph.names.id(reason))

@@ -27,7 +27,7 @@ NACK_FRAG_BYTES = 36  # and 4 for every 32 fragments of a sample
 ANNOUNCEMENT_BYTES = 304  # a DATA of SPDP (measured)
 LIVELINESS_BYTES = 52  # a DATA of ParticipantMessageData (measured)
 TRAIN_BYTES = 65_536  # of a frame where frames get lost: as much as Linux' GSO puts together
-WHOLE_BYTES = 1 << 30  # of a frame otherwise: a sample is one
+LONG_TRAIN_BYTES = 6 * TRAIN_BYTES  # of a frame otherwise: a map of 400 x 400 cells is one
 BUILT_IN_WRITERS = 5  # publications, subscriptions, liveliness, type look-up and its replies
 
 TYPE_NAME = "nav_msgs::msg::dds_::OccupancyGrid_"  # stands for the type of any topic of the robots

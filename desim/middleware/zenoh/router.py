@@ -218,7 +218,8 @@ class Router:
         if len(to) == 1 and hops < len(self.context.hosts):  # as nearly always
             link = self.links.get(ways.get(to[0]))
             if link is not None:
-                link.line.offer(Parcel(message, publication, to, first_ns, last_ns, hops + 1))
+                link.line.offer(Parcel(message, publication, (to[0],), first_ns, last_ns,
+                                       hops + 1))
                 return
         groups: dict[int | None, list[int]] = {}
         for receiver in to:
