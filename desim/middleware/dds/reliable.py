@@ -44,7 +44,7 @@ class ReliableLink:
     It keeps the last ``depth`` samples that are not acknowledged (0: all); an older one is
     ``overwritten``, unless its frames are still on their way or the reader holds it. Heartbeats
     travel with every sample, and alone while something is not acknowledged. Large samples
-    are cut in fewer frames as long as they arrive soon and nothing of them is missing.
+    are cut in fewer frames as long as they arrive soon and nothing gets lost.
     """
 
     __slots__ = ("guid", "waiting", "heard_ns", "reader", "_dds", "_graph", "_kernel", "_params",
@@ -69,8 +69,8 @@ class ReliableLink:
         self._unacked_bytes = self._last = self._beats = 0
         self._beat_ns = -dds.params.heartbeat_asks_after_ns  # the first sample asks
         self._timer = Timer(dds.timers, self._from_id, self._tick)
-        self._smooth = True  # nothing was lost or asked for so far
-        self._quick = False  # and the last large sample was there soon
+        self._smooth = True  # nothing was lost so far
+        self._quick = False  # the last large sample was there soon, and nothing was asked for since
         self._greeted = False
         self._closed: str | None = None
         self.ends = source, receiver, topic
@@ -136,7 +136,7 @@ class ReliableLink:
         self.look(now_ns)
         self._acknowledge(now_ns, base)
         if missing:
-            self._smooth = self._quick = False
+            self._quick = False
             delay_ns = self._params.nack_response_ns
             self._wanted.asked(missing)
             if delay_ns:
