@@ -229,8 +229,11 @@ def scenarios() -> list[Row]:
     return rows
 
 
-MIDDLEWARE = {"direct": ["direct"], "ros1": ["ros1"], "dds, fastdds": ["dds", "fastdds"],
-              "dds, cyclonedds": ["dds", "cyclonedds"], "zenoh": ["zenoh"]}
+MIDDLEWARE = {"direct": ["model=direct"], "ros1": ["model=ros1"],
+              "ros1, acks implied": ["model=ros1", "tcp.acks=implied"],
+              "dds, fastdds": ["model=dds"], "dds, cyclonedds": ["model=dds", "preset=cyclonedds"],
+              "zenoh": ["model=zenoh"],
+              "zenoh, acks implied": ["model=zenoh", "tcp.acks=implied"]}
 PRESETS = ("fkie_groovy", "fkie_noetic")
 
 
@@ -238,10 +241,9 @@ def middleware() -> list[Row]:
     """maze_30 to the end under each middleware, and fleets with a master each that split in two and
     meet again; the best of three, in turns."""
     maze = [str(TOOLS.parent / "scenarios" / "maze_30.yaml")]
-    runs = {name: [*maze, "--set", f"middleware.model={model}",
-                   *(argument for one in preset
-                     for argument in ("--set", f"middleware.preset={one}"))]
-            for name, (model, *preset) in MIDDLEWARE.items()}
+    runs = {name: [*maze, *(argument for one in settings
+                            for argument in ("--set", f"middleware.{one}"))]
+            for name, settings in MIDDLEWARE.items()}
     split = str(TOOLS.parent / "scenarios" / "multimaster_disconnect.yaml")
     runs |= {f"multimaster_disconnect, {preset}": [split, "--set", f"middleware.preset={preset}"]
              for preset in PRESETS}
