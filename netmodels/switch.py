@@ -32,7 +32,7 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, ByteSize, Duration, airtime_ns
-from netmodels.ethernet import FULL_BYTES, GAP_BYTES, first_size, segment_sizes
+from netmodels.ethernet import FULL_BYTES, GAP_BYTES, segment_sizes
 
 _AHEAD_NS = 100_000  # what will be in the switch so soon is settled when it is sent
 
@@ -55,40 +55,19 @@ class Exit:
         self._changes: list[tuple[int, int, int]] = []  # of trains, a heap: when, trains, work
         self._full_at_ns = -1
 
-    def foresee(self, in_ns: int, wire_ns: int) -> int | None:
-        """When a packet will have left that is on its way and will be here at ``in_ns``: after all
-        that was foreseen before, even if that is here a little later. None if it cannot be told
-        yet: others are awaited, a train will be here before or the queue may be full. Then it is
-        awaited, too."""
-        if self._awaited or self._trains or (self._changes and self._changes[0][0] <= in_ns):
-            self._awaited += 1
-            return None
-        at_ns = self._at_ns
-        if in_ns < at_ns:
-            in_ns = at_ns
-        work_ns = self._work_ns - (in_ns - at_ns)
-        if work_ns <= 0:
-            self._idle_ns -= work_ns
-            work_ns = wire_ns
-        else:
-            work_ns += wire_ns
-            if work_ns > self._limit_ns:
-                self._awaited = 1
-                return None
-        self._at_ns = in_ns
-        self._work_ns = work_ns
-        return in_ns + work_ns
-
-    def foresee_train(self, first_ns: int, last_ns: int, packet_ns: int) -> int | None:
-        """``foresee`` of a train, of which the first packet will be here at ``first_ns`` and the
-        last one at ``last_ns``. If it cannot be told yet, it is to be announced."""
+    def foresee(self, first_ns: int, last_ns: int, packet_ns: int) -> int | None:
+        """When something will have left that is on its way, a packet or a train of which the first
+        packet will be here at ``first_ns`` and the last one at ``last_ns``: after all that was
+        foreseen before, even if that is here a little later. None if it cannot be told yet: others
+        are awaited, a train will be here before or the queue may be full."""
         if self._awaited or self._trains or (self._changes and self._changes[0][0] <= last_ns):
             return None
-        at_ns, work_ns, idle_ns = self._at_ns, self._work_ns, 0
+        at_ns = self._at_ns
+        idle_ns = 0
         if first_ns < at_ns:
-            work_ns += min(at_ns, last_ns) - first_ns
+            work_ns = self._work_ns + (at_ns if at_ns < last_ns else last_ns) - first_ns
         else:
-            work_ns -= first_ns - at_ns
+            work_ns = self._work_ns - (first_ns - at_ns)
             if work_ns < 0:
                 work_ns, idle_ns = 0, -work_ns
         if work_ns and work_ns + packet_ns > self._limit_ns:
@@ -96,8 +75,8 @@ class Exit:
         self._idle_ns += idle_ns
         if last_ns > at_ns:
             self._at_ns = at_ns = last_ns
-        self._work_ns = work_ns + packet_ns
-        return at_ns + self._work_ns
+        self._work_ns = work_ns = work_ns + packet_ns
+        return at_ns + work_ns
 
     def wait(self) -> None:
         """A packet will be here."""
@@ -260,9 +239,11 @@ class Switch:
             self._await(exits)
             self._context.at(in_ns, self._cross, (frame, exits, in_ns, wire_ns))
         elif in_ns - now_ns <= _AHEAD_NS:
-            out_ns = self._exits[exits[0][0]].foresee(in_ns, wire_ns)
+            exit_ = self._exits[exits[0][0]]
+            out_ns = exit_.foresee(in_ns, in_ns, wire_ns)
             if out_ns is not None:
                 return out_ns - now_ns + self._propagation_ns
+            exit_.wait()
             self._context.at(in_ns, self._cross, (frame, exits, in_ns, wire_ns))
         else:
             waiting = self._waiting[port]
@@ -276,12 +257,12 @@ class Switch:
         now_ns = self._context.now_ns
         while waiting and waiting[0][2] - now_ns <= _AHEAD_NS:
             frame, exits, in_ns, wire_ns = crossing = waiting.popleft()
-            (exit_, (receiver,)), = exits
-            out_ns = self._exits[exit_].foresee(in_ns, wire_ns)
+            out_ns = self._exits[exits[0][0]].foresee(in_ns, in_ns, wire_ns)
             if out_ns is None:
+                self._await(exits)
                 self._context.at(in_ns, self._cross, crossing)
             else:
-                self._context.settle(frame, receiver,
+                self._context.settle(frame, frame.receivers[0],
                                      _deliver(out_ns - now_ns + self._propagation_ns))
         if waiting:
             self._context.at(waiting[0][2], self._cross_waiting, waiting)
@@ -291,12 +272,12 @@ class Switch:
         end_ns = begin_ns + self._wire_ns(frame.size_bytes, frame.segments)
         self._trains_free_ns[port] = end_ns
         self._booked_ns[port] += end_ns - begin_ns
-        packet_ns = self._packet_ns(first_size(frame.size_bytes, frame.segments))
+        packet_ns = self._packet_ns(segment_sizes(frame.size_bytes, frame.segments)[0])
         first_ns = begin_ns + packet_ns + self._propagation_ns
         last_ns = end_ns + self._propagation_ns
         now_ns = self._context.now_ns
         if last_ns - now_ns <= _AHEAD_NS and not frame.broadcast:
-            out_ns = self._exits[exits[0][0]].foresee_train(first_ns, last_ns, packet_ns)
+            out_ns = self._exits[exits[0][0]].foresee(first_ns, last_ns, packet_ns)
             if out_ns is not None:
                 return out_ns - now_ns + self._propagation_ns
         for exit_, _ in exits:

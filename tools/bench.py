@@ -22,6 +22,7 @@ from typing import Any
 
 import airload
 import campaignload
+import messageload
 import simpy
 import workload
 from rich.console import Console
@@ -281,8 +282,9 @@ def output_of(*arguments: str) -> str:
 
 # Scenarios early: a process that is started reports no less memory than the one that starts it.
 PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "scenarios": scenarios,
-                                             "middleware": middleware, "laser": laser, "w": w,
-                                             "network": network, "campaign": campaign}
+                                             "middleware": middleware,
+                                             "message": messageload.messages, "laser": laser,
+                                             "w": w, "network": network, "campaign": campaign}
 
 
 def show(title: str, rows: list[Row]) -> None:

@@ -16,12 +16,11 @@ class Timers:
     deadline, and finds most of them moved or met; those that are due within ``ahead_ns`` get an
     event of their own, at their own time and in their own place of that instant."""
 
-    __slots__ = ("kernel", "ahead_ns", "safe_ns", "_waiting", "_look_ns", "_call")
+    __slots__ = ("kernel", "ahead_ns", "_waiting", "_look_ns", "_call")
 
     def __init__(self, kernel: Kernel, ahead_ns: int) -> None:
         self.kernel = kernel
         self.ahead_ns = ahead_ns
-        self.safe_ns = NEVER  # later deadlines change nothing
         self._waiting: list[Timer] = []
         self._look_ns = NEVER
         self._call: Any = None
@@ -38,12 +37,11 @@ class Timers:
             if self._call is not None:
                 self._call.cancel()
             self._look_ns = look_ns
-            self.safe_ns = deadline_ns
             self._call = self.kernel.at(look_ns, _NETWORK, 0, self._look)
 
     def _look(self, _: Any) -> None:
         soon_ns = self._look_ns + self.ahead_ns
-        self._call, self._look_ns, self.safe_ns = None, NEVER, NEVER
+        self._call, self._look_ns = None, NEVER
         waiting, self._waiting = self._waiting, []
         first_ns = NEVER
         for timer in waiting:
@@ -63,12 +61,12 @@ class Timer:
     """Calls ``fired`` at ``deadline_ns``, the one that ``expect`` has set last. Whoever has got
     what it waited for sets it to ``NEVER``."""
 
-    __slots__ = ("deadline_ns", "waits", "timers", "_entity", "_fired", "_call", "_booked_ns")
+    __slots__ = ("deadline_ns", "waits", "_timers", "_entity", "_fired", "_call", "_booked_ns")
 
     def __init__(self, timers: Timers, entity: int, fired: Callable[[], Any]) -> None:
         self.deadline_ns = NEVER
         self.waits = False  # among those that are looked at together
-        self.timers = timers
+        self._timers = timers
         self._entity = entity
         self._fired = fired
         self._call: Any = None
@@ -77,8 +75,8 @@ class Timer:
     def expect(self, deadline_ns: int) -> None:
         """Something has to happen before ``deadline_ns``."""
         self.deadline_ns = deadline_ns
-        timers = self.timers
-        if deadline_ns < self._booked_ns and not (self.waits and deadline_ns > timers.safe_ns):
+        if deadline_ns < self._booked_ns:
+            timers = self._timers
             if deadline_ns - timers.kernel.now_ns <= timers.ahead_ns:
                 self.book()
                 return
@@ -94,7 +92,7 @@ class Timer:
         if self._call is not None:
             self._call.cancel()
         self._booked_ns = self.deadline_ns
-        self._call = self.timers.kernel.at(self.deadline_ns, _NETWORK, self._entity, self._fire)
+        self._call = self._timers.kernel.at(self.deadline_ns, _NETWORK, self._entity, self._fire)
 
     def stop(self) -> None:
         self.deadline_ns = NEVER
@@ -107,7 +105,7 @@ class Timer:
         self._call = None
         self._booked_ns = NEVER
         deadline_ns = self.deadline_ns
-        if deadline_ns > self.timers.kernel.now_ns:
+        if deadline_ns > self._timers.kernel.now_ns:
             if deadline_ns < NEVER:
                 self.expect(deadline_ns)
         else:

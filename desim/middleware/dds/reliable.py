@@ -71,7 +71,7 @@ class ReliableLink:
         self._timer = Timer(dds.timers, self._from_id, self._tick)
         self._smooth = True  # nothing was lost so far
         self._quick = False  # the last large sample was there soon, and nothing was asked for since
-        self._greeted = False
+        self._greeted = False  # its first heartbeat is still to come, and it says all
         self._closed: str | None = None
         self.ends = source, receiver, topic
         self._wanted = Wanted(dds.params)

@@ -92,7 +92,7 @@ class Outlet:
     def offer(self, message: Message) -> None:
         outbox = self._outbox
         sender = self._sender
-        if not outbox and sender.written - sender.una < sender.room_bytes:
+        if not outbox and sender.room:
             self._write(message)
             return
         outbox.append(message)

@@ -86,10 +86,7 @@ class Receiver:
         if not self.due_ns:  # it was acknowledged by an answer, or all is over
             return
         if self._implied:
-            self.due_ns = 0
-            self.said = end
-            if self._up[self.end.peer]:
-                origin.arrived((end, sent_ns, 0, 0, 0), self.end.peer)
+            self.acknowledge(1)
             return
         if end - start > self._full:
             self._full = min(end - start, MSS_BYTES)

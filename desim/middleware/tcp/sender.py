@@ -253,10 +253,7 @@ class Sender(Window):
         if self.cwnd > self.initial and start == self.una and now_ns - self._sent_ns > rto_ns:
             self.rest(now_ns - self._sent_ns)
         if start == self.una:
-            timer = self._timer
-            timer.deadline_ns = deadline_ns = now_ns + rto_ns
-            if not timer.waits or deadline_ns < timer.timers.safe_ns:
-                timer.expect(deadline_ns)
+            self._timer.expect(now_ns + rto_ns)
         self._sent_ns = now_ns
         self.nxt = self.top = end
         size_bytes = end - start
