@@ -44,8 +44,7 @@ class Medium:
                  "delivered", "copies", "dropped", "tx_bytes", "rx_bytes", "refused_bytes",
                  "_barred_bytes", "_refuses", "_kernel", "_after", "_send", "_streams", "_place",
                  "positions", "_ids", "_open", "_broadcasts", "_awaited", "_flying", "_reasons",
-                 "_switched", "_reach_m", "_separators", "_judges", "_sending", "_sent", "_posting",
-                 "_due_ns")
+                 "_switched", "_reach_m", "_separators", "_judges", "_sending", "_sent", "_posting")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
@@ -78,8 +77,7 @@ class Medium:
         self._flying = 0
         self._sending = 0  # the unicast frame that the model is being given, not settled yet
         self._sent: Claim
-        self._posting = 0  # the frame that is being posted
-        self._due_ns: int | None = None  # when it will be there
+        self._posting = 0  # the frame that is to be posted
         self._reasons = frozenset(model.reasons)
         self._refuses = frozenset(getattr(model, "refuses", ()))
         self._switched = getattr(model, "switched", None)
@@ -148,9 +146,10 @@ class Medium:
     # What transports do.
 
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
-                 broadcast: bool, carrier: Carrier, token: Any) -> None:
+                 broadcast: bool, carrier: Carrier, token: Any) -> int | None:
         """Take a frame for ``receivers`` (ascending); ``carrier`` hears of its fate at each, with
-        ``token``."""
+        ``token``. Returns when (ns) it will be there, if there is one receiver, no rule has touched
+        it and the model says so right away."""
         self.frames = number = self.frames + 1
         self.intended += len(receivers)
         self.tx_bytes[source] += size_bytes
@@ -162,7 +161,7 @@ class Medium:
                 terms = self._obey(rule, verdicts, receivers, terms, carrier, token)
                 if not terms:
                     self._barred_bytes += size_bytes
-                    return
+                    return None
                 if len(terms) < len(receivers):
                     receivers = tuple(terms)
                     frame = frame._replace(receivers=receivers)
@@ -174,7 +173,7 @@ class Medium:
                 if number not in self._broadcasts:
                     raise self._unexpected(frame, receivers)
                 self.settle_many(frame, None, Deliver(delay_ns))
-            return
+            return None
         (receiver,) = receivers
         if self._sending:  # the model drops another frame meanwhile, and its carrier sends this one
             self._keep()
@@ -185,7 +184,7 @@ class Medium:
         if delay_ns is None:
             if self._sending == number:
                 self._keep()
-            return
+            return None
         if self._sending != number:
             claim = self._claimed(frame, receiver)
         self._sending = 0
@@ -196,13 +195,16 @@ class Medium:
             if type(delay_ns) is not int or delay_ns < 0:
                 raise ModelError(f"{self._model()} delivers after {delay_ns!r}; a delay is an int "
                                  ">= 0 of nanoseconds")
-            self._due_ns = self._kernel.now_ns + delay_ns
+            self._posting = 0
             self.delivered += 1
             self.rx_bytes[receiver] += size_bytes
+            return self._kernel.now_ns + delay_ns
         else:
             self._flying += 1
             ids = self._ids
             self._after(delay_ns, _DELIVER, ids[source] << 32 | ids[receiver], self._deliver, claim)
+            return self._kernel.now_ns + delay_ns
+        return None
 
     def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: Carrier,
              token: Any) -> int | None:
@@ -211,9 +213,10 @@ class Medium:
         None. For what nobody may ever look at, such as an acknowledgement: it costs no event. It
         counts as delivered at once, even if its receiver should stop while it is on its way."""
         self._posting = self.frames + 1
-        self.transmit(source, receivers, size_bytes, 1, False, carrier, token)
-        due_ns, self._due_ns = self._due_ns, None
-        return due_ns
+        due_ns = self.transmit(source, receivers, size_bytes, 1, False, carrier, token)
+        posted = not self._posting
+        self._posting = 0
+        return due_ns if posted else None
 
     def switched(self, host: int, up: bool) -> None:
         """A host has started or stopped: for a model that wants to know."""

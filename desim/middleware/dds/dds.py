@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 from desim.errors import InputError, did_you_mean
+from desim.middleware.dds import wire
 from desim.middleware.dds.besteffort import BestEffort
 from desim.middleware.dds.parameters import DdsParams
 from desim.middleware.dds.participant import Participant
@@ -30,6 +32,11 @@ class Dds:
         self.params = DdsParams() if params is None else params
         self.server: int | None = None
         self.matches = 0
+        cut = partial(wire.trains, fragment_bytes=self.params.fragment_bytes,
+                      most=self.params.message_fragments, heartbeat=True)
+        # Of a sample's bytes, asked for with every message.
+        self.trains = lru_cache(1 << 12)(partial(cut, train_bytes=wire.TRAIN_BYTES))
+        self.long_trains = lru_cache(1 << 12)(partial(cut, train_bytes=wire.LONG_TRAIN_BYTES))
 
     def start(self, context: Context) -> None:
         params, hosts = self.params, context.hosts

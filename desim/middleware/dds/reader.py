@@ -43,7 +43,7 @@ class Sample:
         self.state = OPEN
         self.lacks: dict[int, None] | None = None
         self.sent_ns = message.born_ns
-        self.again: dict[int, tuple[int, int]] = {}
+        self.again: dict[int, tuple[int, int]] | None = None
 
 
 class Reader:
@@ -54,7 +54,7 @@ class Reader:
     __slots__ = ("_link", "_dds", "_graph", "_kernel", "_params", "_host", "_writer", "_topic",
                  "_to", "_to_id", "_send", "_post", "_next", "_known", "_held", "_parts", "_timer",
                  "_due_ns", "_seen", "_remote", "_greeting", "_row", "_asking", "_asked", "_acked",
-                 "_acked_ns")
+                 "_acked_ns", "_implied")
 
     def __init__(self, link: ReliableLink, dds: Dds, offer: Offer, host: Host,
                  medium: Medium) -> None:
@@ -69,6 +69,7 @@ class Reader:
         self._send, self._post = medium.transmit, medium.post
         self._next = 1
         self._known = 0
+        self._implied = dds.params.acks == "implied"
         self._held: dict[int, Sample] = {}
         self._parts: dict[int, Sample] = {}  # of which some parts are there
         self._timer: Any = None
@@ -91,6 +92,19 @@ class Reader:
             self._remote = (dds.writer(self._writer, self._host.index, self._topic) if current
                             else None)
         return self._remote
+
+    def completes(self, sample: Sample, part: range, first: int) -> bool:
+        """Take a sample as it should be: the next one, as a whole, and the last one known. False if
+        it is not, and nothing has happened."""
+        number = sample.number
+        if number != self._next or len(part) != sample.parts or self._known > number \
+                or first > number or self._seen != self._dds.matches or self._remote is None \
+                or self._parts:
+            return False
+        self._remote.heard_ns = self._kernel.now_ns
+        self._known = number
+        self._deliver(sample)
+        return True
 
     def take(self, sample: Sample, part: range, first: int, beat: int) -> bool:
         """Some fragments of a sample have arrived; False if nobody reads here."""
@@ -155,7 +169,9 @@ class Reader:
             self._advance(first)
         if last > self._known:
             self._known = last
-        if beat >= ASKS:
+        if self._implied and self._next > self._known:
+            self._link.has_all(self._next)
+        elif beat >= ASKS:
             self._asked = True
             if beat == DIRECTED:
                 self._asking.directed = True

@@ -20,6 +20,7 @@ from desim.middleware.dds.reader import (
     FINAL,
     HELD,
     NO_HEARTBEAT,
+    OPEN,
     Missing,
     Reader,
     Sample,
@@ -51,7 +52,8 @@ class ReliableLink:
                  "_from", "_from_id", "_host", "_to", "_send", "_depth", "_history",
                  "_unacked_bytes", "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
                  "_beating", "_noted", "_wanted", "_repeating", "_repeat_ns", "_greeted",
-                 "_smooth", "_quick")
+                 "_smooth", "_quick", "_implied",
+                 "_trains", "_long_trains")
 
     def __init__(self, dds: Dds, offer: Offer, receiver: int, guid: Any, medium: Medium) -> None:
         graph, source, topic = dds.context.graph, offer.publisher.host, offer.publisher.topic
@@ -69,6 +71,8 @@ class ReliableLink:
         self._unacked_bytes = self._last = self._beats = 0
         self._beat_ns = -dds.params.heartbeat_asks_after_ns  # the first sample asks
         self._timer = Timer(dds.timers, self._from_id, self._tick)
+        self._implied = dds.params.acks == "implied"
+        self._trains, self._long_trains = dds.trains, dds.long_trains
         self._smooth = True  # nothing was lost so far
         self._quick = False  # the last large sample was there soon, and nothing was asked for since
         self._greeted = False  # its first heartbeat is still to come, and it says all
@@ -90,8 +94,7 @@ class ReliableLink:
         if self._noted:
             self.look(now_ns)
         self._last = number = self._last + 1
-        trains = wire.trains(message.size_bytes, params.fragment_bytes, params.message_fragments,
-                             True, wire.LONG_TRAIN_BYTES if self._quick else wire.TRAIN_BYTES)
+        trains = (self._long_trains if self._quick else self._trains)(message.size_bytes)
         sample = Sample(message, number, trains[-1][0].stop)
         self.waiting += 1
         history.append(sample)
@@ -104,23 +107,27 @@ class ReliableLink:
         asks = (now_ns - self._beat_ns >= params.heartbeat_asks_after_ns
                 or self._unacked_bytes >= params.high_water_bytes)
         self._beats = 0
+        self._beat_ns = now_ns
+        foreseen = self._implied
         for part, chunk in trains:
             beat = NO_HEARTBEAT if part.stop < sample.parts else ASKS if asks else FINAL
-            self._transmit(sample, part, chunk, beat)
-        self._beat_ns = now_ns
-        if self._greeted:
+            due_ns = self._transmit(sample, part, chunk, beat)
+            if due_ns is None or due_ns - now_ns > _SOON_NS:
+                foreseen = False
+        if self._greeted and not foreseen:
             self._timer.expect(now_ns + params.heartbeat_period_ns)
 
-    def _transmit(self, sample: Sample, part: range, chunk: wire.Chunk, beat: int) -> None:
-        """Send some fragments of a sample, and a heartbeat of the kind ``beat`` behind them."""
+    def _transmit(self, sample: Sample, part: range, chunk: wire.Chunk, beat: int) -> int | None:
+        """Send some fragments of a sample, and a heartbeat of the kind ``beat`` behind them.
+        Returns when they will be there, where the medium says."""
         graph = self._graph
         size_bytes, packets = chunk
         sample.sent_ns = now_ns = self._kernel.now_ns
         sample.flying += 1
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._host.id, sample.message.seq,
                        size_bytes))
-        self._send(self._from, self._to, size_bytes, packets, False, self,
-                   (sample, part, self._history[0].number, beat))
+        return self._send(self._from, self._to, size_bytes, packets, False, self,
+                          (sample, part, self._history[0].number, beat))
 
     def _first(self) -> int:
         """Number of the first sample that there is to be had."""
@@ -152,6 +159,25 @@ class ReliableLink:
             self._noted.append((due_ns, base))
             if base > self._last and due_ns < self._timer.deadline_ns:
                 self._timer.deadline_ns = NEVER
+
+    def has_all(self, base: int) -> None:
+        """The reader has all before ``base``, and the writer knows."""
+        if self._closed is not None:
+            return
+        history = self._history
+        if len(history) == 1 and history[0].number < base:  # as nearly always
+            self.heard_ns = self._kernel.now_ns
+            sample = history.pop()
+            sample.kept = False
+            self._unacked_bytes = 0
+            if sample.state == OPEN:
+                self.settle(sample, "overwritten")
+            if self._wanted.missing:
+                self._wanted.acknowledged(base)
+        else:
+            self._acknowledge(self._kernel.now_ns, base)
+        if not history:
+            self._timer.deadline_ns = NEVER
 
     def look(self, now_ns: int) -> None:
         """Take note of what was heard before ``now_ns``."""
@@ -202,8 +228,12 @@ class ReliableLink:
             self._beat(wire.gap(), DIRECTED)
         if next_ns is not None:
             self._repeat_in(next_ns - now_ns)
+        self._watch()
+
+    def _watch(self) -> None:
+        """A heartbeat is due after a while if something is not acknowledged."""
         if self._history and self._greeted:
-            self._timer.expect(self._next_beat_ns())
+            self._timer.expect(max(self._next_beat_ns(), self._kernel.now_ns))
 
     def _greet(self, _: Any) -> None:
         """The first heartbeat to a reader that is new."""
@@ -211,8 +241,7 @@ class ReliableLink:
             self._greeted = True
             self.look(self._kernel.now_ns)
             self._beat(wire.heartbeats(1), DIRECTED)
-            if self._history:
-                self._timer.expect(self._next_beat_ns())
+            self._watch()
 
     def _tick(self) -> None:
         """A heartbeat is due if there was none meanwhile, and something is not acknowledged."""
@@ -223,7 +252,7 @@ class ReliableLink:
         if self._next_beat_ns() <= now_ns:
             self._beats += 1
             self._beat(wire.heartbeats(1), ASKS)
-        self._timer.expect(self._next_beat_ns())
+        self._watch()
 
     def _next_beat_ns(self) -> int:
         params = self._params
@@ -277,12 +306,17 @@ class ReliableLink:
         if self._smooth and sample.message.size_bytes > wire.TRAIN_BYTES:
             self._quick = self._kernel.now_ns - sample.sent_ns < _SOON_NS
         closed = self._closed
+        if self._implied and closed is None and self.reader.completes(sample, part, first):
+            self.has_all(sample.number + 1)
+            return
         if closed == "link_closed" or not self.reader.take(sample, part, first, beat):
             self.settle(sample, closed or "unmatched")
-        elif sample.state != HELD:
+        elif sample.state == OPEN:
             self.settle(sample, closed or "overwritten")
-        elif closed:
+        elif closed and sample.state == HELD:
             self.reader.drop(closed)  # nobody will bring what it waits for
+        if self._implied:  # something is amiss
+            self._watch()
 
     def lost(self, token: tuple[Sample, range, int, int], receiver: int, reason: str) -> None:
         sample = token[0]
@@ -292,6 +326,8 @@ class ReliableLink:
         graph.trace.row(graph.kernel.now_ns, graph.LOST, self._host.id, self._from_id,
                         sample.message.seq, graph.names.id(reason))
         self.settle(sample, reason if self._closed else "overwritten")
+        if self._implied and self._closed is None:
+            self._watch()
 
     def repeated(self, token: tuple[Sample, range, int, int], receiver: int) -> None:
         """A reader knows by its number what it has already, and throws it away."""

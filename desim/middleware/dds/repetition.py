@@ -61,13 +61,14 @@ class Wanted:
                 sample.again = dict.fromkeys(range(sample.parts), self._after(now_ns, 0))
                 continue
             waits = []
+            again = sample.again = sample.again or {}
             for index in indices or range(sample.parts):
-                from_ns, pause_ns = sample.again.get(index, (0, 0))
+                from_ns, pause_ns = again.get(index, (0, 0))
                 if from_ns > now_ns:
                     waits.append(index)
                     next_ns = from_ns if next_ns is None else min(next_ns, from_ns)
                 else:
-                    sample.again[index] = self._after(now_ns, pause_ns)
+                    again[index] = self._after(now_ns, pause_ns)
                     parts.append((sample, range(index, index + 1)))
             if waits:
                 self.missing[number] = tuple(waits)

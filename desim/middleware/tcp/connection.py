@@ -82,6 +82,7 @@ class Connection:
     def unacked(self, source: int) -> list[Any]:
         """Tokens of the messages of ``source`` whose arrival it does not know of."""
         sender = self.end(source).sender
+        sender.join()
         return [entry[2] for entry in sender.messages if entry[3] is not FIN]
 
     def unheard(self, source: int) -> list[Any]:

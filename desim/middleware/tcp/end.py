@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase, pair
 from desim.middleware.tcp.entries import FIN, parts
+from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver, Train
 from desim.middleware.tcp.sender import Sender
@@ -91,7 +92,11 @@ class End:
         self.heard_ns = self._kernel.now_ns
         if rtt_ns >= 0:
             self.sender.sample(rtt_ns)
-        self.sender.open = self.receiver.open = True
+        sender = self.sender
+        sender.open = self.receiver.open = True
+        if self._params.acks == "implied" and sender.near:
+            sender.express = Express(sender)
+            sender.express.ready = sender.written == sender.una and sender.peer.open
         if self.connection.keepalive:
             self._watch(self._params.keepalive_idle_ns)
 
@@ -256,6 +261,10 @@ class End:
                 graph.trace.row(self._kernel.now_ns, graph.LOST, self._peer_id,
                                 graph.hosts[self.host].id, message.seq, graph.names.id(reason))
 
+    def data_heard_ns(self) -> int:
+        """When data came to this end last."""
+        return max(self.receiver.heard_ns, self.far.sender.express_ns)
+
     def _tell_owner(self, reason: str) -> None:
         closed, self.closed = self.closed, None
         if closed is not None:
@@ -269,7 +278,8 @@ class End:
     def _look(self) -> None:
         """Probe a peer that was silent for so long; data under way has its own timer."""
         params, sender = self._params, self.sender
-        idle_ns = self._kernel.now_ns - max(self.heard_ns, sender.heard_ns, self.receiver.heard_ns)
+        idle_ns = self._kernel.now_ns - max(
+            self.heard_ns, sender.heard_ns, sender.express_ns, self.data_heard_ns())
         if sender.una < sender.written:
             self._tries = 0
             self._watch(params.keepalive_idle_ns)

@@ -128,6 +128,7 @@ class Receiver:
 
     def shut(self) -> None:
         """Hear nothing more."""
+        self.origin.join()
         self.open = False
         self.due_ns = 0
         if self._timer is not None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim.middleware.tcp.entries import FIN, Entry, parts
+from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.tcp.window import Window
 from desim.middleware.timers import NEVER, Timer
@@ -36,8 +37,8 @@ class Sender(Window):
     __slots__ = ("end", "peer", "back", "open", "nodelay", "messages", "heard", "una", "nxt", "top",
                  "written", "finishing", "heard_ns", "_waiters", "_small", "_expiries",
                  "_duplicates", "_recover", "_recovering", "_resent", "_hole_end", "_beyond",
-                 "_timer", "_sent_ns", "_graph", "_kernel", "_transmit", "_host", "_to", "_host_id",
-                 "_to_id")
+                 "timer", "sent_ns", "_graph", "_kernel", "_transmit", "_host", "_to", "_host_id",
+                 "_to_id", "express")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         super().__init__(connection.tcp.params)
@@ -46,6 +47,7 @@ class Sender(Window):
         self.back: Receiver
         self.open = False
         self.nodelay = connection.nodelay
+        self.express: Express | None = None
         self.messages: deque[Entry] = deque()
         self.heard = 0
         self.una = self.nxt = self.top = self.written = 0
@@ -59,10 +61,10 @@ class Sender(Window):
         self._recovering = False
         self._resent = 0  # meanwhile, up to there
         self._hole_end = self._beyond = 0  # as acknowledgements say
-        self._sent_ns = 0
+        self.sent_ns = 0
         self._graph = graph = connection.tcp.context.graph
         self._kernel = graph.kernel
-        self._timer = Timer(connection.tcp.timers, entity, self._expired)
+        self.timer = Timer(connection.tcp.timers, entity, self._expired)
         self._transmit = connection.medium.transmit
         self._host, self._to = end.host, (end.peer,)
         self._host_id, self._to_id = graph.hosts[end.host].id, graph.hosts[end.peer].id
@@ -70,6 +72,9 @@ class Sender(Window):
     def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
              kind: str | None) -> None:
         """As ``Connection.send`` of this end."""
+        express = self.express
+        if express is not None and express.send(size_bytes, arrived, token, kind):
+            return
         start = self.written
         self.written = end = start + size_bytes
         self.messages.append((end, arrived, token, kind))
@@ -79,6 +84,33 @@ class Sender(Window):
             self._lone(start, end, token, kind)
         elif small_may_go or end - self.nxt >= MSS_BYTES:
             self.push()
+
+    def sent(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any, kind: str | None,
+             sent_ns: int) -> int:
+        """A message was sent when all was at rest, and is on its way. Returns where it begins."""
+        start = self.written
+        self.written = self.nxt = self.top = end = start + size_bytes
+        self.messages.append((end, arrived, token, kind))
+        if size_bytes % MSS_BYTES:
+            self._small = end
+        self.sent_ns = sent_ns
+        return start
+
+    def wake(self) -> None:
+        """Nothing is on its way, and something is to be sent."""
+        idle_ns = self._kernel.now_ns - self.sent_ns
+        if idle_ns > self.rto_ns and self.cwnd > self.initial:
+            self.rest(idle_ns)
+
+    def used(self, acked: int, flying: int) -> None:
+        """``acked`` bytes are there of ``flying`` that were on their way."""
+        if flying * 2 > self.cwnd:
+            self.grow(acked, flying)
+
+    def join(self) -> None:
+        """What is on its way by express becomes a part of the stream."""
+        if self.express is not None:
+            self.express.join()
 
     def finish(self, finishes: Callable[[Any], Any]) -> None:
         """Send all that was written, without delay, and a FIN behind it: one byte of the sequence,
@@ -118,9 +150,9 @@ class Sender(Window):
         if echo_ns >= 0:
             self.sample(now_ns - echo_ns)
         if number < self.top:
-            self._timer.expect(now_ns + self.rto_ns)
+            self.timer.expect(now_ns + self.rto_ns)
         else:
-            self._timer.deadline_ns = NEVER
+            self.timer.deadline_ns = NEVER
         messages, left = self.messages, self.written - number
         if left:
             known = 0
@@ -141,6 +173,8 @@ class Sender(Window):
                 self.push()
         elif self.finishing:
             self.end.finished()
+        elif self.express is not None:
+            self.express.ready = self.near and self.peer.open
         if self._waiters:
             self._tell_waiters()
 
@@ -149,10 +183,8 @@ class Sender(Window):
         if not self.open:
             return
         params = self.params
-        if self.una == self.top and self.cwnd > self.initial:
-            idle_ns = self._kernel.now_ns - self._sent_ns
-            if idle_ns > self.rto_ns:
-                self.rest(idle_ns)
+        if self.una == self.top:
+            self.wake()
         cwnd = self.cwnd
         if self.near and self.una == self.top:
             most = params.train * MSS_BYTES
@@ -179,22 +211,31 @@ class Sender(Window):
 
     def shut(self) -> None:
         """Send nothing more. What was not heard will not be."""
+        self.join()
         self.open = False
         self.messages.clear()
         self._waiters.clear()
         self.heard = 0
-        self._timer.stop()
+        self.timer.stop()
+
+    @property
+    def express_ns(self) -> int:
+        """When a message came to the peer by express last; 0: none did."""
+        return 0 if self.express is None else self.express.heard_ns
 
     @property
     def room(self) -> bool:
         """Whether the send buffer takes another message now."""
-        return self.written - self.una < self.room_bytes
+        express = self.express
+        flying = 0 if express is None or express.flight is None else express.flying()
+        return self.written + flying - self.una < self.room_bytes
 
     def when_room(self, fn: Callable[[], Any]) -> None:
         """Call ``fn()`` once, when an acknowledgement has made room (now, if there is some)."""
         if self.room:
             fn()
         else:
+            self.join()
             self._waiters.append(fn)
 
     def _small_may_go(self) -> bool:
@@ -233,6 +274,7 @@ class Sender(Window):
 
     def _expired(self) -> None:
         """The retransmission timer."""
+        self.join()
         self._expiries += 1
         if self._expiries > self.params.retries:
             self.end.fail("timeout")
@@ -250,11 +292,11 @@ class Sender(Window):
         """The message of every day: one in one segment, behind all that was sent."""
         now_ns = self._kernel.now_ns
         rto_ns = self.rto_ns
-        if self.cwnd > self.initial and start == self.una and now_ns - self._sent_ns > rto_ns:
-            self.rest(now_ns - self._sent_ns)
         if start == self.una:
-            self._timer.expect(now_ns + rto_ns)
-        self._sent_ns = now_ns
+            if self.cwnd > self.initial:
+                self.wake()
+            self.timer.expect(now_ns + rto_ns)
+        self.sent_ns = now_ns
         self.nxt = self.top = end
         size_bytes = end - start
         if size_bytes < MSS_BYTES:
@@ -284,14 +326,14 @@ class Sender(Window):
             self.end.account(message, kind, payload_bytes + headers)
             headers = 0  # its first message bears them
         if start == self.una:
-            self._timer.expect(now_ns + min(self.rto_ns << self._expiries,
+            self.timer.expect(now_ns + min(self.rto_ns << self._expiries,
                                             self.params.rto_max_ns))
         self.nxt = end
         if end > self.top:
             self.top = end
             if (end - start) % MSS_BYTES:
                 self._small = end
-        self._sent_ns = now_ns
+        self.sent_ns = now_ns
         back = self.back
         echo_ns = back.echo_ns if back.due_ns else -1
         back.due_ns = 0

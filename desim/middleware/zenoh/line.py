@@ -41,7 +41,8 @@ class Line:
     stream keeps its newest there, as many as its queue takes, and closes the link when nothing
     moves for too long; a datagram is dropped after a moment."""
 
-    __slots__ = ("_link", "_connection", "_sender", "_host", "_context", "_params", "_batches",
+    __slots__ = ("_link", "_connection", "_sender", "_host", "_context", "_kernel", "_params",
+                 "_batches",
                  "_bytes", "_most_bytes", "_waiting", "_counts", "_moved_ns", "_closer", "_asked")
 
     def __init__(self, link: Link) -> None:
@@ -49,6 +50,7 @@ class Line:
         self._connection, self._host = link.connection, link.host
         self._sender = link.connection.sender(link.host)
         self._context, self._params = link.router.context, link.router.params
+        self._kernel = self._context.graph.kernel
         self._batches: deque[tuple[Parcel, int]] = deque()
         self._bytes = 0
         self._most_bytes = self._params.batches * self._params.batch_bytes
@@ -83,7 +85,7 @@ class Line:
 
     def _go(self, parcel: Parcel, size_bytes: int) -> None:
         link = self._link
-        link.sent_ns = self._context.now_ns
+        link.sent_ns = self._kernel.now_ns
         self._sender.send(size_bytes, link.carried, parcel, None)
 
     def _fits(self, size_bytes: int) -> bool:

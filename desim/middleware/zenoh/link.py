@@ -165,7 +165,7 @@ class Link:
 
     def _look(self, _: Any) -> None:
         """Close a link that nothing came over for a lease."""
-        heard_ns = max(self._opened_ns, self.connection.end(self.host).receiver.heard_ns)
+        heard_ns = max(self._opened_ns, self.connection.end(self.host).data_heard_ns())
         due_ns = heard_ns + self.router.params.lease_ns
         if due_ns <= self._context.now_ns:
             self.close()

@@ -38,7 +38,7 @@ class Router:
     """
 
     __slots__ = ("host", "life", "context", "params", "tcp", "links", "topology", "finder",
-                 "registry", "_online", "_news", "_ends", "_flooding", "_spreading")
+                 "registry", "_most_hops", "_online", "_news", "_ends", "_flooding", "_spreading")
 
     def __init__(self, host: int, life: int, context: Context, params: ZenohParams, tcp: Tcp,
                  finder: Finder) -> None:
@@ -48,6 +48,7 @@ class Router:
         self.topology = Topology(host, len(context.hosts), life)
         self.finder = finder
         self.registry = Registry(host, life, context)
+        self._most_hops = len(context.hosts)
         self._online: dict[int, int] = {host: host}
         # Routers whose link state is to be passed on; True: to everybody, not to those only who do
         # not have it.
@@ -118,10 +119,10 @@ class Router:
     # Who is linked to whom.
 
     def hear_states(self, link: Link, states: dict[int, State]) -> None:
-        for router, state in states.items():
-            link.states[router] = state
+        link.states.update(states)
         known = self.topology.states
-        news = {router: router not in known for router in states}
+        news = {router: router not in known for router, state in states.items()
+                if known.get(router) is not state}
         news = {router: new for router, new in news.items()
                 if self.topology.learn(router, states[router])}
         if news:
@@ -215,7 +216,7 @@ class Router:
         """One copy to each neighbour that is on the way from the publisher to some of ``to``, after
         ``hops`` links on which its first and last frame left at these instants (-1: none did)."""
         ways = self.topology.hops(publication.source)
-        if len(to) == 1 and hops < len(self.context.hosts):  # as nearly always
+        if len(to) == 1 and hops < self._most_hops:  # as nearly always
             link = self.links.get(ways.get(to[0]))
             if link is not None:
                 link.line.offer(Parcel(message, publication, (to[0],), first_ns, last_ns,
@@ -226,7 +227,7 @@ class Router:
             groups.setdefault(ways.get(receiver), []).append(receiver)
         for neighbour, group in groups.items():
             link = self.links.get(neighbour)
-            if link is not None and hops < len(self.context.hosts):
+            if link is not None and hops < self._most_hops:
                 link.line.offer(Parcel(message, publication, tuple(group), first_ns, last_ns,
                                        hops + 1))
             else:

@@ -1,0 +1,144 @@
+"""A message over a connection at rest, in one step: no window, no timer, no sequence numbers.
+
+It is what TCP does with most messages where paths are near and acknowledgements implied: nothing
+else is on its way, the network says at once when it will be there, and then its sender knows that.
+Whatever comes in between, another message, a loss, a stop, first lets it ``join`` the stream as if
+it had been sent there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from desim.middleware.tcp.entries import FIN
+from desim.middleware.tcp.parameters import on_wire
+from desim.middleware.timers import NEVER
+from desim.middleware.transports import MSS_BYTES
+from desim.trace import pack
+
+if TYPE_CHECKING:
+    from desim.middleware.tcp.sender import Sender
+
+# Its bytes, arrived, token, kind, and when it was sent.
+Flight = tuple[int, Callable[[Any], Any], Any, "str | None", int]
+
+
+class Express:
+    """Of one sender. ``ready``: the stream is at rest but for ``flight``, which is on its way, and
+    ``more`` behind it."""
+
+    __slots__ = ("ready", "flight", "more", "heard_ns", "_sender", "_kernel", "_graph", "_transmit",
+                 "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_large_bytes",
+                 "_patience_ns", "_timed", "_nodelay", "_joined")
+
+    def __init__(self, sender: Sender) -> None:
+        params = sender.params
+        end = sender.end
+        self.ready = False
+        self.flight: Flight | None = None
+        self.more: list[Flight] = []
+        self._joined: list[tuple[Flight, int]] = []  # and where in the stream they begin
+        self.heard_ns = 0
+        self._sender = sender
+        self._nodelay = sender.nodelay
+        self._graph = graph = end.connection.tcp.context.graph
+        self._kernel = graph.kernel
+        self._transmit = end.connection.medium.transmit
+        self._host, self._to = end.host, (end.peer,)
+        self._host_id, self._to_id = graph.hosts[end.host].id, graph.hosts[end.peer].id
+        self._most_bytes = min(params.train * MSS_BYTES, params.window_bytes)
+        self._large_bytes = sender.initial // 2
+        self._patience_ns = params.rto_min_ns
+        self._timed = False  # the timer runs
+
+    def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
+             kind: str | None) -> bool:
+        """Send it, or let what is under way join and say that the stream has to."""
+        if not self.ready or size_bytes > self._most_bytes or kind is FIN \
+                or (self.flight is not None and not self._follows(size_bytes)):
+            self.join()
+            return False
+        now_ns = self._kernel.now_ns
+        on_wire_bytes, segments = on_wire(size_bytes)
+        graph = self._graph
+        if kind is None:
+            token.last_ns = now_ns
+            if token.first_ns < 0:
+                token.first_ns = now_ns
+            graph.put(pack(now_ns, graph.FRAME, self._host_id, self._to_id, token.seq,
+                           on_wire_bytes))
+        else:
+            graph.context.book(kind, self._host, self._to_id, on_wire_bytes)
+        flight = size_bytes, arrived, token, kind, now_ns
+        sender = self._sender
+        if self.flight is None:
+            self.flight = flight
+            if now_ns - sender.sent_ns > self._patience_ns:
+                sender.wake()
+        else:
+            self.more.append(flight)
+        sender.sent_ns = now_ns
+        due_ns = self._transmit(self._host, self._to, on_wire_bytes, segments, False, self, flight)
+        if (due_ns is None or due_ns - now_ns > self._patience_ns) and not self._timed \
+                and self.flight is not None:
+            self._timed = True
+            sender.timer.expect(now_ns + sender.rto_ns)
+        return True
+
+    def flying(self) -> int:
+        """Bytes that are on their way."""
+        if self.flight is None:
+            return 0
+        return self.flight[0] + sum(flight[0] for flight in self.more)
+
+    def arrived(self, flight: Flight, receiver: int) -> None:
+        if flight is not self.flight:
+            self.join()
+            self._sender.peer.arrived(self._train(flight), receiver)
+            return
+        if self.more or flight[0] > self._large_bytes:
+            self._sender.used(flight[0], self.flying())
+        self.flight = self.more.pop(0) if self.more else None
+        self.heard_ns = now_ns = self._kernel.now_ns
+        if self._timed:
+            if self.flight is None:
+                self._timed = False
+                self._sender.timer.deadline_ns = NEVER
+            else:
+                self._sender.timer.expect(now_ns + self._sender.rto_ns)
+        flight[1](flight[2])
+
+    def lost(self, flight: Flight, receiver: int, reason: str) -> None:
+        """The medium lost it. The sender does not know; its timer will."""
+        self.join()
+        self._sender.peer.lost(self._train(flight), receiver, reason)
+
+    def repeated(self, flight: Flight, receiver: int) -> None:
+        """Its bytes are there already."""
+
+    def join(self) -> None:
+        """From now on the stream goes on."""
+        self.ready = False
+        if self.flight is None:
+            return
+        flights = self.flight, *self.more
+        self.flight = None
+        self.more.clear()
+        for flight in flights:
+            self._joined.append((flight, self._sender.sent(*flight)))
+        if self._timed:
+            self._timed = False
+        else:
+            self._sender.timer.expect(flights[0][4] + self._sender.rto_ns)
+
+    def _train(self, flight: Flight) -> tuple[int, int, int, int, int]:
+        """One that has joined, as the receiver knows it. It says nothing of the other direction."""
+        start = next(start for other, start in self._joined if other is flight)
+        self._joined = [entry for entry in self._joined if entry[0] is not flight]
+        return start, start + flight[0], 0, flight[4], -1
+
+    def _follows(self, size_bytes: int) -> bool:
+        """Whether it may be sent before what is on its way is there."""
+        return (self._nodelay and size_bytes <= MSS_BYTES
+                and self.flying() + size_bytes <= self._sender.cwnd)
