@@ -105,9 +105,9 @@ class DdsParams(ports.Params):
         "of a sample in one UDP message at first, in whole fragments (fastdds: UDP messages up to "
         "65500 B; cyclonedds: ten fragments in 14720 B, measured)"))
     acks: Literal["sent", "implied"] = Field("sent", description=(
-        "sent: readers answer heartbeats by ACKNACKs; implied: a writer knows at once that a reader "
-        "has all, which answers only to ask for what it misses, for long studies on networks that "
-        "have room (sent: DDS)"))
+        "sent: readers answer heartbeats; implied: a writer knows at once that a reader has all, "
+        "which answers only to ask for what it misses, for long studies on networks that have room "
+        "(sent: DDS)"))
     depth: int | None = Field(None, ge=0, le=1_000_000, description=(
         "samples that a reliable writer keeps for a reader, 0: all (null: the publisher's queue; "
         "ROS 2 default 10)"))

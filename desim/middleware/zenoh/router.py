@@ -144,27 +144,31 @@ class Router:
 
     def _flood(self, _: Any) -> None:
         self._flooding = None
-        news, self._news = self._news, {}
         states = self.topology.states
+        news = [(router, new, states[router]) for router, new in self._news.items()]
+        self._news = {}
         for peer, link in self.links.items():
-            unknown = {router: states[router] for router, new in news.items()
-                       if new or router != peer and link.states.get(router) != states[router]}
+            told = link.states
+            unknown = {router: state for router, new, state in news
+                       if new or router != peer and told.get(router) != state}
             if unknown:
                 self._tell_states(link, unknown)
 
     def _tell_states(self, link: Link, states: dict[int, State]) -> None:
-        size_bytes, links = STATES_BYTES, 0
+        link.states.update(states)
+        routers = links = neighbours = 0
         for router, state in states.items():
-            link.states[router] = state
-            new = not link.named >> router & 1
-            near = router == self.host or router in self.links
-            size_bytes += (STATE_BYTES + new * IDENTITY_BYTES + near * LOCATOR_BYTES
-                           + NEIGHBOUR_BYTES * state.links.bit_count())
-            link.named |= 1 << router
+            routers |= 1 << router
             links |= state.links
+            neighbours += state.links.bit_count()
+        near = 1 << self.host | sum(1 << peer for peer in self.links)
+        identities = (routers & ~link.named).bit_count()
+        link.named |= routers
         stubs = links & ~link.named
         link.named |= stubs
-        size_bytes += stubs.bit_count() * STUB_BYTES
+        size_bytes = (STATES_BYTES + STATE_BYTES * len(states) + IDENTITY_BYTES * identities
+                      + LOCATOR_BYTES * (routers & near).bit_count() + NEIGHBOUR_BYTES * neighbours
+                      + STUB_BYTES * stubs.bit_count())
         link.say("linkstate", size_bytes, _states_came, dict(states))
 
     def _review(self) -> None:
