@@ -45,6 +45,9 @@ MODELS = {
     "fastdds, served": Model(Dds, params={"preset": "fastdds", **_SERVED}),
     "cyclonedds": Model(Dds, params={"preset": "cyclonedds"}),
     "cyclonedds, served": Model(Dds, params={"preset": "cyclonedds", **_SERVED}),
+    **{f"{preset}, acknowledgements implied":
+       Model(Dds, params={"preset": preset, "acks": "implied"})
+       for preset in ("fastdds", "cyclonedds")},
     "zenoh": Model(Zenoh),
     "zenoh, acknowledgements implied": Model(Zenoh, params={"tcp": {"acks": "implied"}}),
     "zenoh, star": Model(Zenoh, ANY._replace(stops=(1, 2, 3)),

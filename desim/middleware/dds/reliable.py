@@ -162,22 +162,10 @@ class ReliableLink:
 
     def has_all(self, base: int) -> None:
         """The reader has all before ``base``, and the writer knows."""
-        if self._closed is not None:
-            return
-        history = self._history
-        if len(history) == 1 and history[0].number < base:  # as nearly always
-            self.heard_ns = self._kernel.now_ns
-            sample = history.pop()
-            sample.kept = False
-            self._unacked_bytes = 0
-            if sample.state == OPEN:
-                self.settle(sample, "overwritten")
-            if self._wanted.missing:
-                self._wanted.acknowledged(base)
-        else:
+        if self._closed is None:
             self._acknowledge(self._kernel.now_ns, base)
-        if not history:
-            self._timer.deadline_ns = NEVER
+            if not self._history:
+                self._timer.deadline_ns = NEVER
 
     def look(self, now_ns: int) -> None:
         """Take note of what was heard before ``now_ns``."""
@@ -306,9 +294,6 @@ class ReliableLink:
         if self._smooth and sample.message.size_bytes > wire.TRAIN_BYTES:
             self._quick = self._kernel.now_ns - sample.sent_ns < _SOON_NS
         closed = self._closed
-        if self._implied and closed is None and self.reader.completes(sample, part, first):
-            self.has_all(sample.number + 1)
-            return
         if closed == "link_closed" or not self.reader.take(sample, part, first, beat):
             self.settle(sample, closed or "unmatched")
         elif sample.state == OPEN:
