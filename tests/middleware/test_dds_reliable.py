@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 from desim.middleware.dds.dds import Dds
 from desim.middleware.medium import Medium
+from desim.ports import Drop
+from netmodels.ideal import Ideal
 from netmodels.link import Link
 from netmodels.rules.duplication import Duplication
 from netmodels.rules.loss import Loss
@@ -188,6 +190,39 @@ def test_a_frame_that_finds_its_host_stopped_is_not_forgotten():
     beats = [row[0] for row in net.rows("heartbeat") if row[0] > 4500 * MS]
     assert beats and beats[0] >= 5100 * MS and beats[-1] < 8 * S
     assert net.counts("/talk").dropped == {"link_closed": 1} and net.waiting() == 0
+
+
+def heartbeats(acks, *rules, delay="0 ns", lease="10 s"):
+    """Those that follow the second of two samples, as rows, and when samples are there."""
+    heard = []
+    net = Net({"a": talker([(3 * S, "one"), (6 * S, "two")], queue=0, size_bytes=30_000),
+               "b": listener(heard, queue=0)}, Ideal(Ideal.Params(delay=delay)), rules,
+              middleware=dds(lease=lease, acks=acks)).run(12 * S)
+    return [row for row in net.rows("heartbeat") if row[0] > 6 * S], [row[0] for row in heard]
+
+
+def test_with_implied_acknowledgements_a_long_way_has_its_heartbeats():
+    """What is not there yet may be lost."""
+    sent, (_, heard_ns) = heartbeats("sent", delay="300 ms")
+    implied, _ = heartbeats("implied", delay="300 ms")
+    assert implied == [row for row in sent if row[0] <= heard_ns] and len(implied) > 1
+
+
+def test_with_implied_acknowledgements_a_reader_that_knows_no_writer_is_told_of_its_samples():
+    """It was deaf to everything small for a lease, and forgot the writer."""
+    class Deaf:
+        reasons = ("deaf",)
+
+        def start(self, context, hosts):
+            self.context = context
+
+        def judge(self, frame, receivers):
+            deaf = frame.source == 0 and self.context.now_ns > 3 * S and frame.size_bytes < 1000
+            return [Drop("deaf") for _ in receivers] if deaf else None
+
+    (sent, heard), (implied, _) = (heartbeats(acks, Deaf(), lease="2 s")
+                                   for acks in ("sent", "implied"))
+    assert len(heard) == 1 and implied == sent and len(implied) > 3
 
 
 def test_the_whole_log_of_a_loss():
