@@ -150,7 +150,7 @@ class Router:
         for peer, link in self.links.items():
             told = link.states
             unknown = {router: state for router, new, state in news
-                       if new or router != peer and told.get(router) != state}
+                       if new or router != peer and told.get(router) is not state}
             if unknown:
                 self._tell_states(link, unknown)
 
@@ -161,7 +161,7 @@ class Router:
             routers |= 1 << router
             links |= state.links
             neighbours += state.links.bit_count()
-        near = 1 << self.host | sum(1 << peer for peer in self.links)
+        near = 1 << self.host | self.topology.states[self.host].links
         identities = (routers & ~link.named).bit_count()
         link.named |= routers
         stubs = links & ~link.named
