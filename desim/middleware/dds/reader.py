@@ -163,7 +163,7 @@ class Reader:
         if last > self._known:
             self._known = last
         if self._implied and self._next > self._known:
-            self._link.has_all(self._next)
+            self._acknowledge()
         elif beat >= ASKS:
             self._asked = True
             if beat == DIRECTED:
@@ -237,6 +237,10 @@ class Reader:
     def _acknowledge(self) -> None:
         """The writer need not do anything about it. What it said just now is not said again."""
         base, now_ns = self._next, self._kernel.now_ns
+        if self._implied:
+            self._asked = False
+            self._link.has_all(base)
+            return
         if base == self._acked and now_ns < self._acked_ns + self._params.ack_again_ns:
             return
         self._say(base, 0)

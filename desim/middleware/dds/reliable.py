@@ -3,7 +3,8 @@
 Numbers are counted for each reader, as if each had a writer of its own: one that sends everything
 to everybody has the same ones. What the writer knows comes from acknowledgements alone; that a
 frame is lost only makes a row ``lost``. One that asks for nothing is taken note of when the writer
-next looks at what it keeps.
+next looks at what it keeps. Where acknowledgements are implied, the reader tells the writer without
+a frame, and heartbeats go alone only where a sample is not there soon, or lost.
 """
 
 from __future__ import annotations
@@ -161,9 +162,9 @@ class ReliableLink:
                 self._timer.deadline_ns = NEVER
 
     def has_all(self, base: int) -> None:
-        """The reader has all before ``base``, and the writer knows."""
+        """The reader has all before ``base``, and the writer knows, without having heard it."""
         if self._closed is None:
-            self._acknowledge(self._kernel.now_ns, base)
+            self._release(base)
             if not self._history:
                 self._timer.deadline_ns = NEVER
 
@@ -176,6 +177,10 @@ class ReliableLink:
     def _acknowledge(self, time_ns: int, base: int) -> None:
         """The reader was heard at ``time_ns``, and has all before ``base``."""
         self.heard_ns = time_ns
+        self._release(base)
+
+    def _release(self, base: int) -> None:
+        """The reader has all before ``base``."""
         history = self._history
         while history and history[0].number < base:
             sample = history.popleft()
@@ -300,7 +305,7 @@ class ReliableLink:
             self.settle(sample, closed or "overwritten")
         elif closed and sample.state == HELD:
             self.reader.drop(closed)  # nobody will bring what it waits for
-        if self._implied:  # something is amiss
+        if self._implied:  # if it is still kept, something is missing
             self._watch()
 
     def lost(self, token: tuple[Sample, range, int, int], receiver: int, reason: str) -> None:

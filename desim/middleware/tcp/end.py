@@ -280,7 +280,7 @@ class End:
         params, sender = self._params, self.sender
         idle_ns = self._kernel.now_ns - max(
             self.heard_ns, sender.heard_ns, sender.express_ns, self.data_heard_ns())
-        if sender.una < sender.written:
+        if sender.pending:
             self._tries = 0
             self._watch(params.keepalive_idle_ns)
         elif idle_ns < params.keepalive_idle_ns:

@@ -1,4 +1,5 @@
-"""A message over a connection at rest, in one step: no window, no timer, no sequence numbers.
+"""A message over a connection at rest, in one step: without sequence numbers, and without a timer
+where it will be there in time.
 
 It is what TCP does with most messages where paths are near and acknowledgements implied: nothing
 else is on its way, the network says at once when it will be there, and then its sender knows that.
@@ -30,7 +31,7 @@ class Express:
 
     __slots__ = ("ready", "flight", "more", "heard_ns", "_sender", "_kernel", "_graph", "_transmit",
                  "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_large_bytes",
-                 "_patience_ns", "_timed", "_nodelay", "_joined")
+                 "_patience_ns", "_timed", "_since_ns", "_nodelay", "_joined")
 
     def __init__(self, sender: Sender) -> None:
         params = sender.params
@@ -51,6 +52,7 @@ class Express:
         self._large_bytes = sender.initial // 2
         self._patience_ns = params.rto_min_ns
         self._timed = False  # the timer runs
+        self._since_ns = 0  # from when it does, or would
 
     def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
              kind: str | None) -> bool:
@@ -74,16 +76,18 @@ class Express:
         sender = self._sender
         if self.flight is None:
             self.flight = flight
+            self._since_ns = now_ns
             if now_ns - sender.sent_ns > self._patience_ns:
                 sender.wake()
         else:
             self.more.append(flight)
         sender.sent_ns = now_ns
         due_ns = self._transmit(self._host, self._to, on_wire_bytes, segments, False, self, flight)
-        if (due_ns is None or due_ns - now_ns > self._patience_ns) and not self._timed \
+        since_ns = self._since_ns
+        if (due_ns is None or due_ns - since_ns >= self._patience_ns) and not self._timed \
                 and self.flight is not None:
             self._timed = True
-            sender.timer.expect(now_ns + sender.rto_ns)
+            sender.timer.expect(since_ns + sender.rto_ns)
         return True
 
     def flying(self) -> int:
@@ -97,16 +101,20 @@ class Express:
             self.join()
             self._sender.peer.arrived(self._train(flight), receiver)
             return
+        sender = self._sender
         if self.more or flight[0] > self._large_bytes:
-            self._sender.used(flight[0], self.flying())
+            flying = self.flying()
+            if flying * 2 > sender.cwnd:
+                sender.grow(flight[0], flying)
         self.flight = self.more.pop(0) if self.more else None
-        self.heard_ns = now_ns = self._kernel.now_ns
+        self.heard_ns = self._since_ns = now_ns = self._kernel.now_ns
+        sender.sample(now_ns - flight[4])
         if self._timed:
             if self.flight is None:
                 self._timed = False
-                self._sender.timer.deadline_ns = NEVER
+                sender.timer.deadline_ns = NEVER
             else:
-                self._sender.timer.expect(now_ns + self._sender.rto_ns)
+                sender.timer.expect(now_ns + sender.rto_ns)
         flight[1](flight[2])
 
     def lost(self, flight: Flight, receiver: int, reason: str) -> None:
@@ -115,7 +123,8 @@ class Express:
         self._sender.peer.lost(self._train(flight), receiver, reason)
 
     def repeated(self, flight: Flight, receiver: int) -> None:
-        """Its bytes are there already."""
+        """Its bytes are there already, or nobody knows of them any more."""
+        self._sender.peer.repeated((-1, -1, 0, flight[4], -1), receiver)
 
     def join(self) -> None:
         """From now on the stream goes on."""
@@ -127,10 +136,8 @@ class Express:
         self.more.clear()
         for flight in flights:
             self._joined.append((flight, self._sender.sent(*flight)))
-        if self._timed:
-            self._timed = False
-        else:
-            self._sender.timer.expect(flights[0][4] + self._sender.rto_ns)
+        self._timed = False
+        self._sender.timer.expect(self._since_ns + self._sender.rto_ns)
 
     def _train(self, flight: Flight) -> tuple[int, int, int, int, int]:
         """One that has joined, as the receiver knows it. It says nothing of the other direction."""

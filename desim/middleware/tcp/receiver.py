@@ -77,16 +77,19 @@ class Receiver:
             self.due_ns = now_ns + self._delay_ns
         origin = self.origin
         messages, heard = origin.messages, origin.heard
-        if len(messages) == heard + 1 and messages[heard][0] == end:  # as nearly always
+        if len(messages) > heard and messages[heard][0] == end:  # as nearly always: it is complete
             origin.heard = heard + 1
             _, arrived, token, _ = messages[heard]
+            if self._implied:
+                self.acknowledge(1)
+                arrived(token)
+                return
             arrived(token)
         else:
             self._deliver()
+            if self._implied and self.open:
+                self.acknowledge(1)
         if not self.due_ns:  # it was acknowledged by an answer, or all is over
-            return
-        if self._implied:
-            self.acknowledge(1)
             return
         if end - start > self._full:
             self._full = min(end - start, MSS_BYTES)
@@ -129,7 +132,9 @@ class Receiver:
     def shut(self) -> None:
         """Hear nothing more."""
         self.origin.join()
-        self.open = False
+        heard, self.open = self.open, False
+        if heard and self._implied:  # in the midst of what is arriving
+            self.acknowledge(1)
         self.due_ns = 0
         if self._timer is not None:
             self._timer.cancel()

@@ -28,7 +28,8 @@ Ack = tuple[int, int, int, int, int]
 class Sender(Window):
     """Bytes ``una`` to ``nxt`` are on their way, up to ``top`` they were sent before, up to
     ``written`` they are to be sent. ``peer`` is the receiver at the other end, ``back`` the one at
-    this end. ``messages`` are those not acknowledged, of which the first ``heard`` have arrived.
+    this end. ``messages`` are those not acknowledged, or refused after that, of which the first
+    ``heard`` have arrived.
 
     Acknowledgements tell where the first gap ends. Once enough duplicates have begun a recovery,
     each gap that comes to be the first one is sent again at once.
@@ -87,7 +88,7 @@ class Sender(Window):
 
     def sent(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any, kind: str | None,
              sent_ns: int) -> int:
-        """A message was sent when all was at rest, and is on its way. Returns where it begins."""
+        """A message was sent by express, and is on its way. Returns where it begins."""
         start = self.written
         self.written = self.nxt = self.top = end = start + size_bytes
         self.messages.append((end, arrived, token, kind))
@@ -101,11 +102,6 @@ class Sender(Window):
         idle_ns = self._kernel.now_ns - self.sent_ns
         if idle_ns > self.rto_ns and self.cwnd > self.initial:
             self.rest(idle_ns)
-
-    def used(self, acked: int, flying: int) -> None:
-        """``acked`` bytes are there of ``flying`` that were on their way."""
-        if flying * 2 > self.cwnd:
-            self.grow(acked, flying)
 
     def join(self) -> None:
         """What is on its way by express becomes a part of the stream."""
@@ -154,12 +150,12 @@ class Sender(Window):
         else:
             self.timer.deadline_ns = NEVER
         messages, left = self.messages, self.written - number
-        if left:
-            known = 0
-            while messages and messages[0][0] <= number:
+        heard = self.heard
+        if left or heard < len(messages):
+            while heard and messages[0][0] <= number:  # what was refused unheard stays
                 messages.popleft()
-                known += 1
-            self.heard -= known
+                heard -= 1
+            self.heard = heard
         else:
             messages.clear()
             self.heard = 0
@@ -172,6 +168,8 @@ class Sender(Window):
             else:
                 self.push()
         elif self.finishing:
+            messages.clear()
+            self.heard = 0
             self.end.finished()
         elif self.express is not None:
             self.express.ready = self.near and self.peer.open
@@ -224,11 +222,16 @@ class Sender(Window):
         return 0 if self.express is None else self.express.heard_ns
 
     @property
-    def room(self) -> bool:
-        """Whether the send buffer takes another message now."""
+    def pending(self) -> int:
+        """Bytes that were written and may not be there."""
         express = self.express
         flying = 0 if express is None or express.flight is None else express.flying()
-        return self.written + flying - self.una < self.room_bytes
+        return self.written + flying - self.una
+
+    @property
+    def room(self) -> bool:
+        """Whether the send buffer takes another message now."""
+        return self.pending < self.room_bytes
 
     def when_room(self, fn: Callable[[], Any]) -> None:
         """Call ``fn()`` once, when an acknowledgement has made room (now, if there is some)."""
