@@ -2,36 +2,43 @@
 
 from __future__ import annotations
 
+from graphs import MS, S
 from hypothesis import strategies as st
 from tcphosts import Pair, Word
 
-from desim.ports import Deliver, Drop
+from desim.ports import Deliver, Drop, Duplicate
 
 
-class Cut:
-    """A rule that loses all, while it is ``on``."""
+class Trouble:
+    """A rule that loses what the ``mute`` hosts send, and of all the other frames each so maniest
+    one is lost, copied after so many ns, or later by so many (0: none is)."""
 
     reasons = ("cut",)
-    on = False
+
+    def __init__(self):
+        self._count = 0
+        self.calm()
+
+    def calm(self):
+        self.mute, self.lost, self.copied, self.late = (), 0, (0, 0), (0, 0)
 
     def start(self, context, hosts):
         pass
 
     def judge(self, frame, receivers):
-        return [Drop("cut")] * len(receivers) if self.on else None
+        self._count += 1
+        if frame.source in self.mute or self._is(self.lost):
+            verdict = Drop("cut")
+        elif self._is(self.copied[0]):
+            verdict = Duplicate(self.copied[1])
+        elif self._is(self.late[0]):
+            verdict = Deliver(self.late[1])
+        else:
+            return None
+        return [verdict] * len(receivers)
 
-
-class Slow:
-    """A rule that delays all by ``delay_ns``, if that is above 0."""
-
-    reasons = ()
-    delay_ns = 0
-
-    def start(self, context, hosts):
-        pass
-
-    def judge(self, frame, receivers):
-        return [Deliver(self.delay_ns)] * len(receivers) if self.delay_ns else None
+    def _is(self, every):
+        return every and self._count % every == 0
 
 
 class Walk(Pair):
@@ -39,8 +46,8 @@ class Walk(Pair):
     up by a sender who closes, stops or learns that the connection is over."""
 
     def __init__(self, model, **options):
-        self.cut, self.slow = Cut(), Slow()
-        super().__init__(model, [self.cut, self.slow], **options)
+        self.trouble = Trouble()
+        super().__init__(model, [self.trouble], **options)
         self.said = {}  # (connection, source): sequence numbers
         self.fates = {}  # of each number
 
@@ -66,10 +73,22 @@ class Walk(Pair):
             self.calls.append(self.tcp.connect(0, 1, "talk", "talk", opened=lambda _: None,
                                                closed=self._over(0), nodelay=nodelay))
 
-    def say(self, source, size_bytes):
-        if not self.calls or not self.connection.holds(source):
-            return
-        connection, seq = self.connection, len(self.fates)
+    def say(self, source, *sizes):
+        """A message; who hears it answers with the next one."""
+        if self.calls and self.connection.holds(source):
+            self._say(self.connection, source, sizes, False)
+
+    def say_last(self, source, size_bytes):
+        """Who hears it closes."""
+        if self.calls and self.connection.holds(source):
+            self._say(self.connection, source, [size_bytes], True)
+
+    def say_often(self, source, times, size_bytes):
+        for _ in range(times):
+            self.say(source, size_bytes)
+
+    def _say(self, connection, source, sizes, last):
+        seq = len(self.fates)
         self.fates[seq] = None
         said = self.said.setdefault((connection, source), [])
         said.append(seq)
@@ -79,7 +98,11 @@ class Walk(Pair):
             self.note("heard", word.seq)
             if self.fates[word.seq] != "closed":
                 self._fate(word, "heard")
-        connection.send(source, size_bytes, arrived, Word(seq))
+            if sizes[1:] and connection.holds(1 - source):
+                self._say(connection, 1 - source, sizes[1:], False)
+            if last and connection is self.connection:
+                self.close(1 - source)
+        connection.send(source, sizes[0], arrived, Word(seq))
 
     def close(self, host):
         if self.calls and self.connection.holds(host):
@@ -111,15 +134,12 @@ class Walk(Pair):
         if self.calls and self.connection.holds(host):
             self.connection.sender(host).when_room(lambda: self.note("room", host))
 
-    def set_cut(self, on):
-        self.cut.on = on
-
-    def set_slow(self, delay_ns):
-        self.slow.delay_ns = delay_ns
+    def disturb(self, how, what):
+        setattr(self.trouble, how, what)
 
     def mend_at(self, time_ns):
         """From then on all is well."""
-        self.at(time_ns, self.set_cut, False).at(time_ns, self.set_slow, 0)
+        self.at(time_ns, self.trouble.calm)
         for host in 0, 1:
             self.at(time_ns, self.start, host)
 
@@ -135,7 +155,17 @@ class Walk(Pair):
 
 
 HOST = st.integers(0, 1)
+SIZE = st.one_of(st.integers(1, 20_000), st.sampled_from([100, 800, 1448, 1449, 60_000]))
+EVERY = st.sampled_from([0, 1, 3])
+DELAYS_NS = st.sampled_from([1000, MS, 100 * MS, 150 * MS, 250 * MS, 5 * S])
+TROUBLE = st.one_of(
+    st.tuples(st.just("mute"), st.sampled_from([(), (0,), (1,), (0, 1)])),
+    st.tuples(st.just("lost"), st.sampled_from([0, 2, 5, 20])),
+    st.tuples(st.sampled_from(["copied", "late"]), st.tuples(EVERY, DELAYS_NS)))
 DEEDS = st.one_of(
-    st.tuples(st.just("call")), st.tuples(st.just("say"), HOST, st.integers(1, 20_000)),
-    st.tuples(st.just("close"), HOST), st.tuples(st.just("stop"), HOST),
-    st.tuples(st.just("start"), HOST), st.tuples(st.just("set_cut"), st.booleans()))
+    st.tuples(st.just("call")), st.tuples(st.just("say"), HOST, SIZE),
+    st.tuples(st.just("say"), HOST, SIZE, SIZE), st.tuples(st.just("say"), HOST, *[SIZE] * 5),
+    st.tuples(st.just("say_often"), HOST, st.integers(2, 12), SIZE),
+    st.tuples(st.just("say_last"), HOST, SIZE), st.tuples(st.just("close"), HOST),
+    st.tuples(st.just("stop"), HOST), st.tuples(st.just("start"), HOST),
+    st.tuples(st.just("disturb"), TROUBLE).map(lambda deed: (deed[0], *deed[1])))

@@ -41,8 +41,8 @@ TIMES_NS = st.one_of(st.integers(0, 20 * MS), st.integers(0, 3 * S), st.integers
 
 @given(st.lists(st.tuples(TIMES_NS, DEEDS), max_size=40))
 @example([(0, ("call",)), (S, ("say", 0, 5000)), (1, ("say", 1, 5000)), (0, ("close", 1)),
-          (S, ("call",)), (S, ("set_cut", True)), (S, ("say", 0, 100)), (S, ("close", 1)),
-          (S, ("stop", 1)), (S, ("start", 1)), (S, ("set_cut", False))])
+          (S, ("call",)), (S, ("disturb", "mute", (0, 1))), (S, ("say", 0, 100)), (S, ("close", 1)),
+          (S, ("stop", 1)), (S, ("start", 1)), (S, ("disturb", "mute", ()))])
 def test_a_walk_through_outages_restarts_and_closing(deeds):
     walk = Walk(link(rate="1 Mb/s", latency="5 ms"))
     time_ns = 0

@@ -12,7 +12,9 @@ from tcpwalk import DEEDS, Walk
 from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.receiver import Receiver
 from desim.ports import Deliver
+from netmodels.ideal import Ideal
 from netmodels.link import Link
+from netmodels.switch import Switch
 
 IMPLIED = {"acks": "implied"}
 
@@ -39,6 +41,39 @@ def taciturn():
     return Taciturn(Link.Params(rate="1 Gb/s", latency="3 us"))
 
 
+def narrow():
+    """Still near for a SYN."""
+    return link(rate="50 Mb/s", queue="100 kB")
+
+
+def crowded():
+    return Switch(Switch.Params(queue="20 kB"))
+
+
+def ideal():
+    return Ideal(Ideal.Params())
+
+
+class Nobody:
+    """A carrier of what only takes room."""
+
+    def arrived(self, token, receiver):
+        pass
+
+    def lost(self, token, receiver, reason):
+        pass
+
+    def repeated(self, token, receiver):
+        pass
+
+
+class Busy(Walk):
+    """There are others, too."""
+
+    def crowd(self, source, size_bytes):
+        self.net.medium.transmit(source, (1 - source,), size_bytes, 1, False, Nobody(), None)
+
+
 def outcome(walk):
     medium = walk.net.medium
     context = walk.net.graph.context
@@ -48,7 +83,7 @@ def outcome(walk):
 
 
 def walked(model, deeds, nodelay, params=IMPLIED):
-    walk = Walk(model, params=params)
+    walk = Busy(model, params=params)
     time_ns = 0
     for gap_ns, (deed, *args) in deeds:
         time_ns += gap_ns
@@ -75,10 +110,17 @@ def the_same(deeds, *, nodelay, model=wire):
 GAPS_NS = st.one_of(st.integers(0, 40_000), st.sampled_from([0, MS, 150 * MS, 250 * MS]),
                     st.integers(0, 100 * S))
 MORE_DEEDS = st.one_of(
-    DEEDS, st.tuples(st.just("say"), st.integers(0, 1), st.sampled_from([1, 800, 1448, 400_000])),
-    st.tuples(st.just("set_slow"), st.sampled_from([0, 150 * MS, 250 * MS])),
+    DEEDS, st.tuples(st.just("say"), st.integers(0, 1), st.sampled_from([400_000, 3_500_000])),
+    st.tuples(st.just("crowd"), st.integers(0, 1), st.sampled_from([1000, 100_000, 5_000_000])),
     st.tuples(st.just("look")), st.tuples(st.just("wait"), st.integers(0, 1)))
 SAY, LARGE = ("say", 0, 800), ("say", 0, 60_000)
+CUT, MENDED = ("disturb", "mute", (0, 1)), ("disturb", "mute", ())
+PROMPT = "disturb", "late", (0, 0)
+
+
+ASK, LAST = ("say", 0, 800, 800), ("say_last", 0, 800)
+SLOW, SLOWER = ("disturb", "late", (1, 150 * MS)), ("disturb", "late", (1, 250 * MS))
+TWICE = "disturb", "copied", (1, 10 * MS)
 
 
 @example([(S, SAY), (S, SAY), (2000, ("close", 1))], False, wire)  # while it is on its way
@@ -86,16 +128,25 @@ SAY, LARGE = ("say", 0, 800), ("say", 0, 60_000)
 @example([(S, SAY), (S, SAY), (2000, ("close", 0)), (S, ("look",))], False, wire)
 @example([(S, SAY), (S, LARGE), (9000, ("look",))], False, wire)
 @example([(S, SAY), (S, LARGE), (9000, ("wait", 0))], False, wire)
-@example([(S, SAY), (S, ("set_slow", 150 * MS)), (0, SAY), (120 * MS, ("set_slow", 250 * MS)),
-          (0, SAY), (S, ("set_slow", 0))], True, wire)  # a timeout after the first has come
+@example([(S, SAY), (1000, SLOW), (60 * S - 10 * MS, SAY), (S, PROMPT)], False, wire)
+@example([(S, SAY), (S, SLOW), (0, SAY), (120 * MS, SLOWER), (0, SAY), (S, PROMPT)], True, wire)
+@example([(S, SAY), (S, SAY), (1000, SLOW), (0, SAY), (500, ("stop", 1)), (S, ("start", 1))], True,
+         wire)  # timeouts from when the first was sent, or the last has come
+@example([(S, SAY), (S, ("disturb", "late", (1, 200 * MS))), (0, SAY), (S, PROMPT)], True, wire)
+@example([(S, SAY), *[(S, SLOW), (0, SAY)] * 3, (S, PROMPT), (0, CUT), (0, SAY),
+          (500 * MS, MENDED), (S, ("look",))], False, wire)  # a timeout by round trips
+@example([(S, SAY), *[(S, ("say", 0, 300_000))] * 8, (S, ("say", 0, 3_500_000))], True, narrow)
 @example([(S, SAY), (S, ("say", 0, 400_000))], False, wire)
-@example([(S, SAY), (S, ("set_cut", True)), (0, SAY), (S, ("set_cut", False)), (S, SAY),
-          (S, ("say", 0, 200_000))], False, wire)
+@example([(S, SAY), (S, CUT), (0, SAY), (S, MENDED), (S, SAY), (S, ("say", 0, 200_000))], False,
+         wire)
+@example([(S, SAY), (S, ASK), (5000, CUT), (10_000, MENDED), (S, SAY)], False, wire)
+@example([(S, SAY), (S, LAST), (5000, CUT), (10_000, MENDED), (S, SAY)], False, wire)
+@example([(S, SAY), (0, TWICE), (S, SAY), (2 * MS, ("stop", 1)), (MS, ("start", 1)), (S, SAY)],
+         True, wire)
 @given(st.lists(st.tuples(GAPS_NS, MORE_DEEDS), max_size=40), st.booleans(),
-       st.sampled_from([wire, taciturn]))
+       st.sampled_from([wire, taciturn, narrow, crowded, ideal]))
 def test_by_express_or_through_the_stream_all_is_the_same(deeds, nodelay, model):
-    """Rows, what ends know and when, and what is counted: over cuts, delays above TCP's timeout,
-    stops and closing."""
+    """Rows, what ends know and when, and what is counted, whatever users and the network do."""
     the_same([(0, ("call",)), *deeds], nodelay=nodelay, model=model)
 
 
@@ -146,8 +197,8 @@ def impatient(express, *_):
     return True
 
 
-SLOWED = [(0, ("call",)), (S, SAY), (S, ("set_slow", 250 * MS)), (0, SAY),
-          (S, ("set_slow", 0)), (S, SAY)]
+SLOWED = [(0, ("call",)), (S, SAY), (S, ("disturb", "late", (1, 250 * MS))), (0, SAY),
+          (S, PROMPT), (S, SAY)]
 HELD = [(0, ("call",)), (S, SAY), (S, SAY), (1, ("say", 0, 801))]
 
 
@@ -181,8 +232,8 @@ def test_the_timer_runs_for_the_first_that_is_on_its_way():
     """Both take 150 ms; the second is sent 100 ms after the first, which would be too late for it
     250 ms after that."""
     _, rows, *_ = the_same([
-        (0, ("call",)), (S, SAY), (S, ("set_slow", 150 * MS)), (0, SAY),
-        (100 * MS, SAY), (S, ("set_slow", 0))], nodelay=True)
+        (0, ("call",)), (S, SAY), (S, ("disturb", "late", (1, 150 * MS))), (0, SAY),
+        (100 * MS, SAY), (S, PROMPT)], nodelay=True)
     assert len([row for row in rows if row[1] == "frame"]) == 3, "none was sent again"
 
 

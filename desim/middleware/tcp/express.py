@@ -39,7 +39,7 @@ class Express:
         self.ready = False
         self.flight: Flight | None = None
         self.more: list[Flight] = []
-        self._joined: list[tuple[Flight, int]] = []  # and where in the stream they begin
+        self._joined: list[tuple[Flight, int]] = []  # since all was at rest, and where they begin
         self.heard_ns = 0
         self._sender = sender
         self._nodelay = sender.nodelay
@@ -77,6 +77,7 @@ class Express:
         if self.flight is None:
             self.flight = flight
             self._since_ns = now_ns
+            self._joined.clear()
             if now_ns - sender.sent_ns > self._patience_ns:
                 sender.wake()
         else:
@@ -123,8 +124,8 @@ class Express:
         self._sender.peer.lost(self._train(flight), receiver, reason)
 
     def repeated(self, flight: Flight, receiver: int) -> None:
-        """Its bytes are there already, or nobody knows of them any more."""
-        self._sender.peer.repeated((-1, -1, 0, flight[4], -1), receiver)
+        """A copy, which is a train like any other."""
+        self._sender.peer.repeated(self._train(flight), receiver)
 
     def join(self) -> None:
         """From now on the stream goes on."""
@@ -140,10 +141,13 @@ class Express:
         self._sender.timer.expect(self._since_ns + self._sender.rto_ns)
 
     def _train(self, flight: Flight) -> tuple[int, int, int, int, int]:
-        """One that has joined, as the receiver knows it. It says nothing of the other direction."""
-        start = next(start for other, start in self._joined if other is flight)
-        self._joined = [entry for entry in self._joined if entry[0] is not flight]
-        return start, start + flight[0], 0, flight[4], -1
+        """As the receiver knows one that has joined, or one of which all is there already. It says
+        nothing of the other direction."""
+        size_bytes, *_, sent_ns = flight
+        for other, start in self._joined:
+            if other is flight:
+                return start, start + size_bytes, 0, sent_ns, -1
+        return -1, -1, 0, sent_ns, -1
 
     def _follows(self, size_bytes: int) -> bool:
         """Whether it may be sent before what is on its way is there."""
