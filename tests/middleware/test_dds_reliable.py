@@ -192,6 +192,28 @@ def test_a_frame_that_finds_its_host_stopped_is_not_forgotten():
     assert net.counts("/talk").dropped == {"link_closed": 1} and net.waiting() == 0
 
 
+class Mute:
+    """A rule that loses what ``b`` sends after 10 s."""
+
+    reasons = ("mute",)
+
+    def start(self, context, hosts):
+        self._context, self._host = context, hosts.index("b")
+
+    def judge(self, frame, receivers):
+        mute = frame.source == self._host and self._context.now_ns > 10 * S
+        return [Drop("mute") for _ in receivers] if mute else None
+
+
+@PRESETS
+def test_implied_acknowledgements_are_not_heard(preset):
+    """Who says nothing any more is given up when its lease ends, though all reaches it."""
+    heard = []
+    Net({"a": talker([(5 * S + k * S, str(k)) for k in range(60)]), "b": listener(heard, queue=0)},
+        rules=[Mute()], middleware=dds(preset, acks="implied", lease="12 s")).run(70 * S)
+    assert 18 * S < heard[-1][0] <= 22 * S
+
+
 def heartbeats(acks, *rules, delay="0 ns", lease="10 s"):
     """Those that follow the second of two samples, as rows, and when samples are there."""
     heard = []
