@@ -36,15 +36,19 @@ def test_each_message_arrives_once_and_in_order(lost, twice, late, late_ms, node
         assert not pair.connection.unacked(source)
 
 
+REFUSED = [(S, ("say_often", 0, 2, 100)), (0, ("say_last", 0, 100)), (0, ("say_often", 0, 2, 100))]
 TIMES_NS = st.one_of(st.integers(0, 20 * MS), st.integers(0, 3 * S), st.integers(0, 300 * S))
 
 
-@given(st.lists(st.tuples(TIMES_NS, DEEDS), max_size=40))
+@given(st.lists(st.tuples(TIMES_NS, DEEDS), max_size=40), st.sampled_from(["sent", "implied"]))
+@example(REFUSED, "sent")
+@example(REFUSED, "implied")
 @example([(0, ("call",)), (S, ("say", 0, 5000)), (1, ("say", 1, 5000)), (0, ("close", 1)),
           (S, ("call",)), (S, ("disturb", "mute", (0, 1))), (S, ("say", 0, 100)), (S, ("close", 1)),
-          (S, ("stop", 1)), (S, ("start", 1)), (S, ("disturb", "mute", ()))])
-def test_a_walk_through_outages_restarts_and_closing(deeds):
-    walk = Walk(link(rate="1 Mb/s", latency="5 ms"))
+          (S, ("stop", 1)), (S, ("start", 1)), (S, ("disturb", "mute", ()))],
+         "sent")
+def test_a_walk_through_outages_restarts_and_closing(deeds, acks):
+    walk = Walk(link(rate="1 Mb/s", latency="5 ms"), params={"acks": acks, "near": "20 ms"})
     time_ns = 0
     for gap_ns, (deed, *args) in [(0, ("call",)), *deeds]:
         time_ns += gap_ns

@@ -46,6 +46,10 @@ def narrow():
     return link(rate="50 Mb/s", queue="100 kB")
 
 
+def switch():
+    return Switch(Switch.Params())
+
+
 def crowded():
     return Switch(Switch.Params(queue="20 kB"))
 
@@ -143,8 +147,14 @@ TWICE = "disturb", "copied", (1, 10 * MS)
 @example([(S, SAY), (S, LAST), (5000, CUT), (10_000, MENDED), (S, SAY)], False, wire)
 @example([(S, SAY), (0, TWICE), (S, SAY), (2 * MS, ("stop", 1)), (MS, ("start", 1)), (S, SAY)],
          True, wire)
+@example([(S, ("say", 1, 20_000)), (1000, LARGE), (1000, ("say", 1, 3000, 200_000)),
+          (36_000, ("say", 1, 60_000)), (MS, ("say", 1, 1449))], False, crowded)
+@example([(S, ("crowd", 0, 5_000_000)), (5 * MS, ("say", 0, 1449)), (5000, ("say", 0, 100, 100)),
+          (MS, ("say", 0, 1448)), (5000, LAST), (250 * MS, SAY)], False, switch)
+@example([(MS, ("say", 0, 3_500_000)), (0, LAST), (1_027_673, ("say", 0, 5000)),
+          (MS, ("say_last", 1, 800))], False, wire)
 @given(st.lists(st.tuples(GAPS_NS, MORE_DEEDS), max_size=40), st.booleans(),
-       st.sampled_from([wire, taciturn, narrow, crowded, ideal]))
+       st.sampled_from([wire, taciturn, narrow, switch, crowded, ideal]))
 def test_by_express_or_through_the_stream_all_is_the_same(deeds, nodelay, model):
     """Rows, what ends know and when, and what is counted, whatever users and the network do."""
     the_same([(0, ("call",)), *deeds], nodelay=nodelay, model=model)
@@ -173,6 +183,16 @@ def say(pair):
 def say_the_last(pair):
     """Who hears it closes."""
     pair.connection.send(0, 800, lambda _: pair.close(1), Word(100))
+
+
+def say_and_look(pair):
+    connection = pair.connection
+    connection.send(0, 800, lambda word: pair.note("unacked", connection.unacked(0)), Word(100))
+
+
+def test_a_sender_knows_of_a_message_when_it_is_heard():
+    log, _ = pair_with((S, say), (2 * S, say_and_look))
+    assert log[-1][1:] == ("unacked", [])
 
 
 @pytest.mark.parametrize("before", [[], [(S, say)]])
@@ -235,6 +255,24 @@ def test_the_timer_runs_for_the_first_that_is_on_its_way():
         (0, ("call",)), (S, SAY), (S, ("disturb", "late", (1, 150 * MS))), (0, SAY),
         (100 * MS, SAY), (S, PROMPT)], nodelay=True)
     assert len([row for row in rows if row[1] == "frame"]) == 3, "none was sent again"
+
+
+class Late:
+    """A network of 3 us, but for a second in which it takes as long as TCP's least timeout."""
+
+    reasons = ()
+
+    def start(self, context, hosts):
+        self._context = context
+
+    def send(self, frame):
+        return 200 * MS if 2 * S <= self._context.now_ns < 3 * S else 3000
+
+
+def test_what_takes_as_long_as_the_timeout_is_sent_again():
+    log, rows, *_ = the_same([(0, ("call",)), (S, SAY), (S, SAY)], nodelay=False, model=Late)
+    assert len([row for row in rows if row[1] == "frame"]) == 3
+    assert [row[2] for row in log if row[1] == "heard"] == [0, 1]
 
 
 def test_what_goes_by_express():
