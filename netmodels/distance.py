@@ -18,9 +18,8 @@ class Distance:
 
     ``delivery`` is a table that somebody has measured: distance and chance of one packet, linear in
     between, that of the first distance up to there, and nothing beyond the last. Packets are lost
-    independently of each other, and a train with one lost packet is lost: chance^segments. Each
-    ordered pair of hosts draws from its own stream. Distance is measured when the frame is given to
-    the sender; who has no place is at no distance from anybody.
+    independently of each other. Each ordered pair of hosts draws from its own stream. Distance is
+    measured when the frame is given to the sender; who has no place is at no distance from anybody.
 
     Each sender's frames go out one after another at ``rate``, and nobody hinders anybody else:
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency.

@@ -1,35 +1,56 @@
-"""Links on which packets get lost by chance."""
+"""Packets that get lost by chance."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+
+import numpy as np
 
 from desim import ports
 from netmodels.rules.streams import PairStreams
 
 REASONS = ("out_of_range", "out_of_reach", "random_loss")
 
-_LOST = ports.Drop("random_loss")
+
+def losses(stream: np.random.Generator, segments: int, probability: float) -> Sequence[int]:
+    """The numbers of the packets of a train that are lost, each with ``probability`` and
+    independently. It draws once for each packet, so that where the probability rises, only more
+    are lost."""
+    if segments == 1:
+        return () if stream.random() < 1.0 - probability else (0,)
+    return np.flatnonzero(stream.random(segments) >= 1.0 - probability).tolist()
+
+
+def drop(reason: str, packets: Sequence[int], segments: int) -> ports.Drop:
+    """The verdict on a train of ``segments`` of which ``packets`` are lost."""
+    return ports.Drop(reason, None if len(packets) == segments else tuple(packets))
 
 
 class Luck:
-    """Settles frames whose packets get lost independently of each other; a train with one lost
-    packet is lost. Each ordered pair of hosts draws from its own stream, once for each frame,
-    whatever its chance: where chances rise, only more arrives."""
+    """Settles frames whose packets get lost independently of each other. Each ordered pair of hosts
+    draws from its own stream, once for each packet, whatever its chance."""
 
     def __init__(self, context: ports.Context, use: str, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._streams = PairStreams(context, use, hosts)
 
     def settle(self, frame: ports.Frame, chances: Iterable[float], delay_ns: int) -> None:
-        """``chances`` of one packet, receiver by receiver; where it is 0 the receiver is out of
-        range. What arrives does so after ``delay_ns``."""
+        """``chances`` that one packet arrives, receiver by receiver; where it is 0 the receiver is
+        out of range. What arrives does so after ``delay_ns``."""
         arrived, lost, far = [], [], []
-        streams, source, packets = self._streams, frame.source, frame.segments
+        context, source, segments = self._context, frame.source, frame.segments
         for receiver, chance in zip(frame.receivers, chances, strict=True):
-            lucky = streams(source, receiver).random() < chance ** packets
-            (arrived if lucky else lost if chance else far).append(receiver)
+            packets = losses(self._streams(source, receiver), segments, 1.0 - chance)
+            if not chance:
+                far.append(receiver)
+            elif len(packets) == segments:
+                lost.append(receiver)
+            else:
+                arrived.append(receiver)
+                if packets:
+                    context.settle(frame, receiver, ports.Drop("random_loss", tuple(packets)))
         beyond = ports.Drop("out_of_reach" if frame.broadcast else "out_of_range")
-        for receivers, fate in ((arrived, ports.Deliver(delay_ns)), (lost, _LOST), (far, beyond)):
+        for receivers, fate in ((arrived, ports.Deliver(delay_ns)),
+                                (lost, ports.Drop("random_loss")), (far, beyond)):
             if receivers:
-                self._context.settle_many(frame, receivers, fate)
+                context.settle_many(frame, receivers, fate)

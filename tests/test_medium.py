@@ -238,6 +238,26 @@ def test_what_is_posted_takes_an_int_of_nanoseconds(delay_ns):
         bench.medium.post(0, (1,), 66, Told(), "ack")
 
 
+class Careless:
+    """Another model that loses every third packet of a train on the way, at each receiver."""
+
+    Params = ports.Params
+
+    def __init__(self, model):
+        self._model = model
+        self.reasons = (*model.reasons, "careless")
+
+    def start(self, context, hosts):
+        self._context = context
+        self._model.start(context, hosts)
+
+    def send(self, frame):
+        lost = tuple(range(2, frame.segments, 3))
+        if lost:
+            self._context.settle_many(frame, frame.receivers, ports.Drop("careless", lost))
+        return self._model.send(frame)
+
+
 frames = st.lists(st.tuples(
     st.integers(0, 50 * MS), st.integers(1, 4), st.sets(st.integers(1, 4), min_size=1),
     st.integers(64, 1518), st.sampled_from([1, 1, 2, 40]), st.booleans()), max_size=40)
@@ -251,16 +271,17 @@ models = st.sampled_from([
 @settings(max_examples=60, deadline=None)
 @given(models, frames, st.integers(0, 100 * MS), st.integers(0, 3))
 def test_frames_are_conserved_at_every_instant(model, traffic, stop_ns, down):
-    bench = Bench(model(), {f"host_{i}": (30.0 * i, 0.0) for i in range(1, 5)},
+    bench = Bench(Careless(model()), {f"host_{i}": (30.0 * i, 0.0) for i in range(1, 5)},
                   rules=[rule(Loss, probability="20 %"),
                          rule(Bandwidth, rate="20 Mb/s", backlog="30 kB")])
-    medium, intended = bench.medium, 0
-    for time_ns, source, receivers, size_bytes, segments, broadcast in traffic:
+    medium, intended, packets = bench.medium, 0, {}
+    for number, (time_ns, source, receivers, size_bytes, segments, broadcast) in enumerate(traffic):
         to = sorted(f"host_{i}" for i in receivers - {source})
         if to:
             to = to if broadcast else to[0]
             intended += len(to) if broadcast else 1
-            bench.send(time_ns, f"host_{source}", to, size_bytes * segments, segments,
+            packets[number] = segments
+            bench.send(time_ns, f"host_{source}", to, size_bytes * segments, segments, number,
                        broadcast=broadcast)
     bench.run(stop_ns)
     assert medium.intended == medium.delivered + sum(medium.dropped.values()) + medium.in_flight()
@@ -269,7 +290,13 @@ def test_frames_are_conserved_at_every_instant(model, traffic, stop_ns, down):
     bench.run(3600 * 10**9)
     assert medium.in_flight() == 0
     assert medium.intended == intended == len(bench.log)
-    assert sum(medium.rx_bytes) >= 64 * medium.delivered
+    assert sum(medium.rx_bytes) >= 64 * medium.packets_delivered
+    missing = {(label, receiver): len(lost) for label, receiver, lost in bench.parts}
+    arrived = sum(packets[label] - missing.get((label, receiver), 0)
+                  for _, label, _, receiver, fate in bench.log if fate.startswith("arrived"))
+    assert medium.packets_delivered == arrived
+    assert medium.packets_intended == arrived + sum(medium.packets_dropped.values()) == sum(
+        packets[label] for _, label, _, _, _ in bench.log)
 
 
 class Named:

@@ -71,6 +71,14 @@ class _Round:
         elif self._parts[source]:
             self._send(source)
 
+    def arrived_in_part(self, token: tuple[int, tuple[int, int]], receiver: int,
+                        lost: dict[int, str]) -> None:
+        """The whole part is copied again."""
+        self.lost(token, receiver, next(iter(lost.values())))
+
+    def repeated(self, token: tuple[int, tuple[int, int]], _: int) -> None:
+        """The part is there already."""
+
     def lost(self, token: tuple[int, tuple[int, int]], _: int, reason: str) -> None:
         source, part = token
         self._losses += 1

@@ -143,6 +143,12 @@ class Source:
         if self._saturated:
             self._send(None)
 
+    def arrived_in_part(self, sent_ns: int, receiver: int, lost: dict[int, str]) -> None:
+        """A flow sends single packets: this does not happen."""
+
+    def repeated(self, sent_ns: int, receiver: int) -> None:
+        """A copy counts as no further arrival."""
+
     def lost(self, sent_ns: int, receiver: int, reason: str) -> None:
         self.losses[reason] = self.losses.get(reason, 0) + 1
         if self._saturated and sent_ns < self._kernel.now_ns:  # else refused: so it would be again

@@ -9,17 +9,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
+from desim.middleware.gate import PLAIN, Terms
 from desim.ports import Frame
-
-# What the rules say of a frame at one receiver: delay_ns to add, and how much later copies come.
-Terms = tuple[int, tuple[int, ...]]
-
-PLAIN: Terms = (0, ())  # the terms where no rule has anything to say
 
 
 class Broadcast:
-    """``carrier`` and ``token`` are its sender's; ``terms`` by receiver are those of the rules
-    (None: plain ones). It is not settled yet at so many as are ``left``."""
+    """``carrier`` and ``token`` are its sender's; ``terms`` by receiver are those of the rules and
+    of the packets lost so far (None: plain ones). It is not settled yet at ``left`` receivers."""
 
     __slots__ = ("carrier", "token", "frame", "terms", "left", "_settled")
 
@@ -46,10 +42,26 @@ class Broadcast:
         self.left -= count
         return tuple(receivers)
 
-    def claim(self, receiver: int) -> tuple[Any, Any, int, int, Terms]:
+    def claim(self, receiver: int) -> tuple[Any, Any, int, Frame, Terms]:
         """A medium's ``Claim`` of one receiver."""
         terms = PLAIN if self.terms is None else self.terms[receiver]
-        return self.carrier, self.token, receiver, self.frame.size_bytes, terms
+        return self.carrier, self.token, receiver, self.frame, terms
+
+    def lacking(self, receivers: Collection[int]) -> int:
+        """How many packets are lost at ``receivers``, taken together."""
+        return 0 if self.terms is None else sum(len(self.terms[receiver].lost)
+                                                for receiver in receivers)
+
+    def lose(self, receiver: int, terms: Terms) -> None:
+        """Packets are lost at a receiver at whom it is not settled yet."""
+        if self.terms is None:
+            self.terms = dict.fromkeys(self.frame.receivers, PLAIN)
+        self.terms[receiver] = terms
+
+    def awaits(self, receiver: int) -> bool:
+        """Whether it was meant for ``receiver`` and is not settled there."""
+        return bool(self.left and receiver not in self._settled
+                    and self.frame.among((receiver,)))
 
 
 class Rest:

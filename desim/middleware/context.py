@@ -139,6 +139,9 @@ class _Heard:
     def arrived(self, token: Any, receiver: int) -> None:
         self._heard(token, receiver)
 
+    def arrived_in_part(self, token: Any, receiver: int, lost: dict[int, str]) -> None:
+        """A datagram is lost with any packet of it."""
+
     def lost(self, token: Any, receiver: int, reason: str) -> None:
         """Nobody is told."""
 

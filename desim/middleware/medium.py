@@ -15,40 +15,38 @@ import numpy as np
 
 from desim.errors import ModelError, below
 from desim.kernel import Call, Kernel, Phase
-from desim.middleware.broadcast import PLAIN, Broadcast, Terms
+from desim.middleware.account import Account
+from desim.middleware.broadcast import Broadcast
 from desim.middleware.carrier import Carrier
+from desim.middleware.gate import PLAIN, Gate, Terms, check_packets, class_of, undeclared
 from desim.middleware.place import Nowhere, Place
 from desim.middleware.rulecontext import RuleContext
-from desim.ports import Deliver, Drop, Duplicate, Frame, NetworkModel, Obstacles, Pass, Rule
+from desim.ports import Deliver, Drop, Frame, NetworkModel, Obstacles, Rule, packet_sizes
 from desim.streams import Streams
 from desim.trace import Names
 
-Claim = tuple[Carrier, Any, int, int, Terms]  # and token, receiver, size_bytes
+Claim = tuple[Carrier, Any, int, Frame, Terms]  # and token, receiver, the whole frame
 
 _NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER  # cheaper than to look them up each time
 _new = tuple.__new__  # a Frame at half the price
 
 
-class Medium:
+class Medium(Account):
     """A network model with the rules in front of it. It is the model's ``ports.Context``.
 
     ``hosts`` are all host names in index order, ``attached`` the indices of those that have an
-    interface to it. Counted per frame and receiver: ``intended`` =
-    ``delivered`` + ``dropped`` by reason + ``in_flight()``. ``bytes_on_air`` are those of frames
-    that the rules let through to somebody, with headers; ``tx_bytes`` and ``rx_bytes`` by host.
-    ``refused_bytes`` were sent by nobody: the model refused them (``ports.NetworkModel.refuses``).
-    ``copies`` that rules made of delivered frames are an account apart, but for ``rx_bytes``.
+    interface to it. The account is that of its frames and packets (``Account``).
     """
 
-    __slots__ = ("name", "id", "model", "rules", "up", "attached", "frames", "intended",
-                 "delivered", "copies", "dropped", "tx_bytes", "rx_bytes", "refused_bytes",
-                 "_barred_bytes", "_refuses", "_kernel", "_after", "_send", "_streams", "_place",
-                 "positions", "_ids", "_open", "_broadcasts", "_awaited", "_flying", "_reasons",
-                 "_switched", "_reach_m", "_separators", "_judges", "_sending", "_sent", "_posting")
+    __slots__ = ("name", "id", "model", "rules", "up", "attached", "frames", "_refuses", "_kernel",
+                 "_after", "_send", "_streams", "_place", "positions", "_ids", "_open",
+                 "_broadcasts", "_awaited", "_flying", "_reasons", "_switched", "_reach_m",
+                 "_separators", "_judges", "_gate", "_sending", "_sent", "_posting")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
                  place: Place | None = None) -> None:
+        super().__init__(len(hosts))
         self.name = name
         self.id = names.id(f"medium/{name}")
         self.model = model
@@ -56,14 +54,6 @@ class Medium:
         self.up = [True] * len(hosts)
         self.attached: Sequence[int] = range(len(hosts))
         self.frames = 0
-        self.intended = 0
-        self.delivered = 0
-        self.copies = 0
-        self.dropped: dict[str, int] = {}
-        self.refused_bytes = 0
-        self._barred_bytes = 0  # of frames that the rules let through to nobody
-        self.tx_bytes = [0] * len(hosts)
-        self.rx_bytes = [0] * len(hosts)
         self._kernel = kernel
         self._after = kernel.after
         self._send = model.send
@@ -88,11 +78,8 @@ class Medium:
             with below(f".rules.{number}"):
                 rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
         self._judges = [(rule, rule.judge) for rule in self.rules]
+        self._gate = Gate(self.count_drops)
         model.start(self, tuple(hosts))
-
-    @property
-    def bytes_on_air(self) -> int:
-        return sum(self.tx_bytes) - self._barred_bytes
 
     @property
     def control_bytes(self) -> int:
@@ -114,6 +101,9 @@ class Medium:
         return self._streams("medium", self.name, *name)
 
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
+        if type(verdict) is Drop and verdict.packets is not None \
+                and self._leaves(frame, receiver, verdict):
+            return
         claim = self._claimed(frame, receiver)
         if type(verdict) is Deliver:
             self._flying += 1
@@ -124,12 +114,13 @@ class Medium:
             else:
                 self._fly_on_terms(frame, claim, verdict.delay_ns)
         else:
-            self._dropped(frame, (receiver,), self._declared(verdict))
+            self._dropped(frame, (receiver,), self._declared(verdict),
+                          claim[3].segments - len(claim[4].lost))
             claim[0].lost(claim[1], receiver, verdict.reason)
 
     def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
                     verdict: Deliver | Drop) -> None:
-        if not frame.broadcast:
+        if not frame.broadcast or type(verdict) is Drop and verdict.packets is not None:
             for receiver in frame.receivers if receivers is None else receivers:
                 self.settle(frame, receiver, verdict)
             return
@@ -140,7 +131,8 @@ class Medium:
         if reason is None:
             self._fly(frame, broadcast, receivers, verdict.delay_ns)
         else:
-            self._dropped(frame, receivers, reason)
+            self._dropped(frame, receivers, reason,
+                          len(receivers) * frame.segments - broadcast.lacking(receivers))
             broadcast.carrier.missed(broadcast.token, receivers, reason, self)
 
     # What transports do.
@@ -151,16 +143,18 @@ class Medium:
         ``token``. Returns when (ns) it will be there, if there is one receiver, no rule has touched
         it and the model says so right away."""
         self.frames = number = self.frames + 1
-        self.intended += len(receivers)
+        count = len(receivers)
+        self.intended += count
+        self.packets_intended += count * segments
         self.tx_bytes[source] += size_bytes
         frame = _new(Frame, (number, source, receivers, size_bytes, segments, broadcast))
         terms: dict[int, Terms] | None = None  # of those that are left, as soon as a rule speaks
         for rule, judge in self._judges:
             verdicts = judge(frame, receivers)
             if verdicts is not None:
-                terms = self._obey(rule, verdicts, receivers, terms, carrier, token)
+                terms = self._gate.obey(rule, verdicts, frame, receivers, terms, carrier, token)
                 if not terms:
-                    self._barred_bytes += size_bytes
+                    self.barred_bytes += size_bytes
                     return None
                 if len(terms) < len(receivers):
                     receivers = tuple(terms)
@@ -175,11 +169,16 @@ class Medium:
                 self.settle_many(frame, None, Deliver(delay_ns))
             return None
         (receiver,) = receivers
+        whole, own = frame, PLAIN
+        if terms is not None:
+            own = terms[receiver]
+            if own.lost:
+                own, frame = own.within(frame)
+                self.barred_bytes += size_bytes - frame.size_bytes
         if self._sending:  # the model drops another frame meanwhile, and its carrier sends this one
             self._keep()
         self._sending = number
-        self._sent = claim = (carrier, token, receiver, size_bytes,
-                              PLAIN if terms is None else terms[receiver])
+        self._sent = claim = (carrier, token, receiver, whole, own)
         delay_ns = self._send(frame)
         if delay_ns is None:
             if self._sending == number:
@@ -197,6 +196,7 @@ class Medium:
                                  ">= 0 of nanoseconds")
             self._posting = 0
             self.delivered += 1
+            self.packets_delivered += segments
             self.rx_bytes[receiver] += size_bytes
             return self._kernel.now_ns + delay_ns
         else:
@@ -282,66 +282,45 @@ class Medium:
             for receiver in receivers:
                 self._fly_on_terms(frame, broadcast.claim(receiver), delay_ns)
             return
-        carrier, token, size_bytes = broadcast.carrier, broadcast.token, frame.size_bytes
+        carrier, token = broadcast.carrier, broadcast.token
         ids, after, deliver = self._ids, self._after, self._deliver
         source = ids[frame.source] << 32
         for receiver in receivers:
             after(delay_ns, _DELIVER, source | ids[receiver], deliver,
-                  (carrier, token, receiver, size_bytes, PLAIN))
+                  (carrier, token, receiver, frame, PLAIN))
 
     def _fly_on_terms(self, frame: Frame, claim: Claim, delay_ns: int) -> None:
         """What rules may have delayed or copied is on its way to one receiver."""
         if delay_ns < 0:
             raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
-        rules_ns, copies_ns = claim[4]
+        rules_ns, copies_ns, lost, _ = claim[4]
         entity = self._ids[frame.source] << 32 | self._ids[claim[2]]
-        if copies_ns:
+        if copies_ns and not lost:
             self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver_often, (entity, claim))
         else:
             self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver, claim)
 
-    def _obey(self, rule: Rule, verdicts: list[Any], receivers: tuple[int, ...],
-              terms: dict[int, Terms] | None, carrier: Carrier, token: Any) -> dict[int, Terms]:
-        """``terms`` of ``receivers`` with the rule's delays and copies added, without whom it
-        drops."""
-        if terms is None:
-            terms = dict.fromkeys(receivers, PLAIN)
-        if len(verdicts) != len(receivers):
-            raise ModelError(f"{_class(rule)} gave {len(verdicts)} verdicts for "
-                             f"{len(receivers)} receivers")
-        for receiver, verdict in zip(receivers, verdicts, strict=True):
-            if type(verdict) is Deliver:
-                if type(verdict.delay_ns) is not int or verdict.delay_ns < 0:
-                    raise ModelError(f"{_class(rule)} delays by {verdict.delay_ns!r}; a delay "
-                                     "is an int >= 0 of nanoseconds")
-                delay_ns, copies = terms[receiver]
-                terms[receiver] = delay_ns + verdict.delay_ns, copies
-            elif type(verdict) is Drop:
-                if verdict.reason not in rule.reasons:
-                    raise _undeclared(rule, verdict.reason)
-                del terms[receiver]
-                self._count(verdict.reason, 1)
-                carrier.lost(token, receiver, verdict.reason)
-            elif type(verdict) is Duplicate:
-                if type(verdict.after_ns) is not int or verdict.after_ns < 0:
-                    raise ModelError(f"{_class(rule)} makes a copy after {verdict.after_ns!r}; "
-                                     "wanted: an int >= 0 of nanoseconds")
-                delay_ns, copies = terms[receiver]
-                terms[receiver] = delay_ns, (*copies, verdict.after_ns)
-            elif type(verdict) is not Pass:
-                raise ModelError(f"{_class(rule)} gave {verdict!r}, which is no verdict")
-        return terms
-
     def _deliver(self, claim: Claim) -> None:
-        carrier, token, receiver, size_bytes, _ = claim
+        carrier, token, receiver, frame, terms = claim
         self._flying -= 1
-        if self.up[receiver]:
-            self.delivered += 1
-            self.rx_bytes[receiver] += size_bytes
-            carrier.arrived(token, receiver)
-        else:
-            self._count("host_down", 1)
+        if not self.up[receiver]:
+            self.count_drops("host_down", 1, frame[4] - len(terms.lost))
             carrier.lost(token, receiver, "host_down")
+            return
+        self.delivered += 1
+        if terms is not PLAIN and terms.lost:
+            self._deliver_in_part(claim)
+            return
+        self.packets_delivered += frame[4]
+        self.rx_bytes[receiver] += frame[3]
+        carrier.arrived(token, receiver)
+
+    def _deliver_in_part(self, claim: Claim) -> None:
+        carrier, token, receiver, frame, terms = claim
+        sizes = packet_sizes(frame.size_bytes, frame.segments)
+        self.packets_delivered += frame.segments - len(terms.lost)
+        self.rx_bytes[receiver] += frame.size_bytes - sum(sizes[number] for number in terms.lost)
+        carrier.arrived_in_part(token, receiver, dict(sorted(terms.lost.items())))
 
     def _deliver_often(self, arrival: tuple[int, Claim]) -> None:
         """A frame that has copies: they come after it, if it comes."""
@@ -352,10 +331,10 @@ class Medium:
         self._deliver(claim)
 
     def _repeat(self, claim: Claim) -> None:
-        carrier, token, receiver, size_bytes, _ = claim
+        carrier, token, receiver, frame, _ = claim
         if self.up[receiver]:
             self.copies += 1
-            self.rx_bytes[receiver] += size_bytes
+            self.rx_bytes[receiver] += frame.size_bytes
             carrier.repeated(token, receiver)
 
     def _unexpected(self, frame: Frame, receiver: int | Sequence[int]) -> ModelError:
@@ -366,26 +345,41 @@ class Medium:
         if type(verdict) is not Drop:
             raise ModelError(f"{self._model()} settled with {verdict!r}; Deliver or Drop is wanted")
         if verdict.reason not in self._reasons:
-            raise _undeclared(self.model, verdict.reason)
+            raise undeclared(self.model, verdict.reason)
         return verdict.reason
 
-    def _dropped(self, frame: Frame, receivers: Collection[int], reason: str) -> None:
-        self._count(reason, len(receivers))
-        if reason in self._refuses and frame.receivers[0] in receivers:  # once a frame
-            self.refused_bytes += frame.size_bytes
-            self.tx_bytes[frame.source] -= frame.size_bytes
+    def _leaves(self, frame: Frame, receiver: int, verdict: Drop) -> bool:
+        """Take out the packets that the model has lost at one receiver. Returns whether any are
+        left; if not, the frame is dropped."""
+        reason = self._declared(verdict)
+        check_packets(self.model, verdict.packets, frame.segments)
+        if frame.id == self._sending and receiver == self._sent[2]:
+            self._keep()
+        claim = self._open.get((frame.id, receiver))
+        broadcast = None if claim else self._broadcasts.get(frame.id)
+        if broadcast is not None and broadcast.awaits(receiver):
+            claim = broadcast.claim(receiver)
+        if claim is None:
+            raise self._unexpected(frame, receiver)
+        whole, before = claim[3:]
+        after = before.losing(before.numbers(verdict.packets, whole.segments), reason)
+        if len(after.lost) == whole.segments:
+            return False
+        self.count_drops(reason, 0, len(after.lost) - len(before.lost))
+        if reason in self._refuses and frame.receivers[0] == receiver:  # once a frame
+            sizes = packet_sizes(frame.size_bytes, frame.segments)
+            self.count_refused(frame.source, sum(sizes[number] for number in verdict.packets))
+        if broadcast is None:
+            self._open[frame.id, receiver] = (*claim[:4], after)
+        else:
+            broadcast.lose(receiver, after)
+        return True
 
-    def _count(self, reason: str, count: int) -> None:
-        self.dropped[reason] = self.dropped.get(reason, 0) + count
+    def _dropped(self, frame: Frame, receivers: Collection[int], reason: str, packets: int) -> None:
+        self.count_drops(reason, len(receivers), packets)
+        if reason in self._refuses and frame.receivers[0] in receivers:  # once a frame
+            self.count_refused(frame.source, frame.size_bytes)
 
     def _model(self) -> str:
-        return f"{_class(self.model)} of medium {self.name!r}"
+        return f"{class_of(self.model)} of medium {self.name!r}"
 
-
-def _class(plugin: Any) -> str:
-    return f"{type(plugin).__module__}.{type(plugin).__qualname__}"
-
-
-def _undeclared(plugin: Any, reason: str) -> ModelError:
-    return ModelError(f"{_class(plugin)} dropped for {reason!r}, which its class does not declare "
-                      f"(reasons = {plugin.reasons!r})")

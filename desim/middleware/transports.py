@@ -1,10 +1,8 @@
 """How a message becomes frames: ``Stream`` (TCPROS-like) and ``Datagram`` (UDPROS-like).
 
 A transport is one publisher's. It hands frames to media and hears from them, as their carrier,
-what became of each. ``Stream`` simplifies TCP in two ways: the sender knows a frame's fate when
-the medium settles it, with no acknowledgement on the air; and a message is one train, lost or
-delivered as a whole, so that random loss of single packets (p) hits long messages harder than TCP
-would let it: n packets get through with (1 - p)^n at each attempt.
+what became of each. ``Stream`` simplifies TCP: the sender knows a frame's fate when the medium
+settles it, with no acknowledgement on the air.
 """
 
 from __future__ import annotations
@@ -15,6 +13,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase, pair
+from desim.ports import packet_sizes
 from desim.trace import pack
 
 if TYPE_CHECKING:
@@ -96,14 +95,15 @@ class Stream:
 class StreamLink:
     """One message on the wire; an outbox behind it that drops its oldest when full.
 
-    A lost frame is sent again at the retransmission timeout, which doubles from 0.2 s to 120 s and
-    starts anew when a frame arrives: a blocked link resumes at its next timeout, not when the
-    way is free again.
+    Segments that are lost while others of their train arrive are sent again at once (TCP's
+    selective acknowledgements say which). A train that is lost whole is sent again at the
+    retransmission timeout, which doubles from 0.2 s to 120 s and starts anew when a frame arrives:
+    a blocked link resumes at its next timeout, not when the way is free again.
     """
 
     __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_send",
-                 "_limit", "_outbox", "_wire", "_rto_ns", "_first_ns", "_sent_ns", "_timer",
-                 "_closed", "_entity")
+                 "_limit", "_outbox", "_wire", "_train", "_rto_ns", "_first_ns", "_sent_ns",
+                 "_timer", "_closed", "_entity")
 
     def __init__(self, source: Host, destination: Host, medium: Medium, limit: int) -> None:
         self._graph = source.graph
@@ -114,6 +114,7 @@ class StreamLink:
         self._limit = limit
         self._outbox: deque[Message] = deque()
         self._wire: Message | None = None
+        self._train = 0, 0  # bytes and segments of it that are to be there yet
         self._rto_ns = RTO_MIN_NS
         self._first_ns = self._sent_ns = 0
         self._timer: Any = None
@@ -142,6 +143,19 @@ class StreamLink:
             self._first_ns = now_ns = self._graph.kernel.now_ns
             self._transmit(self._outbox.popleft(), now_ns)
 
+    def arrived_in_part(self, message: Message, receiver: int, lost: dict[int, str]) -> None:
+        """Send the lost segments again."""
+        if self._closed is not None:
+            self.lost(message, receiver, next(iter(lost.values())))
+            return
+        self._rto_ns = RTO_MIN_NS
+        now_ns = self._graph.kernel.now_ns
+        for reason in dict.fromkeys(lost.values()):
+            self._note_loss(message, reason, now_ns)
+        sizes = packet_sizes(*self._train)
+        self._train = sum(sizes[number] for number in lost), len(lost)
+        self._transmit_train(now_ns)
+
     def lost(self, message: Message, receiver: int, reason: str) -> None:
         """The medium lost the frame: wait for the timeout that runs since it was sent."""
         if self._closed is not None:
@@ -150,8 +164,7 @@ class StreamLink:
             return
         graph = self._graph
         now_ns = graph.kernel.now_ns
-        graph.trace.row(now_ns, graph.LOST, self._to_id, self._from_id, message.seq,
-                        graph.names.id(reason))
+        self._note_loss(message, reason, now_ns)
         self._timer = graph.kernel.at(max(now_ns, self._sent_ns + self._rto_ns), Phase.NETWORK,
                                       self._entity, self._again)
         self._rto_ns = min(2 * self._rto_ns, RTO_MAX_NS)
@@ -176,15 +189,24 @@ class StreamLink:
     def waiting(self) -> int:
         return len(self._outbox) + (self._wire is not None)
 
+    def _note_loss(self, message: Message, reason: str, now_ns: int) -> None:
+        graph = self._graph
+        graph.trace.row(now_ns, graph.LOST, self._to_id, self._from_id, message.seq,
+                        graph.names.id(reason))
+
     def _again(self, _: Any) -> None:
         self._timer = None
-        self._transmit(self._wire, self._graph.kernel.now_ns)
+        self._transmit_train(self._graph.kernel.now_ns)
 
     def _transmit(self, message: Message, now_ns: int) -> None:
-        graph = self._graph
         self._wire = message
+        self._train = stream_frame(message.size_bytes)
+        self._transmit_train(now_ns)
+
+    def _transmit_train(self, now_ns: int) -> None:
+        graph, message = self._graph, self._wire
         self._sent_ns = now_ns
-        size_bytes, segments = stream_frame(message.size_bytes)
+        size_bytes, segments = self._train
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq, size_bytes))
         self._send(self._from, self._to, size_bytes, segments, False, self, message)
 
@@ -241,6 +263,9 @@ class Datagram:
     def arrived(self, message: Message, receiver: int) -> None:
         self._flying -= 1
         self._graph.deliver(message, self._graph.hosts[receiver], message.born_ns, message.born_ns)
+
+    def arrived_in_part(self, message: Message, receiver: int, lost: dict[int, str]) -> None:
+        self.lost(message, receiver, next(iter(lost.values())))
 
     def lost(self, message: Message, receiver: int, reason: str) -> None:
         self._flying -= 1

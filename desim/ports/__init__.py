@@ -12,6 +12,7 @@ import re
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -79,6 +80,20 @@ class Frame(NamedTuple):
                 if host <= last and receivers[bisect_left(receivers, host)] == host]
 
 
+FULL_PACKET_BYTES = 1500 + 14 + 4  # Ethernet's MTU, its header and its check sequence
+
+
+@lru_cache(maxsize=1 << 10)
+def packet_sizes(size_bytes: int, segments: int) -> tuple[int, ...]:
+    """The bytes of each packet of a train: full ones and a rest where that fits, else as equal as
+    can be."""
+    rest = size_bytes - (segments - 1) * FULL_PACKET_BYTES
+    if 0 < rest <= FULL_PACKET_BYTES:
+        return (FULL_PACKET_BYTES,) * (segments - 1) + (rest,)
+    each, longer = divmod(size_bytes, segments)
+    return (each + 1,) * longer + (each,) * (segments - longer)
+
+
 class Pass(NamedTuple):
     """A rule has nothing to say about this receiver."""
 
@@ -91,14 +106,21 @@ class Deliver(NamedTuple):
 
 
 class Drop(NamedTuple):
-    """Not delivered, for one of the reasons that the plug-in's class declares."""
+    """Not delivered, for one of the reasons that the plug-in's class declares.
+
+    ``packets`` are the numbers (ints from 0, ascending) of those packets of a train that are lost;
+    None: the whole frame. A rule takes them out, and the rest goes on. A model that names packets
+    has not settled the frame yet: it delivers or drops the rest later; naming the last ones that
+    are left settles it.
+    """
 
     reason: str
+    packets: tuple[int, ...] | None = None
 
 
 class Duplicate(NamedTuple):
-    """From a rule: where the frame is delivered, a copy is ``after_ns`` (int >= 0) later. A stream
-    ignores it, a datagram's message arrives once more. Copies of several rules add up."""
+    """From a rule: where all of the frame is delivered, a copy is ``after_ns`` (int >= 0) later. A
+    stream ignores it, a datagram's message arrives once more. Copies of several rules add up."""
 
     after_ns: int
 
@@ -148,7 +170,8 @@ class Context(Protocol):
         """Random numbers by name, this medium's own."""
 
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
-        """The fate of ``frame`` at one intended receiver: exactly once each."""
+        """The fate of ``frame`` at one intended receiver: exactly once each, after any number of
+        drops that name packets."""
 
     def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
                     verdict: Deliver | Drop) -> None:
@@ -158,7 +181,8 @@ class Context(Protocol):
 
 class Rule(Protocol):
     """A small verdict in front of any network model. Rules are asked in their order; delays add
-    up, the first drop wins. No timers: a rule judges, the medium acts.
+    up, the first drop of a frame or of a packet of it wins. No timers: a rule judges, the medium
+    acts.
 
     Two things that a rule or a network model may have beside, for the monitor to count the fleet's
     partitions by: ``reach_m``, the distance in m beyond which no frame gets, and

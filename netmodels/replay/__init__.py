@@ -30,7 +30,7 @@ class Replay:
     rows have channels and none is chosen, a packet is on each of them equally often. An RSSI
     becomes a chance by the bit errors of ``standard`` at ``rate`` for a packet of its size, as
     ``radio`` has them while nobody else is on the air; no RSSI is no signal. Packets are lost
-    independently of each other, and a train with one lost packet is lost.
+    independently of each other.
 
     Each sender's frames go out one after another at ``rate``, and nobody hinders anybody else:
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency.

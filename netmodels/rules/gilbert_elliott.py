@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.units import Ratio
+from netmodels.luck import drop
 from netmodels.rules.streams import PairStreams
 
 
@@ -16,8 +17,8 @@ class GilbertElliott:
 
     Of all packets p / (p + r) find the bad state, so that
     (p * loss_bad + r * loss_good) / (p + r) are lost; the bad state lasts for 1 / r packets on the
-    average. The first packet finds either state with these chances. A train with one lost packet is
-    lost. The states change with packets, not with time.
+    average. The first packet finds either state with these chances. The states change with packets,
+    not with time.
     """
 
     class Params(ports.Params):
@@ -44,17 +45,17 @@ class GilbertElliott:
         self._bad: dict[tuple[int, int], bool] = {}
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
-        return [ports.Drop("burst_loss") if self._loses(frame, receiver) else ports.PASS
-                for receiver in receivers]
+        return [self._verdict(frame, receiver) for receiver in receivers]
 
-    def _loses(self, frame: ports.Frame, receiver: int) -> bool:
+    def _verdict(self, frame: ports.Frame, receiver: int) -> ports.Verdict:
         link = frame.source, receiver
         stream = self._streams(*link)
         bad = self._bad[link] if link in self._bad else bool(stream.random() < self._bad_share)
-        lost = False
+        lost = []
         luck = iter(stream.random(2 * frame.segments).tolist())
-        for loses, changes in zip(luck, luck, strict=True):
-            lost |= loses < self._loss[bad]
+        for number, (loses, changes) in enumerate(zip(luck, luck, strict=True)):
+            if loses < self._loss[bad]:
+                lost.append(number)
             bad ^= changes < self._change[bad]
         self._bad[link] = bad
-        return lost
+        return drop("burst_loss", lost, frame.segments) if lost else ports.PASS

@@ -7,17 +7,16 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import Length, Position, Ratio
+from netmodels.luck import drop, losses
 from netmodels.rules.streams import PairStreams
 from netmodels.rules.window import Window
-
-_JAMMED = ports.Drop("jammed")
 
 
 class Jamming:
     """From ``from`` until ``until`` each packet whose sender or receiver stands no farther than
-    ``radius`` from ``at`` is lost with ``probability``; a train with one lost packet is lost. Walls
-    do not matter, and a host without a place is nowhere near. Each ordered pair of hosts draws from
-    its own stream for each frame, jammed or not: with a larger disc only more is lost."""
+    ``radius`` from ``at`` is lost with ``probability``. Walls do not matter, and a host without a
+    place is nowhere near. Each ordered pair of hosts draws from its own stream for each packet,
+    jammed or not: with a larger disc only more is lost."""
 
     class Params(Window):
         at_m: tuple[Position, Position] = Field(
@@ -30,7 +29,7 @@ class Jamming:
 
     def __init__(self, params: Params) -> None:
         self._params = params
-        self._survival = 1.0 - params.probability
+        self._probability = params.probability
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
@@ -38,17 +37,17 @@ class Jamming:
         self._positions = None  # until somebody moves they are the same object
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
-        survival = self._survival ** frame.segments
-        source = frame.source
-        unlucky = [self._streams(source, receiver).random() >= survival for receiver in receivers]
+        source, segments = frame.source, frame.segments
+        unlucky = [losses(self._streams(source, receiver), segments, self._probability)
+                   for receiver in receivers]
         jams = self._jams()
-        return [_JAMMED if lost and (jams[source] or jams[receiver]) else ports.PASS
-                for receiver, lost in zip(receivers, unlucky, strict=True)]
+        return [drop("jammed", lost, segments) if lost and (jams[source] or jams[receiver])
+                else ports.PASS for receiver, lost in zip(receivers, unlucky, strict=True)]
 
     def separates(self, host: int, other: int) -> bool:
         """Whether no frame gets between the two now."""
         jams = self._jams()
-        return not self._survival and (jams[host] or jams[other])
+        return self._probability == 1.0 and (jams[host] or jams[other])
 
     def _jams(self) -> list[bool]:
         """At which hosts it is felt now."""

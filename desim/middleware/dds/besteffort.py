@@ -85,6 +85,10 @@ class BestEffort:
     def arrived(self, sample: Sample, receiver: int) -> None:
         self._settle(sample, receiver)
 
+    def arrived_in_part(self, sample: Sample, receiver: int, lost: dict[int, str]) -> None:
+        """A sample is lost with any fragment of it."""
+        self.lost(sample, receiver, next(iter(lost.values())))
+
     def lost(self, sample: Sample, receiver: int, reason: str) -> None:
         sample.failed.setdefault(receiver, reason)
         self._settle(sample, receiver)

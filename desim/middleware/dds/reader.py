@@ -283,6 +283,9 @@ class Reader:
     def arrived(self, token: Any, receiver: int) -> None:
         self._link.acknowledged(token, receiver)
 
+    def arrived_in_part(self, token: Any, receiver: int, lost: dict[int, str]) -> None:
+        """A datagram is lost with any packet of it; the writer's next heartbeat asks again."""
+
     def lost(self, token: Any, receiver: int, reason: str) -> None:
         """The writer's next heartbeat asks again."""
 

@@ -308,6 +308,10 @@ class ReliableLink:
         if self._implied:  # if it is still kept, something is missing
             self._watch()
 
+    def arrived_in_part(self, token: tuple[Sample, range, int, int], receiver: int,
+                        lost: dict[int, str]) -> None:
+        self.lost(token, receiver, next(iter(lost.values())))
+
     def lost(self, token: tuple[Sample, range, int, int], receiver: int, reason: str) -> None:
         sample = token[0]
         sample.flying -= 1
@@ -334,6 +338,10 @@ class Beating:
 
     def arrived(self, token: tuple[int, int, int], receiver: int) -> None:
         self._link.reader.offered(*token)
+
+    def arrived_in_part(self, token: tuple[int, int, int], receiver: int,
+                        lost: dict[int, str]) -> None:
+        """The sample that it rode on takes the packets that arrived; another one will come."""
 
     def lost(self, token: tuple[int, int, int], receiver: int, reason: str) -> None:
         """Another one will come."""

@@ -115,6 +115,9 @@ class End:
         self._echo_ns = sent_ns
         _COMES[what](self, now_ns - echo_ns)
 
+    def arrived_in_part(self, segment: Control, receiver: int, lost: dict[int, str]) -> None:
+        """It is a single packet: this does not happen."""
+
     def lost(self, segment: Control, receiver: int, reason: str) -> None:
         """Nobody is told."""
 

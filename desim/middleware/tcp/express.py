@@ -118,6 +118,11 @@ class Express:
                 sender.timer.expect(now_ns + sender.rto_ns)
         flight[1](flight[2])
 
+    def arrived_in_part(self, flight: Flight, receiver: int, lost: dict[int, str]) -> None:
+        """The stream repairs it."""
+        self.join()
+        self._sender.peer.arrived_in_part(self._train(flight), receiver, lost)
+
     def lost(self, flight: Flight, receiver: int, reason: str) -> None:
         """The medium lost it. The sender does not know; its timer will."""
         self.join()

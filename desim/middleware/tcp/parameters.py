@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import lru_cache
+from itertools import pairwise
 from typing import Literal
 
 from pydantic import Field, model_validator
@@ -86,3 +88,10 @@ def on_wire(payload_bytes: int) -> tuple[int, int]:
     """Bytes with all headers, and segments, of a train of ``payload_bytes``."""
     segments = -(-payload_bytes // MSS_BYTES)
     return payload_bytes + segments * SEGMENT_HEADER_BYTES, segments
+
+
+def runs(segments: int, lost: Collection[int]) -> list[tuple[int, int]]:
+    """The runs of segments of a train that are not ``lost``: number of the first one, and of the
+    first one behind the run."""
+    gaps = [-1, *sorted(lost), segments]
+    return [(gap + 1, after) for gap, after in pairwise(gaps) if after > gap + 1]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
 from desim.middleware.context import ACKS
-from desim.middleware.tcp.parameters import on_wire
+from desim.middleware.tcp.parameters import on_wire, runs
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 
 if TYPE_CHECKING:
@@ -98,6 +98,16 @@ class Receiver:
             self.acknowledge(unsaid // MSS_BYTES // self._every or 1)
         elif self._timer is None:
             self._timer = self._kernel.after(self._delay_ns, _CONTROL, self._entity, self._due)
+
+    def arrived_in_part(self, train: Train, receiver: int, lost: dict[int, str]) -> None:
+        """Each run of segments that arrived is heard like a train of its own."""
+        start, end, ack, sent_ns, echo_ns = train
+        for number, reason in lost.items():
+            first = start + number * MSS_BYTES
+            self.origin.end.lost_train(first, min(first + MSS_BYTES, end), reason)
+        for first, last in runs(on_wire(end - start)[1], lost):
+            self.arrived((start + first * MSS_BYTES, min(start + last * MSS_BYTES, end), ack,
+                          sent_ns, echo_ns), receiver)
 
     def lost(self, train: Train, receiver: int, reason: str) -> None:
         """The medium lost it. The sender does not know; the trace does."""

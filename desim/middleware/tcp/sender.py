@@ -127,6 +127,10 @@ class Sender(Window):
         elif duplicates and number == self.una < self.top:
             self._duplicate(duplicates)
 
+    def arrived_in_part(self, ack: Ack, receiver: int, lost: dict[int, str]) -> None:
+        """Acknowledgements are cumulative: those that arrive stand for those that do not."""
+        self.arrived(ack, receiver)
+
     def lost(self, ack: Ack, receiver: int, reason: str) -> None:
         """Nobody is told of a lost acknowledgement."""
 

@@ -1,0 +1,47 @@
+"""The account of a medium: what became of frames and packets at each intended receiver."""
+
+from __future__ import annotations
+
+
+class Account:
+    """Counts per intended receiver. Nothing gets lost in it:
+
+        intended = delivered + dropped by reason + in flight            (frames)
+        packets_intended = packets_delivered + packets_dropped + ...    (packets)
+
+    A train of which a part arrives counts as delivered; its lost packets are in
+    ``packets_dropped``. ``bytes_on_air`` are those of packets that the rules let through to
+    somebody, with headers; ``tx_bytes`` and ``rx_bytes`` are by host. ``refused_bytes`` were sent
+    by nobody: the model refused them (``ports.NetworkModel.refuses``). ``copies`` that rules made
+    of delivered frames are an account apart, but for ``rx_bytes``.
+    """
+
+    __slots__ = ("intended", "delivered", "dropped", "packets_intended", "packets_delivered",
+                 "packets_dropped", "copies", "tx_bytes", "rx_bytes", "refused_bytes",
+                 "barred_bytes")
+
+    def __init__(self, hosts: int) -> None:
+        self.intended = self.delivered = 0
+        self.dropped: dict[str, int] = {}
+        self.packets_intended = self.packets_delivered = 0
+        self.packets_dropped: dict[str, int] = {}
+        self.copies = 0
+        self.tx_bytes = [0] * hosts
+        self.rx_bytes = [0] * hosts
+        self.refused_bytes = 0
+        self.barred_bytes = 0  # of packets that the rules let through to nobody
+
+    @property
+    def bytes_on_air(self) -> int:
+        return sum(self.tx_bytes) - self.barred_bytes
+
+    def count_drops(self, reason: str, frames: int, packets: int) -> None:
+        """So many ``frames`` and ``packets`` do not arrive."""
+        if frames:
+            self.dropped[reason] = self.dropped.get(reason, 0) + frames
+        self.packets_dropped[reason] = self.packets_dropped.get(reason, 0) + packets
+
+    def count_refused(self, source: int, size_bytes: int) -> None:
+        """So many bytes of what ``source`` wanted to send were refused."""
+        self.refused_bytes += size_bytes
+        self.tx_bytes[source] -= size_bytes
