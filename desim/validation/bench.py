@@ -1,0 +1,131 @@
+"""Hosts on one network to try middleware on, as in a laboratory: who says what, and a tap on the
+wire."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from statistics import median
+from typing import Any
+
+from desim import plugins, ports
+from desim.kernel import Kernel, Phase
+from desim.middleware.graph import Graph, Host, Message
+from desim.middleware.medium import Medium
+from desim.middleware.node import Node
+from desim.middleware.place import Nowhere
+from desim.ports.cases import Check
+from desim.ports.middleware import Middleware
+from desim.streams import Streams
+from desim.trace import Names, Trace
+from desim.units import NS_PER_S
+
+CHECK_SEQUENCE_BYTES = 4  # of an Ethernet packet; tcpdump does not see it
+
+
+class Word:
+    """A message's content: only its size matters."""
+
+    def __init__(self, size_bytes: int) -> None:
+        self.size_bytes = size_bytes
+
+
+class Speaker(Node):
+    """A node that does what a row of the validation wants of it; ``heard`` is its log: (time in s,
+    topic, number, born in s)."""
+
+    def __init__(self, host: Host, begin: Callable[[Speaker], Any]) -> None:
+        super().__init__(host, "node")
+        self._begin = begin
+        self.heard: list[tuple[float, str, int, float]] = []
+
+    def start(self) -> None:
+        self._begin(self)
+
+    def says(self, topic: str, size_bytes: int, rate_hz: int, **offer: Any) -> None:
+        """Publish ``topic`` at this rate from now on; 0: never."""
+        self.advertise(topic, **offer)
+        if rate_hz:
+            self.timer(rate_hz, lambda _: self.publish(topic, Word(size_bytes)), start="zero")
+
+    def listens(self, topic: str, queue: int = 0) -> None:
+        """Log what comes on ``topic``."""
+        self.subscribe(topic, self._hear, queue=queue)
+
+    def _hear(self, message: Message) -> None:
+        self.heard.append((self.now_ns / NS_PER_S, message.topic, message.seq,
+                           message.born_ns / NS_PER_S))
+
+
+class Tap:
+    """Sees every frame that is sent, as tcpdump does at its sender. A rule that lets all pass."""
+
+    reasons = ()
+    Params = ports.Params
+
+    def __init__(self) -> None:
+        self.bytes = self.packets = 0
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        """Nothing to prepare."""
+
+    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> None:
+        self.packets += frame.segments
+        self.bytes += frame.size_bytes - CHECK_SEQUENCE_BYTES * frame.segments
+
+
+class Bench:
+    """``lives``: what each host's one node does; the k-th host of them starts at ``starts_s[k]``
+    (default: all at once). In each of ``cuts``, (from, until) in s, the first host hears nobody and
+    nobody hears it."""
+
+    def __init__(self, lives: Mapping[str, Callable[[Speaker], Any]], middleware: Middleware, *,
+                 delay: str = "50 us", cuts: Sequence[tuple[float, float]] = (),
+                 starts_s: Sequence[float] = (), seed: int = 0) -> None:
+        self.kernel, names, streams = Kernel(), Names(), Streams(seed)
+        trace = Trace(names)
+        self.graph = Graph(self.kernel, names, trace, streams, middleware, lives)
+        self.tap = Tap()
+        ideal = plugins.load("network", "ideal")
+        hosts = [host.name for host in self.graph.hosts]
+        rules = [self.tap, *(_apart(next(iter(lives)), *cut) for cut in cuts)]
+        self.graph.attach(Medium(
+            "lan", ideal(ideal.Params(delay=delay)), rules, kernel=self.kernel, names=names,
+            streams=streams, hosts=hosts, place=Nowhere(len(hosts))))
+        self._starts_s = dict(zip(lives, starts_s or [0.0] * len(lives), strict=True))
+        for name, begin in lives.items():
+            host = self.graph.host(name)
+            host.software = lambda host, begin=begin: [Speaker(host, begin)]
+            self.kernel.at(round(self._starts_s[name] * NS_PER_S), Phase.WORLD, host.id,
+                           lambda _, host=host: host.start())
+
+    def run(self, until_s: float) -> Bench:
+        self.kernel.run(round(until_s * NS_PER_S))
+        return self
+
+    def speaker(self, host: str) -> Speaker:
+        """The node of a host that has started."""
+        return self.graph.host(host).nodes[0]
+
+    def heard_after(self, host: str, time_s: float) -> float:
+        """How long after this instant ``host`` heard something, in s; NaN: never."""
+        return next((at - time_s for at, *_ in self.speaker(host).heard if at > time_s),
+                    float("nan"))
+
+
+def _apart(host: str, from_s: float, until_s: float) -> ports.Rule:
+    partition = plugins.load("rule", "partition")
+    return partition(partition.Params(groups=[[host]], **{
+        "from": f"{from_s * 1000:.3f} ms", "until": f"{until_s * 1000:.3f} ms"}))
+
+
+def within(share: float, what: str, simulated: float, measured: float, unit: str = "") -> Check:
+    """They may differ by a share of what was measured."""
+    return Check(what, simulated, measured, share * abs(measured), unit)
+
+
+def alike(what: str, simulated: Sequence[float], measured: Sequence[float],
+          unit: str) -> list[Check]:
+    """Of a quantity that scatters: the medians within 15 %, and the ranges overlap."""
+    apart = max(min(simulated) - max(measured), min(measured) - max(simulated), 0.0)
+    return [within(0.15, f"{what}: median", median(simulated), median(measured), unit),
+            Check(f"{what}: between the ranges", apart, 0.0, 0.0, unit)]

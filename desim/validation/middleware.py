@@ -1,0 +1,24 @@
+"""The group ``middleware``: all families, one after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from desim.ports.cases import Check, Play
+from desim.validation import zenoh
+
+# One line a family.
+FAMILIES: tuple[Callable[[], Iterator[Check]], ...] = (
+    zenoh.checks,
+)
+
+
+class MiddlewareAsMeasured:
+    """What real middleware does between network namespaces that an Ethernet switch joins."""
+
+    source = ("measured in November 2026, Linux 6.18: ROS 1 (roscpp, rospy 1.15.15), "
+              "multimaster_fkie 1.3.2, Zenoh 1.10.2")
+
+    def checks(self, play: Play) -> Iterator[Check]:
+        for family in FAMILIES:
+            yield from family()
