@@ -14,6 +14,7 @@ from netmodels.radio.dcf.exchange.kernels import happen
 from netmodels.radio.dcf.frames.kernels import tune
 from netmodels.radio.dcf.reception.kernels import account
 from netmodels.radio.dcf.records.kernels import (
+    AWAITING,
     BLOCK,
     IDLE,
     KINDS,
@@ -83,11 +84,11 @@ def relink(where, present, now):
     for i in range(stations.size):
         r = stations[i]
         if r.lock >= 0 and r.power == 0.0:
-            r.lock = -1
-            if r.expired == 1:
+            r.lock, r.eifs = -1, NEVER
+            if r.role == AWAITING and r.contention == NEVER:
                 r.contention = now * KINDS + TIMEOUT
                 schedule(d.due, r)
-        sense(setup, d.due, r, now, setup.eifs_ns)
+        sense(setup, d.due, r, now)
 
 
 @lean(_i8(_places, _i8))

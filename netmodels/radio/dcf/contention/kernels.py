@@ -40,11 +40,19 @@ def plan(setup, due, s):
         schedule(due, s)
 
 
-@lean(void(a_setup, all_due, a_station, _i8, _i8))
-def sense(setup, due, s, now, ifs):
+@lean(void(a_setup, a_station, _i8))
+def rest(setup, s, now):
+    """The medium is idle: when slots begin to count. DIFS after the reservation, or EIFS after what
+    could not be made out, without regard to the reservation (802.11-2016, 10.3.2.3.7)."""
+    if s.eifs == NEVER:
+        s.eifs = now + setup.eifs_ns
+    s.since = max(max(now, s.nav) + setup.difs_ns, s.eifs)
+
+
+@lean(void(a_setup, all_due, a_station, _i8))
+def sense(setup, due, s, now):
     """Station s looks at the medium. If it has become busy, the counter stops; only whole idle
-    slots count, and a station that was to begin at this very instant has not noticed. If it has
-    become idle, counting begins ``ifs`` later."""
+    slots count, and a station that was to begin at this very instant has not noticed."""
     busy = s.on == 1 or s.lock >= 0 or s.heard >= setup.energy_mw
     if busy and s.busy == 0:
         s.busy = 1
@@ -57,5 +65,5 @@ def sense(setup, due, s, now, ifs):
     elif s.busy == 1 and not busy:
         s.busy = 0
         s.occupied += now
-        s.since = max(now, s.nav) + ifs
+        rest(setup, s, now)
         plan(setup, due, s)

@@ -6,10 +6,10 @@ Nothing takes time to propagate: over 50 m it would be 0.17 us, a 50th of a slot
 
 from __future__ import annotations
 
-from numba import int64, void
+from numba import boolean, int64, void
 
 from netmodels.kernels import lean
-from netmodels.radio.dcf.contention.kernels import draw, plan, sense
+from netmodels.radio.dcf.contention.kernels import draw, plan, rest, sense
 from netmodels.radio.dcf.frames.kernels import tune
 from netmodels.radio.dcf.reception.kernels import account, arrive, survives
 from netmodels.radio.dcf.records.kernels import (
@@ -54,7 +54,7 @@ def transmit(d, s, now):
     s.number += 1
     s.air = (now + setup.detection_ns) * KINDS + DETECT
     schedule(due, s)
-    sense(setup, due, s, now, setup.difs_ns)
+    sense(setup, due, s, now)
     for k in range(s.first, s.last):
         r = stations[links[k].station]
         touch(d, r)
@@ -105,11 +105,11 @@ def detect(d, s, now):
         found = power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0))
         if found and power >= setup.signal_mw and r.lock < 0 and r.ends <= s.begun:
             r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
-            if now <= r.doubt:
+            if now + d.rates[s.rate].payload_ns - setup.detection_ns <= r.doubt:
                 r.nav = max(r.nav, r.announced)
             if r.strongest != s.index:
                 r.unaware = 0.0
-        sense(setup, due, r, now, setup.difs_ns)
+        sense(setup, due, r, now)
 
 
 @lean(void(a_dcf, _i8, _i8, a_station, _i8))
@@ -132,7 +132,7 @@ def report(d, now, what, s):
 @lean(void(a_setup, all_due, a_station, _i8))
 def next_packet(setup, due, s, now):
     """The present packet of station s is through, one way or the other."""
-    s.role, s.tries, s.got, s.expired, s.ready = IDLE, 0, 0, 0, now
+    s.role, s.tries, s.got, s.ready = IDLE, 0, 0, now
     draw(s)
     plan(setup, due, s)
 
@@ -179,9 +179,9 @@ def fail(d, s, now):
     if s.failed == setup.reset_at:
         s.failed, s.window = 0, setup.cw_min
     if s.busy == 0:
-        s.since = max(now, s.nav) + setup.difs_ns
+        rest(setup, s, now)
     if s.tries < setup.try_limit:
-        s.role, s.expired = IDLE, 0
+        s.role = IDLE
         draw(s)
         plan(setup, d.due, s)
         return
@@ -232,7 +232,7 @@ def take(d, r, s, now):
         if r.nav <= now:
             answer(setup, due, r, s, now, CTS)
     elif r.role == AWAITING and s.kind == (ACK if r.kind == DATA else CTS):
-        r.expired, r.contention = 0, NEVER
+        r.contention = NEVER
         schedule(due, r)  # the timeout is off, also where nothing else is to be sent
         if s.kind == CTS:
             r.role = SENDING
@@ -243,11 +243,12 @@ def take(d, r, s, now):
 
 @lean(void(a_dcf, a_station, _i8))
 def finish(d, s, now):
-    """Station s's transmission ends. Who could not make it out waits longer than the others."""
+    """Station s's transmission ends. Who could not make it out waits for EIFS, but no longer than
+    until it makes something out. Who waits for a reply, and this was none, has failed."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
     s.on, s.air = 0, NEVER
     for k in range(s.first, s.last):
-        r, ifs = stations[links[k].station], setup.difs_ns
+        r = stations[links[k].station]
         touch(d, r)
         if r.lock >= 0:
             account(setup, d.rates, d.table, r, stations[r.lock], now)
@@ -258,14 +259,15 @@ def finish(d, s, now):
         if r.lock == s.index:
             r.lock = -1
             if survives(r, s):
+                r.eifs = 0
                 take(d, r, s, now)
             else:
-                ifs = setup.eifs_ns
+                r.eifs = NEVER
                 if s.to == -1:
                     tell(d, now, MISSED, s, r.index)
-            if r.expired == 1:
+            if r.role == AWAITING:
                 fail(d, r, now)
-        sense(setup, due, r, now, ifs)
+        sense(setup, due, r, now)
     if s.kind == DATA and s.to == -1:
         succeed(d, s, now)
     elif s.kind == DATA or s.kind == RTS:
@@ -273,7 +275,7 @@ def finish(d, s, now):
         wait = setup.sifs_ns + setup.slot_ns + d.rates[rate].payload_ns
         s.role, s.contention = AWAITING, (now + wait) * KINDS + TIMEOUT
     schedule(due, s)
-    sense(setup, due, s, now, setup.difs_ns)
+    sense(setup, due, s, now)
 
 
 @lean(void(a_dcf, a_station, _i8))
@@ -283,6 +285,15 @@ def expire(d, s, now):
     leave(d, s)
     s.ready = now
     plan(d.setup[0], d.due, s)
+
+
+@lean(boolean(a_dcf, a_station, _i8))
+def begins(d, s, now):
+    """Whether station s has read the header of a frame that may be the reply (10.3.2.9)."""
+    if s.lock < 0:
+        return False
+    source = d.stations[s.lock]
+    return source.begun + d.rates[source.rate].payload_ns <= now
 
 
 @lean(void(a_dcf, a_station, _i8, _i8))
@@ -309,7 +320,5 @@ def happen(d, s, now, what):
     else:
         s.contention = NEVER
         schedule(d.due, s)
-        if s.lock >= 0:
-            s.expired = 1
-        else:
+        if not begins(d, s, now):
             fail(d, s, now)

@@ -30,12 +30,13 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     # preambles, what it heard before that, and which part of the interference it is not aware of.
     ("heard", "f8"), ("power", "f8"), ("chance", "f8"), ("until", "i8"), ("search", "i8"),
     ("before", "f8"), ("unaware", "f8"),
-    # Contention: from when on slots count (before that the medium has to be idle for DIFS or EIFS),
-    # until when the medium is reserved, since when the present packet is ready to go. Until when
-    # something should be heard of what an RTS has announced, and its reservation if it is.
-    # ``occupied``: for how long the medium was busy; while it is, less the time when it became so.
-    ("since", "i8"), ("occupied", "i8"), ("nav", "i8"), ("ready", "i8"), ("doubt", "i8"),
-    ("announced", "i8"),
+    # Contention: from when on slots count (before that the medium has to be idle for DIFS or EIFS);
+    # for how long the medium was busy, while it is less the time when it became so; until when it
+    # is reserved; until when EIFS lasts (``NEVER``: it begins when the medium is idle); since when
+    # the present packet is ready to go. Until when something should be heard of what an RTS has
+    # announced, and its reservation if it is.
+    ("since", "i8"), ("occupied", "i8"), ("nav", "i8"), ("eifs", "i8"), ("ready", "i8"),
+    ("doubt", "i8"), ("announced", "i8"),
     # What is due next: of its contention (START, TIMEOUT), its transmission (DETECT, END), and the
     # answer that it owes.
     ("contention", "i8"), ("air", "i8"), ("answer", "i8"),
@@ -57,10 +58,8 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     # transmissions there were. Whom to answer.
     ("to", "i4"), ("reserve", "i4"), ("number", "i4"), ("peer", "i4"),
     # Whether the medium is busy; what it does. Failures of the present packet; of the station in a
-    # row. Whether its receiver has the present packet; whether a reply is overdue, but something is
-    # being received that may be it.
+    # row. Whether its receiver has the present packet.
     ("busy", "i1"), ("role", "i1"), ("tries", "i2"), ("failed", "i2"), ("got", "i1"),
-    ("expired", "i1"),
     # Whether it is on the air, with what, at which rate; what to answer.
     ("on", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply", "i1"),
 ])
