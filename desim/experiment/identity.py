@@ -21,7 +21,7 @@ from desim.scenario.schema import Scenario
 # What computes results. Others (pyarrow, rich, typer, ...) only carry them.
 PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx", "pydantic")
 
-# What only shows results, or decides which runs are made.
+# What only shows results, or decides which runs are made: folders and files of desim.
 _SHOWS = frozenset({"report", "campaign", "statistics", "commands", "cli.py"})
 
 
@@ -85,20 +85,21 @@ def source(modules: tuple[str, ...]) -> str:
 
 @cache
 def _files(modules: tuple[str, ...]) -> tuple[str, ...]:
-    """Whose content may be in results, in a fixed order: of desim and of these modules' packages.
-    """
-    files = set(_package(Path(desim.__file__).parent))
-    for module in modules:
-        top = sys.modules[module.partition(".")[0]].__file__
-        if top is not None:
-            path = Path(top)
-            files |= set(_package(path.parent)) if path.name == "__init__.py" else {path}
-    return tuple(str(file) for file in sorted(files) if not _SHOWS.intersection(file.parts))
+    """Whose content may be in results: of desim and of these modules' packages, in an order that
+    does not depend on where they are installed."""
+    files = [file for file in _package(Path(desim.__file__).parent)
+             if file.relative_to(Path(desim.__file__).parent).parts[0] not in _SHOWS]
+    for top in sorted({module.partition(".")[0] for module in modules} - {desim.__name__}):
+        place = sys.modules[top].__file__
+        if place is not None:
+            path = Path(place)
+            files += _package(path.parent) if path.name == "__init__.py" else [path]
+    return tuple(map(str, files))
 
 
 @cache
 def _package(folder: Path) -> tuple[Path, ...]:
-    return tuple(folder.rglob("*.py"))
+    return tuple(sorted(folder.rglob("*.py")))
 
 
 @cache
