@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import resource
 import signal
 import threading
@@ -20,7 +21,8 @@ import pyarrow.parquet as pq
 
 from desim.errors import InputError
 from desim.experiment import maps
-from desim.experiment.results import FAILED, FINISHED, INTERRUPTED, RunFolder, manifest_of
+from desim.experiment.results import FAILED, FINISHED, INTERRUPTED, RunFolder
+from desim.experiment.seal import MANIFEST, MAPS, SUMMARY, manifest_of, wrong_with
 from desim.scenario import yaml12
 from desim.scenario.load import Loaded, from_mapping, load
 from desim.scenario.schema import Scenario
@@ -40,28 +42,23 @@ class Run:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        if manifest_of(self.path) is None:
-            cut_off = self.path.suffix == ".partial"
-            raise InputError(f"{self.path}: not the folder of a run"
-                             f"{' (it is being written, or was cut off)' if cut_off else ''}; a "
-                             "run's folder has a manifest.json, e.g. results/hello/1a2b3c4d5e6f")
-
-    @cached_property
-    def manifest(self) -> dict[str, Any]:
-        """How it ran: status, digest, versions, times."""
-        return manifest_of(self.path)
+        found = manifest_of(self.path)
+        if found is None:
+            raise InputError(_no_run(self.path))
+        # How it ran: status, digest, versions, times.
+        self.manifest: dict[str, Any] = found
 
     @cached_property
     def scenario(self) -> Scenario:
         """What was run, every value spelled out. It is not checked again: its plug-ins and its map
         need not be there any more."""
-        with self._readable("scenario.resolved.yaml") as file:
+        with _readable(self.file("scenario.resolved.yaml")) as file:
             return Scenario.model_validate(yaml12.read(str(file))[0])
 
     @cached_property
     def metrics(self) -> dict[str, Any]:
         """The summary."""
-        with self._readable("summary.json") as file:
+        with _readable(self.file(SUMMARY)) as file:
             return json.loads(file.read_text())
 
     @cached_property
@@ -77,33 +74,42 @@ class Run:
     @cached_property
     def map(self) -> maps.OccupancyMap:
         """What the robot that the metrics speak of believed in at the end."""
-        return maps.load(self._file("map"), "merged")
+        return self._map("merged")
 
     @cached_property
     def truth(self) -> maps.OccupancyMap:
         """The ground truth; what no laser can reach is unknown."""
-        return maps.load(self._file("map"), "truth")
+        return self._map("truth")
 
     @cached_property
     def names(self) -> dict[int, str]:
         """The names of the ids in ``trace.parquet``."""
-        return {int(id_): name for id_, name in json.loads(self._file("names.json").read_text())
-                .items()}
+        with _readable(self.file("names.json")) as file:
+            return {int(id_): name for id_, name in json.loads(file.read_text()).items()}
 
     def table(self, name: str) -> dict[str, np.ndarray]:
         """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column. What is not
         there is None among words and NaN among numbers."""
-        return _columns(self._file(f"{name}.parquet"))
+        return _columns(self.file(f"{name}.parquet"))
 
-    def _readable(self, name: str) -> AbstractContextManager[Path]:
-        return _readable(self._file(name))
+    def has(self, name: str) -> bool:
+        """Whether the run has left this file, and it is still there."""
+        return name in self.manifest["files"] and (self.path / name).exists()
 
-    def _file(self, name: str) -> Path:
-        path = self.path / name
-        if not path.exists():
+    def file(self, name: str) -> Path:
+        """One of its files, as desim wrote it. Raises ``InputError`` where it is not so."""
+        if name not in self.manifest["files"]:
             raise InputError(f"{self.path}: has no {name} (its status is "
                              f"{self.manifest['status']!r})")
-        return path
+        wrong = wrong_with(self.path, self.manifest, name)
+        if wrong is not None:
+            raise InputError(f"{self.path}: damaged: {wrong}; running its scenario again mends it")
+        return self.path / name
+
+    def _map(self, name: str) -> maps.OccupancyMap:
+        for ending in ("pgm", "yaml"):
+            self.file(f"{MAPS}/{name}.{ending}")
+        return maps.load(self.path / MAPS, name)
 
     def __repr__(self) -> str:
         return f"Run({str(self.path)!r})"
@@ -195,12 +201,21 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     return Run(path)
 
 
+def _no_run(path: Path) -> str:
+    if os.path.lexists(path / MANIFEST):
+        return (f"{path}: damaged: {MANIFEST} is not what desim writes, or what an earlier version "
+                "wrote; running its scenario again mends it")
+    cut_off = " (it is being written, or was cut off)" if path.suffix == ".partial" else ""
+    return (f"{path}: not the folder of a run{cut_off}; a run's folder has a {MANIFEST}, e.g. "
+            "results/hello/1a2b3c4d5e6f")
+
+
 @contextmanager
 def _readable(file: Path) -> Iterator[Path]:
     """The file, whatever may be wrong inside of it."""
     try:
         yield file
-    except (ValueError, OSError) as error:  # JSON's, pydantic's and pyarrow's among them
+    except (ValueError, OSError, RecursionError) as error:  # JSON's, pydantic's, pyarrow's too
         raise InputError(f"{file}: damaged: {str(error).splitlines()[0]}") from error
 
 

@@ -16,6 +16,7 @@ from desim.errors import InputError
 from desim.experiment import maps, results
 from desim.experiment.compare import first_difference, kept, simulated, spools, trace_of
 from desim.experiment.results import RunFolder
+from desim.experiment.seal import seal
 from desim.kernel import Phase
 from desim.ports import GridSpec
 from desim.trace import ROW, Names
@@ -238,8 +239,7 @@ def test_what_a_killed_process_left_is_swept_and_never_taken_for_a_run(hello, tm
 
 def test_another_digest_for_the_same_run_is_noticed(hello, tmp_path):
     run = desim.run(hello, overrides=SHORT, out=tmp_path)
-    manifest = json.loads((run.path / "manifest.json").read_text())
-    (run.path / "manifest.json").write_text(json.dumps({**manifest, "digest": "f" * 32}))
+    seal(run.path, {**run.manifest, "digest": "f" * 32}, run.manifest["files"])
     again = desim.run(hello, overrides=SHORT, out=tmp_path)
     assert again.manifest["differs_from_earlier"] == "f" * 32
 
@@ -273,7 +273,7 @@ def test_a_run_of_other_versions_is_not_repeated(hello, tmp_path):
     run = desim.run(hello, overrides=("stop.elapsed=1 s",), out=tmp_path)
     trace_of(run, tmp_path / "spool")
     manifest = {**run.manifest, "versions": {**run.manifest["versions"], "numpy": "1.0"}}
-    (run.path / "manifest.json").write_text(json.dumps(manifest))
+    seal(run.path, manifest, manifest["files"])
     with pytest.raises(InputError, match="versions in its manifest differ"):
         trace_of(desim.Run(run.path), tmp_path / "spool")
 

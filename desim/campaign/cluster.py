@@ -23,7 +23,7 @@ from desim import api
 from desim.campaign.work import Row, Task, Unwritable, failure, folder_of, row_of, work
 from desim.errors import InputError
 from desim.experiment.identity import Identity
-from desim.experiment.results import manifest_of
+from desim.experiment.seal import manifest_of
 from desim.garbage import keep_what_there_is
 
 _LOOK_S = 1.0  # for workers that have come or gone, where nothing else happens

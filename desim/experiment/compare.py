@@ -21,6 +21,7 @@ from desim.scenario.schema import Scenario
 from desim.simulation import Simulation
 from desim.trace import ROW, Names
 
+TRACE = "trace.parquet"
 CONTEXT = 5  # rows shown on either side of a difference
 _CHUNK = 1 << 18
 
@@ -67,11 +68,10 @@ def simulated(scenario: Scenario, spool: Path, until_ns: int | None = None) -> R
 
 def kept(run: Run, spool: Path) -> Rows | None:
     """The trace that a run has kept, or None."""
-    path = run.path / "trace.parquet"
-    if not path.exists():
+    if not run.has(TRACE):
         return None
     names, sink = Names(), Spool(spool)
-    for batch in _batches(path):
+    for batch in _batches(run.file(TRACE)):
         rows = np.empty(len(batch), ROW)
         for name in ("t_ns", "a", "b", "c"):
             rows[name] = batch[name].to_numpy()
@@ -107,7 +107,7 @@ def trace_of(run: Run, spool: Path, until_ns: int | None = None) -> Rows:
     rows = kept(run, spool)
     if rows is not None:
         return rows
-    scenario = load(run.path / "scenario.resolved.yaml").scenario
+    scenario = load(run.file("scenario.resolved.yaml")).scenario
     now = {"versions": identity.versions(), "plugins": identity.plugin_references(scenario),
            "source": identity.source(identity.modules(scenario))}
     other = [name for name, value in now.items() if run.manifest.get(name) != value]

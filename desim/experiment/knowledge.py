@@ -128,8 +128,7 @@ def knowledge(run: Run, at_ns: int | None = None) -> Knowledge:
         raise InputError(f"--at: {DURATION.format(at_ns)} is after the end of the run, which was "
                          f"at {DURATION.format(end_ns)}")
     # Runs that failed, and those of earlier versions, have no links.
-    kept = (run.path / "links.parquet").exists()
-    linked = linked_at(run.table("links"), at_ns) if kept else None
+    linked = linked_at(run.table("links"), at_ns) if run.has("links.parquet") else None
     with spools() as folder:
         return folded(trace_of(run, folder / "trace", at_ns), at_ns, informed, linked)
 

@@ -6,9 +6,9 @@ import errno
 import fcntl
 import json
 import os
-import shutil
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager, suppress
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from desim.experiment import identity, maps, parquet
 from desim.experiment.messagelog import MessageLog
 from desim.experiment.metrics import states
 from desim.experiment.monitor import Monitor
+from desim.experiment.seal import MANIFEST, MAPS, SUMMARY, manifest_of, seal
 from desim.experiment.summary import (
     judged_robot,
     known_map,
@@ -27,16 +28,25 @@ from desim.experiment.summary import (
     summarize,
 )
 from desim.experiment.traffic import latency_table
+from desim.files import refuse_link, settled
 from desim.scenario.resolved import resolved
 from desim.scenario.schema import Scenario
 from desim.trace import Names
 
 FINISHED, INTERRUPTED, FAILED = "finished", "interrupted", "failed"
 _FULL = (errno.ENOSPC, errno.EDQUOT)
+_SCENARIO, _NAMES, _LOCK = "scenario.resolved.yaml", "names.json", ".lock"
+# What a run that was cut off may have left.
+_WRITTEN = frozenset({
+    MANIFEST, SUMMARY, _SCENARIO, _NAMES, _LOCK,
+    *(f"{table}.parquet" for table in ("trace", "messages", "samples", "robots", "latency",
+                                       "links")),
+    *(f"{MAPS}/{name}.{ending}" for name in ("truth", "merged") for ending in ("pgm", "yaml"))})
 
 
 class RunFolder:
-    """``out/<name>/<run id>/``, written beside it and renamed at the end.
+    """``out/<name>/<run id>/``, written beside it and renamed at the end. What somebody else has
+    put into a run's folder stays in it when the run is made again.
 
     Give ``trace_sink`` to the run's ``Trace`` and ``on_fate`` to its ``Graph`` (None where nothing
     is kept), and call ``begin`` before the clock runs. Raises ``InputError`` where the folder
@@ -59,7 +69,7 @@ class RunFolder:
         with self._writing():
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._lock: int | None = self._claim()
-            (self._partial / "scenario.resolved.yaml").write_text(
+            (self._partial / _SCENARIO).write_text(
                 resolved(scenario, self._partial))
 
     def begin(self, names: Names, hosts: tuple[str, ...]) -> None:
@@ -84,10 +94,10 @@ class RunFolder:
             if monitor.links is not None:
                 parquet.write(self._partial / "links.parquet", monitor.links.table())
             self._write_maps(monitor)
-            _write_json(self._partial / "summary.json", summary)
+            _write_json(self._partial / SUMMARY, summary)
             if self.trace_sink is not None:
                 names = monitor.trace.names.items()
-                _write_json(self._partial / "names.json",
+                _write_json(self._partial / _NAMES,
                             {str(id_): names[id_] for id_ in sorted(names)})
             return self._publish(manifest)
 
@@ -99,7 +109,8 @@ class RunFolder:
 
     def discard(self) -> None:
         """Nothing of the run is worth keeping."""
-        shutil.rmtree(self._partial, ignore_errors=True)
+        with suppress(OSError):
+            _clear(self._partial, _WRITTEN)
         self._release()
 
     def active_links(self, since_ns: int) -> int:
@@ -122,8 +133,8 @@ class RunFolder:
                 table.close()
 
     def _write_maps(self, monitor: Monitor) -> None:
-        folder, ground = self._partial / "map", monitor.ground
-        folder.mkdir()
+        folder, ground = self._partial / MAPS, monitor.ground
+        folder.mkdir(exist_ok=True)
         truth = np.where(ground.solid != 0, 100, np.where(ground.reachable, 0, -1))
         maps.save(folder, "truth", truth, ground.grid)
         maps.save(folder, "merged", states(known_map(monitor, judged_robot(monitor))),
@@ -138,21 +149,31 @@ class RunFolder:
         if before is not None and before["status"] == manifest["status"] == FINISHED \
                 and before["digest"] != manifest["digest"]:
             complete["differs_from_earlier"] = before["digest"]
-        _write_json(self._partial / "manifest.json", complete)
         # A finished run is not replaced by part of the same run.
         if manifest["status"] != FINISHED and before is not None \
                 and before["status"] == FINISHED:
             self.discard()
             return None
-        old = self.path.with_name(f"{self.run_id}.old")
-        shutil.rmtree(old, ignore_errors=True)
-        if self.path.exists():
-            os.replace(self.path, old)
-        (self._partial / ".lock").unlink()
-        os.replace(self._partial, self.path)
-        self._release()
-        shutil.rmtree(old, ignore_errors=True)
+        written = [name for name in _files(self._partial) if name not in
+                   {*self._kept, MANIFEST, _LOCK} and (self._partial / name).is_file()]
+        seal(self._partial, complete, written)
+        self._put_in_place([*written, MANIFEST])
         return self.path
+
+    def _put_in_place(self, written: list[str]) -> None:
+        """By one rename, after everything is on the disk: whatever happens, what has the run's name
+        is whole."""
+        for name in written:
+            settled(self._partial / name)
+        (self._partial / _LOCK).unlink()
+        settled(self._partial)
+        if os.path.lexists(self.path):
+            os.replace(self.path, _free(self.path.with_name(f"{self.run_id}.old")))
+        os.replace(self._partial, self.path)
+        settled(self.path.parent)
+        self._release()
+        for old in sorted(self.path.parent.glob(f"{self.run_id}.old*")):
+            _hand_over(old, self.path)
 
     def _release(self) -> None:
         if self._lock is not None:
@@ -160,20 +181,20 @@ class RunFolder:
             self._lock = None
 
     def _claim(self) -> int:
-        """Take over the partial folder, empty, unless a living process is at work in it."""
+        """Take over the partial folder, empty but for what desim has not written, unless a living
+        process is at work in it."""
+        refuse_link(self._partial)
         self._partial.mkdir(exist_ok=True)
-        lock = os.open(self._partial / ".lock", os.O_CREAT | os.O_RDWR)
+        lock = os.open(self._partial / _LOCK, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(lock)
             raise InputError(f"{self._partial}: another process is writing this run; wait for it, "
                              "or choose another folder with --out") from None
-        for entry in self._partial.iterdir():
-            if entry.is_dir():
-                shutil.rmtree(entry)
-            elif entry.name != ".lock":
-                entry.unlink()
+        refuse_link(self._partial / MAPS)
+        _clear(self._partial, _WRITTEN - {_LOCK})
+        self._kept = frozenset(_files(self._partial))
         return lock
 
     @contextmanager
@@ -187,13 +208,42 @@ class RunFolder:
                              "--out") from error
 
 
-def manifest_of(path: Path) -> dict[str, Any] | None:
-    """The manifest of the run in ``path``; None where there is no complete one."""
-    try:
-        manifest = json.loads((path / "manifest.json").read_text())
-    except (OSError, ValueError):
-        return None
-    return manifest if isinstance(manifest, dict) and "status" in manifest else None
+def _files(folder: Path) -> Iterator[str]:
+    """The names of the files of a run's folder."""
+    for entry in folder.iterdir():
+        if entry.name == MAPS and entry.is_dir():
+            yield from (f"{MAPS}/{below.name}" for below in entry.iterdir())
+        else:
+            yield entry.name
+
+
+def _clear(folder: Path, written: Collection[str]) -> None:
+    """Remove what desim has written, and the folder if nothing else is in it. Raises ``OSError``.
+    """
+    for name in sorted(written):
+        (folder / name).unlink(missing_ok=True)
+    for empty in (folder / MAPS, folder):
+        with suppress(OSError):
+            empty.rmdir()
+
+
+def _hand_over(old: Path, new: Path) -> None:
+    """What somebody else has put into the folder of a run moves to that of the same run, made
+    again; where something of its name is there, it stays in ``old``."""
+    if old.is_symlink() or not old.is_dir():
+        return
+    written = _WRITTEN | {*(manifest_of(old) or {}).get("files", ())}
+    for name in _files(old):
+        if name not in written and not os.path.lexists(new / name):
+            os.replace(old / name, new / name)
+    with suppress(OSError):
+        _clear(old, written)
+
+
+def _free(path: Path) -> Path:
+    """``path``, or the first of ``path2``, ``path3``, ... that is not there."""
+    names = chain([path], (path.with_name(f"{path.name}{number}") for number in count(2)))
+    return next(name for name in names if not os.path.lexists(name))
 
 
 def _write_json(path: Path, content: dict[str, Any]) -> None:

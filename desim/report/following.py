@@ -13,6 +13,8 @@ from desim.experiment.compare import spools, trace_of
 from desim.experiment.messagelog import DELIVERED
 from desim.report.rows import Step, story
 
+_MESSAGES = "messages.parquet"
+
 
 def told(path: Path, number: int) -> str:
     """The story of message ``number`` of the run in ``path``; raises ``InputError`` if there is no
@@ -42,10 +44,9 @@ def _lines(steps: list[Step]) -> list[str]:
 
 def _fates(run: Run, number: int) -> tuple[list[str], int | None]:
     """Where the time went for each receiver, and when the last of them had it."""
-    path = run.path / "messages.parquet"
-    if not path.exists():
+    if not run.has(_MESSAGES):
         return [], None
-    rows = pq.read_table(path, filters=pc.field("number") == number).to_pylist()
+    rows = pq.read_table(run.file(_MESSAGES), filters=pc.field("number") == number).to_pylist()
     lines = []
     for row in rows:
         name = f"to {row['destination']}: {row['fate']}"

@@ -1,0 +1,45 @@
+"""Files that anybody may have put there: only regular ones are read, of a size that can be."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+
+
+def content(path: str | os.PathLike, most_bytes: int) -> bytes:
+    """All of a file. Raises ``OSError``, also for what would keep a reader waiting (a FIFO, a
+    device) and for a file that is larger, and ``ValueError`` for a path that cannot be one."""
+    # Opening a FIFO waits for somebody to write.
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    with open(descriptor, "rb") as file:
+        refuse_irregular(path, os.fstat(descriptor))
+        found = file.read(most_bytes + 1)
+    if len(found) > most_bytes:
+        raise OSError(errno.EFBIG, f"has more than {most_bytes / 1e6:.0f} MB", os.fspath(path))
+    return found
+
+
+def refuse_irregular(path: str | os.PathLike, facts: os.stat_result) -> None:
+    """Raises ``OSError`` for what is no regular file."""
+    if stat.S_ISDIR(facts.st_mode):
+        raise IsADirectoryError(errno.EISDIR, "is a directory", os.fspath(path))
+    if not stat.S_ISREG(facts.st_mode):
+        raise OSError(errno.EINVAL, "is no regular file", os.fspath(path))
+
+
+def refuse_link(path: str | os.PathLike) -> None:
+    """Raises ``OSError`` for a symbolic link: what is written to it would go elsewhere."""
+    if os.path.islink(path):
+        raise OSError(errno.ELOOP, "is a symbolic link, which desim does not write through",
+                      os.fspath(path))
+
+
+def settled(path: str | os.PathLike) -> None:
+    """Returns when a file's content, or a folder's list of files, is on the disk. Raises
+    ``OSError``."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
