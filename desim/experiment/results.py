@@ -37,11 +37,11 @@ FINISHED, INTERRUPTED, FAILED = "finished", "interrupted", "failed"
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 _SCENARIO, _NAMES, _LOCK = "scenario.resolved.yaml", "names.json", ".lock"
 # What a run that was cut off may have left.
-_WRITTEN = frozenset({
+_WRITTEN = (
     MANIFEST, SUMMARY, _SCENARIO, _NAMES, _LOCK,
     *(f"{table}.parquet" for table in ("trace", "messages", "samples", "robots", "latency",
                                        "links")),
-    *(f"{MAPS}/{name}.{ending}" for name in ("truth", "merged") for ending in ("pgm", "yaml"))})
+    *(f"{MAPS}/{name}.{ending}" for name in ("truth", "merged") for ending in ("pgm", "yaml")))
 
 
 class RunFolder:
@@ -154,8 +154,9 @@ class RunFolder:
                 and before["status"] == FINISHED:
             self.discard()
             return None
-        written = [name for name in _files(self._partial) if name not in
-                   {*self._kept, MANIFEST, _LOCK} and (self._partial / name).is_file()]
+        written = [name for name in _files(self._partial)
+                   if name not in (*self._kept, MANIFEST, _LOCK)
+                   and (self._partial / name).is_file()]
         seal(self._partial, complete, written)
         self._put_in_place([*written, MANIFEST])
         return self.path
@@ -193,8 +194,8 @@ class RunFolder:
             raise InputError(f"{self._partial}: another process is writing this run; wait for it, "
                              "or choose another folder with --out") from None
         refuse_link(self._partial / MAPS)
-        _clear(self._partial, _WRITTEN - {_LOCK})
-        self._kept = frozenset(_files(self._partial))
+        _clear(self._partial, [name for name in _WRITTEN if name != _LOCK])
+        self._kept = tuple(_files(self._partial))
         return lock
 
     @contextmanager
@@ -220,7 +221,7 @@ def _files(folder: Path) -> Iterator[str]:
 def _clear(folder: Path, written: Collection[str]) -> None:
     """Remove what desim has written, and the folder if nothing else is in it. Raises ``OSError``.
     """
-    for name in sorted(written):
+    for name in written:
         (folder / name).unlink(missing_ok=True)
     for empty in (folder / MAPS, folder):
         with suppress(OSError):
@@ -232,12 +233,12 @@ def _hand_over(old: Path, new: Path) -> None:
     again; where something of its name is there, it stays in ``old``."""
     if old.is_symlink() or not old.is_dir():
         return
-    written = _WRITTEN | {*(manifest_of(old) or {}).get("files", ())}
+    own = (*_WRITTEN, *(manifest_of(old) or {}).get("files", ()))
     for name in _files(old):
-        if name not in written and not os.path.lexists(new / name):
+        if name not in own and not os.path.lexists(new / name):
             os.replace(old / name, new / name)
     with suppress(OSError):
-        _clear(old, written)
+        _clear(old, own)
 
 
 def _free(path: Path) -> Path:
