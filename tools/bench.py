@@ -1,5 +1,8 @@
 """How fast desim is on this machine: `python tools/bench.py [--json] [part ...]`.
 
+`python tools/bench.py compare REV [--turns N] [part ...]` runs this tree and a commit in turns and
+prints what this tree costs as a share of that commit, with 95 % intervals.
+
 Every figure is CPU time of one core after compilation; the best of several runs where runs are
 short, for other processes on the machine can only slow a run down.
 """
@@ -22,6 +25,7 @@ from typing import Any
 
 import airload
 import campaignload
+import compare
 import messageload
 import simpy
 import workload
@@ -299,15 +303,39 @@ def show(title: str, rows: list[Row]) -> None:
     Console(width=120).print(table)
 
 
+def compare_with(arguments: list[str]) -> None:
+    """``compare REV [part ...]``."""
+    parser = argparse.ArgumentParser(prog="bench.py compare", description=compare.__doc__)
+    parser.add_argument("revision", metavar="REV", help="a commit, as git names it")
+    parser.add_argument("parts", nargs="*", metavar="part",
+                        help=f"of {', '.join(PARTS)}; default: scenarios, message")
+    parser.add_argument("--turns", type=int, default=5, help="pairs of measurements (default 5)")
+    wanted = parser.parse_args(arguments)
+    refuse_unknown(parser, wanted.parts)
+    for part, ratios in compare.compare(wanted.revision, wanted.parts or ["scenarios", "message"],
+                                        wanted.turns):
+        show(f"{part}: CPU time here / CPU time at {wanted.revision}", [
+            {"what": ratio.what, "ratio": f"{ratio.mean:.3f}",
+             "95 % interval": f"{ratio.low:.3f} to {ratio.high:.3f}", "turns": ratio.turns}
+            for ratio in ratios])
+
+
+def refuse_unknown(parser: argparse.ArgumentParser, parts: list[str]) -> None:
+    unknown = sorted(name for name in parts if name not in PARTS)
+    if unknown:
+        parser.error(f"unknown part {', '.join(unknown)}; known: {', '.join(PARTS)}")
+
+
 def main() -> None:
+    if sys.argv[1:2] == ["compare"]:
+        compare_with(sys.argv[2:])
+        return
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("parts", nargs="*", metavar="part",
                         help=f"of {', '.join(PARTS)}; default: all")
     parser.add_argument("--json", action="store_true", help="JSON instead of tables")
     arguments = parser.parse_args()
-    unknown = sorted(name for name in arguments.parts if name not in PARTS)
-    if unknown:
-        parser.error(f"unknown part {', '.join(unknown)}; known: {', '.join(PARTS)}")
+    refuse_unknown(parser, arguments.parts)
     result: dict[str, object] = {"machine": machine()}
     for name in arguments.parts or PARTS:
         result[name] = rows = PARTS[name]()
