@@ -113,7 +113,7 @@ class Design(Params):
                       Saltelli) = Field("all", description=(
         "which combinations of values are run: all; zip (the first of each, the second of each, "
         "...); a list of mappings; a function; or samples"))
-    iterations: by_shape(int, Until) = Field(5, description=(
+    iterations: by_shape(int, Until) = Field(10, description=(
         "runs of each vector (the paper), or until a metric is known well enough"))
     seed: int = Field(1, ge=0, le=2**62, description="of the first iteration; the next one has the "
                                                      "next seed")

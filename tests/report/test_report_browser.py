@@ -26,6 +26,42 @@ document.body.dataset.probe = JSON.stringify([column, head.ariaSort, sizes]);
 </script></body>"""
 
 
+PHONE = """<script>
+const root = document.documentElement;
+const off = [...document.querySelectorAll("body *")].filter((element) => {
+  const scrolls = element.closest(".wide, .plot, pre");
+  return !scrolls && element.getBoundingClientRect().right > root.clientWidth + 1;
+});
+document.body.dataset.probe = JSON.stringify([
+  root.scrollWidth - root.clientWidth, off.map((element) => element.outerHTML.slice(0, 90))]);
+</script></body>"""
+
+
+def test_a_phone_shows_it_without_scrolling_sideways(tmp_path):
+    """390 px wide, in a frame: a window is never so narrow."""
+    browser = shutil.which("chromium") or shutil.which("google-chrome")
+    if browser is None:
+        pytest.skip("there is no Chromium")
+    axes = {"strategy": ["nearest_frontier", "a_strategy_with_a_very_long_name"],
+            "robots": [1, 2, 4, 8, 16]}
+    campaign(tmp_path, axes, 3, lambda levels, k: timed(
+        100.0 / levels["robots"] + k, map_age_s=1.0 + k, messages_dropped_queue_full=k))
+    page = write(tmp_path, design(axes, iterations=3, report={
+        "metrics": ["exploration_time_s", "map_age_s", "messages_dropped_queue_full"]}))
+    phone = page.with_name("phone.html")
+    phone.write_text(page.read_text().replace("</body>", PHONE))
+    frame = page.with_name("frame.html")
+    frame.write_text('<body style="margin:0"><iframe id="phone" src="phone.html" width="390" '
+                     'height="3000" style="border:0"></iframe><script>onload = () => {'
+                     "document.body.dataset.probe = document.getElementById('phone')"
+                     ".contentDocument.body.dataset.probe; };</script></body>")
+    done = subprocess.run([browser, *FLAGS, "--allow-file-access-from-files",
+                           f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom",
+                           frame.as_uri()], capture_output=True, text=True, timeout=120)
+    found = re.search(r'data-probe="([^"]*)"', done.stdout)[1].replace("&quot;", '"')
+    assert found == "[0,[]]", found
+
+
 @pytest.mark.parametrize("scheme", [(), ("--blink-settings=preferredColorScheme=0",)],
                          ids=["light", "dark"])
 def test_a_browser_shows_it(tmp_path, scheme):

@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
 
+from desim.report.campaign import bounds
 from desim.report.campaign.study import TIMES, Study, Vector
 from desim.statistics import censoring
 from desim.statistics.intervals import BOOTSTRAP_FROM, RESAMPLES, Interval, interval, t_interval
@@ -76,6 +78,7 @@ class Estimates:
     def __init__(self, study: Study) -> None:
         self._study = study
         self.limit, self.ends = cache(self._limit), cache(self._ends)
+        self.bounds = cache(self._bounds)
         self.watched = cache(self._watched)
         self._known: dict[tuple[str, int], Estimate] = {}
         draws = sum(len(vector.rows) for vector in study.vectors
@@ -108,7 +111,9 @@ class Estimates:
             error = np.sqrt(np.add.reduceat(off**2, begins) / (n - 1) / n)
         bounded = (n >= 2) & (late < n)
         half = np.where(bounded, stats.t.ppf(0.975, np.maximum(n - 1, 1)) * error, np.nan)
-        return Means(mean, mean - half, mean + half, n, late)
+        least, greatest = self.bounds(metric)
+        return Means(mean, np.maximum(mean - half, least), np.minimum(mean + half, greatest), n,
+                     late)
 
     def _column(self, metric: str) -> tuple[np.ndarray, np.ndarray]:
         """Values [runs] of a metric, of times up to the limit, and which of these are late."""
@@ -121,6 +126,14 @@ class Estimates:
         ends = self.ends(metric)
         return (np.where(watched, np.minimum(ends, limit), np.nan),
                 watched & (np.isnan(column) | (ends > limit)))
+
+    def _bounds(self, metric: str) -> bounds.Bounds:
+        """What the mean can be: of times of which some run found the limit, not above that."""
+        least, greatest = bounds.of(self._study, metric)
+        if metric in TIMES and (self.watched(metric)
+                                & np.isnan(self._study.column(metric))).any():
+            greatest = self.limit(metric) or greatest
+        return least, greatest
 
     def _limit(self, metric: str) -> float | None:
         """Up to which instant all vectors that have this time were watched, which is the time limit
@@ -160,6 +173,7 @@ class Estimates:
         # A rule that stops by a width looks at the t interval, whatever the number of runs.
         stops = getattr(study.design.iterations, "metric", None) == metric
         found = t_interval(column[there]) if stops else self._interval(column[there])
+        found = found.within(*self.bounds(metric))
         return Estimate(found.mean, found.low, found.high, found.method, column[there],
                         rows[there], *counts, None)
 
@@ -172,9 +186,13 @@ class Estimates:
             return Estimate(None, None, None, "none", np.zeros(0), rows[:0], *counts, None)
         ends, reached = self.ends(metric)[rows], ~np.isnan(self._study.column(metric)[rows])
         mean = censoring.restricted_mean(ends, reached, limit)
-        times = Times(self._interval(ends[reached]), censoring.median_time(ends, reached), limit,
+        least, greatest = self.bounds(metric)
+        low, high = ((None, None) if mean.low is None
+                     else (max(mean.low, least), min(mean.high, greatest)))
+        times = Times(self._interval(ends[reached]).within(least, math.inf),
+                      censoring.median_time(ends, reached), limit,
                       int((~reached | (ends > limit)).sum()))
-        return Estimate(mean.mean, mean.low, mean.high, "restricted", np.minimum(ends, limit), rows,
+        return Estimate(mean.mean, low, high, "restricted", np.minimum(ends, limit), rows,
                         *counts, times)
 
     def _ends(self, metric: str) -> np.ndarray:

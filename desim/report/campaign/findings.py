@@ -50,7 +50,7 @@ def _told(study: Study, estimates: Estimates, metric: str, bend: Bend) -> Cell:
 
 
 def _mean(one: Estimate) -> str:
-    return wording.at_least(wording.number(one.mean, 3), one.late)
+    return f"{wording.at_least(wording.number(one.mean, 3), one.late)} (n = {one.n})"
 
 
 def starved(study: Study) -> list[str]:

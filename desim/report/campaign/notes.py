@@ -5,6 +5,9 @@ from __future__ import annotations
 
 from collections import Counter
 
+import numpy as np
+from scipy import stats
+
 from desim.campaign.agenda import is_narrow, rule_of
 from desim.campaign.design import Until
 from desim.campaign.remarks import told_raised
@@ -14,6 +17,9 @@ from desim.report.campaign.groups import Group
 from desim.report.campaign.study import Study, Vector
 
 _MOST_ERRORS = 10
+_MANY = 10  # runs, from which t intervals hold 90 % and more of what we tried (docs/statistics.md)
+_MOST_TESTED = 1000  # vectors
+_FEWEST_RESIDUALS = 15
 
 
 def failures(study: Study) -> str:
@@ -41,6 +47,29 @@ def about_metrics(study: Study, single: list[str], groups: list[Group]) -> str:
     if absent:
         said.append(f"No run has a value of {wording.listed(absent)}.")
     return "".join(page.paragraph(text, "warn") for text in said)
+
+
+def about_few(study: Study, estimates: Estimates, metrics: list[str]) -> str:
+    """Where intervals rest on few runs whose values are far from normal, as HTML. The residuals of
+    all small vectors of a metric are pooled, each in standard deviations of its vector, since no
+    test can tell from five values alone (Shapiro and Wilk 1965)."""
+    doubtful = [metric for metric in metrics if _is_odd(study, estimates, metric)]
+    if not doubtful:
+        return ""
+    return page.paragraph(
+        f"Some vectors have fewer than {_MANY} runs, and the values of {wording.listed(doubtful)} "
+        "are not near normal: their 95 % intervals may hold the mean much less often (68.6 % with "
+        "5 runs where values have two peaks). More iterations mend it.", "warn")
+
+
+def _is_odd(study: Study, estimates: Estimates, metric: str) -> bool:
+    if len(study.vectors) > _MOST_TESTED:
+        return False
+    small = [estimates.of(metric, vector).values for vector in study.vectors]
+    small = [values for values in small if 3 <= len(values) < _MANY and np.ptp(values) > 0]
+    pooled = np.concatenate([(values - values.mean()) / values.std(ddof=1) for values in small]
+                            or [np.zeros(0)])
+    return len(pooled) >= _FEWEST_RESIDUALS and float(stats.shapiro(pooled).pvalue) < 0.01
 
 
 def unsettled(study: Study, estimates: Estimates) -> list[Vector]:

@@ -4,6 +4,7 @@ symbols beside colours, one ink for everything else.
 
 from __future__ import annotations
 
+import html
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,7 +26,8 @@ _RC = {"font.size": 9.5, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fo
        "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7,
        "axes.facecolor": "none",
        "axes.grid": True, "axes.axisbelow": True, "legend.frameon": False, "axes.titlelocation":
-       "left", "svg.fonttype": "none", "svg.hashsalt": "desim", "pdf.fonttype": 42}
+       "left", "text.parse_math": False,  # a label with $ is text
+       "svg.fonttype": "none", "svg.hashsalt": "desim", "pdf.fonttype": 42}
 _UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}
 
 
@@ -46,22 +48,25 @@ def drawing() -> Iterator[None]:
         yield
 
 
-def save(figure: Figure, folder: Path, name: str) -> str:
-    """``name``.png, .svg and .pdf, the same bytes from the same figure; returns it for the page."""
+def save(figure: Figure, folder: Path, name: str, title: str) -> str:
+    """``name``.png, .svg and .pdf, the same bytes from the same figure; returns it for the page,
+    where screen readers say its ``title``."""
     figure.get_layout_engine().execute(figure)
     figure.set_layout_engine("none")  # laid out once, not once a format
     for ending, metadata in _UNDATED.items():
         figure.savefig(folder / f"{name}.{ending}", dpi=160, metadata=metadata,
                        facecolor="none" if ending == "svg" else "white")
-    return _inline((folder / f"{name}.svg").read_text(), name)
+    return _inline((folder / f"{name}.svg").read_text(), name, title)
 
 
-def _inline(svg: str, name: str) -> str:
+def _inline(svg: str, name: str, title: str) -> str:
     """SVG to which the page gives the ink and the colours of light or dark."""
     svg = svg[svg.index("<svg"):]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
     svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)
     svg = svg.replace("xlink:href", "href")
+    svg = svg.replace("<svg", f'<svg role="img" aria-labelledby="{name}-title"', 1)
+    svg = svg.replace(">", f'><title id="title">{html.escape(title)}</title>', 1)
     # Every figure of the page has its own names.
     svg = re.sub(r'\bid="', f'id="{name}-', svg)
     svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", svg)

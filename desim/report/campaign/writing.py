@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from desim.campaign.design import Design
 from desim.errors import InputError
+from desim.report.campaign import answer as answers
 from desim.report.campaign import (
     captions,
     contrasts,
@@ -35,6 +36,7 @@ from desim.report.campaign.study import Study
 from desim.report.campaign.tables import Table
 
 _PAGE = "report.html"
+_OPEN = 15  # up to so many comparisons of a metric are not folded away
 
 
 def write(folder: Path, design: Design, out: Path | None = None) -> Path:
@@ -106,7 +108,9 @@ class _Report:
             study.failed, ~study.failed, study.censored & ~study.failed))
         question = page.paragraph(study.design.question, "question") if study.design.question \
             else ""
-        return question + page.facts([
+        answer = page.items(answers.sentences(study, self._estimates, self._single[0], self._drawn)
+                            if self._single else [], "answer")
+        return question + answer + page.facts([
             (wording.number(len(study.vectors), 9), "vectors" if len(study.vectors) > 1
              else "vector"),
             (wording.number(most, 9), "iterations" if most > 1 else "iteration"),
@@ -137,6 +141,7 @@ class _Report:
                                    "and knees rest on how the points scatter around lines.",
                                    "warn")
         body += notes.about_metrics(study, self._single, self._groups)
+        body += notes.about_few(study, self._estimates, self._single)
         if self._wide:
             body += page.paragraph(self._wide, "warn")
         return Section("findings", "In short", body)
@@ -178,7 +183,8 @@ class _Report:
             parts.append(page.folded(
                 f"Comparisons ({len(self._found[metric])})",
                 (page.paragraph(clear) if clear else "")
-                + self._written(overview.compared(metric, self._found[metric]))))
+                + self._written(overview.compared(metric, self._found[metric])),
+                opened=len(self._found[metric]) <= _OPEN))
         parts.append(self._coverage(covered))
         return Section(f"metric-{metric}", wording.titled(metric), "\n".join(parts), 3)
 
@@ -266,7 +272,8 @@ class _Report:
             wording.counted(len(names), "file"), f"<ul>{links}</ul>"))
 
     def _figure(self, drawn: Figure, name: str, caption: str) -> str:
-        return page.figure(style.save(drawn, self._out / "figures", name), name, caption)
+        title = caption.partition(". ")[0]
+        return page.figure(style.save(drawn, self._out / "figures", name, title), name, caption)
 
     def _written(self, table: Table, wide: bool = False, stacked: bool = False) -> str:
         """Into files, of which no sheet of paper holds the ``wide`` one; returns it for the page.

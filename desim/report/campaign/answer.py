@@ -1,0 +1,103 @@
+"""The answer to the design's question, in sentences with their uncertainty: what the first metric
+does along the axis, and how the settings differ in it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from desim.report.campaign import wording
+from desim.report.campaign.contrasts import FEWEST_SEEDS, by_iteration
+from desim.report.campaign.estimates import Estimate, Estimates
+from desim.report.campaign.lines import Panel
+from desim.report.campaign.study import Axis, Study, Vector
+from desim.statistics.intervals import Interval, t_interval
+
+_MOST = 6  # sentences of a kind
+
+
+def sentences(study: Study, estimates: Estimates, metric: str, panels: list[Panel]) -> list[str]:
+    """Empty for samples of a space, which have no settings to compare."""
+    if study.is_sampled or study.against is None:
+        return []
+    against, by = study.against, study.by
+    said = []
+    if against.numbers is not None and len(against.labels) > 1:
+        ends = [(line.label, line.vectors[0], line.vectors[-1]) for panel in panels
+                for line in panel.lines if len(line.vectors) > 1]
+        said += [_along(study, estimates, metric, *end) for end in ends[:_MOST]]
+    words = next((axis for axis in (by, against) if axis is not None and axis.numbers is None
+                  and len(axis.labels) > 1), None)
+    if words is not None and study.is_paired:
+        said += [_between(study, estimates, metric, words, level)
+                 for level in range(1, min(len(words.labels), _MOST + 1))]
+    return [sentence for sentence in said if sentence]
+
+
+def _along(study: Study, estimates: Estimates, metric: str, label: str, first: Vector,
+           last: Vector) -> str:
+    """From one end of a line to the other."""
+    axis, ends = study.against, [estimates.of(metric, vector) for vector in (first, last)]
+    if any(one.mean is None for one in ends):
+        return ""
+    change = t_interval(_differences(study, estimates, metric, [(first, last)])) \
+        if study.is_paired else None
+    return (f"{label + ': ' if label else ''}{wording.titled(metric)} goes from "
+            f"{_estimate(ends[0])} at {axis.name} = {axis.labels[first.levels[axis.name]]} to "
+            f"{_estimate(ends[1])} at {axis.labels[last.levels[axis.name]]}"
+            f"{_changed(change) if change else ''}.")
+
+
+def _estimate(one: Estimate) -> str:
+    bounds = "" if one.low is None else f" {wording.between(one.low, one.high)}"
+    return f"{wording.at_least(wording.number(one.mean, 3), one.late)}{bounds} (n = {one.n})"
+
+
+def _changed(change: Interval) -> str:
+    if change.low is None:
+        return ""
+    return (f": {wording.number(change.mean, 3)} {wording.between(change.low, change.high)} more, "
+            f"seed by seed{_doubt(change)}")
+
+
+def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level: int) -> str:
+    """A level against the first one of the design, in the mean over all that they share."""
+    pairs = _pairs(study, axis, level)
+    found = t_interval(_differences(study, estimates, metric, pairs))
+    if found.mean is None:
+        return ""
+    first, second = axis.labels[0], axis.labels[level]
+    mean = "" if len(pairs) == 1 else f", mean over {len(pairs)} settings of the rest"
+    if found.low is None:
+        return (f"{wording.titled(metric)} of {second} minus {first}: "
+                f"{wording.number(found.mean, 3)}, one seed{mean}.")
+    told = (f"{wording.number(abs(found.mean), 3)} {'above' if found.mean > 0 else 'below'} "
+            f"{first}" if found.low > 0 or found.high < 0
+            else f"cannot be told from {first}: difference {wording.number(found.mean, 3)}")
+    is_ = "is " if found.low > 0 or found.high < 0 else ""
+    return (f"{wording.titled(metric)} of {axis.name} = {second} {is_}{told}, 95 % interval of the "
+            f"difference {wording.between(found.low, found.high)}, n = {found.n} seeds{mean}"
+            f"{_doubt(found)}.")
+
+
+def _doubt(found: Interval) -> str:
+    return "" if found.n >= FEWEST_SEEDS else "; too few seeds for more than a hint"
+
+
+def _pairs(study: Study, axis: Axis, level: int) -> list[tuple[Vector, Vector]]:
+    """Vectors at the first level of ``axis`` and at ``level``, alike in all others."""
+    def rest(vector: Vector) -> tuple:
+        return tuple(value for name, value in vector.levels.items() if name != axis.name)
+
+    at = {level_: {rest(vector): vector for vector in study.vectors
+                   if vector.levels[axis.name] == level_} for level_ in (0, level)}
+    return [(at[0][key], at[level][key]) for key in at[0] if key in at[level]]
+
+
+def _differences(study: Study, estimates: Estimates, metric: str,
+                 pairs: list[tuple[Vector, Vector]]) -> np.ndarray:
+    """[seeds] second minus first, the mean over ``pairs``, of the seeds that all of them have."""
+    values = [[by_iteration(study, estimates, metric, vector) for vector in pair]
+              for pair in pairs]
+    shared = set.intersection(*(set(one) for pair in values for one in pair)) if values else set()
+    return np.array([np.mean([second[k] - first[k] for first, second in values])
+                     for k in sorted(shared)])

@@ -1,0 +1,46 @@
+"""What a metric can be: an interval of its mean does not reach beyond."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+from desim.report.campaign.study import TIMES, Study
+
+Bounds = tuple[float, float]
+
+ANY: Bounds = (-math.inf, math.inf)
+_COUNT: Bounds = (0.0, math.inf)
+_SHARE: Bounds = (0.0, 1.0)
+# The paper's equations 3 and 5 subtract: many collisions and bad maps give less than zero.
+_KNOWN = {"map_quality": (-math.inf, 1.0), "safety": (-math.inf, 1.0),
+          **dict.fromkeys(("map_completeness", "explored", "explored_union", "explored_all"),
+                          _SHARE)}
+_NAME = re.compile(r"[A-Za-z_]\w*")
+_QUOTIENT = re.compile(r"\s*\w+\s*/\s*(\w+|\([^()]*\))\s*")
+
+
+def of(study: Study, metric: str) -> Bounds:
+    """The least and the greatest value. Times and counts are not negative, and a time is not above
+    its limit (``Estimates`` sees to that). An expression of the design is not negative if it only
+    adds, multiplies and divides what is not; a quotient of two that no run has above 1 is a share.
+    ``ANY`` where nothing is known."""
+    formula = study.design.metrics.get(metric)
+    if formula is None:
+        return _of_run(metric)
+    names = _NAME.findall(formula)
+    if "-" in formula or ":" in formula or any(_of_run(name)[0] < 0 for name in names):
+        return ANY
+    values = study.column(metric)
+    if _QUOTIENT.fullmatch(formula) and not np.nanmax(values, initial=0.0) > 1.0:
+        return _SHARE
+    return _COUNT
+
+
+def _of_run(metric: str) -> Bounds:
+    """Of a metric of every run."""
+    if metric in TIMES:
+        return _COUNT
+    return _KNOWN.get(metric, _SHARE if metric.endswith(("_percent", "_share")) else _COUNT)
