@@ -12,7 +12,7 @@ from netmodels.radio.dcf import DROPPED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.standards import Standard
 
-NS3 = Reception(unaware=True)
+NS3 = Reception(energy_dbm=-82.0, unaware=True)
 EVERYBODY_MW = 1e-5  # -50 dBm: the rows where nobody captures anything
 
 

@@ -133,6 +133,20 @@ def test_two_pairs_with_a_receiver_aware_of_all_interference():
     assert two_pairs(20, 54, replace(NS3, unaware=False)) == pytest.approx(25.3, rel=0.02)
 
 
+@pytest.mark.parametrize(("energy_dbm", "busy"), [(-82, True), (-62, False)])
+def test_energy_without_a_preamble_makes_the_medium_busy(energy_dbm, busy):
+    """Station 0 is on the air when station 1 appears beside it (it missed the preamble), 20 m off,
+    at -70 dBm: busy for ns-3 (CcaSensitivity), idle by 802.11-2016, 17.3.10.6."""
+    power = by_distance((0, 0), (20, 0))
+    stations = air(A, np.zeros((2, 2)), reception=replace(NS3, energy_dbm=energy_dbm))
+    stations.enqueue(0, 0, -1, 1536, A.rate(6))
+    stations.link(1_000_000, np.array([0, 1, 2]), np.array([1, 0]), power[[0, 1], [1, 0]])
+    stations.enqueue(1_100_000, 1, -1, 264, A.rate(6))
+    ends_ns = {source: time_ns for time_ns, what, source, *_ in everything(stations)
+               if what == DONE}
+    assert (ends_ns[1] > ends_ns[0]) == busy
+
+
 def single_pair(distance_m, mbps, noise_dbm=NS3.noise_dbm):
     stations = air(A, by_distance((0, 0), (distance_m, 0)),
                    reception=replace(NS3, noise_dbm=noise_dbm))

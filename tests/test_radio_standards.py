@@ -45,13 +45,14 @@ def test_characteristics(standard, slot_us, sifs_us, cw_min, cw_max, extension_u
 
 def test_the_presets_values_are_those_of_the_reference_settings():
     """ns-3 3.44's documented defaults: 40 mW, log-distance (3, 46.6777 dB), thermal noise of 20 MHz
-    and 7 dB, preambles from -82 dBm and 4 dB on, energy from -62 dBm on, 7 transmissions, a queue
-    of 500 packets. Noise floor: -93.97 dBm."""
+    and 7 dB, preambles from -82 dBm and 4 dB on, 7 transmissions, a queue of 500 packets; energy of
+    Wi-Fi's frames from -82 dBm on (CcaSensitivity; -62 dBm is for other signals). Noise floor:
+    -93.97 dBm."""
     params = Radio.Params(preset="ns3_3_44")
     loss, heard = params.path_loss.chosen(), params.reception
     assert (params.power_dbm, loss.exponent, loss.reference_db) == (16.0206, 3, 46.6777)
     assert (heard.noise_figure_db, heard.heard_dbm, heard.energy_dbm, heard.preamble_dbm,
-            heard.preamble_above_db) == (7, -101, -62, -82, 4)
+            heard.preamble_above_db) == (7, -101, -82, -82, 4)
     assert (params.retries, params.window_failures, params.queue) == (7, 8, 500)
     assert heard.for_stations().noise_dbm == pytest.approx(-93.97, abs=0.01)
 

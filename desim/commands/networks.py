@@ -32,10 +32,11 @@ def net(context: typer.Context,
 
         if usage or case is None:
             with compiling(False):
-                typer.echo(cases.overview() if case is None else cases.fleet_usage()
-                           if case == cases.FLEET else cases.usage(case))
+                typer.echo(cases.overview() if case is None else cases.usage(case))
         elif case == cases.FLEET:
             _net_fleet(context.args, seed, as_json)
+        elif case == cases.LAYOUT:
+            _net_layout(context.args, 1 if seed is None else seed, as_json)
         else:
             _net_case(case, context.args, 1 if seed is None else seed, as_json)
 
@@ -59,6 +60,40 @@ def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
         return
     typer.echo(cases.title(case, seed, settings))
     Console().print(cases.measures_table(measures))
+
+
+def _net_layout(words: list[str], seed: int, as_json: bool) -> None:
+    from rich.console import Console
+
+    from desim.report import cases
+    from desim.scenario import blockfile
+
+    with compiling(as_json):
+        from desim.experiment.netcase import play
+        from netmodels.cases.layout import Layout
+    from desim.report.live import how_far
+
+    written = blockfile.read(_only_file(words), Layout.Params)
+    try:
+        with how_far(Console(stderr=True)) as watch:
+            measures = play(Layout(written.params).setup(), seed, watch)
+    except InputError as error:
+        raise written.placed(error) from error
+    if as_json:
+        settings = written.params.model_dump(mode="json", by_alias=True)
+        _echo_json({"case": cases.LAYOUT, "seed": seed, "settings": settings, **measures})
+        return
+    typer.echo(cases.layout_title(written.params, seed))
+    Console().print(cases.measures_table(measures))
+
+
+def _only_file(words: list[str]) -> str:
+    """The one word that there is to be."""
+    if len(words) == 1 and not words[0].startswith("--"):
+        return words[0]
+    raise InputError("FILE is missing: a layout's YAML file" if not words else
+                     f"{' '.join(words)!r} is not one file; wanted: desim net layout FILE "
+                     "[--seed N] [--json]")
 
 
 def _net_fleet(words: list[str], seed: int | None, as_json: bool) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -97,14 +98,16 @@ class Source:
     along with a frame is when that was sent."""
 
     __slots__ = ("flow", "sent", "arrivals_ns", "delays_ns", "losses", "_host", "_receivers",
-                 "_kernel", "_medium", "_entity", "_gaps", "_saturated")
+                 "_next_host", "_kernel", "_medium", "_entity", "_gaps", "_saturated")
 
     def __init__(self, flow: Flow, hosts: tuple[str, ...], kernel: Kernel, medium: Medium,
                  entity: int) -> None:
         self.flow, self._kernel, self._medium, self._entity = flow, kernel, medium, entity
         self._saturated = flow.arrivals == "saturated"
         self._host = hosts.index(flow.source)
-        self._receivers = tuple(sorted(map(hosts.index, flow.receivers)))
+        legs = tuple(map(hosts.index, (flow.source, *flow.via, *flow.receivers)))
+        self._receivers = legs[1:2] if flow.via else tuple(sorted(legs[1:]))
+        self._next_host = dict(pairwise(legs[1:])) if flow.via else {}
         self.forget()
 
     def forget(self) -> None:
@@ -137,6 +140,10 @@ class Source:
         if self.flow.echo and receiver != self._host:
             self._medium.transmit(receiver, (self._host,), self.flow.size_bytes, 1, False, self,
                                   sent_ns)
+            return
+        if receiver in self._next_host:
+            self._medium.transmit(receiver, (self._next_host[receiver],), self.flow.size_bytes, 1,
+                                  False, self, sent_ns)
             return
         self.arrivals_ns.append(now_ns)
         self.delays_ns.append(now_ns - sent_ns)

@@ -20,7 +20,8 @@ class Flow(NamedTuple):
     There is one every ``every_ns``, on average (``poisson``) or exactly: from a random phase
     (``periodic``) or from the beginning (``zero``). Unicast flows may also be ``saturated``: two
     frames are in the network at any time. A ``backlog`` of so many frames is sent at the beginning
-    beside. An ``echo`` is sent back by its receiver, and has arrived when it is there again. The
+    beside. An ``echo`` is sent back by its receiver, and has arrived when it is there again.
+    Unicast frames go over the hosts ``via`` in their order, each of which sends them anew. The
     beginning is ``begin_ns``.
     """
 
@@ -34,6 +35,7 @@ class Flow(NamedTuple):
     broadcast: bool = False
     echo: bool = False
     begin_ns: int = 0
+    via: tuple[str, ...] = ()
 
 
 class Setup(NamedTuple):

@@ -15,23 +15,30 @@ from desim.ports import Params
 from desim.report.catalogue import first_sentence
 
 FLEET = "fleet"  # not a plug-in: it plays a scenario
+LAYOUT = "layout"  # nor this one: it plays a file of its own
 
 
 def overview() -> str:
     """How to use ``desim net``, and which cases there are."""
     points = plugins.available("case")
-    width = max(map(len, (*points, FLEET)))
+    width = max(map(len, (*points, FLEET, LAYOUT)))
     return "\n".join([
         "Usage: desim net CASE [--key value ...] [--seed N] [--json]", "",
         "Play a standard network case without robots. Cases:",
         *(f"  {case:<{width}}  {first_sentence('case', case)}" for case in points), "",
         "or what robots say, without the robots:",
         f"  {FLEET:<{width}}  Whether a scenario's network carries what its robots say", "",
+        "or radios at places of your own:",
+        f"  {LAYOUT:<{width}}  Hosts, flows and the radio from a file", "",
         "desim net CASE --help shows the options of one."])
 
 
 def usage(case: str) -> str:
     """What a case is, and its options. Raises ``InputError`` if there is no such case."""
+    if case == FLEET:
+        return fleet_usage()
+    if case == LAYOUT:
+        return layout_usage()
     return _usage(case, plugins.parameters("case", case), plugins.load("case", case), "1")
 
 
@@ -40,6 +47,33 @@ def fleet_usage() -> str:
     from desim.experiment.fleetload import Question
 
     return _usage(f"{FLEET} SCENARIO", Question, Question, "the scenario's")
+
+
+def layout_usage() -> str:
+    """What ``desim net layout`` is, and the keys of its file."""
+    from netmodels.cases.layout import FlowParams, Layout
+
+    keys = [(key, about) for block, lead in ((Layout.Params, ""), (FlowParams, "flows[]."))
+            for key, about in _keys(block, lead)]
+    width = max(len(key) for key, _ in keys)
+    return "\n".join([f"Usage: desim net {LAYOUT} FILE [--seed N] [--json]", "",
+                      inspect.getdoc(Layout) or "", "", "The keys of the file, which is YAML:", "",
+                      *(f"  {key:<{width}}  {about}" for key, about in keys), "",
+                      "  --seed N  of all luck; default 1", "  --json    one JSON object"])
+
+
+def _keys(block: type[Params], lead: str) -> Iterator[tuple[str, str]]:
+    for name, info in block.model_fields.items():
+        default = "" if info.is_required() or info.default in (None, ()) else (
+            f"; default {_word(info.default)}")
+        yield f"{lead}{info.alias or name}", f"{info.description}{default}"
+
+
+def layout_title(params: Params, seed: int) -> str:
+    """What was played, in few words."""
+    settings = params.model_dump(mode="json", by_alias=True)
+    many = {"hosts": len(settings.pop("places")), "flows": len(settings.pop("flows"))}
+    return title(LAYOUT, seed, many | settings)
 
 
 def _usage(words: str, block: type[Params], about: type, seed: str) -> str:

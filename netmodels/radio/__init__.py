@@ -52,8 +52,9 @@ class Thresholds(ports.Params):
                                                           "802.11-2016, 17.3.10.2, allows 15 dB)")
     heard_dbm: Level = Field("-101 dBm", description="what is weaker is not even interference "
                                                      "(ns-3: RxSensitivity; 7 dB below the noise)")
-    energy_dbm: Level = Field("-62 dBm", description="whatever it is, it makes the medium busy "
-                                                     "(802.11-2016, 17.3.10.6)")
+    energy_dbm: Level = Field("-62 dBm", description=(
+        "whatever it is, it makes the medium busy (802.11-2016, 17.3.10.6; preset ns3_3_44: -82 "
+        "dBm)"))
     preamble_dbm: Level = Field("-82 dBm", description=(
         "the least that a frame is found at, and makes the medium busy (802.11-2016, 17.3.10.6)"))
     preamble_above_db: Decibels = Field("4 dB", description="and how far it must be above noise "

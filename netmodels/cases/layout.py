@@ -1,0 +1,118 @@
+"""Radios at places that somebody chose, and who sends what to whom."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+from pydantic import Field
+
+from desim import ports
+from desim.errors import InputError
+from desim.ports.cases import Flow, Setup
+from desim.units import BitRate, ByteSize, Period
+from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.ethernet import ETHERNET_BYTES
+from netmodels.radio import Radio
+
+_FAR_M = 1e6
+
+
+class FlowParams(ports.Params):
+    """What one host says to another one, over others, or to all; hosts are named by their number,
+    the place in the list of places, from 0."""
+
+    source: int = Field(alias="from", ge=0, description="who sends")
+    to: int | None = Field(None, ge=0, description="who receives (none)")
+    via: tuple[int, ...] = Field((), description=(
+        "hosts that pass the packets on, in their order; without to, the last one receives (none)"))
+    broadcast: bool = Field(False, description="to all that hear it, not acknowledged (no)")
+    payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
+        "of UDP (ns-3 reference)"))
+    arrivals: Literal["saturated", "periodic", "poisson"] = Field("saturated", description=(
+        "two packets for each hop are on the way at any time, or one every period, from a random "
+        "phase on or at random times (the most that it can carry)"))
+    period_ns: Period | None = Field(None, description="between packets, on the average (none)")
+
+    def path(self) -> tuple[int, ...]:
+        """The hosts on the way of a unicast packet, from its sender to its receiver."""
+        return (self.source, *self.via, *(() if self.to is None else (self.to,)))
+
+
+class Layout:
+    """Hosts with radios at given places in the open (log-distance), with given flows: who shares
+    the air with whom, who is hidden from whom, what is relayed."""
+
+    class Params(ports.Params):
+        standard: Literal["11a", "11b", "11g"] = Field("11a", description="timing and rates (ns-3 "
+                                                                          "reference)")
+        rate_bps: BitRate = Field("12 Mb/s", description="of unicast packets (ns-3 reference)")
+        broadcast_rate_bps: BitRate | None = Field(None, description=(
+            "of broadcasts (the radio's own: the lowest)"))
+        preset: Literal["ns3_3_44"] | None = Field(None, description=(
+            "ns3_3_44: as ns-3 3.44 (802.11-2016)"))
+        rts: bool = Field(False, description="ask before each packet (ns-3: off)")
+        places: tuple[tuple[float, float], ...] = Field(min_length=2, max_length=1000, description=(
+            "of the hosts, [x, y] in m"))
+        flows: tuple[FlowParams, ...] = Field(min_length=1, max_length=10_000, description=(
+            "who sends what to whom"))
+        warm_up_ns: Period = Field("1 s", description="that is not measured (ns-3 reference)")
+        duration_ns: Period = Field("10 s", description="that is measured, after the warm-up "
+                                                        "(ns-3 reference)")
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+
+    def setup(self) -> Setup:
+        p = self._params
+        wrong = [*self._misplaced(), *(f".flows.{k}{line}" for k, flow in enumerate(p.flows)
+                                       for line in _complaints(flow, len(p.places)))]
+        if wrong:
+            raise InputError(*wrong)
+        radio = {"preset": p.preset, "standard": p.standard, "rate": f"{p.rate_bps} b/s",
+                 "rts": "0 B" if p.rts else None}
+        if p.broadcast_rate_bps is not None:
+            radio["broadcast_rate"] = f"{p.broadcast_rate_bps} b/s"
+        hosts = tuple(f"host_{k}" for k in range(len(p.places)))
+        return Setup(Radio(Radio.Params(**radio)), dict(zip(hosts, p.places, strict=True)),
+                     [_flow(flow, hosts) for flow in p.flows],
+                     p.warm_up_ns + p.duration_ns, p.warm_up_ns)
+
+    def _misplaced(self) -> Iterator[str]:
+        for k, place in enumerate(self._params.places):
+            if not all(abs(x) <= _FAR_M for x in place):
+                yield f".places.{k}: allowed: -{_FAR_M:g} to {_FAR_M:g} m"
+
+
+def _complaints(flow: FlowParams, hosts: int) -> Iterator[str]:
+    """What keeps a flow from being played; a line begins with the key, or is about the whole."""
+    for key, numbers in (("from", [flow.source]), ("via", flow.via),
+                         ("to", [] if flow.to is None else [flow.to])):
+        for number in numbers:
+            if not 0 <= number < hosts:
+                yield f".{key}: there is no host {number}; allowed: 0 to {hosts - 1}"
+    path = flow.path()
+    if flow.broadcast and len(path) > 1:
+        yield ".broadcast: it goes to all, so there is neither to nor via"
+    if not flow.broadcast and len(path) < 2:
+        yield ": nobody receives it; allowed: to, via or broadcast: true"
+    if len(set(path)) < len(path):
+        yield f": it comes to a host twice: {', '.join(map(str, path))}"
+    if flow.arrivals == "saturated":
+        if flow.broadcast:
+            yield ".arrivals: broadcasts have a period; allowed: periodic, poisson"
+        if flow.period_ns is not None:
+            yield ".period: a saturated flow has none; allowed: arrivals: periodic, poisson"
+    elif flow.period_ns is None:
+        yield f".arrivals: {flow.arrivals} packets need a period, e.g. period: 20 ms"
+
+
+def _flow(flow: FlowParams, hosts: tuple[str, ...]) -> Flow:
+    source, *others = (hosts[number] for number in flow.path())
+    receivers = (tuple(host for host in hosts if host != source) if flow.broadcast
+                 else tuple(others[-1:]))
+    saturated = flow.arrivals == "saturated"
+    return Flow(source, receivers, flow.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES,
+                flow.payload_bytes, flow.arrivals, flow.period_ns or 0,
+                backlog=2 * len(others) - 2 if saturated else 0, broadcast=flow.broadcast,
+                via=tuple(others[:-1]))
