@@ -368,8 +368,8 @@ def test_net_prints_one_json_object_with_the_same_keys_everywhere():
 
 @pytest.mark.parametrize(("words", "says"), [
     (("saturatoin",), "unknown case 'saturatoin' (did you mean 'saturation'?); known: bottleneck, "
-                      "broadcast, bus, chain, hidden, saturation, two_pairs, or a dotted path "
-                      "'package.module:Class'"),
+                      "broadcast, bus, chain, hidden, layout, saturation, two_pairs, or a dotted "
+                      "path 'package.module:Class'"),
     (("hidden", "--spacng", 3), "--spacng: there is no such option (did you mean 'spacing'?); "
                                 "allowed: --spacing, --rts, --load, --standard, --rate, --payload, "
                                 "--preset, --duration, --seed, --json"),

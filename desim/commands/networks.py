@@ -65,18 +65,18 @@ def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
 def _net_layout(words: list[str], seed: int, as_json: bool) -> None:
     from rich.console import Console
 
+    from desim import plugins
     from desim.report import cases
     from desim.scenario import blockfile
 
     with compiling(as_json):
         from desim.experiment.netcase import play
-        from netmodels.cases.layout import Layout
+        written = blockfile.read(_only_file(words), plugins.parameters("case", cases.LAYOUT))
     from desim.report.live import how_far
 
-    written = blockfile.read(_only_file(words), Layout.Params)
     try:
         with how_far(Console(stderr=True)) as watch:
-            measures = play(Layout(written.params).setup(), seed, watch)
+            measures = play(plugins.load("case", cases.LAYOUT)(written.params).setup(), seed, watch)
     except InputError as error:
         raise written.placed(error) from error
     if as_json:

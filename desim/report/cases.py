@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, get_args
 
 from rich.table import Table
 from rich.text import Text
@@ -15,21 +15,19 @@ from desim.ports import Params
 from desim.report.catalogue import first_sentence
 
 FLEET = "fleet"  # not a plug-in: it plays a scenario
-LAYOUT = "layout"  # nor this one: it plays a file of its own
+LAYOUT = "layout"  # its parameters, lists of places and flows, stand in a file
 
 
 def overview() -> str:
     """How to use ``desim net``, and which cases there are."""
     points = plugins.available("case")
-    width = max(map(len, (*points, FLEET, LAYOUT)))
+    width = max(map(len, (*points, FLEET)))
     return "\n".join([
         "Usage: desim net CASE [--key value ...] [--seed N] [--json]", "",
         "Play a standard network case without robots. Cases:",
         *(f"  {case:<{width}}  {first_sentence('case', case)}" for case in points), "",
         "or what robots say, without the robots:",
         f"  {FLEET:<{width}}  Whether a scenario's network carries what its robots say", "",
-        "or radios at places of your own:",
-        f"  {LAYOUT:<{width}}  Hosts, flows and the radio from a file", "",
         "desim net CASE --help shows the options of one."])
 
 
@@ -51,22 +49,24 @@ def fleet_usage() -> str:
 
 def layout_usage() -> str:
     """What ``desim net layout`` is, and the keys of its file."""
-    from netmodels.cases.layout import FlowParams, Layout
-
-    keys = [(key, about) for block, lead in ((Layout.Params, ""), (FlowParams, "flows[]."))
-            for key, about in _keys(block, lead)]
+    keys = list(_keys(plugins.parameters("case", LAYOUT)))
     width = max(len(key) for key, _ in keys)
     return "\n".join([f"Usage: desim net {LAYOUT} FILE [--seed N] [--json]", "",
-                      inspect.getdoc(Layout) or "", "", "The keys of the file, which is YAML:", "",
+                      inspect.getdoc(plugins.load("case", LAYOUT)) or "", "",
+                      "The keys of the file, which is YAML:", "",
                       *(f"  {key:<{width}}  {about}" for key, about in keys), "",
                       "  --seed N  of all luck; default 1", "  --json    one JSON object"])
 
 
-def _keys(block: type[Params], lead: str) -> Iterator[tuple[str, str]]:
+def _keys(block: type[Params], lead: str = "") -> Iterator[tuple[str, str]]:
+    """Each key of a file with its description, and below a list of blocks theirs."""
     for name, info in block.model_fields.items():
         default = "" if info.is_required() or info.default in (None, ()) else (
             f"; default {_word(info.default)}")
-        yield f"{lead}{info.alias or name}", f"{info.description}{default}"
+        key, (inside, *_) = info.alias or name, (*get_args(info.annotation), None)
+        yield f"{lead}{key}", f"{info.description}{default}"
+        if isinstance(inside, type) and issubclass(inside, Params):
+            yield from _keys(inside, f"{lead}{key}[].")
 
 
 def layout_title(params: Params, seed: int) -> str:
