@@ -134,7 +134,11 @@ class Obstacles:
     """What stands between antennas, at one geometry epoch. The arrays are read-only.
 
     ``segments`` [n, 4] x1 y1 x2 y2 in m | ``material`` [n] index into ``materials`` |
-    ``thickness_m`` [n] | ``height_m`` [n]. ``epoch`` grows when a door moves.
+    ``thickness_m`` [n] | ``height_m`` [n]. ``epoch`` grows when a door moves. ``block`` [n] bool:
+    the face of a block, not a wall (None: nobody knows).
+
+    A wall counts once, drawn as a line or shown by a map as cells; a block, which is thicker than
+    walls are (1 m), where a line goes in and where it comes out.
     """
 
     segments: np.ndarray
@@ -144,9 +148,11 @@ class Obstacles:
     materials: tuple[str, ...]
     epoch: int
     crossing: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    block: np.ndarray | None = None
 
     def crossings(self, pairs: np.ndarray) -> np.ndarray:
-        """Which segments the straight lines cross: ``pairs`` [k, 4] x1 y1 x2 y2 in m.
+        """Which walls and faces of blocks the straight lines ``pairs`` [k, 4] x1 y1 x2 y2 in m go
+        through; of a wall of cells the face at one end of the way through it.
 
         Returns [c, 2] rows (index of the pair, index of the segment), sorted.
         """

@@ -14,13 +14,18 @@ BUILT_IN_TERRAINS = ("loop", "cross", "zigzag", "maze")  # the paper's four
 
 
 class MapFile(Params):
-    """A ROS map_server YAML with its image (PGM or PNG). Unknown cells are solid."""
+    """A ROS map_server YAML with its image (PGM or PNG). Unknown cells are solid. A key of the YAML
+    that ROS does not know, ``materials``, can say which grey value is made of what, for the radio:
+    ``materials: {0: concrete, 40: glass}``."""
 
     map: str = Field(description="path of the YAML file, relative to the scenario that names it")
     image: str | None = Field(None, description="image file to use instead of the one that the "
                                                 "YAML names, relative to the YAML file")
     offset_m: tuple[Position, Position] = Field(
         ("0 m", "0 m"), description="added to the map's own coordinates")
+    material: str = Field("concrete", description=(
+        "of what is solid, for the radio: of all of it, or if the YAML has materials of cells that "
+        "are unknown"))
 
 
 class Rectangle(Params):

@@ -14,10 +14,12 @@ Point = tuple[float, float]
 
 
 class Drawn(NamedTuple):
-    """``walls`` [n, 4] and ``solids`` [k, 4] in m, as in ``Terrain``."""
+    """``walls`` [n, 4] and ``solids`` [k, 4] in m, as in ``Terrain``; ``cells`` [rows, cols] bool,
+    the blocks that they are of (None: walls)."""
 
     walls: np.ndarray
     solids: np.ndarray
+    cells: np.ndarray | None = None
 
 
 def draw(drawing: Drawing, size_m: Point, what: str) -> Drawn:
@@ -35,7 +37,8 @@ def draw(drawing: Drawing, size_m: Point, what: str) -> Drawn:
             raise InputError(f"{what}: it is {count} cells of {drawing.cell_m:g} m {name}, "
                              f"{drawn_m:g} m, but size[{axis}] is {size:g} m")
     corner = np.array([size_m[0], size_m[1], size_m[0], size_m[1]]) / 2
-    return Drawn(drawn.walls * drawing.cell_m - corner, drawn.solids * drawing.cell_m - corner)
+    return Drawn(drawn.walls * drawing.cell_m - corner, drawn.solids * drawing.cell_m - corner,
+                 drawn.cells)
 
 
 def _walls(lines: tuple[str, ...], what: str) -> tuple[tuple[int, int], Drawn]:
@@ -76,4 +79,5 @@ def _blocks(lines: tuple[str, ...], what: str) -> tuple[tuple[int, int], Drawn]:
     """'#' solid, anything else free; short lines end free."""
     width = max(len(line) for line in lines)
     solid = np.array([[char == "#" for char in line.ljust(width)] for line in reversed(lines)])
-    return (width, len(lines)), Drawn(outline(solid).astype(float), rows_of(solid).astype(float))
+    return (width, len(lines)), Drawn(outline(solid).astype(float), rows_of(solid).astype(float),
+                                      solid)

@@ -4,6 +4,9 @@ Trinary mode (map_server's default): with p = (255 - value) / 255, or value / 25
 a cell is occupied above ``occupied_thresh``, free below ``free_thresh`` and unknown in between.
 Unknown cells are solid here: nothing has ever been seen in them. Of a colour image the mean of
 its channels counts, without transparency.
+
+``materials`` is a key of ours, which ROS leaves alone: by grey value, what occupied (and unknown)
+cells are made of. All greys that count as occupied look alike to a laser, there as here.
 """
 
 from __future__ import annotations
@@ -20,11 +23,13 @@ from desim.world.terrain import MAX_CELLS, Raster, Terrain, from_raster
 
 IMAGES = (".pgm", ".png", ".pnm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff")
 HEIGHT_M = 2.0  # the paper: obstacles 2 m high; a map says nothing of it
-KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
+MATERIALS = "materials"
+KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode",
+        MATERIALS)
 
 
-def load(map_file: MapFile) -> Terrain:
-    """The terrain of a map_server YAML.
+def load(map_file: MapFile, other: int) -> Terrain:
+    """The terrain of a map_server YAML; of material ``other`` where it says nothing.
 
     Raises ``InputError`` for whatever is wrong with either file.
     """
@@ -42,9 +47,38 @@ def load(map_file: MapFile) -> Terrain:
     if not 0.0 < resolution < np.inf:
         raise InputError(f"{path}: resolution must be above zero, got {facts['resolution']!r}")
     x_m, y_m = _origin(path, facts)
-    raster = _cropped(is_free[::-1], resolution, x_m + map_file.offset_m[0],
-                      y_m + map_file.offset_m[1])
-    return from_raster(path.stem, raster, materials.NAMES.index("concrete"), HEIGHT_M)
+    material = _material(path, image, facts, other, values, is_free, p > occupied)
+    raster, material = _cropped(is_free[::-1], material[::-1], resolution,
+                                x_m + map_file.offset_m[0], y_m + map_file.offset_m[1])
+    return from_raster(path.stem, raster, material, HEIGHT_M)
+
+
+def _material(path: Path, image: Path, facts: dict[str, Any], other: int, values: np.ndarray,
+              is_free: np.ndarray, is_occupied: np.ndarray) -> np.ndarray:
+    """[rows, cols] of each cell, rows of ``materials.NAMES``; ``other`` where nothing is said."""
+    legend = facts.get(MATERIALS)
+    material = np.full(values.shape, other, np.int8)
+    if legend is None:
+        return material
+    if not isinstance(legend, dict) or not all(type(grey) is int for grey in legend):
+        raise InputError(f"{path}: {MATERIALS} must name a material by grey value, as in "
+                         f"{{0: concrete, 40: glass}}, got {legend!r}")
+    greys, listed = np.rint(values), np.zeros(values.shape, bool)
+    for grey, name in sorted(legend.items()):
+        here = greys == grey
+        if (here & is_free).any():
+            raise InputError(f"{path}: {MATERIALS}.{grey}: {image.name} has free cells of this "
+                             "grey value; only what is occupied or unknown has a material")
+        material[here] = materials.row(name, f"{path}: {MATERIALS}.{grey}")
+        listed |= here
+    rows, cols = np.nonzero(is_occupied & ~listed)
+    if len(rows):
+        raise InputError(f"{image}: occupied cells of grey value {greys[rows[0], cols[0]]:g} "
+                         f"(row {rows[0] + 1}, column {cols[0] + 1}; {len(rows)} cells in all) "
+                         f"have no material; {MATERIALS} of {path.name} has "
+                         f"{', '.join(map(str, sorted(legend)))} (an image drawn with smooth edges "
+                         "has more grey values than it shows)")
+    return material
 
 
 def _facts(path: Path) -> dict[str, Any]:
@@ -135,9 +169,13 @@ def _origin(path: Path, facts: dict[str, Any]) -> tuple[float, float]:
     return x_m, y_m
 
 
-def _cropped(free: np.ndarray, resolution_m: float, x_m: float, y_m: float) -> Raster:
-    """The part that has free cells in it, with one cell of solid border around."""
+def _cropped(free: np.ndarray, material: np.ndarray, resolution_m: float, x_m: float, y_m: float
+             ) -> tuple[Raster, np.ndarray]:
+    """The part that has free cells in it, with one cell of solid border around, and its material
+    [rows, cols]: the border's is that of the cell beside it, if there is none in the image."""
     rows, cols = np.flatnonzero(free.any(axis=1)), np.flatnonzero(free.any(axis=0))
-    inner = free[rows[0]:rows[-1] + 1, cols[0]:cols[-1] + 1]
-    return Raster(np.pad(~inner, 1, constant_values=True), resolution_m,
-                  x_m + (int(cols[0]) - 1) * resolution_m, y_m + (int(rows[0]) - 1) * resolution_m)
+    part = slice(rows[0], rows[-1] + 3), slice(cols[0], cols[-1] + 3)  # of one with a border
+    solid = np.ascontiguousarray(np.pad(~free, 1, constant_values=True)[part])
+    return (Raster(solid, resolution_m, x_m + (int(cols[0]) - 1) * resolution_m,
+                   y_m + (int(rows[0]) - 1) * resolution_m),
+            np.pad(material, 1, mode="edge")[part])

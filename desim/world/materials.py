@@ -21,7 +21,12 @@ NAMES: tuple[str, ...] = tuple(MATERIALS)
 
 def index(name: str, what: str) -> int:
     """The row of ``NAMES``. Raises ``InputError`` that names ``what`` has the unknown material."""
-    if name not in MATERIALS:
-        raise InputError(f"{what}.material: unknown material {name!r}{did_you_mean(name, NAMES)}; "
+    return row(name, f"{what}.material")
+
+
+def row(name: object, where: str) -> int:
+    """Likewise, of a name that stands at ``where``."""
+    if name not in NAMES:
+        raise InputError(f"{where}: unknown material {name!r}{did_you_mean(str(name), NAMES)}; "
                          f"allowed: {', '.join(NAMES)}")
     return NAMES.index(name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import cached_property
 from math import isfinite
 from typing import NamedTuple
 
@@ -21,9 +22,10 @@ from desim.world import materials, sources
 from desim.world.bodies import Bodies
 from desim.world.fleet import RobotSpec, place_fleet
 from desim.world.lidar import Lidar
+from desim.world.matter import Matter
 from desim.world.odometry import Odometers
 from desim.world.placement import Site
-from desim.world.scenery import Doors, Movers, crossing
+from desim.world.scenery import Doors, Movers
 
 
 class Scene(NamedTuple):
@@ -170,16 +172,23 @@ class Plane:
         contacts, self._contacts = sorted(self._contacts), []
         return contacts
 
+    @cached_property
+    def _matter(self) -> Matter:
+        return self.terrain.matter()
+
     def obstacles(self) -> Obstacles:
         """Walls and closed doors. The epoch grows when a door moves."""
         if self._obstacles is None:
-            closed, terrain, doors = self._doors.closed, self.terrain, self._doors
+            closed, matter, doors = self._doors.closed, self._matter, self._doors
             columns = [np.concatenate([fixed, moving[closed]]) for fixed, moving in (
-                (terrain.walls, doors.lines), (terrain.material, doors.material),
-                (terrain.thickness_m, doors.thickness_m), (terrain.height_m, doors.height_m))]
+                (matter.segments, doors.lines), (matter.material, doors.material),
+                (matter.thickness_m, doors.thickness_m), (matter.height_m, doors.height_m),
+                (matter.block, np.zeros(len(closed), bool)))]
             for column in columns:
                 column.setflags(write=False)
-            self._obstacles = Obstacles(*columns, materials.NAMES, self._epoch, crossing)
+            *columns, block = columns
+            self._obstacles = Obstacles(*columns, materials.NAMES, self._epoch, matter.crossing,
+                                        block)
         return self._obstacles
 
     @classmethod

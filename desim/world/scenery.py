@@ -14,8 +14,9 @@ import numpy as np
 from desim.errors import InputError
 from desim.scenario.environment import Door, MovingObstacle
 from desim.units import SPEED
-from desim.world import kernels, materials
+from desim.world import materials
 from desim.world.geometry import TOUCH_M, point_distance, segments
+from desim.world.matter import crossing
 from desim.world.sources import inside, line
 from desim.world.terrain import Terrain
 
@@ -133,15 +134,3 @@ def _along(path: np.ndarray, driven_m: float) -> tuple[float, float]:
     at = min(at, 2.0 * length - at)
     return float(np.interp(at, path[:, 2], path[:, 0])), float(np.interp(at, path[:, 2],
                                                                         path[:, 1]))
-
-
-def crossing(walls: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """[c, 2] rows (pair, wall), sorted: which of ``walls`` [n, 4] the straight lines ``pairs``
-    [k, 4] cross."""
-    pairs = np.ascontiguousarray(pairs, dtype=np.float64).reshape(-1, 4)
-    out = np.empty((max(64, 8 * len(pairs)), 2), dtype=np.int64)
-    found = kernels.crossings(walls, pairs, out)
-    if found > len(out):
-        out = np.empty((found, 2), dtype=np.int64)
-        kernels.crossings(walls, pairs, out)
-    return out[:found]

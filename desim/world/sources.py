@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import NamedTuple
+
 import numpy as np
 
 from desim.errors import InputError
@@ -10,15 +13,23 @@ from desim.world import mapserver, materials
 from desim.world.builtin import BUILTIN
 from desim.world.drawing import draw
 from desim.world.geometry import TOUCH_M, merge_collinear, rectangle, segments
+from desim.world.matter import BLOCK_M, FACE_M, Matter, crossing, of_cells
 from desim.world.terrain import Terrain
 
-# What a shape's bounds and blocks are to the radio: faces as thick as a cell of the paper's maps.
-FACE_MATERIAL, FACE_THICKNESS_M, FACE_HEIGHT_M = "concrete", 0.2, 2.0
+FACE_MATERIAL, FACE_HEIGHT_M = "concrete", 2.0  # what a shape's bounds are
 
 MAX_SIDE_M = 10_000.0  # the tiles of the index of walls, 8 m each, fill memory beyond
 
 WHERE = "environment.terrain"  # errors begin with the path of what is wrong
-Kind = tuple[int, float, float]  # material, thickness, height: only walls of one kind are merged
+
+
+class Kind(NamedTuple):
+    """Of a wall. Only walls of one kind are merged."""
+
+    material: int
+    thickness_m: float
+    height_m: float
+    block: bool = False  # the face of a block
 
 
 def load(source: str | MapFile | Shape) -> Terrain:
@@ -39,8 +50,9 @@ def _read(source: str | MapFile | Shape) -> Terrain:
     if isinstance(source, Shape):
         return from_shape("shape", source)
     if isinstance(source, MapFile):
+        other = materials.index(source.material, WHERE)
         try:
-            return mapserver.load(source)
+            return mapserver.load(source, other)
         except InputError as error:
             raise InputError(*(f"{WHERE}: {line}" for line in error.args)) from None
     return from_shape(source, BUILTIN[source]())
@@ -51,29 +63,49 @@ def from_shape(name: str, shape: Shape) -> Terrain:
     become one. Raises ``InputError`` for what has no extent or lies outside."""
     width, depth = shape.size_m
     bounds = (-width / 2, -depth / 2, width / 2, depth / 2)
-    face = (materials.NAMES.index(FACE_MATERIAL), FACE_THICKNESS_M, FACE_HEIGHT_M)
-    kinds: dict[Kind, list] = {face: rectangle(*bounds)}
-    solids = []
+    face = Kind(materials.NAMES.index(FACE_MATERIAL), FACE_M, FACE_HEIGHT_M)
+    walls: dict[Kind, list] = {face: rectangle(*bounds)}
+    matter: dict[Kind, list] = {face: rectangle(*bounds)}
+    solids, cells = [], None
     for i, block in enumerate(shape.rectangles):
         what = f"{WHERE}.rectangles.{i}"
         (x0, x1), (y0, y1) = block.x_m, block.y_m
         inside(what, bounds, [(x0, y0), (x1, y1)])
-        kind = (materials.index(block.material, what), FACE_THICKNESS_M, block.height_m)
-        kinds.setdefault(kind, []).extend(rectangle(x0, y0, x1, y1))
+        kind = Kind(materials.index(block.material, what), FACE_M, block.height_m)
+        walls.setdefault(kind, []).extend(rectangle(x0, y0, x1, y1))
         solids.append((x0, y0, x1, y1))
+        kind, rows = _of_block(kind, *solids[-1])
+        matter.setdefault(kind, []).extend(rows)
     for i, wall in enumerate(shape.walls):
         what = f"{WHERE}.walls.{i}"
         inside(what, bounds, [wall.start_m, wall.end_m])
-        kind = (materials.index(wall.material, what), wall.thickness_m, wall.height_m)
-        kinds.setdefault(kind, []).append(line(what, wall.start_m, wall.end_m))
+        kind = Kind(materials.index(wall.material, what), wall.thickness_m, wall.height_m)
+        for kinds in walls, matter:
+            kinds.setdefault(kind, []).append(line(what, wall.start_m, wall.end_m))
     if shape.drawing is not None:
         what = f"{WHERE}.drawing"
         drawn = draw(shape.drawing, shape.size_m, what)
-        kind = (materials.index(shape.drawing.material, what), FACE_THICKNESS_M,
-                shape.drawing.height_m)
-        kinds.setdefault(kind, []).extend(drawn.walls.tolist())
+        kind = Kind(materials.index(shape.drawing.material, what), FACE_M, shape.drawing.height_m)
+        walls.setdefault(kind, []).extend(drawn.walls.tolist())
         solids.extend(drawn.solids.tolist())
-    return _assembled(name, kinds, segments(solids), bounds)
+        if drawn.cells is None:
+            matter.setdefault(kind, []).extend(drawn.walls.tolist())
+        else:
+            cells = of_cells(drawn.cells, kind.material, shape.drawing.cell_m, bounds[:2],
+                             kind.height_m)
+    _, rows = _merged(walls)
+    return Terrain(name=name, walls=rows, matter=partial(_matter, matter, cells),
+                   solids=segments(solids), bounds=bounds)
+
+
+def _of_block(kind: Kind, x0: float, y0: float, x1: float, y1: float) -> tuple[Kind, list]:
+    """What a rectangle is to the radio: its faces, or if it is thin a wall along its middle."""
+    thin_m = min(abs(x1 - x0), abs(y1 - y0))
+    if thin_m > BLOCK_M:
+        return kind._replace(block=True), rectangle(x0, y0, x1, y1)
+    x, y = (x0 + x1) / 2, (y0 + y1) / 2
+    along = (x, y0, x, y1) if abs(x1 - x0) == thin_m else (x0, y, x1, y)
+    return kind._replace(thickness_m=thin_m), [along]
 
 
 def line(what: str, start: tuple[float, float], end: tuple[float, float],
@@ -93,11 +125,20 @@ def inside(what: str, bounds: tuple, points: list[tuple[float, float]]) -> None:
                              f"{x0:g} to {x1:g} m, y from {y0:g} to {y1:g} m")
 
 
-def _assembled(name: str, kinds: dict[Kind, list], solids: np.ndarray, bounds: tuple) -> Terrain:
-    walls = [merge_collinear(segments(rows)) for _, rows in sorted(kinds.items())]
-    counts = [len(rows) for rows in walls]
-    material, thickness, height = (np.repeat(column, counts) for column in zip(*sorted(kinds),
-                                                                               strict=True))
-    return Terrain(name=name, walls=np.concatenate(walls), material=material.astype(np.int64),
-                   thickness_m=thickness.astype(float), height_m=height.astype(float),
-                   solids=solids, bounds=bounds)
+def _merged(kinds: dict[Kind, list]) -> tuple[list[Kind], np.ndarray]:
+    """[n] kinds and [n, 4] walls, the collinear touching ones of a kind as one."""
+    walls = [(kind, merge_collinear(segments(rows))) for kind, rows in sorted(kinds.items())]
+    return ([kind for kind, rows in walls for _ in rows],
+            np.concatenate([rows for _, rows in walls]))
+
+
+def _matter(kinds: dict[Kind, list], cells: Matter | None) -> Matter:
+    """Of a shape: of its blocks that are drawn in cells, and behind them all the rest."""
+    of_what, walls = _merged(kinds)
+    material, thickness_m, height_m, block = (np.array(column)
+                                              for column in zip(*of_what, strict=True))
+    rest = Matter(walls, material, thickness_m, height_m, block, crossing)
+    if cells is None:
+        return rest
+    return Matter(*(np.concatenate(pair) for pair in zip(cells[:-1], rest[:-1], strict=True)),
+                  cells.crossing)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.ndimage import label
@@ -11,6 +13,7 @@ from scipy.ndimage import label
 from desim.errors import InputError
 from desim.ports import GridSpec
 from desim.world.geometry import TOUCH_M, outline, point_distance, rows_of
+from desim.world.matter import Matter, of_cells
 
 FREE, WALL = 0, 1
 # A map of more cells than this is refused: 1.6 km x 1.6 km at 0.2 m.
@@ -39,17 +42,15 @@ class Raster:
 class Terrain:
     """Walls, and what is solid.
 
-    ``walls`` [n, 4] x1 y1 x2 y2 in m | ``material`` [n] rows of ``materials.NAMES`` |
-    ``thickness_m`` [n] and ``height_m`` [n], for the radio: bodies and beams meet the line itself |
-    ``solids`` [k, 4] x0 y0 x1 y1 in m, rectangles that nothing can be in | ``bounds`` x0 y0 x1 y1 |
-    ``raster`` where the terrain came as one; ``walls`` are its outline then.
+    ``walls`` [n, 4] x1 y1 x2 y2 in m, which bodies and beams meet | ``matter()``, which is for the
+    radio and made when it is asked for | ``solids`` [k, 4] x0 y0 x1 y1 in m, rectangles that
+    nothing can be in | ``bounds`` x0 y0 x1 y1 | ``raster`` where the terrain came as one;
+    ``walls`` are its outline then.
     """
 
     name: str
     walls: np.ndarray
-    material: np.ndarray
-    thickness_m: np.ndarray
-    height_m: np.ndarray
+    matter: Callable[[], Matter]
     solids: np.ndarray
     bounds: tuple[float, float, float, float]
     raster: Raster | None = None
@@ -128,14 +129,14 @@ class Terrain:
         return inside
 
 
-def from_raster(name: str, raster: Raster, material: int, height_m: float) -> Terrain:
-    """A terrain of solid cells; for the radio its outline is as thick as a cell."""
+def from_raster(name: str, raster: Raster, material: np.ndarray | int, height_m: float) -> Terrain:
+    """A terrain of solid cells, all of one material or each of ``material`` [rows, cols]."""
     edge = raster.resolution_m
     origin = np.array([raster.x_m, raster.y_m, raster.x_m, raster.y_m])
     walls = outline(raster.solid) * edge + origin
     rows, cols = raster.solid.shape
-    return Terrain(name=name, walls=walls, material=np.full(len(walls), material),
-                   thickness_m=np.full(len(walls), edge), height_m=np.full(len(walls), height_m),
+    matter = partial(of_cells, raster.solid, material, edge, (raster.x_m, raster.y_m), height_m)
+    return Terrain(name=name, walls=walls, matter=matter,
                    solids=rows_of(raster.solid) * edge + origin,
                    bounds=(raster.x_m, raster.y_m, raster.x_m + cols * edge,
                            raster.y_m + rows * edge), raster=raster)

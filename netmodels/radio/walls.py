@@ -19,14 +19,14 @@ CROSSING_DB = {"brick": 9.0, "concrete": 15.0, "glass": 2.5, "metal": 20.0, "pla
 
 
 class Walls(ports.Params):
-    """Every segment that the straight line between two antennas crosses counts: a solid block, of
-    which a terrain has the faces only, counts twice. The angle does not matter.
+    """Every wall that the straight line between two antennas goes through counts once, drawn or
+    shown by a map, at any angle; a block, which is thicker than 1 m, where the line goes in and
+    where it comes out.
 
     Veins' model, n times the loss of a face and so much for each metre in between, are
-    ``crossing`` and ``inside`` of the blocks' material. ``inside`` takes the walls of a material
-    for outlines of blocks: what is between the first and the second crossing of a line, between the
-    third and the fourth, ... A crossing without a partner, into the block in which an antenna is or
-    of a wall that stands alone, has no inside; blocks must not share a face."""
+    ``crossing`` and ``inside`` of the blocks' material: what is between the first and the second
+    face on a line, between the third and the fourth, ... A face without a partner, of the block in
+    which an antenna is, has no inside; blocks must not share a face."""
 
     crossing: dict[str, Decibels] = Field({}, description="loss by material, at any thickness "
                                                           "(planning tables for 2.4 GHz, COST 231)")
@@ -60,6 +60,8 @@ class Walls(ports.Params):
         for name, metre_db in sorted(self.inside.items()):
             if name in obstacles.materials:
                 of_it = obstacles.material[wall] == obstacles.materials.index(name)
+                if obstacles.block is not None:
+                    of_it &= obstacles.block[wall]
                 faces = obstacles.segments[wall[of_it]]
                 loss_db = loss_db + metre_db * _inside_m(faces, lines, line[of_it])
         return loss_db

@@ -1,0 +1,142 @@
+"""What stands between antennas: walls, and blocks.
+
+A wall is as thick as walls are, up to ``BLOCK_M``, and counts once on a straight line that goes
+through. Of a thicker block there are the faces: it counts where the line goes in and where it comes
+out. It does not matter whether somebody has drawn it or an image shows it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt, maximum_filter
+
+from desim.world import kernels
+
+BLOCK_M = 1.0  # a castle's wall; the outer walls of houses are 0.2 to 0.5 m thick
+FACE_M = 0.2  # a block's face, as thick as a wall of the paper's maps
+
+# A way between cells that is shorter than so many of them, and than 1 m, is one between the teeth
+# of a slanting wall, and none between two walls. Tuned: of a house of eight walls in cells of 0.05
+# and 0.1 m, at 0 to 45 degrees, the coverage differs by at most 1.4 % from that of the drawn house,
+# in cells of 0.2 m, as thick as its walls, by 2.3 %; with 1.5 cells by 1.4 and 2.0 %, with 3 by 1.7
+# and 2.9 %. On 20 000 lines the mean number of walls differs by -0.02 to +0.04, with 1 cell by up
+# to +0.17, with none by up to +0.6.
+GAP_CELLS = 2.0
+
+
+class Matter(NamedTuple):
+    """``segments`` [n, 4] x1 y1 x2 y2 in m | ``material`` [n] rows of ``materials.NAMES`` |
+    ``thickness_m``, ``height_m`` [n] | ``block`` [n] bool: the face of a block, not a wall |
+    ``crossing(segments, pairs)``: [c, 2] rows (pair, segment), sorted: what the straight lines
+    ``pairs`` [k, 4] go through, of these ``segments`` and of others behind them."""
+
+    segments: np.ndarray
+    material: np.ndarray
+    thickness_m: np.ndarray
+    height_m: np.ndarray
+    block: np.ndarray
+    crossing: Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def crossing(walls: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """[c, 2] rows (pair, wall), sorted: which of ``walls`` [n, 4] the straight lines ``pairs``
+    [k, 4] cross."""
+    pairs = np.ascontiguousarray(pairs, dtype=np.float64).reshape(-1, 4)
+    return _all_found(kernels.crossings, len(pairs), walls, pairs)
+
+
+def _all_found(kernel: Callable[..., int], lines: int, *given: object) -> np.ndarray:
+    """What ``kernel`` puts into its last argument, and says how many rows there are of."""
+    out = np.empty((max(64, 8 * lines), 2), dtype=np.int64)
+    found = kernel(*given, out)
+    if found > len(out):
+        out = np.empty((found, 2), dtype=np.int64)
+        kernel(*given, out)
+    return out[:found]
+
+
+# ---------------------------------------------------------------------------------------- in cells
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Solid cells between antennas. ``kinds`` [rows, cols]: 0 free, of material m 2 m + 1 in a wall
+    and 2 m + 2 in a block, with a free border; ``keys`` [faces], ascending: where a face begins;
+    ``origin_m`` is the corner of cell (0, 0)."""
+
+    kinds: np.ndarray
+    keys: np.ndarray
+    origin_m: np.ndarray
+    edge_m: float
+
+    def __call__(self, segments: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+        """``Matter.crossing``. A wall's own segment is the face at one end of the line's way
+        through it."""
+        pairs = np.asarray(pairs, dtype=np.float64).reshape(-1, 4)
+        lines = np.ascontiguousarray((pairs - np.tile(self.origin_m, 2)) / self.edge_m)
+        gap = min(GAP_CELLS, BLOCK_M / self.edge_m)
+        rows = _all_found(kernels.stretches, len(pairs), self.kinds, lines, gap)
+        rows[:, 1] = np.searchsorted(self.keys, rows[:, 1], side="right") - 1
+        others = crossing(segments[len(self.keys):], pairs) + (0, len(self.keys))
+        rows = np.concatenate([rows, others])
+        return rows[np.lexsort((rows[:, 1], rows[:, 0]))]
+
+
+def of_cells(solid: np.ndarray, material: np.ndarray | int, edge_m: float,
+             corner_m: tuple[float, float], height_m: float) -> Matter:
+    """The matter of ``solid`` [rows, cols] cells of ``edge_m``, all of one material or each of
+    ``material`` [rows, cols], with the corner of cell (0, 0) at ``corner_m``."""
+    away_m = distance_transform_edt(solid) * edge_m if not solid.all() else np.full(solid.shape,
+                                                                                    np.inf)
+    block = _blocks(solid, away_m, edge_m)
+    kinds = np.pad(np.where(solid, 2 * np.asarray(material) + 1 + block, 0).astype(np.int8), 1)
+    keys, faces, at = _faces(kinds)
+    origin_m = np.array(corner_m) - edge_m
+    kind = kinds[at]
+    thickness_m = np.pad(_thickness_m(away_m, block, edge_m), 1)[at]
+    return Matter(faces * edge_m + np.tile(origin_m, 2), (kind.astype(np.int64) - 1) // 2,
+                  np.where(kind % 2, thickness_m, FACE_M), np.full(len(faces), height_m),
+                  kind % 2 == 0, Cells(kinds, keys, origin_m, edge_m))
+
+
+def _blocks(solid: np.ndarray, away_m: np.ndarray, edge_m: float) -> np.ndarray:
+    """[rows, cols] bool: the cells of what a disc wider than ``BLOCK_M`` fits into, to its corners;
+    ``away_m`` is how far the nearest free cell is, from middle to middle."""
+    deep = away_m > (BLOCK_M + edge_m) / 2
+    if not deep.any():
+        return deep
+    reach_m = np.sqrt(2) * (BLOCK_M / 2 + edge_m)
+    return solid & (distance_transform_edt(~deep) * edge_m <= reach_m)
+
+
+def _thickness_m(away_m: np.ndarray, block: np.ndarray, edge_m: float) -> np.ndarray:
+    """[rows, cols] of walls, to half a cell: twice the way from their middle to what is free."""
+    size = 2 * int(np.ceil(BLOCK_M / 2 / edge_m)) + 1
+    return 2 * maximum_filter(np.where(block, 0.0, away_m), size) - edge_m / 2
+
+
+def _faces(kinds: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """Where cells of a kind end, as long straight runs: their keys, corners [n, 4] in cells, and a
+    cell (row, col) of each. Sides as ``kernels.stretches`` counts them: below the cell, above it,
+    left and right of it."""
+    span = max(kinds.shape) + 1
+    keys, faces, cells = [], [], []
+    for side in range(4):
+        vertical, behind = divmod(side, 2)
+        across = kinds.T if vertical else kinds
+        kind = np.where(across[1:] != across[:-1], across[:-1] if behind else across[1:], 0)
+        step = np.diff(np.pad(kind, ((0, 0), (1, 1))), axis=1) != 0
+        line, begin = np.nonzero(step[:, :-1] & (kind > 0))
+        _, end = np.nonzero(step[:, 1:] & (kind > 0))
+        keys.append((side * span + line + 1) * span + begin)
+        middle, cell = (begin + end) // 2, line + 1 - behind
+        line, end = line + 1, end + 1
+        faces.append(np.stack([line, begin, line, end] if vertical else [begin, line, end, line],
+                              axis=1))
+        cells.append((middle, cell) if vertical else (cell, middle))
+    rows, cols = (np.concatenate(part) for part in zip(*cells, strict=True))
+    return np.concatenate(keys), np.concatenate(faces), (rows, cols)
