@@ -2,16 +2,38 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
+from itertools import accumulate
+
 from pydantic import Field
 
 from desim import ports
 from desim.units import BitRate, Period, airtime_ns
 
 
+class _Transmission:
+    """A frame on the air: when its packets end, and which of them others have spoilt."""
+
+    __slots__ = ("frame", "begin_ns", "ends_ns", "spoilt")
+
+    def __init__(self, frame: ports.Frame, begin_ns: int, rate_bps: int) -> None:
+        self.frame, self.begin_ns = frame, begin_ns
+        sizes = accumulate(ports.packet_sizes(frame.size_bytes, frame.segments))
+        self.ends_ns = [begin_ns + airtime_ns(size_bytes, rate_bps) for size_bytes in sizes]
+        self.spoilt: set[int] = set()
+
+    def spoil(self, begin_ns: int, end_ns: int) -> None:
+        """Somebody else sends from ``begin_ns`` to ``end_ns``."""
+        begins_ns = [self.begin_ns, *self.ends_ns[:-1]]
+        self.spoilt.update(range(bisect_right(self.ends_ns, begin_ns),
+                                 bisect_left(begins_ns, end_ns)))
+
+
 class Aloha:
     """Who has something to say says it at once (Abramson 1970), or at the beginning of the next
-    slot (Roberts 1975). Frames that overlap are lost; nobody waits, acknowledges or repeats, and a
-    host that begins another frame while it sends spoils both. A train is one long frame.
+    slot (Roberts 1975). Packets that overlap with others' are lost; nobody waits, acknowledges or
+    repeats, and a host that begins another frame while it sends spoils both. A train's packets
+    follow each other without a gap.
     """
 
     class Params(ports.Params):
@@ -24,7 +46,7 @@ class Aloha:
     def __init__(self, params: Params) -> None:
         self._rate_bps = params.rate_bps
         self._slot_ns = params.slot_ns
-        self._spoilt: dict[int, bool] = {}  # by frame on the air
+        self._air: dict[int, _Transmission] = {}  # by frame
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
@@ -37,14 +59,22 @@ class Aloha:
             self._context.at(slots * self._slot_ns, self._begin, frame)
 
     def _begin(self, frame: ports.Frame) -> None:
-        overlaps = bool(self._spoilt)
-        if overlaps:
-            self._spoilt = dict.fromkeys(self._spoilt, True)
-        self._spoilt[frame.id] = overlaps
-        end_ns = self._context.now_ns + airtime_ns(frame.size_bytes, self._rate_bps)
-        self._context.at(end_ns, self._end, frame)
+        now_ns = self._context.now_ns
+        own = _Transmission(frame, now_ns, self._rate_bps)
+        end_ns = own.ends_ns[-1]
+        for other in self._air.values():
+            own.spoil(now_ns, other.ends_ns[-1])
+            other.spoil(now_ns, end_ns)
+        self._air[frame.id] = own
+        self._context.at(end_ns, self._end, own)
 
-    def _end(self, frame: ports.Frame) -> None:
-        spoilt = self._spoilt.pop(frame.id)
-        self._context.settle_many(frame, frame.receivers,
-                                  ports.Drop("collision") if spoilt else ports.Deliver(0))
+    def _end(self, own: _Transmission) -> None:
+        frame = own.frame
+        del self._air[frame.id]
+        if len(own.spoilt) == frame.segments:
+            self._context.settle_many(frame, frame.receivers, ports.Drop("collision"))
+            return
+        if own.spoilt:
+            self._context.settle_many(frame, frame.receivers,
+                                      ports.Drop("collision", tuple(sorted(own.spoilt))))
+        self._context.settle_many(frame, frame.receivers, ports.Deliver(0))

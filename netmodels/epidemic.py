@@ -15,6 +15,7 @@ from netmodels.multihop.hops import Hops
 
 _ARRIVED, _EXPIRED = ports.Deliver(0), ports.Drop("expired")
 _FULL, _DOWN = ports.Drop("buffer_full"), ports.Drop("relay_down")
+_TOO_LARGE = ports.Drop("too_large")
 _PACKET_BYTES = 1518  # IEEE 802.3: what a longer summary is cut into
 
 
@@ -62,9 +63,10 @@ class Epidemic:
     message.
 
     A message is lost when it is ``lifetime`` old (``expired``), or when the last host that holds it
-    gives it up (``buffer_full``) or stops (``relay_down``). A broadcast goes one hop. Left out: the
-    limit of hops, and messages that clean up behind one that has arrived. A stream on top repeats
-    what is late; datagrams are what this is for.
+    gives it up (``buffer_full``) or stops (``relay_down``); one that no buffer holds is not taken
+    (``too_large``). A copy that lacks a packet is none, and asked for again. A broadcast goes one
+    hop. Left out: the limit of hops, and messages that clean up behind one that has arrived. A
+    stream on top repeats what is late; datagrams are what this is for.
     """
 
     class Params(HopChoice):
@@ -81,8 +83,10 @@ class Epidemic:
         number_bytes: ByteSize = Field("4 B", ge=1, description=(
             "of each message named in it (Vahdat and Becker: 32 bits)"))
 
-    reasons = tuple(sorted({"buffer_full", "expired", "relay_down"}.union(
+    reasons = tuple(sorted({"buffer_full", "expired", "relay_down", "too_large"}.union(
         *(model.reasons for model in HOPS.values()))))
+    refuses = tuple(sorted({"too_large"}.union(*(getattr(model, "refuses", ())
+                                                 for model in HOPS.values()))))
 
     def __init__(self, params: Params, hop: ports.NetworkModel | None = None) -> None:
         """``hop``: a single-hop model that is made already, instead of the one in ``params``."""
@@ -106,6 +110,9 @@ class Epidemic:
     def send(self, frame: ports.Frame) -> int | None:
         if frame.broadcast:
             return self._hop.send(frame)
+        if frame.size_bytes > self._params.buffer_bytes:
+            self._context.settle(frame, frame.receivers[0], _TOO_LARGE)
+            return None
         message = _Message(frame, self._context.now_ns + self._params.lifetime_ns)
         self._context.at(message.dies_ns, self._expire, message)
         self._keep(frame.source, message)
@@ -130,9 +137,6 @@ class Epidemic:
         store, frame, most_bytes = self._stores[host], message.frame, self._params.buffer_bytes
         store.had.add(frame.id)
         message.copies += 1
-        if frame.size_bytes > most_bytes:
-            self._give_up(message, _FULL)
-            return
         while store.size_bytes + frame.size_bytes > most_bytes:
             number, oldest = next(iter(store.held.items()))
             store.drop(number)
@@ -187,8 +191,11 @@ class Epidemic:
                         self._told, numbers)
 
     def _told(self, numbers: Sequence[int], frame: ports.Frame, receivers: Sequence[int],
-              verdict: ports.Deliver | ports.Drop) -> None:
-        if type(verdict) is ports.Deliver:
+              verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
+        if type(verdict) is ports.Drop and verdict.reason in self._hops.refuses:
+            self._frames -= 1
+            self._bytes -= frame.size_bytes
+        elif type(verdict) is ports.Deliver and not lost:
             heard = self._heard if frame.broadcast else self._asked
             self._context.at(self._context.now_ns + verdict.delay_ns, heard,
                              (frame.source, receivers, numbers))
@@ -217,8 +224,8 @@ class Epidemic:
                             message)
 
     def _given(self, message: _Message, leg: ports.Frame, _: Sequence[int],
-               verdict: ports.Deliver | ports.Drop) -> None:
-        if type(verdict) is ports.Deliver:
+               verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
+        if type(verdict) is ports.Deliver and not lost:
             self._context.at(self._context.now_ns + verdict.delay_ns, self._got,
                              (message, leg.receivers[0]))
         else:

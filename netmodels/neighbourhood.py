@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from desim import ports
+from netmodels.losses import lose
 
 _ARRIVED = ports.Deliver(0)
 
@@ -63,6 +64,29 @@ def tell(context: ports.Context, frame: ports.Frame, got: int, spoilt: int) -> N
         if receivers:
             context.settle_many(frame, receivers, fate)
     context.settle_many(frame, None, ports.Drop("out_of_reach"))
+
+
+def tell_packets(context: ports.Context, frame: ports.Frame, sent: Sequence[tuple[int, int]]
+                 ) -> None:
+    """Settle a train: each packet was ``sent`` to those who got it, and spoilt at others."""
+    got, spoilt = sent[0]
+    if all(packet == (got, spoilt) for packet in sent):
+        tell(context, frame, got, spoilt)
+        return
+    always = ever = got
+    for own, broken in sent:
+        always, ever = always & own, ever | own | broken
+    beyond = "out_of_reach" if frame.broadcast else "out_of_range"
+    arrived = [receiver for receiver in frame.receivers if always >> receiver & 1]
+    for receiver in frame.receivers:
+        if (ever & ~always) >> receiver & 1:
+            lose(context, frame, receiver, {
+                "collision": [k for k, (_, broken) in enumerate(sent) if broken >> receiver & 1],
+                beyond: [k for k, (own, broken) in enumerate(sent)
+                         if not (own | broken) >> receiver & 1]})
+    context.settle_many(frame, arrived, _ARRIVED)
+    if frame.broadcast:
+        context.settle_many(frame, None, ports.Drop(beyond))
 
 
 def reaches(params: ports.Params) -> ports.Params:

@@ -11,16 +11,17 @@ from pydantic import Field, model_validator
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Length, Period, airtime_ns
-from netmodels.neighbourhood import Neighbourhood, mask, reaches, tell
+from netmodels.neighbourhood import Neighbourhood, mask, reaches, tell_packets
 
 
 class _Waiting:
-    """A frame in a queue: how many packets are left, and where one of them was spoilt."""
+    """A frame in a queue; of each packet that was sent, who got it and where it was spoilt."""
 
-    __slots__ = ("frame", "left", "spoilt")
+    __slots__ = ("frame", "sent")
 
     def __init__(self, frame: ports.Frame) -> None:
-        self.frame, self.left, self.spoilt = frame, frame.segments, 0
+        self.frame = frame
+        self.sent: list[tuple[int, int]] = []
 
 
 class Tdma:
@@ -30,7 +31,7 @@ class Tdma:
 
     A packet arrives within ``range`` at the end of its slot, unless somebody else sends within
     ``interference`` of the receiver, or the receiver does. A train takes as many of its sender's
-    slots as it has packets, and is lost with any of them. Clocks are in step; nothing is
+    slots as it has packets, each with a fate of its own. Clocks are in step; nothing is
     acknowledged. Who is where is seen at the end of a slot. A host without a place hears nobody,
     and nobody hears it.
     """
@@ -81,7 +82,8 @@ class Tdma:
 
     def send(self, frame: ports.Frame) -> None:
         params, queue = self._params, self._queues[frame.source]
-        if airtime_ns(-(-frame.size_bytes // frame.segments), params.rate_bps) > params.slot_ns:
+        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
+        if airtime_ns(sizes[0], params.rate_bps) > params.slot_ns:
             self._context.settle_many(frame, frame.receivers, ports.Drop("too_long"))
         elif len(queue) == params.queue:
             self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
@@ -106,18 +108,19 @@ class Tdma:
         senders, over = sorted(self._senders.pop(number)), []
         for host in senders:
             queue = self._queues[host]
-            waiting = queue[0]
+            waiting, spoilt = queue[0], 0
             for other in senders:
                 if other != host:
-                    waiting.spoilt |= disturbed[other]
-            waiting.left -= 1
-            if not waiting.left:
+                    spoilt |= disturbed[other]
+            near = reached[host] & mask(waiting.frame.receivers)
+            waiting.sent.append((near & ~spoilt, near & spoilt))
+            if len(waiting.sent) == waiting.frame.segments:
                 queue.popleft()
-                over.append((waiting, reached[host] & mask(waiting.frame.receivers)))
+                over.append(waiting)
             if queue:
                 self._book(host, number + 1)
-        for waiting, near in over:
-            tell(self._context, waiting.frame, near & ~waiting.spoilt, near & waiting.spoilt)
+        for waiting in over:
+            tell_packets(self._context, waiting.frame, waiting.sent)
 
 
 def _number(host: str) -> int:

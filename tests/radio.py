@@ -68,7 +68,7 @@ def saturate(stations: Stations, flows: list[tuple[int, int]], psdu_bytes: int, 
         if before is None and now_ns > warm_ns:
             before = stations.counts(warm_ns)
             settled = dict.fromkeys(settled, 0)
-        for _, what, source, _, _ in stations.advance(now_ns):
+        for _, what, source, *_ in stations.advance(now_ns):
             settled[what] += 1
             stations.enqueue(now_ns, source, dest[source], psdu_bytes, rate, rts=rts)
     after = stations.counts(end_ns)

@@ -37,7 +37,21 @@ def test_in_slots_only_those_of_one_slot_overlap():
 
 
 def test_who_talks_across_its_own_words_is_not_understood():
+    """The packet from 1 to 2 ms, and what the train has at that time."""
     bench = bench_of()
     bench.send(0, "host_1", "host_2", 1250, 10, label="train")
     bench.send(MS, "host_1", "host_2", 125, label="packet")
-    assert {fate for *_, fate in bench.run()} == {"collision"}
+    assert [(label, fate) for _, label, *_, fate in bench.run()] == [
+        ("packet", "collision"), ("train", "arrived in part")]
+    assert bench.parts == [("train", "host_2", {1: "collision"})]
+
+
+@pytest.mark.parametrize(("begin_ns", "spoilt"), [
+    (MS - 1, {0: "collision", 1: "collision"}), (MS + 1, {1: "collision", 2: "collision"}),
+    (-2 * MS, {}), (10 * MS, {})])
+def test_a_train_loses_the_packets_that_others_overlap(begin_ns, spoilt):
+    bench = bench_of()
+    bench.send(2 * MS, "host_1", "host_2", 1250, 10, label="train")
+    bench.send(2 * MS + begin_ns, "host_3", "host_4", 125, label="packet")
+    bench.run()
+    assert dict(bench.parts[0][2] if bench.parts else {}) == spoilt

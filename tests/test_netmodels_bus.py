@@ -101,13 +101,16 @@ def test_attempts_are_counted(mode, attempts):
 
 def test_who_has_won_wins_again():
     """The capture effect (Molle 1994): the winner counts its collisions from 0 again, the loser
-    goes on counting, up to 16. A train that wins once keeps the bus for most of its packets."""
+    goes on counting, up to 16. A train that wins once keeps the bus for most of its packets, and
+    the other one gives up packet after packet."""
     bench = bench_of(arbitration="csma_cd")
     for host in ("host_1", "host_2"):
         bench.send(0, host, "host_4", 1000 * 1518, 1000, label=host)
     (_, _, _, _, first), (time_ns, _, _, _, last) = bench.run()
-    assert (first, last) == ("excessive_collisions", "arrived")
+    assert (first, last) == ("arrived in part", "arrived in part")
     assert time_ns > 1000 * (PACKET_NS + GAP_NS)
+    assert bench.medium.packets_dropped == {
+        "excessive_collisions": sum(len(lost) for *_, lost in bench.parts)}
 
 
 def test_the_backoff_of_csma_counts_in_microseconds():

@@ -105,7 +105,8 @@ def test_a_full_buffer_gives_up_the_oldest():
 def test_a_message_larger_than_the_buffer_is_nobodys():
     bench = ferried(buffer="999 B")
     bench.send(S, "a", "b", 1000, label="large")
-    assert fates(bench) == {"large": ("buffer_full", 1.0)}
+    assert fates(bench) == {"large": ("too_large", 1.0)}
+    assert bench.medium.bytes_on_air == 0
 
 
 def stopped(*times_s):

@@ -119,7 +119,8 @@ def test_the_hops_may_be_any_model_that_delivers_later():
     bench = Bench(Multihop(Multihop.Params(routing="static"), link), 3)
     bench.send(0, "host_1", "host_3", 500)
     assert bench.run() == [(2 * (500 * US + MS), None, "host_1", "host_3", "arrived")]
-    assert bench.medium.model.reasons == ("queue_full", "hop_limit", "no_path", "relay_down")
+    assert bench.medium.model.reasons == ("queue_full", "relay_queue_full", "hop_limit", "no_path",
+                                          "relay_down", "relay_no_path")
 
 
 # ------------------------------------------------------------------------------------ static paths

@@ -295,9 +295,9 @@ def everything(stations, until_ns=10 ** 10):
 def test_a_broadcast_is_received_by_all_who_hear_it_and_then_done():
     stations = air(A, by_distance((0, 0), (20, 0), (40, 0), (100, 0)))
     position = stations.enqueue(1_000_000, 0, -1, 264, A.rate(6))
-    assert everything(stations) == [(1_376_000, RECEIVED, 0, position, 1),
-                                    (1_376_000, RECEIVED, 0, position, 2),
-                                    (1_376_000, DONE, 0, position, -1)]
+    assert everything(stations) == [(1_376_000, RECEIVED, 0, position, 1, 0),
+                                    (1_376_000, RECEIVED, 0, position, 2, 0),
+                                    (1_376_000, DONE, 0, position, -1, 0)]
 
 
 def test_a_frame_for_somebody_out_of_reach_is_given_up_after_seven_transmissions():
@@ -344,7 +344,7 @@ def test_who_hears_an_rts_keeps_off_if_it_is_answered(answered, earliest_ns):
 def test_a_full_queue_takes_no_more():
     stations = air(A, same_power(2), limit=3)
     assert [stations.enqueue(0, 0, 1, 264, A.rate(6)) for _ in range(4)] == [0, 1, 2, None]
-    assert [position for _, _, _, position, _ in everything(stations)] == [0, 1, 2]
+    assert [position for _, _, _, position, *_ in everything(stations)] == [0, 1, 2]
     assert stations.enqueue(10 ** 10, 0, 1, 264, A.rate(6)) == 0
 
 

@@ -103,9 +103,9 @@ class Instant:
 
 
 def check_network(cls: type, **params: Any) -> None:
-    """Check a ``ports.NetworkModel``: declarations, one settlement per receiver, repeatability, no
-    luck but the context's, that a silent host changes nothing, and that nothing arrives where
-    ``reach_m`` or ``separates`` says that nothing can."""
+    """Check a ``ports.NetworkModel``: declarations, one settlement per receiver and one fate of
+    each packet of a train, repeatability, no luck but the context's, that a silent host changes
+    nothing, and that nothing arrives where ``reach_m`` or ``separates`` says that nothing can."""
     _check_declarations(cls, params)
     _check_play(cls, lambda: Bench(cls(cls.Params(**params)), _HOSTS),
                 lambda: Bench(cls(cls.Params(**params)), _HOSTS | _SILENT))
@@ -208,6 +208,8 @@ def _check_play(cls: type, make: Callable[[], Bench], make_larger: Callable[[], 
     fates = len(log) - medium.copies
     need(medium.intended == medium.delivered + sum(medium.dropped.values()) == fates, cls,
          "settle each receiver exactly once")
+    need(medium.packets_intended == medium.packets_delivered + sum(
+        medium.packets_dropped.values()), cls, "name each lost packet of a train once")
     need(_play(make()) == log, cls, "give the same fates for the same seed: keep state in self, "
                                     "and iterate over no set")
     _check_links(cls, make())

@@ -23,8 +23,8 @@ ARBITRATIONS = {"csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fif
 class Bus:
     """One cable for all hosts, one packet at a time; a broadcast is one transmission.
 
-    With ``csma`` and ``csma_cd`` a train competes for the bus packet by packet, and is lost with
-    any of its packets; with ``fifo`` it goes in one go.
+    With ``csma`` and ``csma_cd`` a train competes for the bus packet by packet, and one that is
+    given up is lost alone; with ``fifo`` it goes in one go.
 
     A frame that finds ``queue_packets`` waiting is dropped. A train that finds fewer is let in
     whole, since its sender's socket would hold the rest back.

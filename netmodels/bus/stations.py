@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from desim import ports
 from netmodels.ethernet import segment_sizes
+from netmodels.losses import lose
 
 
 class Cable(NamedTuple):
@@ -25,13 +26,13 @@ class Cable(NamedTuple):
 class Packet(NamedTuple):
     frame: ports.Frame
     wire_ns: int
-    last: bool  # of its frame
+    number: int  # in its frame, from 0
 
 
 class Station:
     """A sender: the packets that wait, and the one that it is sending or wants to send."""
 
-    __slots__ = ("attempts", "idle", "packet", "queue", "random")
+    __slots__ = ("attempts", "idle", "lost", "packet", "queue", "random")
 
     def __init__(self, random: Callable[[], float]) -> None:
         self.random = random  # uniform in [0, 1)
@@ -39,6 +40,7 @@ class Station:
         self.packet: Packet | None = None
         self.attempts = 0  # to send this packet, so far
         self.idle = True
+        self.lost: dict[str, list[int]] = {}  # packets of the present frame, by reason
 
 
 class Stations:
@@ -60,8 +62,8 @@ class Stations:
         if len(station.queue) >= cable.queue_packets:
             return False
         sizes = segment_sizes(frame.size_bytes, frame.segments)
-        station.queue.extend(Packet(frame, cable.wire_ns(size_bytes, 1), number == len(sizes))
-                             for number, size_bytes in enumerate(sizes, 1))
+        station.queue.extend(Packet(frame, cable.wire_ns(size_bytes, 1), number)
+                             for number, size_bytes in enumerate(sizes))
         if station.idle:
             self._next(station)
         return True
@@ -78,15 +80,23 @@ class Stations:
 
     def _sent(self, station: Station) -> None:
         """The last bit has left the station."""
-        frame, _, last = station.packet
-        if last:
-            self._context.settle_many(frame, frame.receivers, self._arrive)
+        self._passed(station)
         self._context.at(self._context.now_ns + self._cable.gap_ns, self._next, station)
 
     def _give_up(self, station: Station, reason: str) -> None:
-        """Without this packet nobody wants the rest of its frame."""
-        frame = station.packet.frame
-        while station.queue and station.queue[0].frame is frame:
-            station.queue.popleft()
-        self._context.settle_many(frame, frame.receivers, ports.Drop(reason))
+        """The packet is lost, and the next one's turn is now."""
+        station.lost.setdefault(reason, []).append(station.packet.number)
+        self._passed(station)
         self._next(station)
+
+    def _passed(self, station: Station) -> None:
+        """The packet has left its queue, and with the last one of a frame that has a fate."""
+        frame, _, number = station.packet
+        if number < frame.segments - 1:
+            return
+        lost, station.lost = station.lost, {}
+        if lost:
+            for receiver in frame.receivers:
+                lose(self._context, frame, receiver, lost, self._arrive)
+        else:
+            self._context.settle_many(frame, frame.receivers, self._arrive)

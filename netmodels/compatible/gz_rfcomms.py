@@ -19,8 +19,9 @@ class GzRfComms:
     (``rate_limited``), and so it is at a receiver (``receiver_limited``). What is sent counts for
     each receiver, arrived or not.
 
-    A train is one message of all its bytes. Nobody waits, and nobody hinders anybody else. Left
-    out: heights, Gazebo's own headers (the frame's count), and what a receiver is told of the
+    A train has one power, and each of its packets errors of its own: all of it arrives with the
+    chance of one message of all its bytes. Nobody waits, and nobody hinders anybody else. Left out:
+     heights, Gazebo's own headers (the frame's count), and what a receiver is told of the
     power. A host without a place, as a radio without a model, gets and sends nothing.
     """
 

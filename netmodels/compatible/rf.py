@@ -12,6 +12,7 @@ from scipy.special import erfc
 
 from desim import ports
 from desim.units import NS_PER_S, BitRate, Decibels, Duration, Length, Level, Period
+from netmodels.luck import drop
 from netmodels.rules.streams import PairStreams
 
 REASONS = ("channel_error", "out_of_range", "out_of_reach", "rate_limited", "receiver_limited")
@@ -80,33 +81,41 @@ class Rf:
     def send(self, frame: ports.Frame, distances_m: np.ndarray, exponents: np.ndarray) -> None:
         """Settle ``frame``: ``distances_m`` and ``exponents`` [n] of its receivers, NaN where
         nothing gets. What arrives is there at the end of the step."""
+        fates: dict[tuple[str | None, tuple[int, ...]], list[int]] = {}
         context, step_ns = self._context, self._params.step_ns
         now_ns = context.now_ns
         mean_dbm = received_dbm(self._params, distances_m, exponents).tolist()
-        fates: dict[str | None, list[int]] = {}
-        for receiver, dbm in zip(frame.receivers, mean_dbm, strict=True):
-            fates.setdefault(self._fate(frame, receiver, dbm, now_ns), []).append(receiver)
         wait_ns = step_ns - now_ns % step_ns if step_ns else 0
-        for reason, receivers in fates.items():
+        for receiver, dbm in zip(frame.receivers, mean_dbm, strict=True):
+            reason, lost = self._fate(frame, receiver, dbm, now_ns)
             if reason == "out_of_range" and frame.broadcast:
                 reason = "out_of_reach"
-            context.settle_many(frame, receivers, ports.Drop(reason) if reason
-                                else ports.Deliver(wait_ns))
+            fates.setdefault((reason, lost), []).append(receiver)
+        for (reason, lost), receivers in fates.items():
+            if reason:
+                context.settle_many(frame, receivers, drop(reason, lost, frame.segments))
+            if len(lost) < frame.segments:
+                context.settle_many(frame, receivers, ports.Deliver(wait_ns))
 
-    def _fate(self, frame: ports.Frame, receiver: int, mean_dbm: float, now_ns: int) -> str | None:
-        """The reason why it does not arrive, None if it does. Who is too far away has been sent to
-        all the same."""
+    def _fate(self, frame: ports.Frame, receiver: int, mean_dbm: float, now_ns: int
+              ) -> tuple[str | None, tuple[int, ...]]:
+        """Which packets do not arrive, and the reason why. Who is too far away has been sent to all
+        the same. The power is drawn once for a train, and luck for each packet, so that all of it
+        arrives with the chance of one message of all its bytes."""
+        whole = tuple(range(frame.segments))
         stream = self._streams(frame.source, receiver)
-        off, luck = stream.standard_normal(), stream.random()
+        off, luck = stream.standard_normal(), stream.random(frame.segments)
         if not self._sent[frame.source].take(now_ns, frame.size_bytes):
-            return "rate_limited"
+            return "rate_limited", whole
         if mean_dbm != mean_dbm:  # NaN
-            return "out_of_range"
+            return "out_of_range", whole
         dbm = mean_dbm + deviation_db(self._params) * off
-        if luck >= delivery(self._params, dbm, frame.size_bytes):
-            return "channel_error"
-        return None if self._received[receiver].take(now_ns, frame.size_bytes) else (
-            "receiver_limited")
+        sizes = np.array(ports.packet_sizes(frame.size_bytes, frame.segments))
+        lost = tuple(np.flatnonzero(luck >= delivery(self._params, dbm, sizes)).tolist())
+        left_bytes = frame.size_bytes - int(sizes[list(lost)].sum())
+        if left_bytes and not self._received[receiver].take(now_ns, left_bytes):
+            return "receiver_limited", whole
+        return ("channel_error", lost) if lost else (None, ())
 
 
 def received_dbm(params: RfParams, distances_m: np.ndarray, exponents: np.ndarray) -> np.ndarray:
@@ -121,7 +130,8 @@ def deviation_db(params: RfParams) -> float:
     return params.sigma_db if params.sigma_is == "deviation" else params.sigma_db ** 0.5
 
 
-def delivery(params: RfParams, power_dbm: np.ndarray | float, size_bytes: int) -> np.ndarray:
+def delivery(params: RfParams, power_dbm: np.ndarray | float, size_bytes: np.ndarray | int
+             ) -> np.ndarray:
     """Chance of a message that comes in with ``power_dbm``: BER = erfc(sqrt(signal / noise)), and
     (1 - BER)^bytes, or with ``errors: bits`` (1 - BER)^(8 bytes)."""
     ratio = 10 ** ((power_dbm - params.noise_dbm) / 10)

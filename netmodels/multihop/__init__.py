@@ -16,16 +16,40 @@ from netmodels.multihop.hops import Hops
 from netmodels.multihop.static import Static, StaticParams
 
 _HOP_LIMIT, _NO_PATH = ports.Drop("hop_limit"), ports.Drop("no_path")
-_RELAY_DOWN = ports.Drop("relay_down")
+_RELAY_DOWN, _RELAY_NO_PATH = ports.Drop("relay_down"), ports.Drop("relay_no_path")
+_OWN = frozenset({"hop_limit", "no_path", "relay_down", "relay_no_path"})
+
+
+def _relayed(hop: type[ports.NetworkModel] | ports.NetworkModel) -> set[str]:
+    """What a host on the way says where its hop refuses a frame, which its sender has sent."""
+    return {f"relay_{reason}" for reason in getattr(hop, "refuses", ())}
 
 
 class _Journey:
-    """A frame between two hops, and how many it has made."""
+    """A frame between two hops, how many it has made, and which of its packets are left."""
 
-    __slots__ = ("frame", "made")
+    __slots__ = ("frame", "made", "left")
 
     def __init__(self, frame: ports.Frame) -> None:
         self.frame, self.made = frame, 0
+        self.left: Sequence[int] = range(frame.segments)
+
+    def without(self, lost: dict[int, str]) -> dict[str, list[int]]:
+        """Go on without the packets that the last leg has lost, which counted those that were left.
+        Returns their numbers in the frame by reason."""
+        gone: dict[str, list[int]] = {}
+        for number in sorted(lost):
+            gone.setdefault(lost[number], []).append(self.left[number])
+        if lost:
+            self.left = [packet for number, packet in enumerate(self.left) if number not in lost]
+        return gone
+
+    def size_bytes(self) -> int:
+        frame = self.frame
+        if len(self.left) == frame.segments:
+            return frame.size_bytes
+        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
+        return sum(sizes[packet] for packet in self.left)
 
 
 class Multihop:
@@ -33,9 +57,10 @@ class Multihop:
     too, has to be there before it goes on), from the queue of its ``hop`` model. Routes are found
     by ``routing``, whose messages are on the same air.
 
-    A frame is lost where a hop of it is, for that hop's reason; where a host knows no route
-    (``no_path``), where its next host is down (``relay_down``), and after ``hop_limit`` hops. A
-    broadcast goes one hop, as an IP router's does.
+    A frame, or a packet of a train, is lost where a hop of it is, for that hop's reason; where its
+    sender (``no_path``) or a host on the way (``relay_no_path``) knows no route, where that one is
+    down (``relay_down``) or its queue is full (``relay_queue_full``), and after ``hop_limit`` hops.
+    A broadcast goes one hop, as an IP router's does.
     """
 
     class Params(HopChoice):
@@ -48,8 +73,11 @@ class Multihop:
         hop_limit: int = Field(50, ge=1, le=255, description="hops that a frame may make "
                                                              "(batman-adv)")
 
-    reasons = tuple(sorted({"hop_limit", "no_path", "relay_down"}.union(
-        *(model.reasons for model in HOPS.values()))))
+    reasons = tuple(sorted(_OWN.union(
+        *(model.reasons for model in HOPS.values()),
+        *(_relayed(model) for model in HOPS.values()))))
+    refuses = ("no_path", *sorted(set().union(*(getattr(model, "refuses", ())
+                                                for model in HOPS.values()))))
 
     def __init__(self, params: Params, hop: ports.NetworkModel | None = None) -> None:
         """``hop``: a single-hop model that is made already, instead of the one in ``params``. With
@@ -58,7 +86,8 @@ class Multihop:
         if hop is None:
             hop = params.chosen()
         else:
-            self.reasons = (*hop.reasons, "hop_limit", "no_path", "relay_down")
+            self.reasons = (*hop.reasons, *_relayed(hop), *sorted(_OWN))
+            self.refuses = ("no_path", *getattr(hop, "refuses", ()))
         self._hop, self._limit = hop, params.hop_limit
         for told in "attempts", "busy_ns":
             if hasattr(hop, told):
@@ -100,17 +129,23 @@ class Multihop:
         return getattr(self.routing, "frames", 0), getattr(self.routing, "bytes", 0)
 
     def _forward(self, journey: _Journey, host: int, next_hop: int) -> None:
-        frame = journey.frame
         journey.made += 1
-        self._hops.send(host, (next_hop,), frame.size_bytes, frame.segments, False, self._told,
-                        journey)
+        self._hops.send(host, (next_hop,), journey.size_bytes(), len(journey.left), False,
+                        self._told, journey)
 
     def _told(self, journey: _Journey, leg: ports.Frame, _: Sequence[int],
-              verdict: ports.Deliver | ports.Drop) -> None:
+              verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
         frame, (host,) = journey.frame, leg.receivers
-        dest = frame.receivers[0]
-        if host == dest or type(verdict) is ports.Drop:
-            self._context.settle(frame, dest, verdict)
+        settle, dest = self._context.settle, frame.receivers[0]
+        for reason, packets in journey.without(lost).items():
+            settle(frame, dest, ports.Drop(reason, tuple(packets)))
+        if not journey.left:
+            return
+        if type(verdict) is ports.Drop:
+            relayed = journey.made > 1 and verdict.reason in self.refuses
+            settle(frame, dest, ports.Drop(f"relay_{verdict.reason}") if relayed else verdict)
+        elif host == dest:
+            settle(frame, dest, verdict)
         elif verdict.delay_ns:
             self._context.at(self._context.now_ns + verdict.delay_ns, self._arrived,
                              (journey, host))
@@ -124,7 +159,6 @@ class Multihop:
         next_hop = self.routing.next_hop(host, dest) if self._hops.up[host] else None
         if next_hop is not None and journey.made < self._limit:
             self._forward(journey, host, next_hop)
-        elif not self._hops.up[host]:
-            self._context.settle(journey.frame, dest, _RELAY_DOWN)
         else:
-            self._context.settle(journey.frame, dest, _NO_PATH if next_hop is None else _HOP_LIMIT)
+            self._context.settle(journey.frame, dest, _RELAY_DOWN if not self._hops.up[host]
+                                 else _RELAY_NO_PATH if next_hop is None else _HOP_LIMIT)

@@ -122,8 +122,11 @@ class Batman:
         self._hops.send(host, self._others[host], size_bytes, 1, True, self._told, message)
 
     def _told(self, message: Message, frame: ports.Frame, receivers: Sequence[int],
-              verdict: ports.Deliver | ports.Drop) -> None:
-        if type(verdict) is ports.Deliver:
+              verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
+        if type(verdict) is ports.Drop and verdict.reason in self._hops.refuses:
+            self.frames -= 1
+            self.bytes -= frame.size_bytes
+        elif type(verdict) is ports.Deliver:
             heard = frame.source, receivers, message
             if verdict.delay_ns:
                 self._hops.at(self._hops.now_ns + verdict.delay_ns, self._heard, heard)

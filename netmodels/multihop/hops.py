@@ -10,8 +10,23 @@ import numpy as np
 
 from desim import ports
 
-# What became of a frame at some receivers of one hop.
-Told = Callable[[Any, ports.Frame, Sequence[int], ports.Deliver | ports.Drop], None]
+# What became of a frame at some receivers of one hop, and which packets of a unicast train were
+# lost on it (number to reason).
+Told = Callable[[Any, ports.Frame, Sequence[int], ports.Deliver | ports.Drop, dict[int, str]],
+                None]
+
+
+class _Leg:
+    """A frame of our own on the air: who wants to hear of it, and at which receivers it is settled;
+    which of its packets are lost, of a broadcast by receiver."""
+
+    __slots__ = ("told", "arg", "settled", "lost", "lacking")
+
+    def __init__(self, told: Told, arg: Any) -> None:
+        self.told, self.arg = told, arg
+        self.settled: list[int] = []
+        self.lost: dict[int, str] = {}
+        self.lacking: dict[int, set[int]] = {}
 
 
 class Hops:
@@ -19,15 +34,16 @@ class Hops:
 
     Frames from above, which have a number of their own, may be sent as they are (``model.send``):
     what becomes of them is settled above. The others' numbers are negative.
-    Hosts that are not ``up`` have no place.
+    Hosts that are not ``up`` have no place. ``refuses`` are the model's.
     """
 
     def __init__(self, model: ports.NetworkModel, context: ports.Context, hosts: int) -> None:
         self._context = context
         self._model = model
+        self.refuses = frozenset(getattr(model, "refuses", ()))
         self.up = [True] * hosts
         self._last = 0
-        self._open: dict[int, tuple[Told, Any, list[int]]] = {}  # and who is settled
+        self._open: dict[int, _Leg] = {}
         self._places: np.ndarray | None = None
         self._seen: np.ndarray | None = None
         self.at, self.stream = context.at, context.stream
@@ -37,10 +53,10 @@ class Hops:
 
     def send(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
              broadcast: bool, told: Told, arg: Any) -> None:
-        """``told(arg, frame, receivers, verdict)`` hears of it: once of a unicast frame, of a
+        """``told(arg, frame, receivers, verdict, lost)`` hears of it: once of a unicast frame, of a
         broadcast as often as there are different fates."""
         self._last -= 1
-        self._open[self._last] = told, arg, []
+        self._open[self._last] = _Leg(told, arg)
         frame = ports.Frame(self._last, source, receivers, size_bytes, segments, broadcast)
         delay_ns = self._model.send(frame)
         if delay_ns is not None:
@@ -70,17 +86,36 @@ class Hops:
                     verdict: Any) -> None:
         if frame.id > 0:
             self._context.settle_many(frame, receivers, verdict)
-            return
-        if not frame.broadcast:
-            told, arg, _ = self._open.pop(frame.id)
-            told(arg, frame, frame.receivers, verdict)
-            return
-        if frame.id not in self._open:
-            return  # the rest is nobody
-        told, arg, known = self._open[frame.id]
-        if receivers is None:
-            receivers = [receiver for receiver in frame.receivers if receiver not in known]
-        known.extend(receivers)
-        if len(known) == len(frame.receivers):
+        elif frame.id not in self._open:
+            return  # the rest of a broadcast is nobody
+        elif frame.broadcast:
+            self._settle_broadcast(frame, receivers, verdict)
+        else:
+            self._settle_unicast(frame, verdict)
+
+    def _settle_unicast(self, frame: ports.Frame, verdict: ports.Deliver | ports.Drop) -> None:
+        leg = self._open[frame.id]
+        if type(verdict) is ports.Drop and verdict.packets is not None:
+            leg.lost |= dict.fromkeys(verdict.packets, verdict.reason)
+            if len(leg.lost) < frame.segments:
+                return
+            verdict = ports.Drop(verdict.reason)
+        del self._open[frame.id]
+        leg.told(leg.arg, frame, frame.receivers, verdict, leg.lost)
+
+    def _settle_broadcast(self, frame: ports.Frame, receivers: Sequence[int] | None,
+                          verdict: ports.Deliver | ports.Drop) -> None:
+        """Who lacks a packet has heard nothing."""
+        leg = self._open[frame.id]
+        if type(verdict) is ports.Drop and verdict.packets is not None:
+            for receiver in receivers:
+                leg.lacking.setdefault(receiver, set()).update(verdict.packets)
+            receivers = [receiver for receiver in receivers
+                         if len(leg.lacking[receiver]) == frame.segments]
+        elif receivers is None:
+            receivers = [receiver for receiver in frame.receivers if receiver not in leg.settled]
+        leg.settled.extend(receivers)
+        if len(leg.settled) == len(frame.receivers):
             del self._open[frame.id]
-        told(arg, frame, receivers, verdict)
+        leg.told(leg.arg, frame, [receiver for receiver in receivers
+                                  if receiver not in leg.lacking], verdict, {})

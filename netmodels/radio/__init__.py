@@ -12,6 +12,7 @@ from desim import ports
 from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.ethernet import FULL_BYTES
+from netmodels.losses import lose
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
 from netmodels.radio.dcf import (
@@ -38,8 +39,7 @@ from netmodels.radio.walls import Walls
 
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 
-_ARRIVED = ports.Deliver(0)
-_FATES = {RECEIVED: _ARRIVED, DROPPED: ports.Drop("retry_limit"), EXPIRED: ports.Drop("expired")}
+_ARRIVED, _EXPIRED = ports.Deliver(0), ports.Drop("expired")
 _CHANNEL_ERROR, _COLLISION = ports.Drop("channel_error"), ports.Drop("collision")
 _ATTEMPTS = {ACKED: Arf.acknowledged, FAILED: Arf.failed}
 _OUT_OF_REACH = ports.Drop("out_of_reach")
@@ -69,15 +69,27 @@ class Thresholds(ports.Params):
 
 
 class Waiting:
-    """A frame in a sender's queue. ``got``: a broadcast's packets by receiver; ``broken``: the
-    receivers at which one had errors."""
+    """A frame in a sender's queue. ``given_up``: a unicast frame's packets. By receiver, bit k for
+    packet k of a broadcast: those ``got``, and those ``broken`` by errors."""
 
-    __slots__ = ("frame", "got", "broken")
+    __slots__ = ("frame", "given_up", "got", "broken")
 
     def __init__(self, frame: ports.Frame) -> None:
         self.frame = frame
+        self.given_up: list[int] = []
         self.got: dict[int, int] = {}
-        self.broken: list[int] = []
+        self.broken: dict[int, int] = {}
+
+    def note(self, what: int, receiver: int, packet: int) -> bool:
+        """An outcome. Returns whether the frame has left the queue."""
+        if what == DROPPED:
+            self.given_up.append(packet)
+            return packet == self.frame.segments - 1
+        if what == MISSED or what == RECEIVED and self.frame.broadcast:
+            packets = self.got if what == RECEIVED else self.broken
+            packets[receiver] = packets.get(receiver, 0) | 1 << packet
+            return False
+        return True
 
 
 class Radio:
@@ -89,7 +101,8 @@ class Radio:
     A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
     or listening to somebody else or found it under others (``collision``), or that made out its
     beginning but not all of it (``channel_error``). Propagation (0.7 us over 200 m) is left out.
-    A train's packets are of equal size, and the first one that is given up ends it.
+    A train is sent packet by packet; one that is given up, or that a receiver of a broadcast does
+    not get, is lost alone. The train has arrived when the last packet is through.
 
     Where links fade (``fading``), their gains change at the beginning of a block, also for what is
     on the air then. With ``rate_control`` a rate belongs to a sender and a receiver, and packets
@@ -136,7 +149,8 @@ class Radio:
             "failures in a row that let a sender's contention window start anew (as many as "
             "retries: when a frame is given up, 802.11-2016, 10.3.3; ns-3: 8)"))
         rts_bytes: ByteSize | None = Field(None, description=(
-            "packets on the air above this size ask first (null: none)"))
+            "packets on the air above this size ask first, those of a train if its first one does "
+            "(null: none)"))
         update_ns: Period = Field("100 ms", description="between looks at where everybody is "
                                                         "(0.12 m at 1.2 m/s)")
 
@@ -237,14 +251,15 @@ class Radio:
 
     def send(self, frame: ports.Frame) -> None:
         """Raises ``InputError`` for a packet that 802.11 has no frame for."""
-        if frame.size_bytes > MOST_BYTES * frame.segments:
-            raise InputError(f"a packet of {-(-frame.size_bytes // frame.segments)} B is too long "
-                             f"for 802.11; at most {MOST_BYTES} B with Ethernet's headers")
+        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
+        if sizes[0] > MOST_BYTES:
+            raise InputError(f"a packet of {sizes[0]} B is too long for 802.11; at most "
+                             f"{MOST_BYTES} B with Ethernet's headers")
         context = self._context
         now_ns = context.now_ns
         if self._settled_ns != now_ns:
             self._settle(now_ns)
-        size_bytes = psdu_bytes(frame.size_bytes, frame.segments)
+        size_bytes = psdu_bytes(sizes[0], 1)
         if frame.broadcast:
             dest, rate, rts = -1, self._broadcast_rate, False
         else:
@@ -252,7 +267,7 @@ class Radio:
             dest, rate = frame.receivers[0], self._rate
             rts = limit is not None and size_bytes > limit
         position = self._stations.enqueue(now_ns, frame.source, dest, size_bytes, rate,
-                                          frame.segments, rts=rts)
+                                          frame.segments, psdu_bytes(sizes[-1], 1), rts)
         self._book_look()
         if position is None:
             context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
@@ -288,17 +303,13 @@ class Radio:
         again at once, and a new frame may have the place of one in question.)"""
         self._settled_ns = now_ns
         decided = []
-        for _, what, station, position, receiver in self._stations.advance(now_ns):
+        for _, what, station, position, receiver, packet in self._stations.advance(now_ns):
             if what in _ATTEMPTS:
                 self._stations.choose(station, receiver,
                                       _ATTEMPTS[what](self._arf, station, receiver))
                 continue
             waiting = self._waiting[station, position]
-            if what == RECEIVED and waiting.frame.broadcast:
-                waiting.got[receiver] = waiting.got.get(receiver, 0) + 1
-            elif what == MISSED:
-                waiting.broken.append(receiver)
-            else:
+            if waiting.note(what, receiver, packet):
                 del self._waiting[station, position]
                 decided.append((what, waiting))
         self._look_around(now_ns)
@@ -320,18 +331,40 @@ class Radio:
         self._stations.link(now_ns, links.first, links.hearer, links.mw)
 
     def _tell(self, what: int, waiting: Waiting) -> None:
-        frame, settle = waiting.frame, self._context.settle_many
-        if what in _FATES:
-            settle(frame, frame.receivers, _FATES[what])
-            return
-        got, among = waiting.got, frame.among
-        arrived = among(receiver for receiver in sorted(got) if got[receiver] == frame.segments)
-        broken = among(sorted({*waiting.broken}.difference(arrived)))
-        known = {*arrived, *broken}
+        frame, given_up = waiting.frame, waiting.given_up
+        if what == EXPIRED:
+            self._context.settle_many(frame, frame.receivers, _EXPIRED)
+        elif frame.broadcast:
+            self._tell_all(waiting)
+        else:
+            lose(self._context, frame, frame.receivers[0], {"retry_limit": given_up})
+
+    def _tell_all(self, waiting: Waiting) -> None:
+        """A broadcast is over."""
+        frame, got, broken = waiting.frame, waiting.got, waiting.broken
+        among, settle, whole = frame.among, self._context.settle_many, (1 << frame.segments) - 1
+        arrived = among(receiver for receiver in sorted(got) if got[receiver] == whole)
+        errors = among(receiver for receiver in sorted(broken) if broken[receiver] == whole)
+        known = {*arrived, *errors}
+        if frame.segments > 1:
+            known |= self._tell_in_part(waiting, among(
+                receiver for receiver in sorted({*got, *broken}) if receiver not in known))
         missed = among(receiver for receiver in self._links.finders(frame.source)
                        if receiver not in known)
-        for receivers, fate in ((arrived, _ARRIVED), (broken, _CHANNEL_ERROR),
+        for receivers, fate in ((arrived, _ARRIVED), (errors, _CHANNEL_ERROR),
                                 (missed, _COLLISION)):
             if receivers:
                 settle(frame, receivers, fate)
         settle(frame, None, _OUT_OF_REACH)
+
+    def _tell_in_part(self, waiting: Waiting, receivers: list[int]) -> set[int]:
+        """What became of a broadcast train's packets, where it was not the same of all. Returns
+        ``receivers``."""
+        frame = waiting.frame
+        for receiver in receivers:
+            got, broken = (packets.get(receiver, 0) for packets in (waiting.got, waiting.broken))
+            unheard = ~(got | broken)
+            lose(self._context, frame, receiver, {
+                reason: [packet for packet in range(frame.segments) if packets >> packet & 1]
+                for reason, packets in (("channel_error", broken), ("collision", unheard))})
+        return set(receivers)

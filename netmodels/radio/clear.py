@@ -87,7 +87,7 @@ class Clear:
         best_db = self._shadowing.best_db if self._shadowing else 0.0
         self.reach_m = reach_m(path_loss, params.power_dbm + best_db - min(self.sensitivity_dbm))
         self._times = lru_cache(1 << 12)(lambda size_bytes, segments, broadcast: times_ns(
-            standard, self._rates[broadcast], psdu_bytes(size_bytes, segments), segments, broadcast,
+            standard, self._rates[broadcast], ports.packet_sizes(size_bytes, segments), broadcast,
             params.rts_bytes))
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
@@ -138,17 +138,20 @@ class Clear:
         return not any(other in near.of(host) for near in self._near)
 
 
-def times_ns(standard: Standard, rate: int, psdu_bytes: int, packets: int, broadcast: bool,
+def times_ns(standard: Standard, rate: int, sizes_bytes: tuple[int, ...], broadcast: bool,
              rts_bytes: int | None) -> tuple[int, int]:
-    """From the beginning of a frame to its arrival, and to the beginning of the next one."""
+    """From the beginning of a frame of such packets to its arrival, and to the beginning of the
+    next one."""
     airtime_ns, lowest = standard.airtime_ns, standard.lowest(rate)
     before_ns = after_ns = 0
     if not broadcast:
         after_ns = standard.sifs_ns + airtime_ns(ACK_BYTES, standard.reply_rate(rate))
-        if rts_bytes is not None and psdu_bytes > rts_bytes:
+        if rts_bytes is not None and psdu_bytes(sizes_bytes[0], 1) > rts_bytes:
             before_ns = (airtime_ns(RTS_BYTES, lowest) + airtime_ns(CTS_BYTES, lowest)
                          + 2 * standard.sifs_ns)
-    packet_ns = before_ns + airtime_ns(psdu_bytes, rate)
+    first_ns, last_ns = (before_ns + airtime_ns(psdu_bytes(size_bytes, 1), rate)
+                         for size_bytes in (sizes_bytes[0], sizes_bytes[-1]))
     backoff_ns = standard.cw_min * standard.slot_ns // 2
-    cycle_ns = packet_ns + after_ns + standard.difs_ns + backoff_ns
-    return (packets - 1) * cycle_ns + packet_ns, packets * cycle_ns
+    between_ns = after_ns + standard.difs_ns + backoff_ns
+    arrives_ns = (len(sizes_bytes) - 1) * (first_ns + between_ns) + last_ns
+    return arrives_ns, arrives_ns + between_ns

@@ -42,7 +42,8 @@ class Ladder(Radio):
         fidelity: Literal["ideal", "disk", "walls", "mac", "multihop"] = Field("mac", description=(
             "the rung; network.fidelity sets it for all media (the whole model)"))
 
-    reasons = (*Radio.reasons, "out_of_range", "hop_limit", "no_path", "relay_down")
+    reasons = (*Radio.reasons, "out_of_range", "hop_limit", "no_path", "relay_down",
+               "relay_no_path", "relay_queue_full")
     refuses = Radio.refuses
 
     def __new__(cls, params: Params) -> Any:

@@ -39,15 +39,15 @@ class Reception:
 
 
 # What became of the frame at ``position`` in the queue of ``station``: time in ns, what, station,
-# position, receiver. RECEIVED: a unicast frame when all its packets have arrived; of a broadcast
+# position, receiver, packet. RECEIVED: a unicast frame's last packet has arrived; of a broadcast
 # one row a packet. MISSED: a packet of a broadcast had errors. DONE: the end of a broadcast.
-# DROPPED: a unicast frame, given up. EXPIRED: a frame that has waited too long to begin. ACKED and
-# FAILED, only where rates adapt: an attempt at a packet for the receiver was acknowledged or not.
-Outcome = tuple[int, int, int, int, int]
+# DROPPED: a unicast frame's packet was given up. EXPIRED: a frame has waited too long to begin.
+# ACKED and FAILED, only where rates adapt: an attempt at a packet was acknowledged or not.
+Outcome = tuple[int, int, int, int, int, int]
 
 
 class Counts(NamedTuple):
-    """[stations] each: transmissions of data, those without a reply (of RTS too), frames given up.
+    """[stations] each: transmissions of data, those without a reply (of RTS too), packets given up.
     """
 
     transmitted: np.ndarray

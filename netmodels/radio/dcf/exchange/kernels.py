@@ -117,7 +117,7 @@ def tell(d, now, what, s, receiver):
     """Note an outcome of the first frame of station s's queue."""
     outcome = d.outcomes[d.setup[0].outcomes]
     outcome.time_ns, outcome.what, outcome.station = now, what, s.index
-    outcome.position, outcome.receiver = s.head, receiver
+    outcome.position, outcome.receiver, outcome.packet = s.head, receiver, s.part
     d.setup[0].outcomes += 1
 
 
@@ -147,7 +147,7 @@ def leave(d, s):
 
 @lean(void(a_dcf, a_station))
 def packet_done(d, s):
-    """The present packet of station s has arrived."""
+    """The present packet of station s has arrived, or was given up: the next one's turn."""
     s.part += 1
     if s.part == d.frames[s.index, s.head].packets:
         leave(d, s)
@@ -186,11 +186,9 @@ def fail(d, s, now):
         plan(setup, d.due, s)
         return
     s.dropped += 1
-    if s.got == 1:  # only the acknowledgements were lost
-        packet_done(d, s)
-    else:
+    if s.got == 0:  # else only the acknowledgements were lost
         tell(d, now, DROPPED, s, d.frames[s.index, s.head].dest)
-        leave(d, s)
+    packet_done(d, s)
     next_packet(setup, d.due, s, now)
 
 

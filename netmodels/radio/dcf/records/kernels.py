@@ -42,7 +42,7 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     ("contention", "i8"), ("air", "i8"), ("answer", "i8"),
     # When its transmission has begun and will end.
     ("begun", "i8"), ("ends", "i8"),
-    # Counters: transmissions of data, failed ones (no reply), frames given up.
+    # Counters: transmissions of data, failed ones (no reply), packets given up.
     ("transmitted", "i8"), ("failures", "i8"), ("dropped", "i8"),
     ("index", "i4"),  # its number
     ("first", "i4"), ("last", "i4"),  # links[first:last] are those that hear it
@@ -82,7 +82,7 @@ RATE = np.dtype([("bps", "f8"), ("header_ns", "i8"), ("payload_ns", "i8"), ("hea
                  ("ack_ns", "i8"), ("rts_ns", "i8"), ("cts_ns", "i8")])
 
 OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("position", "i8"),
-                    ("receiver", "i8")])
+                    ("receiver", "i8"), ("packet", "i8")])
 
 # ``energy_mw`` makes the medium busy; a preamble is found above ``signal_mw`` and a ratio of
 # ``capture`` to noise and interference; above the ratio ``clear`` no bit has an error; the table

@@ -1,0 +1,22 @@
+"""Trains that lose some of their packets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from desim import ports
+
+_ARRIVED = ports.Deliver(0)
+
+
+def lose(context: ports.Context, frame: ports.Frame, receiver: int,
+         lost: Mapping[str, Sequence[int]], arrives: ports.Deliver = _ARRIVED) -> None:
+    """Settle ``frame`` at one receiver without the packets that are ``lost`` (by reason, their
+    numbers, none of them twice): the others arrive, if there are any."""
+    left = frame.segments
+    for reason, packets in lost.items():
+        left -= len(packets)
+        if packets:
+            context.settle(frame, receiver, ports.Drop(reason, tuple(packets)))
+    if left:
+        context.settle(frame, receiver, arrives)
