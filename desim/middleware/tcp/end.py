@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase, pair
+from desim.middleware.tcp.clock import fires_ns
 from desim.middleware.tcp.entries import FIN, parts
 from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.parameters import SYN_BYTES
@@ -68,18 +69,21 @@ class End:
         self._timer = self._kernel.after(0, Phase.NETWORK, self._entity, self.fail, reason)
 
     def _shake(self, what: int) -> None:
-        """Send a SYN or SYN-ACK, and again after timeouts that double."""
+        """Send a SYN or SYN-ACK, and again after timeouts that double (for a SYN, after some that
+        do not)."""
         self._tell(what)
         params = self._params
-        self._timer = self._kernel.after(
-            min(params.first_rto_ns << self._tries, params.rto_max_ns), Phase.NETWORK,
-            self._entity, self._unanswered, what)
+        doubled = max(self._tries - params.syn_linear, 0) if what == SYN else self._tries
+        fires = fires_ns(self._kernel.now_ns, min(params.first_rto_ns << doubled,
+                                                  params.rto_max_ns), params.tick_ns)
+        self._timer = self._kernel.at(fires, Phase.NETWORK, self._entity, self._unanswered, what)
 
     def _unanswered(self, what: int) -> None:
         self._timer = None
         self._tries += 1
-        if self._tries <= (self._params.syn_retries if what == SYN
-                           else self._params.synack_retries):
+        params = self._params
+        if self._tries <= (params.syn_retries + params.syn_linear if what == SYN
+                           else params.synack_retries):
             self._shake(what)
         elif what == SYN:
             self.fail("timeout")
@@ -91,7 +95,7 @@ class End:
         self._rest()
         self.heard_ns = self._kernel.now_ns
         if rtt_ns >= 0:
-            self.sender.sample(rtt_ns)
+            self.sender.sample(rtt_ns, self.heard_ns)
         sender = self.sender
         sender.open = self.receiver.open = True
         if self._params.acks == "implied" and sender.near:
@@ -276,7 +280,7 @@ class End:
     # Keepalive.
 
     def _watch(self, delay_ns: int) -> None:
-        self._keeper.expect(self._kernel.now_ns + delay_ns)
+        self._keeper.expect(fires_ns(self._kernel.now_ns, delay_ns, self._params.tick_ns))
 
     def _look(self) -> None:
         """Probe a peer that was silent for so long; data under way has its own timer."""

@@ -106,10 +106,10 @@ class Express:
         if self.more or flight[0] > self._large_bytes:
             flying = self.flying()
             if flying * 2 > sender.cwnd:
-                sender.grow(flight[0], flying)
+                sender.grow(flight[0], flying, self._kernel.now_ns)
         self.flight = self.more.pop(0) if self.more else None
         self.heard_ns = self._since_ns = now_ns = self._kernel.now_ns
-        sender.sample(now_ns - flight[4])
+        sender.sample(now_ns - flight[4], now_ns)
         if self._timed:
             if self.flight is None:
                 self._timed = False

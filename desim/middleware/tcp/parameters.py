@@ -27,24 +27,33 @@ class TcpParams(ports.Params):
     """Of every TCP connection of a run. The sources say where a default is from; those of Linux
     and of RFCs are from general knowledge."""
 
+    tick_ns: Duration = Field("4 ms", description=(
+        "the clock of timers, which run up to an eighth longer than they are set for (Linux "
+        "CONFIG_HZ=250, kernel/time/timer.c; 0 ns: they are exact)"))
     rto_min_ns: Pace = Field("200 ms", description=(
-        "least retransmission timeout (Linux TCP_RTO_MIN)"))
+        "what a retransmission timeout has at least beside the smoothed round trip (Linux "
+        "TCP_RTO_MIN in __tcp_set_rto)"))
     rto_max_ns: Pace = Field("120 s", description=(
         "greatest retransmission timeout, to which it doubles (Linux TCP_RTO_MAX)"))
     first_rto_ns: Pace = Field("1 s", description=(
         "timeout of the first SYN, and of data before the first measured round trip (RFC 6298)"))
     syn_retries: int = Field(6, ge=0, le=127, description=(
-        "times that a SYN is sent again; with 6 a connection attempt ends after 127 s (Linux "
-        "tcp_syn_retries)"))
+        "times that a SYN is sent again after timeouts that double; a connection attempt ends "
+        "after about 131 s (Linux tcp_syn_retries)"))
+    syn_linear: int = Field(4, ge=0, le=127, description=(
+        "times that it is sent again before that, each after the first timeout (Linux 6.5 "
+        "tcp_syn_linear_timeouts; 0 before)"))
     synack_retries: int = Field(5, ge=0, le=255, description=(
         "times that a SYN-ACK is sent again (Linux tcp_synack_retries)"))
     retries: int = Field(15, ge=0, le=255, description=(
-        "times that data is sent again without an answer before the connection is given up; with "
-        "15 after 924.6 s at the least timeout (Linux tcp_retries2)"))
+        "data is sent again without an answer for as long as so many retransmissions would take "
+        "at the least timeout, then the connection is given up: 15 are 924.6 s (Linux "
+        "tcp_retries2)"))
     initial_window: int = Field(10, ge=1, description="segments of the first flight (RFC 6928)")
     delayed_ack_ns: Duration = Field("40 ms", description=(
-        "an acknowledgement waits that long for company, unless more than one full segment is to "
-        "be acknowledged (Linux TCP_DELACK_MIN)"))
+        "an acknowledgement waits that long for data to travel with, unless more than one full "
+        "segment is to be acknowledged, where the receiver answers what it hears; in one "
+        "direction it goes at once (Linux TCP_DELACK_MIN, pingpong mode)"))
     acks: Literal["sent", "implied"] = Field("sent", description=(
         "sent: acknowledgements are frames; implied: a sender knows at once what has arrived, "
         "without a frame, for long studies on networks that have room (sent: TCP)"))
@@ -52,7 +61,13 @@ class TcpParams(ports.Params):
         "full segments of a train that have one acknowledgement; with 44 a train has one, as where "
         "the receiver's GRO puts it together (RFC 1122)"))
     duplicate_acks: int = Field(3, ge=1, description=(
-        "duplicate acknowledgements that say that a segment is lost (RFC 5681)"))
+        "segments that arrived behind a gap that show at once that it is lost; fewer have to "
+        "wait for a quarter of a round trip (Linux tcp_reordering, RFC 8985)"))
+    arp: Literal["natural", "static"] = Field("natural", description=(
+        "natural: a host asks for the other's address, and again when it has not heard of it for "
+        "long, and a retransmission that finds none takes one doubling of the timeout back (RFC "
+        "6069), as on any LAN; static: addresses are known for good, as where the hosts are "
+        "not on one subnet"))
     keepalive_idle_ns: Pace = Field("60 s", description=(
         "silence after which a kept alive connection is probed (roscpp transport_tcp)"))
     keepalive_interval_ns: Pace = Field("10 s", description=(
@@ -75,6 +90,14 @@ class TcpParams(ports.Params):
         "a train is no longer than that at the rate of two windows a round trip, so that a short "
         "path sees few of them; a third of the window is worth one (ours, for fewer frames; "
         "Linux: 1 ms, tcp_tso_win_divisor)"))
+
+    @property
+    def silence_ns(self) -> int:
+        """How long data is sent again without an answer (Linux tcp_model_timeout)."""
+        most = (self.rto_max_ns // self.rto_min_ns).bit_length() - 1  # doublings up to the longest
+        doubled = min(self.retries, most)
+        return (((2 << doubled) - 1) * self.rto_min_ns
+                + (self.retries - doubled) * self.rto_max_ns)
 
     @model_validator(mode="after")
     def _timeouts_in_order(self) -> TcpParams:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
 from desim.middleware.context import ACKS
+from desim.middleware.tcp.clock import fires_ns
 from desim.middleware.tcp.parameters import on_wire, runs
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from desim.middleware.tcp.sender import Sender
 
 _CONTROL = Phase.CONTROL  # of an instant, after what comes in it
+_NEVER_NS = -1 << 62
 _FIRST_MSS_BYTES = 536  # what Linux takes for a full segment before it has seen a larger one
 
 # What a data train carries beside its bytes: first byte, end, what its sender has received, when it
@@ -27,13 +29,16 @@ class Receiver:
     sender at this end, with whose data an acknowledgement may travel.
 
     Up to byte ``nxt`` all is here; ``ranges`` holds what came out of order, sorted and disjoint.
-    The origin was told up to ``said``; it will be told more at ``due_ns`` (0: there is no more), or
-    with the next data of this end.
+    The origin was told up to ``said``; it will be told more with the next data of this end, or at
+    ``due_ns`` (0: there is no more). It waits so only in ``pingpong`` mode, where this end answers
+    what it hears; else the reader, who is always waiting, has it acknowledged at once (Linux
+    tcp_cleanup_rbuf).
     """
 
     __slots__ = ("end", "origin", "back", "open", "nxt", "ranges", "due_ns", "echo_ns", "heard_ns",
-                 "said", "_full", "_implied", "_every", "_delay_ns", "_timer", "_kernel",
-                 "_transmit", "_counts", "_frames", "_up", "_host", "_to", "_entity")
+                 "said", "pingpong", "_full", "_implied", "_every", "_delay_ns", "_tick_ns",
+                 "_timer", "_kernel", "_transmit", "_counts", "_frames", "_up", "_host", "_to",
+                 "_entity")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         graph = connection.tcp.context.graph
@@ -45,13 +50,15 @@ class Receiver:
         self.ranges: list[tuple[int, int]] = []
         self.due_ns = 0
         self.echo_ns = 0
-        self.heard_ns = 0
+        self.heard_ns = _NEVER_NS
         self.said = 0
+        self.pingpong = False
         self._full = _FIRST_MSS_BYTES  # bytes of the largest segment seen
         self._up = graph.up
         self._implied = connection.tcp.params.acks == "implied"
         self._every = connection.tcp.params.ack_every
         self._delay_ns = connection.tcp.params.delayed_ack_ns
+        self._tick_ns = connection.tcp.params.tick_ns
         self._timer: Any = None
         self._kernel = graph.kernel
         self._transmit = connection.medium.transmit
@@ -69,7 +76,7 @@ class Receiver:
         if ack > self.back.una:
             self.back.acked(ack, echo_ns)
         if start != self.nxt or self.ranges:
-            self._out_of_order(start, end, sent_ns)
+            self._take([(start, end)], sent_ns)
             return
         self.nxt = end
         if not self.due_ns:
@@ -94,41 +101,44 @@ class Receiver:
         if end - start > self._full:
             self._full = min(end - start, MSS_BYTES)
         unsaid = self.nxt - self.said
-        if unsaid > self._full:
+        if unsaid > self._full or not self.pingpong:
             self.acknowledge(unsaid // MSS_BYTES // self._every or 1)
         elif self._timer is None:
-            self._timer = self._kernel.after(self._delay_ns, _CONTROL, self._entity, self._due)
+            self._wait()
 
     def arrived_in_part(self, train: Train, receiver: int, lost: dict[int, str]) -> None:
-        """Each run of segments that arrived is heard like a train of its own."""
+        """The acknowledgement says which runs of its segments are here."""
         start, end, ack, sent_ns, echo_ns = train
+        origin = self.origin
         for number, reason in lost.items():
             first = start + number * MSS_BYTES
-            self.origin.end.lost_train(first, min(first + MSS_BYTES, end), reason)
-        for first, last in runs(on_wire(end - start)[1], lost):
-            self.arrived((start + first * MSS_BYTES, min(start + last * MSS_BYTES, end), ack,
-                          sent_ns, echo_ns), receiver)
+            origin.end.lost_train(first, min(first + MSS_BYTES, end), reason)
+        pieces = [(start + first * MSS_BYTES, min(start + last * MSS_BYTES, end))
+                  for first, last in runs(on_wire(end - start)[1], lost)]
+        origin.watch.hide(end)
+        if not self.open:
+            self.end.stray(self, (*pieces[0], ack, sent_ns, echo_ns))
+            return
+        self.heard_ns = self._kernel.now_ns
+        if ack > self.back.una:
+            self.back.acked(ack, echo_ns)
+        if self.open:
+            self._take(pieces, sent_ns)
 
     def lost(self, train: Train, receiver: int, reason: str) -> None:
         """The medium lost it. The sender does not know; the trace does."""
         self.origin.end.lost_train(train[0], train[1], reason)
+        self.origin.watch.hide(train[1])
 
     def repeated(self, train: Train, receiver: int) -> None:
         """A copy that the network made is a segment like any other."""
         self.arrived(train, receiver)
 
-    def acknowledge(self, segments: int, duplicates: int = 0) -> None:
-        """Send so many acknowledgements as one train of them; ``duplicates`` of them are for
-        segments out of order."""
+    def acknowledge(self, segments: int) -> None:
+        """Send so many acknowledgements as one train of them."""
         self.due_ns = 0
         self.said = nxt = self.nxt
-        ranges = self.ranges
-        if ranges:
-            hole_end = ranges[0][0]
-            beyond = sum(end - start for start, end in ranges)
-        else:
-            hole_end = beyond = 0
-        ack = nxt, self.echo_ns, hole_end, beyond, duplicates
+        ack = nxt, self.echo_ns, tuple(self.ranges)
         if self._implied:
             peer = self.end.peer
             if self._up[peer]:
@@ -138,6 +148,17 @@ class Receiver:
         self._counts[ACKS] += size_bytes
         self._frames[ACKS] += 1
         self._transmit(self._host, self._to, size_bytes, segments, False, self.origin, ack)
+
+    def answer(self, now_ns: int) -> int:
+        """Data goes the other way, and an acknowledgement with it. Returns the time that it echoes,
+        -1 if it tells no news. Who answers soon is taken to do so again (pingpong mode)."""
+        if now_ns - self.heard_ns < self._delay_ns:
+            self.pingpong = True
+        self.said = self.nxt
+        if not self.due_ns:
+            return -1
+        self.due_ns = 0
+        return self.echo_ns
 
     def shut(self) -> None:
         """Hear nothing more."""
@@ -150,16 +171,16 @@ class Receiver:
             self._timer.cancel()
             self._timer = None
 
+    def _wait(self) -> None:
+        fires = fires_ns(self.due_ns - self._delay_ns, self._delay_ns, self._tick_ns)
+        self._timer = self._kernel.at(fires, _CONTROL, self._entity, self._due)
+
     def _due(self, _: Any) -> None:
         self._timer = None
-        due_ns = self.due_ns
-        if not due_ns:
-            return
-        now_ns = self._kernel.now_ns
-        if due_ns > now_ns:
-            self._timer = self._kernel.after(due_ns - now_ns, _CONTROL, self._entity,
-                                             self._due)
-        else:
+        if self.due_ns > self._kernel.now_ns:
+            self._wait()
+        elif self.due_ns:
+            self.pingpong = False  # there was no answer (Linux tcp_delack_timer_handler)
             self.acknowledge(1)
 
     def _deliver(self) -> None:
@@ -176,21 +197,28 @@ class Receiver:
                 self.nxt = entry[0]
                 return
 
-    def _out_of_order(self, start: int, end: int, sent_ns: int) -> None:
-        """A gap before it, a gap behind it that others filled, or nothing new: answer at once."""
-        self.echo_ns = sent_ns
-        if end <= self.nxt:
-            self.acknowledge(1)
-            return
-        duplicates = 0
-        self._add(max(start, self.nxt), end)
-        if self.ranges[0][0] == self.nxt:
-            self.nxt = self.ranges.pop(0)[1]
+    def _take(self, pieces: list[tuple[int, int]], sent_ns: int) -> None:
+        """What is not simply the next: a gap before it, a gap behind it that others filled, or
+        nothing new. It is answered at once, each segment behind a gap by itself."""
+        self.pingpong = False
+        before = self.nxt
+        answers = 0
+        for start, end in pieces:
+            if start <= self.said:
+                self.echo_ns = sent_ns
+            if end <= self.nxt:
+                answers += 1
+                continue
+            self._add(max(start, self.nxt), end)
+            if self.ranges[0][0] == self.nxt:
+                self.nxt = self.ranges.pop(0)[1]
+            else:
+                answers += on_wire(end - start)[1]
+        answers += (self.nxt - before) // MSS_BYTES // self._every
+        if self.nxt > before:
             self._deliver()
-        else:
-            duplicates = on_wire(end - start)[1]
         if self.open:
-            self.acknowledge(max(duplicates, 1), duplicates)
+            self.acknowledge(answers or 1)
 
     def _add(self, start: int, end: int) -> None:
         kept = []

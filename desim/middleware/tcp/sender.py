@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Any
 from desim.middleware.tcp.entries import FIN, Entry, parts
 from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.parameters import on_wire
+from desim.middleware.tcp.repair import Repair
+from desim.middleware.tcp.scoreboard import Scoreboard
+from desim.middleware.tcp.watch import Watch
 from desim.middleware.tcp.window import Window
-from desim.middleware.timers import NEVER, Timer
+from desim.middleware.timers import NEVER
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 from desim.trace import pack
 
@@ -20,26 +23,21 @@ if TYPE_CHECKING:
     from desim.middleware.tcp.receiver import Receiver
 
 # What an acknowledgement says: all before this byte is here; when the segment was sent that it
-# answers; where the first gap ends (0: there is none) and how many bytes beyond it are here; how
-# many duplicates it stands for.
-Ack = tuple[int, int, int, int, int]
+# answers; which ranges behind it are here, too.
+Ack = tuple[int, int, tuple[tuple[int, int], ...]]
 
 
 class Sender(Window):
-    """Bytes ``una`` to ``nxt`` are on their way, up to ``top`` they were sent before, up to
-    ``written`` they are to be sent. ``peer`` is the receiver at the other end, ``back`` the one at
-    this end. ``messages`` are those not acknowledged, or refused after that, of which the first
-    ``heard`` have arrived.
-
-    Acknowledgements tell where the first gap ends. Once enough duplicates have begun a recovery,
-    each gap that comes to be the first one is sent again at once.
+    """Bytes ``una`` to ``nxt`` are on their way, up to ``written`` they are to be sent. ``peer`` is
+    the receiver at the other end, ``back`` the one at this end. ``messages`` are those not
+    acknowledged, or refused after that, of which the first ``heard`` have arrived. ``repair`` is
+    there as long as something seems to be lost.
     """
 
-    __slots__ = ("end", "peer", "back", "open", "nodelay", "messages", "heard", "una", "nxt", "top",
-                 "written", "finishing", "heard_ns", "_waiters", "_small", "_expiries",
-                 "_duplicates", "_recover", "_recovering", "_resent", "_hole_end", "_beyond",
-                 "timer", "sent_ns", "_graph", "_kernel", "_transmit", "_host", "_to", "_host_id",
-                 "_to_id", "express")
+    __slots__ = ("end", "peer", "back", "open", "nodelay", "messages", "heard", "una", "nxt",
+                 "written", "finishing", "heard_ns", "repair", "watch", "timer", "_waiters",
+                 "_small", "_trains", "sent_ns", "_graph", "_kernel", "_transmit", "_host", "_to",
+                 "_host_id", "_to_id", "express")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         super().__init__(connection.tcp.params)
@@ -51,24 +49,34 @@ class Sender(Window):
         self.express: Express | None = None
         self.messages: deque[Entry] = deque()
         self.heard = 0
-        self.una = self.nxt = self.top = self.written = 0
+        self.una = self.nxt = self.written = 0
+        self.repair: Repair | None = None
         self._waiters: list[Callable[[], Any]] = []
         self.finishing = False
         self.heard_ns = 0
         self._small = 0  # end of the last segment that was not full
-        self._expiries = 0  # of the timer, one after another
-        self._duplicates = 0
-        self._recover = 0  # what was sent when a loss was noticed
-        self._recovering = False
-        self._resent = 0  # meanwhile, up to there
-        self._hole_end = self._beyond = 0  # as acknowledgements say
+        self._trains: deque[tuple[int, int]] = deque()  # end, sent_ns of all but the last one
         self.sent_ns = 0
         self._graph = graph = connection.tcp.context.graph
         self._kernel = graph.kernel
-        self.timer = Timer(connection.tcp.timers, entity, self._expired)
+        self.watch = Watch(self, connection.tcp.timers, entity)
+        self.timer = self.watch.timer
         self._transmit = connection.medium.transmit
         self._host, self._to = end.host, (end.peer,)
         self._host_id, self._to_id = graph.hosts[end.host].id, graph.hosts[end.peer].id
+
+    @property
+    def now_ns(self) -> int:
+        return self._kernel.now_ns
+
+    @property
+    def head_ns(self) -> int:
+        """When the first bytes that are on their way were sent."""
+        if self.repair is not None:
+            return self.repair.board.runs[0].sent_ns
+        return self._trains[0][1] if self._trains else self.sent_ns
+
+    # What its user does.
 
     def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
              kind: str | None) -> None:
@@ -81,7 +89,7 @@ class Sender(Window):
         self.messages.append((end, arrived, token, kind))
         small_may_go = self._small <= self.una or self.nodelay
         if self.nxt == start and small_may_go and size_bytes <= MSS_BYTES and kind is not FIN \
-                and end - self.una <= self.cwnd and self.open:
+                and end - self.una <= self.cwnd and self.open and self.repair is None:
             self._lone(start, end, token, kind)
         elif small_may_go or end - self.nxt >= MSS_BYTES:
             self.push()
@@ -90,7 +98,9 @@ class Sender(Window):
              sent_ns: int) -> int:
         """A message was sent by express, and is on its way. Returns where it begins."""
         start = self.written
-        self.written = self.nxt = self.top = end = start + size_bytes
+        if start > self.una:
+            self._trains.append((start, self.sent_ns))
+        self.written = self.nxt = end = start + size_bytes
         self.messages.append((end, arrived, token, kind))
         if size_bytes % MSS_BYTES:
             self._small = end
@@ -114,102 +124,6 @@ class Sender(Window):
         self.finishing = True
         self.send(1, finishes, None, FIN)
         self.push()
-
-    def arrived(self, ack: Ack, receiver: int) -> None:
-        """An acknowledgement without data."""
-        if not self.open:
-            self.end.stray(self, ack)
-            return
-        self.heard_ns = self._kernel.now_ns
-        number, echo_ns, self._hole_end, self._beyond, duplicates = ack
-        if number > self.una:
-            self.acked(number, echo_ns)
-        elif duplicates and number == self.una < self.top:
-            self._duplicate(duplicates)
-
-    def arrived_in_part(self, ack: Ack, receiver: int, lost: dict[int, str]) -> None:
-        """Acknowledgements are cumulative: those that arrive stand for those that do not."""
-        self.arrived(ack, receiver)
-
-    def lost(self, ack: Ack, receiver: int, reason: str) -> None:
-        """Nobody is told of a lost acknowledgement."""
-
-    def repeated(self, ack: Ack, receiver: int) -> None:
-        """A copy of an acknowledgement that is known."""
-
-    def acked(self, number: int, echo_ns: int) -> None:
-        """All before byte ``number`` is there; more than was known before."""
-        una, nxt = self.una, self.nxt
-        if (nxt - una) * 2 > self.cwnd and not self._recovering:
-            self.grow(number - una, nxt - una)
-        self.una = number
-        if number > nxt:
-            self.nxt = number
-        self._expiries = self._duplicates = 0
-        now_ns = self._kernel.now_ns
-        if echo_ns >= 0:
-            self.sample(now_ns - echo_ns)
-        if number < self.top:
-            self.timer.expect(now_ns + self.rto_ns)
-        else:
-            self.timer.deadline_ns = NEVER
-        messages, left = self.messages, self.written - number
-        heard = self.heard
-        if left or heard < len(messages):
-            while heard and messages[0][0] <= number:  # what was refused unheard stays
-                messages.popleft()
-                heard -= 1
-            self.heard = heard
-        else:
-            messages.clear()
-            self.heard = 0
-        if self._recovering:
-            self._recovered()
-        if left:
-            if left <= MSS_BYTES and number == self.top and len(messages) == 1 \
-                    and messages[0][3] is not FIN:
-                self._lone(number, self.written, messages[0][2], messages[0][3])
-            else:
-                self.push()
-        elif self.finishing:
-            messages.clear()
-            self.heard = 0
-            self.end.finished()
-        elif self.express is not None:
-            self.express.ready = self.near and self.peer.open
-        if self._waiters:
-            self._tell_waiters()
-
-    def push(self) -> None:
-        """Send what may go now, if the connection is open."""
-        if not self.open:
-            return
-        params = self.params
-        if self.una == self.top:
-            self.wake()
-        cwnd = self.cwnd
-        if self.near and self.una == self.top:
-            most = params.train * MSS_BYTES
-            cwnd = max(most, cwnd)
-        else:
-            most = self.burst_bytes()
-        enough = self.cwnd // 3
-        limit = self.una + min(cwnd, params.window_bytes)
-        if self._recovering:
-            limit += self._beyond
-        while True:
-            start = self.nxt
-            goal = self.top if start < self.top else self.written  # what went before goes alone
-            size = min(goal, limit, start + most) - start
-            if size <= 0 or size < most and size < enough and size < goal - start \
-                    and start > self.una:  # it is worth waiting for more acknowledgements
-                return
-            part = size % MSS_BYTES
-            if part and (start + size < goal or start >= self.top and not self._small_may_go()):
-                size -= part
-                if not size:
-                    return
-            self._train(start, start + size)
 
     def shut(self) -> None:
         """Send nothing more. What was not heard will not be."""
@@ -245,6 +159,148 @@ class Sender(Window):
             self.join()
             self._waiters.append(fn)
 
+    # What it hears.
+
+    def arrived(self, ack: Ack, receiver: int) -> None:
+        """An acknowledgement without data."""
+        if not self.open:
+            self.end.stray(self, ack)
+            return
+        self.heard_ns = self._kernel.now_ns
+        number, echo_ns, ranges = ack
+        if number > self.una or ranges and number == self.una:
+            self.acked(number, echo_ns, ranges)
+        elif number == self.una:
+            self.watch.heard_again()
+
+    def arrived_in_part(self, ack: Ack, receiver: int, lost: dict[int, str]) -> None:
+        """Acknowledgements are cumulative: those that arrive stand for those that do not."""
+        self.arrived(ack, receiver)
+
+    def lost(self, ack: Ack, receiver: int, reason: str) -> None:
+        """Nobody is told of a lost acknowledgement."""
+        self.watch.hide(ack[0])
+
+    def repeated(self, ack: Ack, receiver: int) -> None:
+        """A copy of an acknowledgement that is known."""
+
+    def acked(self, number: int, echo_ns: int,
+              ranges: tuple[tuple[int, int], ...] = ()) -> None:
+        """All before byte ``number`` is there, and ``ranges``: more than was known before."""
+        una, nxt = self.una, self.nxt
+        now_ns = self._kernel.now_ns
+        repair = self.repair
+        if repair is None:
+            if ranges:
+                repair = self.begin_repair()
+            elif (nxt - una) * 2 > self.cwnd:
+                self.grow(number - una, nxt - una, now_ns)
+        if repair is not None:
+            repair.hear(number, ranges, now_ns)
+        if number > una:
+            self._advance(number, echo_ns, now_ns)
+        if repair is not None:
+            repair.react(number > una, echo_ns, now_ns)
+        messages, left = self.messages, self.written - number
+        if left:
+            if left <= MSS_BYTES and number == nxt and len(messages) == 1 \
+                    and messages[0][3] is not FIN and self.repair is None:
+                self._lone(number, self.written, messages[0][2], messages[0][3])
+            else:
+                self.push()
+        elif self.finishing:
+            messages.clear()
+            self.heard = 0
+            self.end.finished()
+        elif self.express is not None:
+            self.express.ready = self.near and self.peer.open and self.repair is None
+        if self._waiters:
+            self._tell_waiters()
+
+    def _advance(self, number: int, echo_ns: int, now_ns: int) -> None:
+        """All before ``number`` is there."""
+        self.una = number
+        if echo_ns >= 0:
+            self.sample(now_ns - echo_ns, now_ns)
+        if number < self.nxt:
+            self.timer.expect(now_ns + self.rto_ns)
+            trains = self._trains
+            while trains and trains[0][0] <= number:
+                trains.popleft()
+        else:
+            self.timer.deadline_ns = NEVER
+            self._trains.clear()
+        if self.watch.uneasy:
+            self.watch.heard(number, now_ns)
+        messages, heard = self.messages, self.heard
+        if number < self.written or heard < len(messages):
+            while heard and messages[0][0] <= number:  # what was refused unheard stays
+                messages.popleft()
+                heard -= 1
+            self.heard = heard
+        else:
+            messages.clear()
+            self.heard = 0
+
+    # What goes.
+
+    def push(self) -> None:
+        """Send what may go now, if the connection is open."""
+        if not self.open:
+            return
+        params, repair = self.params, self.repair
+        if self.una == self.nxt:
+            self.wake()
+        cwnd = self.cwnd
+        if self.near and self.una == self.nxt:
+            most = params.train * MSS_BYTES
+            cwnd = max(most, cwnd)
+        else:
+            most = self.burst_bytes()
+        enough = self.cwnd // 3
+        if repair is not None:
+            repair.push()
+            enough = 0
+        while True:
+            start = self.nxt
+            flying = start - self.una if repair is None else repair.board.flying
+            size = min(self.written - start, cwnd - flying,
+                       self.una + params.window_bytes - start, most)
+            if size <= 0 or size < most and size < enough and size < self.written - start \
+                    and start > self.una:  # it is worth waiting for more acknowledgements
+                return
+            part = size % MSS_BYTES
+            if part and (start + size < self.written or not self._small_may_go()):
+                size -= part
+                if not size:
+                    return
+            self._train(start, start + size)
+
+    def send_again(self, start: int, end: int) -> None:
+        """Bytes that seem to be lost."""
+        if start == self.una:
+            self.watch.restart()
+        self._frame(start, end)
+
+    def probe(self) -> bool:
+        """Send one segment more, new data, even if Nagle's algorithm holds it, or the last one
+        again. Returns whether it is new (Linux tcp_send_loss_probe)."""
+        start = self.nxt
+        size = min(self.written - start, MSS_BYTES, self.una + self.params.window_bytes - start)
+        if size > 0:
+            self._train(start, start + size)
+            return True
+        repair = self.repair or self.begin_repair()
+        tail = repair.board.tail(MSS_BYTES, self._kernel.now_ns)
+        self._frame(tail.start, tail.end)
+        return False
+
+    def begin_repair(self) -> Repair:
+        """Something seems to be lost."""
+        trains = [*self._trains, (self.nxt, self.sent_ns)]
+        self.repair = repair = Repair(self, Scoreboard(self.una, trains))
+        return repair
+
     def _small_may_go(self) -> bool:
         """Nagle's algorithm as Linux has it: one segment that is not full may be on its way."""
         return self._small <= self.una or self.nodelay or self.finishing
@@ -253,58 +309,19 @@ class Sender(Window):
         while self._waiters and self.room:
             self._waiters.pop(0)()
 
-    def _duplicate(self, duplicates: int) -> None:
-        """Something behind the first missing segment has arrived."""
-        self._duplicates += duplicates
-        if self._recovering:
-            self.push()
-        elif self._duplicates >= self.params.duplicate_acks and self.una >= self._recover:
-            self._recovering = True
-            self._recover = self.top
-            self.halve(self.nxt - self.una)
-            self._mend()
-
-    def _recovered(self) -> None:
-        """An acknowledgement during fast recovery: of all, or up to the next gap."""
-        if self.una >= self._recover:
-            self._recovering = False
-            self._beyond = 0
-        elif self._hole_end > self.una >= self._resent:
-            self._mend()
-
-    def _mend(self) -> None:
-        """Send the first gap again."""
-        end = min(self._hole_end, self._recover, self.una + self.params.train * MSS_BYTES)
-        nxt = self.nxt
-        self._train(self.una, end)
-        self._resent, self.nxt = end, nxt
-
-    def _expired(self) -> None:
-        """The retransmission timer."""
-        self.join()
-        self._expiries += 1
-        if self._expiries > self.params.retries:
-            self.end.fail("timeout")
-            return
-        if self._expiries == 1:
-            self.halve(self.nxt - self.una)
-        self.cwnd = MSS_BYTES
-        self.nxt = self.una
-        self._recovering = False
-        self._recover = self.top
-        self._duplicates = 0
-        self.push()
+    # How it goes.
 
     def _lone(self, start: int, end: int, message: Any, kind: str | None) -> None:
         """The message of every day: one in one segment, behind all that was sent."""
         now_ns = self._kernel.now_ns
-        rto_ns = self.rto_ns
         if start == self.una:
             if self.cwnd > self.initial:
                 self.wake()
-            self.timer.expect(now_ns + rto_ns)
+            self.timer.expect(now_ns + self.rto_ns)
+        else:
+            self._trains.append((start, self.sent_ns))
         self.sent_ns = now_ns
-        self.nxt = self.top = end
+        self.nxt = end
         size_bytes = end - start
         if size_bytes < MSS_BYTES:
             self._small = end
@@ -318,32 +335,32 @@ class Sender(Window):
                            size_bytes))
         else:
             graph.context.book(kind, self._host, self._to_id, size_bytes)
-        echo_ns = back.echo_ns if back.due_ns else -1
-        back.due_ns = 0
-        back.said = said = back.nxt
         self._transmit(self._host, self._to, size_bytes, 1, False, self.peer,
-                       (start, end, said, now_ns, echo_ns))
+                       (start, end, back.nxt, now_ns, back.answer(now_ns)))
 
     def _train(self, start: int, end: int) -> None:
-        """Bytes ``start`` to ``end`` as one train, whatever they are."""
+        """New bytes as one train, whatever they are."""
+        now_ns = self._kernel.now_ns
+        if start == self.una:
+            self.timer.expect(now_ns + self.rto_ns)
+        else:
+            self._trains.append((start, self.sent_ns))
+        self.nxt = end
+        if (end - start) % MSS_BYTES:
+            self._small = end
+        self.sent_ns = now_ns
+        if self.repair is not None:
+            self.repair.sent(start, end, now_ns)
+        self._frame(start, end)
+
+    def _frame(self, start: int, end: int) -> None:
+        """Bytes ``start`` to ``end`` as one train, whether new or not."""
         now_ns = self._kernel.now_ns
         size_bytes, segments = on_wire(end - start)
         headers = size_bytes - (end - start)
         for message, kind, payload_bytes in parts(self.messages, self.una, start, end):
             self.end.account(message, kind, payload_bytes + headers)
             headers = 0  # its first message bears them
-        if start == self.una:
-            self.timer.expect(now_ns + min(self.rto_ns << self._expiries,
-                                            self.params.rto_max_ns))
-        self.nxt = end
-        if end > self.top:
-            self.top = end
-            if (end - start) % MSS_BYTES:
-                self._small = end
-        self.sent_ns = now_ns
         back = self.back
-        echo_ns = back.echo_ns if back.due_ns else -1
-        back.due_ns = 0
-        back.said = back.nxt
         self._transmit(self._host, self._to, size_bytes, segments, False, self.peer,
-                       (start, end, back.nxt, now_ns, echo_ns))
+                       (start, end, back.nxt, now_ns, back.answer(now_ns)))

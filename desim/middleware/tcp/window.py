@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from desim.middleware.tcp.cubic import Cubic
 from desim.middleware.tcp.parameters import TcpParams
 from desim.middleware.transports import MSS_BYTES
 
+_LONG_NS = 1 << 62
+
 
 class Window:
-    """Congestion control of RFC 5681, in bytes, and the timeout of RFC 6298; Linux adds that only a
+    """Congestion control of RFC 5681 with CUBIC's growth, in bytes, and Linux's timeout; only a
     window that is used grows. ``room_bytes``: the send buffer, which grows with the window."""
 
     __slots__ = ("params", "cwnd", "ssthresh", "rto_ns", "room_bytes", "initial", "srtt_ns",
-                 "rttvar_ns", "_least_ns", "_most_ns", "near")
+                 "least_rtt_ns", "near", "_cubic", "_deviation_ns", "_worst_ns", "_variance_ns",
+                 "_round_ns", "_least_ns", "_most_ns")
 
     def __init__(self, params: TcpParams) -> None:
         self.params = params
@@ -20,37 +24,58 @@ class Window:
         self.rto_ns = params.first_rto_ns
         self.room_bytes = 2 * self.cwnd
         self.srtt_ns = -1  # no round trip has been measured
-        self.rttvar_ns = 0
-        self._least_ns, self._most_ns = params.rto_min_ns, params.rto_max_ns
+        self.least_rtt_ns = _LONG_NS
         self.near = False  # the first round trip was below ``near_ns``, and nothing was lost since
+        self._cubic = Cubic()
+        self._deviation_ns = 0  # four times the mean one
+        self._worst_ns = 0  # the greatest of it in this round trip, the least timeout at least
+        self._variance_ns = 0  # smoothed: what the timeout adds to the round trip
+        self._round_ns = 0  # what is sent from then on is of the next round trip
+        self._least_ns, self._most_ns = params.rto_min_ns, params.rto_max_ns
 
-    def sample(self, rtt_ns: int) -> None:
-        """A measured round trip moves the timeout: SRTT + 4 RTTVAR, within its bounds."""
-        srtt_ns, rttvar_ns = self.srtt_ns, self.rttvar_ns
+    def sample(self, rtt_ns: int, now_ns: int) -> None:
+        """A round trip was measured: SRTT + max(200 ms, 4 RTTVAR), where the variance rises at once
+        and falls by a quarter of the way a round trip (Linux tcp_input.c tcp_rtt_estimator, tcp.h
+        __tcp_set_rto)."""
+        srtt_ns = self.srtt_ns
+        if rtt_ns < self.least_rtt_ns:
+            self.least_rtt_ns = rtt_ns
         if srtt_ns < 0:
             self.near = rtt_ns < self.params.near_ns
-            srtt_ns = rtt_ns
-            rttvar_ns = rtt_ns >> 1
+            self.srtt_ns = srtt_ns = rtt_ns
+            self._deviation_ns = 2 * rtt_ns
+            self._worst_ns = self._variance_ns = max(2 * rtt_ns, self._least_ns)
+            self._round_ns = now_ns
         else:
             off_ns = rtt_ns - srtt_ns
-            srtt_ns += off_ns >> 3
-            rttvar_ns += ((off_ns if off_ns > 0 else -off_ns) - rttvar_ns) >> 2
-        self.srtt_ns = srtt_ns
-        self.rttvar_ns = rttvar_ns
-        rto_ns = srtt_ns + 4 * rttvar_ns
-        if rto_ns < self._least_ns:
-            rto_ns = self._least_ns
-        elif rto_ns > self._most_ns:
-            rto_ns = self._most_ns
-        self.rto_ns = rto_ns
+            self.srtt_ns = srtt_ns = srtt_ns + (off_ns >> 3)
+            deviation_ns = self._deviation_ns
+            if off_ns < 0:
+                off_ns = -off_ns - (deviation_ns >> 2)
+                if off_ns > 0:  # a shorter round trip is no reason to wait longer
+                    off_ns >>= 3
+            else:
+                off_ns -= deviation_ns >> 2
+            self._deviation_ns = deviation_ns = deviation_ns + off_ns
+            if deviation_ns > self._worst_ns:
+                self._worst_ns = deviation_ns
+                if deviation_ns > self._variance_ns:
+                    self._variance_ns = deviation_ns
+            if now_ns - rtt_ns >= self._round_ns:
+                if self._worst_ns < self._variance_ns:
+                    self._variance_ns -= (self._variance_ns - self._worst_ns) >> 2
+                self._round_ns = now_ns
+                self._worst_ns = self._least_ns
+        rto_ns = srtt_ns + self._variance_ns
+        self.rto_ns = rto_ns if rto_ns < self._most_ns else self._most_ns
 
-    def grow(self, acked: int, flying: int) -> None:
+    def grow(self, acked: int, flying: int, now_ns: int) -> None:
         """``acked`` bytes of ``flying`` arrived: in slow start the window grows by as many, later
-        by a segment a round trip, if it was used but for what waits to be worth a train."""
+        as CUBIC says, if it was used but for what waits to be worth a train."""
         if self.cwnd < self.ssthresh:
             self.cwnd += acked
         elif flying + max(MSS_BYTES, min(self.burst_bytes(), self.cwnd // 3)) > self.cwnd:
-            self.cwnd += max(MSS_BYTES * acked // self.cwnd, 1)
+            self.cwnd += self._cubic.more(self.cwnd, acked, now_ns, self.least_rtt_ns)
         self.room_bytes = min(max(self.room_bytes, 2 * self.cwnd), self.params.buffer_bytes)
 
     def burst_bytes(self) -> int:
@@ -60,12 +85,18 @@ class Window:
         segments = 2 * self.cwnd * params.burst_ns // (max(self.srtt_ns, 1) * MSS_BYTES)
         return min(max(segments, 2), params.train) * MSS_BYTES
 
-    def halve(self, flying: int) -> None:
-        """A loss shows that ``flying`` bytes were too many."""
+    def less(self, flying: int) -> None:
+        """A loss shows that the window was too large. A near host was sent ``flying`` bytes."""
+        used = max(self.cwnd, flying) if self.near else self.cwnd
         self.near = False
-        self.cwnd = self.ssthresh = max(flying // 2, 2 * MSS_BYTES)
+        self.ssthresh = self._cubic.less(used)
+
+    def forget(self) -> None:
+        """After a timeout nothing of what was before counts."""
+        self._cubic.forget()
 
     def rest(self, idle_ns: int) -> None:
-        """Nothing was sent for longer than a timeout: it halves for each (RFC 2861)."""
+        """Nothing was sent for longer than a timeout: the window halves for each (RFC 2861)."""
         self.ssthresh = max(self.ssthresh, self.cwnd * 3 // 4)
         self.cwnd = max(self.cwnd >> min(idle_ns // self.rto_ns, 40), self.initial)
+        self._cubic.rested(idle_ns)

@@ -1,0 +1,153 @@
+"""What a sender does when it hears nothing: probe, send again, give up."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim.middleware.tcp.clock import fires_ns, whole_ticks
+from desim.middleware.tcp.repair import DISORDER
+from desim.middleware.tcp.scoreboard import ARRIVED
+from desim.middleware.timers import Timer, Timers
+from desim.middleware.transports import MSS_BYTES
+
+if TYPE_CHECKING:
+    from desim.middleware.tcp.sender import Sender
+
+# What the timer is for: to send again, to probe whether the end of what is on its way was lost, or
+# to take for lost what may have been late.
+AGAIN, PROBE, LATE = range(3)
+
+
+class Watch:
+    """One timer, as in Linux (icsk_retransmit_timer). First comes a probe (RFC 8985, tail loss
+    probe), one a flight, then the timeout, which doubles.
+
+    As long as all goes well the timer is set in passing, for a timeout after the first bytes on
+    their way were sent; Linux sets it for a probe, and each acknowledgement moves it on. The model
+    has one acknowledgement for a train. So it lets the probe come only after the network has lost
+    something (``hide``): a probe that is false, because nothing was lost, is left out.
+
+    ``uneasy``: something of this was needed, or may be.
+    """
+
+    __slots__ = ("timer", "uneasy", "_sender", "_params", "_backoff", "_silent_ns", "_probed",
+                 "_doubtful", "_hidden", "_aim", "_aim_ns")
+
+    def __init__(self, sender: Sender, timers: Timers, entity: int) -> None:
+        self.timer = Timer(timers, entity, self._expired)
+        self.uneasy = False
+        self._sender = sender
+        self._params = sender.params
+        self._backoff = 0  # doublings of the timeout
+        self._silent_ns = -1  # when it went off first, without an answer since
+        self._probed = 0  # what had been sent when a probe went that was not answered (0: none)
+        self._doubtful = False  # it was an old segment
+        self._hidden = 0  # up to there the network has lost something, or the word that it came
+        self._aim, self._aim_ns = AGAIN, -1  # of the timer, if it goes off then
+
+    def hide(self, end: int) -> None:
+        """The network has lost something of what was sent up to ``end``, or the word that it came.
+        The sender does not know."""
+        sender = self._sender
+        if end > sender.una and sender.open:
+            self.uneasy = True
+            self._hidden = max(self._hidden, end)
+            self._probe_soon(sender.sent_ns)
+
+    def heard(self, number: int, now_ns: int) -> None:
+        """All before ``number`` is there, which is news."""
+        self._backoff = 0
+        self._silent_ns = -1
+        if self._probed and number >= self._probed:
+            self._probe_heard(number)
+        if self._hidden > number:
+            self._probe_soon(now_ns)
+        elif not self._probed:
+            self.uneasy = False
+
+    def heard_again(self) -> None:
+        """No news: both copies of a probe have come, so that nothing had been lost."""
+        self._probed = 0
+
+    def restart(self) -> None:
+        """The first bytes went again."""
+        self._aim_at(AGAIN, self._patience_ns())
+
+    def await_late(self, delay_ns: int) -> None:
+        """Look again whether what is late has come."""
+        self._aim_at(LATE, delay_ns)
+
+    def _probe_soon(self, since_ns: int) -> None:
+        """Linux tcp_schedule_loss_probe: two round trips after what was sent or heard last, and no
+        later than the timeout."""
+        sender, params = self._sender, self._params
+        if sender.srtt_ns < 0 or self._probed or not self._orderly():
+            return
+        delay_ns = 2 * sender.srtt_ns + (
+            params.rto_min_ns if sender.nxt - sender.una <= MSS_BYTES else 2 * params.tick_ns)
+        left_ns = sender.head_ns + whole_ticks(sender.rto_ns, params.tick_ns) - since_ns
+        self._aim_at(PROBE, left_ns if 0 < left_ns < delay_ns else delay_ns, since_ns)
+
+    def _orderly(self) -> bool:
+        """Whether nothing is known to be missing (Linux TCP_CA_Open)."""
+        repair = self._sender.repair
+        return repair is None or repair.state == DISORDER and not repair.board.bytes[ARRIVED]
+
+    def _patience_ns(self) -> int:
+        """The timeout, as often as it was doubled."""
+        params = self._params
+        return min(whole_ticks(self._sender.rto_ns, params.tick_ns) << self._backoff,
+                   params.rto_max_ns)
+
+    def _aim_at(self, what: int, delay_ns: int, since_ns: int | None = None) -> None:
+        """Set the timer."""
+        now_ns = self._sender.now_ns
+        self.uneasy = True
+        self._aim = what
+        self._aim_ns = max(now_ns, fires_ns(now_ns if since_ns is None else since_ns, delay_ns,
+                                            self._params.tick_ns))
+        self.timer.expect(self._aim_ns)
+
+    def _expired(self) -> None:
+        """The timer. Where it was set in passing, it has yet to be seen when Linux's would go
+        off."""
+        sender = self._sender
+        sender.join()
+        now_ns = sender.now_ns
+        if now_ns != self._aim_ns:
+            self._aim_at(AGAIN, sender.rto_ns, now_ns - sender.rto_ns)
+            if self._aim_ns > now_ns:
+                return
+        if self._aim == LATE and sender.repair is not None:
+            self.timer.expect(now_ns + sender.rto_ns)
+            sender.repair.look_again(now_ns)
+        elif not self._probed and not self._backoff and sender.srtt_ns >= 0 and self._orderly():
+            self._doubtful = not sender.probe()
+            self._probed = sender.nxt
+            self.restart()
+        else:
+            self._time_out(now_ns)
+
+    def _probe_heard(self, number: int) -> None:
+        """The end of a probe (Linux tcp_process_tlp_ack). A segment that went again and was not
+        answered twice had been lost, which is as if the window had been too large."""
+        sender = self._sender
+        if not self._doubtful:
+            self._probed = 0
+        elif number > self._probed:
+            self._probed = 0
+            sender.less(0)
+            sender.cwnd = sender.ssthresh
+
+    def _time_out(self, now_ns: int) -> None:
+        """Nothing helps but to wait, and to send the first segment again."""
+        sender = self._sender
+        if self._silent_ns < 0:
+            self._silent_ns = now_ns
+        elif now_ns - self._silent_ns >= self._params.silence_ns:
+            sender.end.fail("timeout")
+            return
+        repair = sender.repair or sender.begin_repair()
+        repair.time_out(now_ns)
+        self._backoff += 1
+        sender.push()
