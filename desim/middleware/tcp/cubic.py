@@ -2,36 +2,38 @@
 
 from __future__ import annotations
 
-from desim.middleware.transports import MSS_BYTES
-
-_BETA = 717  # of 1024: what is left of a window after a loss (Linux tcp_cubic.c, beta)
+_BETA = 717  # of 1024: what is left of a window after a loss
 _SCALE = 1024
-_C_TENTHS = 4  # C = 0.4 segments / s^3 (bic_scale 41 / 1024 * 10)
+_C_TENTHS = 4  # C = 0.4 segments / s^3 (bic_scale)
+_FRIENDLY_EIGHTHS = 8 * (_SCALE + _BETA) // 3 // (_SCALE - _BETA)  # beta_scale: 15
 _MS = 10**6  # ns
+_TICK_MS = 4  # Linux CONFIG_HZ=250
+_FRESH_TICKS = 7  # HZ / 32: as long as the window stays, its pace does
 
 
 class Cubic:
-    """What a window remembers of its last loss. Windows are in bytes; times in milliseconds, as
-    finely as Linux looks at them."""
+    """What a window remembers of its last loss. Windows are in segments. Its pace is the number of
+    acknowledged segments for which it grows by one; Linux computes it anew at most each 28 ms as
+    long as it does not grow, which at short round trips is what limits it."""
 
-    __slots__ = ("_last_most", "_epoch_ms", "_origin", "_k_ms", "_reno", "_credit")
+    __slots__ = ("_pace", "_most", "_seen", "_seen_tick", "_epoch_ms", "_origin", "_k_ms",
+                 "_acked", "_reno", "_credit")
 
     def __init__(self) -> None:
         self.forget()
 
     def forget(self) -> None:
         """After a timeout (bictcp_reset)."""
-        self._last_most = 0  # the window at the last loss
-        self._epoch_ms = -1  # when it began to grow after it
-        self._origin = self._k_ms = self._reno = self._credit = 0
+        self._pace = self._most = self._seen = self._credit = 0
+        self._seen_tick = self._epoch_ms = -1
+        self._origin = self._k_ms = self._acked = self._reno = 0
 
     def less(self, window: int) -> int:
         """What is left of ``window`` after a loss; who lost before it had what it had leaves room
         for others (fast convergence)."""
         self._epoch_ms = -1
-        self._last_most = (window * (_SCALE + _BETA) // (2 * _SCALE)
-                           if window < self._last_most else window)
-        return max(window * _BETA // _SCALE, 2 * MSS_BYTES)
+        self._most = window * (_SCALE + _BETA) // (2 * _SCALE) if window < self._most else window
+        return max(window * _BETA // _SCALE, 2)
 
     def rested(self, idle_ns: int) -> None:
         """Time in which nothing was sent does not count."""
@@ -39,29 +41,44 @@ class Cubic:
             self._epoch_ms += idle_ns // _MS
 
     def more(self, window: int, acked: int, now_ns: int, rtt_ns: int) -> int:
-        """By how much ``window`` grows as ``acked`` bytes of it have arrived."""
-        now_ms = now_ns // _MS
+        """By how much ``window`` grows as ``acked`` segments of it have arrived."""
+        self._acked += acked
+        tick = now_ns // _MS // _TICK_MS
+        if window != self._seen or tick - self._seen_tick > _FRESH_TICKS:
+            self._set_pace(window, acked, now_ns // _MS, rtt_ns // _MS)
+            self._seen, self._seen_tick = window, tick
+        pace = self._pace
+        if self._credit >= pace:
+            self._credit = 0
+            more = 1
+        else:
+            more = 0
+        self._credit += acked
+        if self._credit >= pace:
+            more += self._credit // pace
+            self._credit %= pace
+        return more
+
+    def _set_pace(self, window: int, acked: int, now_ms: int, rtt_ms: int) -> None:
+        """Linux bictcp_update."""
         if self._epoch_ms < 0:
             self._epoch_ms = now_ms
-            self._reno, self._credit = window, 0
-            self._origin = max(self._last_most, window)
-            self._k_ms = _root(max(self._last_most - window, 0) * 10**10
-                               // (_C_TENTHS * MSS_BYTES))
-        off_ms = now_ms - self._epoch_ms + rtt_ns // _MS - self._k_ms
-        target = self._origin + _C_TENTHS * off_ms**3 * MSS_BYTES // 10**10
-        # As much as Reno would have by now, with the same mean (RFC 9438, 4.3): 8 / 15 segments a
-        # round trip.
-        self._credit += acked
-        gain = self._credit * 8 * MSS_BYTES // (15 * window)
-        if gain:
-            self._reno += gain
-            self._credit -= gain * 15 * window // (8 * MSS_BYTES)
-        target = max(target, self._reno)
-        if target <= window:
-            return acked // 100  # a hundredth of a segment for each
-        if not self._last_most:
-            target = max(target, window + window // 20)
-        return min((target - window) * acked // window, acked // 2)
+            self._acked, self._reno = acked, window
+            self._origin = max(self._most, window)
+            self._k_ms = _root((self._origin - window) * 10**10 // _C_TENTHS)
+        off_ms = now_ms - self._epoch_ms + rtt_ms - self._k_ms
+        target = self._origin + _C_TENTHS * off_ms**3 // 10**10
+        pace = window // (target - window) if target > window else 100 * window
+        if not self._most:
+            pace = min(pace, 20)
+        each = window * _FRIENDLY_EIGHTHS >> 3  # as much as Reno's mean (RFC 9438, 4.3)
+        if self._acked > each:
+            grown = (self._acked - 1) // each
+            self._acked -= grown * each
+            self._reno += grown
+        if self._reno > window:
+            pace = min(pace, window // (self._reno - window))
+        self._pace = max(pace, 2)
 
 
 def _root(cube: int) -> int:

@@ -75,7 +75,8 @@ class Window:
         if self.cwnd < self.ssthresh:
             self.cwnd += acked
         elif flying + max(MSS_BYTES, min(self.burst_bytes(), self.cwnd // 3)) > self.cwnd:
-            self.cwnd += self._cubic.more(self.cwnd, acked, now_ns, self.least_rtt_ns)
+            self.cwnd += MSS_BYTES * self._cubic.more(
+                self.cwnd // MSS_BYTES or 1, -(-acked // MSS_BYTES), now_ns, self.least_rtt_ns)
         self.room_bytes = min(max(self.room_bytes, 2 * self.cwnd), self.params.buffer_bytes)
 
     def burst_bytes(self) -> int:
@@ -89,7 +90,7 @@ class Window:
         """A loss shows that the window was too large. A near host was sent ``flying`` bytes."""
         used = max(self.cwnd, flying) if self.near else self.cwnd
         self.near = False
-        self.ssthresh = self._cubic.less(used)
+        self.ssthresh = self._cubic.less(used // MSS_BYTES) * MSS_BYTES
 
     def forget(self) -> None:
         """After a timeout nothing of what was before counts."""
