@@ -266,7 +266,7 @@ class Late:
         self._context = context
 
     def send(self, frame):
-        return 200 * MS if 2 * S <= self._context.now_ns < 3 * S else 3000
+        return 208 * MS if 2 * S <= self._context.now_ns < 3 * S else 3000
 
 
 def test_what_takes_as_long_as_the_timeout_is_sent_again():

@@ -67,15 +67,16 @@ def retransmissions(loss=0.1):
 
 
 def waking(rto_min_ms=200):
-    """After an outage of T, the next timeout: the first of 0.2 s (2^k - 1) that is not in it."""
+    """After an outage of T, the next timeout: the first of 0.2 s 2^k, k >= 0, that is not in it (a
+    probe after 0.2 s, the timeout 0.2 s later)."""
     for outage_s in 0.1, 0.5, 1, 3, 10, 60:
         pair = Pair(rules=[partition("100 s", f"{100 + outage_s} s")],
-                    params={"rto_min": f"{rto_min_ms} ms"})
+                    params={"rto_min": f"{rto_min_ms} ms", "tick": "0 ns"})
         pair.call()
         pair.at(100 * S, pair.say, 1).run(1000 * S)
         wakes_s = 0.2
         while wakes_s < outage_s:
-            wakes_s = 2 * wakes_s + 0.2
+            wakes_s *= 2
         (heard_ns, _), = pair.heard()
         if abs(heard_ns / S - 100 - wakes_s) > 1e-6 or heard_ns / S - 100 > 2 * outage_s + 0.2:
             return False
@@ -84,7 +85,7 @@ def waking(rto_min_ms=200):
 
 def keepalive(interval_s=10.0):
     """A dead idle peer is found 60 + 9 * 10 s after its last sign of life."""
-    pair = Pair(params={"keepalive_interval": f"{interval_s} s"})
+    pair = Pair(params={"keepalive_interval": f"{interval_s} s", "tick": "0 ns"})
     pair.call()
     pair.at(10 * S, pair.stop, 1).run(1000 * S)
     probes_s = [row[0] // S for row in pair.rows("control")][3:]
@@ -93,50 +94,68 @@ def keepalive(interval_s=10.0):
 
 
 def calling(first_rto_s=1.0):
-    """A SYN goes again after 1, 3, 7, 15, 31 and 63 s; after 127 s the caller gives up."""
-    pair = Pair(params={"first_rto": f"{first_rto_s} s"})
+    """A SYN goes again after 1, 2, 3, 4, 5, 7, 11, 19, 35 and 67 s; after 131 s the caller gives
+    up."""
+    pair = Pair(params={"first_rto": f"{first_rto_s} s", "tick": "0 ns"})
     pair.stop(1)
     pair.call()
     pair.run(1000 * S)
-    return ([row[0] // S for row in pair.rows("control")] == [0, 1, 3, 7, 15, 31, 63]
-            and pair.log == [(127 * S, "a closed", "timeout")])
+    return ([row[0] // S for row in pair.rows("control")] == [
+        0, 1, 2, 3, 4, 5, 7, 11, 19, 35, 67] and pair.log == [(131 * S, "a closed", "timeout")])
 
 
 def giving_up(rto_max_s=120):
-    """Fifteen retransmissions: 0.2 (2^10 - 1) + 6 * 120 = 924.6 s."""
-    pair = Pair(params={"rto_max": f"{rto_max_s} s"})
+    """Fifteen retransmissions would take 0.2 (2^10 - 1) + 6 * 120 = 924.6 s, counted from the
+    second one, after 0.4 s: so it is the timer after 1044.8 s that gives up, which goes off
+    0.2 * 2^10 + 7 * 120 s after the message."""
+    pair = Pair(params={"rto_max": f"{rto_max_s} s", "tick": "0 ns"})
     pair.call()
     pair.at(S, pair.stop, 1).at(2 * S, pair.say, 1).run(2000 * S)
-    return (pair.log[2:] == [(926_600 * MS, "a closed", "timeout")]
-            and len(pair.rows("frame")) == 16 and pair.at_rest())
+    return (pair.log[2:] == [(2 * S + 1_044_800 * MS, "a closed", "timeout")]
+            and len(pair.rows("frame")) == 18 and pair.at_rest())
 
 
 def round_trip_times(latency_ms=150.0):
-    """RFC 6298 on a path of 300 ms: the handshake gives SRTT = R, RTTVAR = R / 2; a message whose
-    acknowledgement waits for 40 ms moves them by 1/8 and 1/4; the next timeout is SRTT + 4 RTTVAR
-    after the message that is lost."""
-    pair = Pair(link(rate="100 Gb/s", latency=f"{latency_ms} ms"), [Losing(4)])
-    pair.call()
-    pair.at(10 * S, pair.say, 1).at(20 * S, pair.say, 2).run(60 * S)
-    srtt_ms, rttvar_ms = 300 + 40 / 8, 150 * 3 / 4 + 40 / 4
-    sent_ns = [row[0] for row in pair.rows("frame")]
-    return (len(sent_ns) == 3
-            and abs((sent_ns[2] - sent_ns[1]) / MS - (srtt_ms + 4 * rttvar_ms)) < 1)
+    """A path of 300 ms: the handshake gives SRTT = R and 4 RTTVAR = 2 R; each round trip as long
+    takes a quarter of the deviation, and of the way of the variance to it (Linux
+    tcp_rtt_estimator). A message that is lost goes again after SRTT + 4 RTTVAR, or two round trips
+    and 200 ms, which may be less; and again after SRTT + 4 RTTVAR."""
+    variance_ms = deviation_ms = 2 * 300.0
+    for nth in range(1, 6):  # the message that is lost, behind SYN and ACK
+        pair = Pair(link(rate="100 Gb/s", latency=f"{latency_ms} ms"), [Losing(nth + 2, nth + 3)],
+                    params={"tick": "0 ns"})
+        pair.call()
+        for k in range(1, 6):
+            pair.at(10 * k * S, pair.say, k)
+        pair.run(60 * S)
+        first_ns, *again_ns = [row[0] for row in pair.rows("frame") if row[4] == nth]
+        timeout_ms = 300 + variance_ms
+        for sent_ns, expected_ms in zip(again_ns, (min(timeout_ms, 800), timeout_ms), strict=True):
+            if abs((sent_ns - first_ns) / MS - expected_ms) > 1:
+                return False
+            first_ns = sent_ns
+        deviation_ms *= 3 / 4
+        if nth > 1:  # the first round trip has the deviation of the handshake
+            variance_ms -= (variance_ms - max(deviation_ms, 200)) / 4
+    return True
 
 
 def avoidance(initial_window=40):
-    """After a fast retransmission the window is half of what was on its way, then it grows by a
-    segment each round trip: with 40 segments on their way, 20, 21, 22 ... of them a flight."""
+    """After a fast retransmission the window is 0.7 of what it was, 40 segments, then it follows
+    CUBIC's curve 40 + 0.4 (t - K)^3 with K = (12 / 0.4)^(1/3) s (RFC 9438), at which it aims a
+    round trip ahead, two behind."""
     pair = Pair(link(rate="100 Gb/s", latency="50 ms"), [Losing(1, least_bytes=1000)],
                 params={"initial_window": initial_window})
     pair.call()
-    pair.at(S, pair.say, 1, 500 * MSS).run(10 * S)
+    pair.at(S, pair.say, 1, 900 * MSS).run(10 * S)
     flights = {}
     for time_ns, *_, size_bytes in pair.rows("frame"):
         flight = (time_ns - S + MS) // (100 * MS)
         flights[flight] = flights.get(flight, 0) + size_bytes // FRAME
     sizes = list(flights.values())
-    return all(abs(size - (20 + k)) <= 1 for k, size in enumerate(sizes[3:9]))
+    return sizes[1] == 28 and all(
+        abs(size - (40 + 0.4 * (0.1 * k - 30**(1 / 3))**3)) <= 1.6
+        for k, size in enumerate(sizes[3:15]))
 
 
 CHECKS = [(handshake, 21.0), (slow_start, 11), (saturation, 10.5), (retransmissions, 0.11),
