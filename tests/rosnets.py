@@ -7,9 +7,15 @@ from netmodels.ideal import Ideal
 from netmodels.rules.partition import Partition
 
 
+SYNS_S = (0, 1, 2, 3, 4, 5, 7, 11, 19, 35, 67)  # of one attempt, after its first
+GIVEN_UP_S = 131  # after it
+
+
 def one_master(nodes, rules=(), **params):
-    """Hosts 10 ms apart, a round trip of 20 ms, with one master, on host m if it is not said."""
+    """Hosts 10 ms apart, a round trip of 20 ms, with one master, on host m if it is not said, and
+    timers that are exact."""
     params = {"master": "m", "poll": "0 s"} | params
+    params["tcp"] = {"tick": "0 ns"} | params.get("tcp", {})
     return Net(nodes, Ideal(Ideal.Params(delay="10 ms")), rules,
                middleware=Ros1(Ros1.Params(**params)))
 

@@ -46,7 +46,7 @@ class Process:
     they know."""
 
     __slots__ = ("uri", "host", "master", "all", "alive", "publications", "subscriptions",
-                 "_wanted", "_calls", "_phase_ns", "_heard")
+                 "_wanted", "_calls", "_held", "_phase_ns", "_heard")
 
     def __init__(self, processes: Processes, uri: Uri, master: int) -> None:
         self.all = processes
@@ -58,6 +58,7 @@ class Process:
         self.subscriptions: dict[str, Subscription] = {}
         self._wanted: dict[tuple[str, str], None] = {}  # method, topic
         self._calls: deque[tuple[str, str]] = deque()  # those to come; the first is under way
+        self._held: list[Call] = []  # updates
         poll_ns = processes.schedules.poll_ns
         self._phase_ns = poll_ns and int(processes.context.stream(
             "ros", self.all.context.hosts[self.host], uri.life).integers(poll_ns))
@@ -98,7 +99,8 @@ class Process:
         linked = self.publications.get(topic)
         return [*(local.ends if local else ()), *(linked.ends.values() if linked else ())]
 
-    # Registrations, in order.
+    # Registrations, in order. While a subscription is being registered, updates wait: they would be
+    # newer than its answer (roscpp TopicManager holds subs_mutex_ meanwhile).
 
     def _register(self, method: str, topic: str) -> None:
         if (method, topic) in self._wanted:
@@ -121,10 +123,13 @@ class Process:
             context.at(context.now_ns + self.all.schedules.master_retry_ns, self.host, self._call)
             return
         method, topic = self._calls.popleft()
-        if self._calls:
-            self._call()
         if method == "registerSubscriber":
             self._publishers(topic, answer)
+            held, self._held = self._held, []
+            for call in held:
+                self._serve(call)
+        if self._calls:
+            self._call()
 
     # What others want.
 
@@ -135,6 +140,9 @@ class Process:
             call.reply(sizes.answer, self._requested(*arguments))
             return
         if method == "publisherUpdate":
+            if self._calls and self._calls[0][0] == "registerSubscriber":
+                self._held.append(call)
+                return
             self._publishers(*arguments)
         # A shutdown comes to whom another one has taken the name: to nobody that runs, while a
         # host is one process.
