@@ -6,7 +6,6 @@ from desim.middleware.ros.ros1 import Ros1
 from netmodels.ideal import Ideal
 from netmodels.rules.partition import Partition
 
-
 SYNS_S = (0, 1, 2, 3, 4, 5, 7, 11, 19, 35, 67)  # of one attempt, after its first
 GIVEN_UP_S = 131  # after it
 

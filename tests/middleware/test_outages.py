@@ -18,7 +18,6 @@ from hypothesis.stateful import (
 from models import ANY, MODELS, Model
 from test_kit import Final, Sulking, Twice
 
-from desim.middleware.ros.client import Process
 from desim.ports import PASS, Drop
 from desim.testing import Fleet
 from netmodels.link import Link
@@ -165,14 +164,3 @@ def test_a_walk_over_a_rough_network_ends_well(name):
 def test_the_walk_finds_what_is_broken(cls):
     with pytest.raises(AssertionError):
         walk(Model(cls, ANY), Walk, 40)
-
-
-def test_a_rough_walk_finds_a_link_that_nobody_sends_over(monkeypatch):
-    """The header that comes last, and not the connection that was called last, has the link."""
-    def linked(process, link, by):
-        if link.process.alive:
-            process._serves(process.publications[link.topic], link, by)
-
-    monkeypatch.setattr(Process, "linked", linked)
-    with pytest.raises(AssertionError):
-        walk(MODELS["fkie_groovy"], RoughWalk, 40)

@@ -9,8 +9,6 @@ from desim.middleware.ros.master import Master, Registry, Uri, Workers
 from desim.middleware.ros.sizes import CALLS
 from netmodels.rules.outage import Outage
 
-
-
 # ------------------------------------------------------------------------------------ cold start
 
 COLD = [
