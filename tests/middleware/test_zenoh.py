@@ -67,7 +67,7 @@ def test_sizes_are_the_measured_ones():
 def test_endpoints_are_called_again_after_1_2_4_and_4_s():
     """A's port is closed: it is down."""
     net = net_of({"a": silent, "b": silent}, discovery="connect", connect=["a"],
-                 tcp={"syn_retries": 0})
+                 tcp={"syn_retries": 0, "syn_linear": 0})
     net.graph.host("a").stop()
     net.run(20 * S)
     assert [row[0] / S for row in control(net, "link")] == [0, 2, 5, 10, 15, 20]
@@ -129,13 +129,14 @@ def silence(preset, lease_s, keep_alive, **wrong):
 
 
 def waking(outage_s, **wrong):
-    """When a word arrives that was said at the beginning of an outage, beside the sum of timeouts
-    that double from 0.2 s: the first that ends after the outage."""
+    """When a word arrives that was said at the beginning of an outage, beside the sum of a probe
+    after 0.2 s and of timeouts that double from 0.2 s: the first that ends after the outage. The
+    round trip, in which acknowledgements have waited for answers, adds a little to each."""
     heard = []
     net = net_of({"a": talker([(5 * S, "one")]), "b": listener(heard)}, link(latency="10 us"),
                  rules=[partition("5 s", f"{5 + outage_s} s")], preset="rmw_zenoh", tcp=wrong)
     net.run(100 * S)
-    expected_s = next(0.2 * (2**k - 1) for k in range(1, 20) if 0.2 * (2**k - 1) >= outage_s)
+    expected_s = next(0.2 * 2**k for k in range(20) if 0.2 * 2**k >= outage_s)
     return [round(time_ns / S - 5, 3) for time_ns, *_ in heard], [round(expected_s, 3)]
 
 
@@ -184,9 +185,9 @@ def test_a_silent_death_is_noticed_after_the_lease(preset, lease_s, keep_alive):
 @pytest.mark.parametrize("outage_s", [0.3, 1.5, 3.5, 7])
 def test_a_link_that_was_down_wakes_up_late(outage_s):
     done, expected = waking(outage_s)
-    assert done == pytest.approx(expected, abs=0.002)
-    assert outage_s <= expected[0] <= 2 * outage_s + 0.2
-    assert waking(outage_s, rto_min="212 ms")[0] != pytest.approx(expected, abs=0.002)
+    assert done == pytest.approx(expected, rel=0.03)
+    assert outage_s <= expected[0] <= 2 * outage_s
+    assert waking(outage_s, rto_min="212 ms")[0] != pytest.approx(expected, rel=0.03)
 
 
 def test_a_pose_waits_behind_a_map():
