@@ -93,8 +93,9 @@ class Epidemic:
         self._params = params
         self._block = "" if hop else f".{params.hop}"
         self._hop = hop = hop or params.chosen()
-        if hasattr(hop, "busy_ns"):
-            self.busy_ns = hop.busy_ns
+        for told in "busy_ns", "judges_transmissions":
+            if hasattr(hop, told):
+                setattr(self, told, getattr(hop, told))
         self._frames = self._bytes = 0
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:

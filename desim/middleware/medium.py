@@ -21,6 +21,7 @@ from desim.middleware.carrier import Carrier
 from desim.middleware.gate import PLAIN, Gate, Terms, check_packets, class_of, undeclared
 from desim.middleware.place import Nowhere, Place
 from desim.middleware.rulecontext import RuleContext
+from desim.middleware.transmissions import Transmissions
 from desim.ports import Deliver, Drop, Frame, NetworkModel, Obstacles, Rule, packet_sizes
 from desim.streams import Streams
 from desim.trace import Names
@@ -41,7 +42,8 @@ class Medium(Account):
     __slots__ = ("name", "id", "model", "rules", "up", "attached", "frames", "_refuses", "_kernel",
                  "_after", "_send", "_streams", "_place", "positions", "_ids", "_open",
                  "_broadcasts", "_awaited", "_flying", "_reasons", "_switched", "_reach_m",
-                 "_separators", "_judges", "_gate", "_sending", "_sent", "_posting")
+                 "_separators", "_judges", "judge_transmission", "_gate", "_sending", "_sent",
+                 "_posting")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
@@ -77,8 +79,15 @@ class Medium(Account):
         for number, rule in enumerate(self.rules):
             with below(f".rules.{number}"):
                 rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
-        self._judges = [(rule, rule.judge) for rule in self.rules]
+        trials = [rule for rule in self.rules if getattr(model, "judges_transmissions", False)
+                  and getattr(rule, "per_transmission", False)]
+        self._judges = [(rule, rule.judge) for rule in self.rules if rule not in trials]
         self._gate = Gate(self.count_drops)
+        self.judge_transmission = None
+        if trials:
+            transmissions = Transmissions(trials)
+            self.judge_transmission = transmissions.judge
+            self._reasons |= transmissions.reasons
         model.start(self, tuple(hosts))
 
     @property

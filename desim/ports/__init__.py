@@ -175,6 +175,11 @@ class Context(Protocol):
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this medium's own."""
 
+    judge_transmission: Callable[[Frame, int], Drop | None] | None
+    """For a model that ``judges_transmissions``: what the rules that act on transmissions say of
+    one transmission of a packet (a frame of its own) at a receiver. None: there are no such rules.
+    The model may drop for their reasons."""
+
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
         """The fate of ``frame`` at one intended receiver: exactly once each, after any number of
         drops that name packets."""
@@ -189,6 +194,10 @@ class Rule(Protocol):
     """A small verdict in front of any network model. Rules are asked in their order; delays add
     up, the first drop of a frame or of a packet of it wins. No timers: a rule judges, the medium
     acts.
+
+    A rule that is ``per_transmission`` (True) is not asked about frames where the model repeats
+    what is lost and ``judges_transmissions``, but about each transmission of a packet at its
+    receiver. It drops or passes.
 
     Two things that a rule or a network model may have beside, for the monitor to count the fleet's
     partitions by: ``reach_m``, the distance in m beyond which no frame gets, and
@@ -224,6 +233,8 @@ class NetworkModel(Protocol):
     them is the model's task. It may have ``reach_m`` and ``separates`` as a rule may,
     ``refuses``, those of its ``reasons`` for which ``send`` takes nothing of a frame for anybody,
     so that its bytes were never sent,
+    ``judges_transmissions`` (True), if its MAC repeats what is lost and it asks
+    ``Context.judge_transmission`` each time,
     ``attempts() -> (int, int)``: transmissions so far, and how many of them failed,
     ``control() -> (int, int)``: frames and bytes that its protocols have sent so far,
     ``busy_ns(hosts) -> Sequence[int]``: for how long so far each part of it was in use that is one

@@ -89,7 +89,7 @@ class Multihop:
             self.reasons = (*hop.reasons, *_relayed(hop), *sorted(_OWN))
             self.refuses = ("no_path", *getattr(hop, "refuses", ()))
         self._hop, self._limit = hop, params.hop_limit
-        for told in "attempts", "busy_ns":
+        for told in "attempts", "busy_ns", "judges_transmissions":
             if hasattr(hop, told):
                 setattr(self, told, getattr(hop, told))
         self.routing = (Batman(params.batman) if params.routing == "batman"

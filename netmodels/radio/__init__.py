@@ -12,15 +12,13 @@ from desim import ports
 from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.ethernet import FULL_BYTES
-from netmodels.losses import lose
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
 from netmodels.radio.dcf import (
     ACKED,
-    DROPPED,
     EXPIRED,
     FAILED,
-    MISSED,
+    HEARD,
     NEVER,
     RECEIVED,
     Reception,
@@ -29,6 +27,7 @@ from netmodels.radio.dcf import (
 from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.errors import error_table
 from netmodels.radio.fading import Fades, Fading
+from netmodels.radio.fates import Waiting
 from netmodels.radio.pathloss import PathLossParams, reach_m
 from netmodels.radio.presets import filled
 from netmodels.radio.ratecontrol import Arf, RateControl
@@ -39,10 +38,8 @@ from netmodels.radio.walls import Walls
 
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 
-_ARRIVED, _EXPIRED = ports.Deliver(0), ports.Drop("expired")
-_CHANNEL_ERROR, _COLLISION = ports.Drop("channel_error"), ports.Drop("collision")
+_EXPIRED = ports.Drop("expired")
 _ATTEMPTS = {ACKED: Arf.acknowledged, FAILED: Arf.failed}
-_OUT_OF_REACH = ports.Drop("out_of_reach")
 
 
 class Thresholds(ports.Params):
@@ -68,30 +65,6 @@ class Thresholds(ports.Params):
                          self.preamble_above_db, unaware=self.unaware)
 
 
-class Waiting:
-    """A frame in a sender's queue. ``given_up``: a unicast frame's packets. By receiver, bit k for
-    packet k of a broadcast: those ``got``, and those ``broken`` by errors."""
-
-    __slots__ = ("frame", "given_up", "got", "broken")
-
-    def __init__(self, frame: ports.Frame) -> None:
-        self.frame = frame
-        self.given_up: list[int] = []
-        self.got: dict[int, int] = {}
-        self.broken: dict[int, int] = {}
-
-    def note(self, what: int, receiver: int, packet: int) -> bool:
-        """An outcome. Returns whether the frame has left the queue."""
-        if what == DROPPED:
-            self.given_up.append(packet)
-            return packet == self.frame.segments - 1
-        if what == MISSED or what == RECEIVED and self.frame.broadcast:
-            packets = self.got if what == RECEIVED else self.broken
-            packets[receiver] = packets.get(receiver, 0) | 1 << packet
-            return False
-        return True
-
-
 class Radio:
     """Wi-Fi without an access point (802.11a, b or g): carrier sense, backoff, acknowledgements and
     retries of unicast frames, none of broadcast ones; hidden terminals, and capture of the stronger
@@ -103,6 +76,9 @@ class Radio:
     beginning but not all of it (``channel_error``). Propagation (0.7 us over 200 m) is left out.
     A train is sent packet by packet; one that is given up, or that a receiver of a broadcast does
     not get, is lost alone. The train has arrived when the last packet is through.
+
+    Rules of loss and jamming act on each transmission of data, so that it is repeated; what they
+    take is like what has errors. Acknowledgements and RTS get through.
 
     Where links fade (``fading``), their gains change at the beginning of a block, also for what is
     on the air then. With ``rate_control`` a rate belongs to a sender and a receiver, and packets
@@ -161,6 +137,7 @@ class Radio:
 
     reasons = ("channel_error", "collision", "expired", "out_of_reach", "queue_full", "retry_limit")
     refuses = ("queue_full",)
+    judges_transmissions = True
 
     def __init__(self, params: Params, standard: Standard | None = None) -> None:
         """``standard``: its numbers, where they are not those of the one in ``params``."""
@@ -175,6 +152,7 @@ class Radio:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params, standard = self._params, self._standard
         self._context = context
+        self._judged = context.judge_transmission is not None
         self._rate, self._broadcast_rate = chosen_rates(
             params.standard, params.rate_bps, params.broadcast_rate_bps)
         if params.walls is not None:
@@ -193,7 +171,8 @@ class Radio:
         self._stations = Stations(standard, keys, errors, params.reception.for_stations(),
                                   params.queue, params.retries,
                                   params.window_failures or params.retries, params.lifetime_ns,
-                                  first_rate=params.rate_control and self._rate)
+                                  first_rate=params.rate_control and self._rate,
+                                  judged=self._judged)
         self._arf = params.rate_control and Arf(params.rate_control, standard.alike(self._rate),
                                                 self._rate)
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
@@ -309,6 +288,10 @@ class Radio:
                                       _ATTEMPTS[what](self._arf, station, receiver))
                 continue
             waiting = self._waiting[station, position]
+            if self._judged and what in (HEARD, RECEIVED):
+                if not self._passes(waiting, what, receiver, packet):
+                    continue
+                what = RECEIVED
             if waiting.note(what, receiver, packet):
                 del self._waiting[station, position]
                 decided.append((what, waiting))
@@ -331,40 +314,25 @@ class Radio:
         self._stations.link(now_ns, links.first, links.hearer, links.mw)
 
     def _tell(self, what: int, waiting: Waiting) -> None:
-        frame, given_up = waiting.frame, waiting.given_up
+        frame = waiting.frame
         if what == EXPIRED:
             self._context.settle_many(frame, frame.receivers, _EXPIRED)
         elif frame.broadcast:
-            self._tell_all(waiting)
+            waiting.tell_all(self._context, self._links.finders(frame.source))
         else:
-            lose(self._context, frame, frame.receivers[0], {"retry_limit": given_up})
+            waiting.tell(self._context)
 
-    def _tell_all(self, waiting: Waiting) -> None:
-        """A broadcast is over."""
-        frame, got, broken = waiting.frame, waiting.got, waiting.broken
-        among, settle, whole = frame.among, self._context.settle_many, (1 << frame.segments) - 1
-        arrived = among(receiver for receiver in sorted(got) if got[receiver] == whole)
-        errors = among(receiver for receiver in sorted(broken) if broken[receiver] == whole)
-        known = {*arrived, *errors}
-        if frame.segments > 1:
-            known |= self._tell_in_part(waiting, among(
-                receiver for receiver in sorted({*got, *broken}) if receiver not in known))
-        missed = among(receiver for receiver in self._links.finders(frame.source)
-                       if receiver not in known)
-        for receivers, fate in ((arrived, _ARRIVED), (errors, _CHANNEL_ERROR),
-                                (missed, _COLLISION)):
-            if receivers:
-                settle(frame, receivers, fate)
-        settle(frame, None, _OUT_OF_REACH)
-
-    def _tell_in_part(self, waiting: Waiting, receivers: list[int]) -> set[int]:
-        """What became of a broadcast train's packets, where it was not the same of all. Returns
-        ``receivers``."""
-        frame = waiting.frame
-        for receiver in receivers:
-            got, broken = (packets.get(receiver, 0) for packets in (waiting.got, waiting.broken))
-            unheard = ~(got | broken)
-            lose(self._context, frame, receiver, {
-                reason: [packet for packet in range(frame.segments) if packets >> packet & 1]
-                for reason, packets in (("channel_error", broken), ("collision", unheard))})
-        return set(receivers)
+    def _passes(self, waiting: Waiting, what: int, receiver: int, packet: int) -> bool:
+        """Whether a packet that was made out at ``receiver`` is not lost by rules, and to be noted:
+        any one of a broadcast, and the last one of a train when it comes for the first time."""
+        frame, now_ns = waiting.frame, self._context.now_ns
+        if what == RECEIVED and not frame.among((receiver,)):
+            return True
+        drop = self._context.judge_transmission(waiting.packet(packet, receiver), receiver)
+        if what == HEARD:
+            first = self._stations.judge(now_ns, frame.source, drop is not None)
+            return first and packet == frame.segments - 1
+        if drop is not None:
+            waiting.lose(drop.reason, receiver, packet)
+            self._stations.miss(now_ns, receiver)
+        return drop is None

@@ -34,6 +34,7 @@ class GilbertElliott:
             return self
 
     reasons = ("burst_loss",)
+    per_transmission = True
 
     def __init__(self, params: Params) -> None:
         self._loss = params.loss_good, params.loss_bad

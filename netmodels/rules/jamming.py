@@ -26,6 +26,7 @@ class Jamming:
         probability: Ratio = Field(1.0, description="of one packet at one receiver (all)")
 
     reasons = ("jammed",)
+    per_transmission = True
 
     def __init__(self, params: Params) -> None:
         self._params = params

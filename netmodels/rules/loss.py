@@ -18,6 +18,7 @@ class Loss:
         probability: Ratio = Field(description="of one packet at one receiver")
 
     reasons = ("random_loss",)
+    per_transmission = True
 
     def __init__(self, params: Params) -> None:
         self._probability = params.probability

@@ -15,6 +15,7 @@ from netmodels.radio.dcf.records.kernels import (
     DROPPED,
     EXPIRED,
     FAILED,
+    HEARD,
     MISSED,
     NEVER,
     RECEIVED,
@@ -22,8 +23,8 @@ from netmodels.radio.dcf.records.kernels import (
 from netmodels.radio.errors import ErrorTable
 from netmodels.radio.standards import ACK_BYTES, CTS_BYTES, RTS_BYTES, Standard
 
-__all__ = ["ACKED", "DONE", "DROPPED", "EXPIRED", "FAILED", "MISSED", "NEVER", "RECEIVED", "Counts",
-           "Outcome", "Reception", "Stations"]
+__all__ = ["ACKED", "DONE", "DROPPED", "EXPIRED", "FAILED", "HEARD", "MISSED", "NEVER", "RECEIVED",
+           "Counts", "Outcome", "Reception", "Stations"]
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,8 @@ class Reception:
 # position, receiver, packet. RECEIVED: a unicast frame's last packet has arrived; of a broadcast
 # one row a packet. MISSED: a packet of a broadcast had errors. DONE: the end of a broadcast.
 # DROPPED: a unicast frame's packet was given up. EXPIRED: a frame has waited too long to begin.
-# ACKED and FAILED, only where rates adapt: an attempt at a packet was acknowledged or not.
+# ACKED and FAILED, only where rates adapt: an attempt at a packet was acknowledged or not. HEARD,
+# only where transmissions are judged, instead of RECEIVED: a unicast frame's packet was made out.
 Outcome = tuple[int, int, int, int, int, int]
 
 
@@ -78,13 +80,14 @@ class Stations:
     packet is given up after ``tries`` failures; after ``reset_at`` in a row the contention window
     starts anew. A frame that has waited for ``lifetime_ns`` (None: any time) is not sent any more.
     Rates adapt if there is a ``first_rate``: unicast frames go at the one that was chosen for their
-    receiver when they go on the air (``choose``), not at their own.
+    receiver when they go on the air (``choose``), not at their own. Where transmissions are
+    ``judged``, whoever takes the outcomes says at once what was lost (``judge``, ``miss``).
     """
 
     def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,
                  reception: Reception = Reception(), limit: int = 500, tries: int = 7,
                  reset_at: int = 7, lifetime_ns: int | None = None,
-                 first_rate: int | None = None) -> None:
+                 first_rate: int | None = None, judged: bool = False) -> None:
         n, self._lifetime_ns = len(keys), lifetime_ns
         self._present, self._next_ns, self._taken_ns = 0, NEVER, -1
         first = np.zeros(n, records.STATION)
@@ -108,7 +111,7 @@ class Stations:
             _milliwatts(reception.noise_dbm), _milliwatts(reception.energy_dbm),
             _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
             errors.clear, errors.first_db, errors.step_db,
-            reception.unaware, 0)], records.SETUP)
+            reception.unaware, judged, 0)], records.SETUP)
         self._outcomes = np.zeros(4 * n + 8 + (n * limit if lifetime_ns else 0), records.OUTCOME)
         self._locate()
 
@@ -147,6 +150,17 @@ class Stations:
         """From the next attempt on, ``station`` sends to ``dest`` at this rate."""
         self._choices[station, dest] = rate
         self._next_ns = None
+
+    def judge(self, now_ns: int, station: int, lost: bool) -> bool:
+        """Whether the packet of ``station`` that was HEARD now is ``lost`` after all. Returns
+        whether its receiver has got it now, and had not before."""
+        self._next_ns = None
+        return kernels.judge(self._where, self._present, now_ns, station, lost)
+
+    def miss(self, now_ns: int, receiver: int) -> None:
+        """The broadcast packet that was RECEIVED now is lost at ``receiver`` after all."""
+        self._next_ns = None
+        kernels.miss(self._where, self._present, now_ns, receiver)
 
     @property
     def next_ns(self) -> int:

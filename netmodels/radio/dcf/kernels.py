@@ -6,11 +6,11 @@ nobody but those who hear it: the work for a frame hardly grows with the station
 
 from __future__ import annotations
 
-from numba import int64, void
+from numba import boolean, int64, void
 
 from netmodels.kernels import lean
-from netmodels.radio.dcf.contention.kernels import draw, plan, sense
-from netmodels.radio.dcf.exchange.kernels import happen
+from netmodels.radio.dcf.contention.kernels import draw, plan, rest, sense
+from netmodels.radio.dcf.exchange.kernels import admit, happen
 from netmodels.radio.dcf.frames.kernels import tune
 from netmodels.radio.dcf.reception.kernels import account
 from netmodels.radio.dcf.records.kernels import (
@@ -21,6 +21,7 @@ from netmodels.radio.dcf.records.kernels import (
     NEVER,
     TIMEOUT,
     a_dcf,
+    a_station,
     pick,
     schedule,
     soonest,
@@ -30,6 +31,15 @@ from netmodels.radio.dcf.records.kernels import (
 
 _i8 = int64
 _places = int64[:, :, ::1]  # of the arrays: ``view`` of the present, ``view`` of the future
+
+
+@lean(void(a_dcf, a_station, _i8))
+def spoil(d, r, now):
+    """What station r has made out had errors after all."""
+    r.eifs = NEVER
+    if r.busy == 0:
+        rest(d.setup[0], r, now)
+        plan(d.setup[0], d.due, r)
 
 
 @lean(void(a_dcf, _i8))
@@ -129,3 +139,27 @@ def enqueue(where, present, now, expires, i, dest, packets, size_bytes, last_byt
             draw(s)
         plan(setup, d.due, s)
     return position
+
+
+@lean(boolean(_places, _i8, _i8, _i8, _i8))
+def judge(where, present, now, i, lost):
+    """The packet that station i has just transmitted was ``lost`` at its receiver (0, 1), which
+    had made it out. Returns whether it is the first time that it was not."""
+    d = view(where[present])
+    s = d.stations[i]
+    r, first = d.stations[s.to], s.got == 0
+    touch(d, s)
+    touch(d, r)
+    if lost == 0:
+        admit(d, r, s, now)
+        return first
+    spoil(d, r, now)
+    return False
+
+
+@lean(void(_places, _i8, _i8, _i8))
+def miss(where, present, now, i):
+    """A broadcast that station i has just made out was lost there."""
+    d = view(where[present])
+    touch(d, d.stations[i])
+    spoil(d, d.stations[i], now)

@@ -25,6 +25,7 @@ from netmodels.radio.dcf.records.kernels import (
     END,
     EXPIRED,
     FAILED,
+    HEARD,
     IDLE,
     KINDS,
     MISSED,
@@ -214,6 +215,13 @@ def keep_off(d, r, s, now):
 
 
 @lean(void(a_dcf, a_station, a_station, _i8))
+def admit(d, r, s, now):
+    """Station r has got the present packet of station s."""
+    answer(d.setup[0], d.due, r, s, now, ACK)
+    s.got = 1
+
+
+@lean(void(a_dcf, a_station, a_station, _i8))
 def take(d, r, s, now):
     """Station r has received station s's frame without errors."""
     setup, due = d.setup[0], d.due
@@ -221,11 +229,12 @@ def take(d, r, s, now):
         tell(d, now, RECEIVED, s, r.index)
     elif s.to != r.index:
         keep_off(d, r, s, now)
+    elif s.kind == DATA and setup.judged == 1:
+        tell(d, now, HEARD, s, r.index)
     elif s.kind == DATA:
-        answer(setup, due, r, s, now, ACK)
         if s.got == 0 and s.part == d.frames[s.index, s.head].packets - 1:
             tell(d, now, RECEIVED, s, r.index)
-        s.got = 1
+        admit(d, r, s, now)
     elif s.kind == RTS:
         if r.nav <= now:
             answer(setup, due, r, s, now, CTS)

@@ -20,7 +20,7 @@ BLOCK = 32  # stations whose next events have a common minimum
 
 IDLE, SENDING, AWAITING = range(3)  # what a station does about its present packet
 RTS, CTS, DATA, ACK = range(4)
-RECEIVED, MISSED, DONE, DROPPED, EXPIRED, ACKED, FAILED = range(7)  # outcomes
+RECEIVED, MISSED, DONE, DROPPED, EXPIRED, ACKED, FAILED, HEARD = range(8)  # outcomes
 
 
 STATION = np.dtype([  # kept small, for the future is tried out on copies
@@ -87,13 +87,14 @@ OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("posi
 # ``energy_mw`` makes the medium busy; a preamble is found above ``signal_mw`` and a ratio of
 # ``capture`` to noise and interference; above the ratio ``clear`` no bit has an error; the table
 # of errors begins at ``table_db``, in steps of ``step_db``. ``unaware``: see ``arrive``.
-# ``outcomes``: how many were noted.
+# ``judged``: whether somebody judges what unicast
+# transmissions come to. ``outcomes``: how many were noted.
 SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("difs_ns", "i8"), ("eifs_ns", "i8"),
                   ("detection_ns", "i8"), ("cw_min", "i8"), ("cw_max", "i8"),
                   ("try_limit", "i8"), ("reset_at", "i8"), ("noise_mw", "f8"),
                   ("energy_mw", "f8"), ("signal_mw", "f8"), ("capture", "f8"),
                   ("clear", "f8"), ("table_db", "f8"), ("step_db", "f8"),
-                  ("unaware", "i8"), ("outcomes", "i8")])
+                  ("unaware", "i8"), ("judged", "i8"), ("outcomes", "i8")])
 
 
 class Dcf(NamedTuple):

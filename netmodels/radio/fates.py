@@ -1,0 +1,85 @@
+"""What becomes of a frame in a sender's queue, packet by packet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from desim import ports
+from netmodels.losses import lose
+from netmodels.radio.dcf import DROPPED, MISSED, RECEIVED
+
+_ARRIVED, _COLLISION = ports.Deliver(0), ports.Drop("collision")
+_OUT_OF_REACH = ports.Drop("out_of_reach")
+
+
+class Waiting:
+    """A frame in a sender's queue. ``given_up`` are a unicast frame's packets. Of a broadcast by
+    receiver, bit k for packet k: those ``got``, and those ``lost`` for a reason."""
+
+    __slots__ = ("frame", "given_up", "got", "lost")
+
+    def __init__(self, frame: ports.Frame) -> None:
+        self.frame = frame
+        self.given_up: list[int] = []
+        self.got: dict[int, int] = {}
+        self.lost: dict[str, dict[int, int]] = {}
+
+    def note(self, what: int, receiver: int, packet: int) -> bool:
+        """An outcome. Returns whether the frame has left the queue."""
+        if what == DROPPED:
+            self.given_up.append(packet)
+            return packet == self.frame.segments - 1
+        if what == MISSED:
+            self.lose("channel_error", receiver, packet)
+            return False
+        if what == RECEIVED and self.frame.broadcast:
+            self.got[receiver] = self.got.get(receiver, 0) | 1 << packet
+            return False
+        return True
+
+    def lose(self, reason: str, receiver: int, packet: int) -> None:
+        """A packet of a broadcast is lost at a receiver that has found it."""
+        packets = self.lost.setdefault(reason, {})
+        packets[receiver] = packets.get(receiver, 0) | 1 << packet
+
+    def packet(self, number: int, receiver: int) -> ports.Frame:
+        """One of its packets, on the way to one receiver."""
+        frame = self.frame
+        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
+        return frame._replace(receivers=(receiver,), size_bytes=sizes[number], segments=1)
+
+    def tell(self, context: ports.Context) -> None:
+        """The unicast frame is over: what was given up is lost."""
+        frame = self.frame
+        lose(context, frame, frame.receivers[0], {"retry_limit": self.given_up})
+
+    def tell_all(self, context: ports.Context, finders: Sequence[int]) -> None:
+        """The broadcast is over. Where ``finders`` have found nothing of it, others were louder."""
+        frame, got = self.frame, self.got
+        among, whole = frame.among, (1 << frame.segments) - 1
+        fates = [(_ARRIVED, among(host for host in sorted(got) if got[host] == whole))]
+        fates += [(ports.Drop(reason), among(host for host in sorted(packets)
+                                             if packets[host] == whole))
+                  for reason, packets in sorted(self.lost.items())]
+        known = {host for _, hosts in fates for host in hosts}
+        if frame.segments > 1:
+            found = {*got, *(host for packets in self.lost.values() for host in packets)}
+            parted = among(sorted(found - known))
+            self._tell_in_part(context, parted)
+            known.update(parted)
+        fates.append((_COLLISION, among(host for host in finders if host not in known)))
+        for fate, receivers in fates:
+            if receivers:
+                context.settle_many(frame, receivers, fate)
+        context.settle_many(frame, None, _OUT_OF_REACH)
+
+    def _tell_in_part(self, context: ports.Context, receivers: Sequence[int]) -> None:
+        """Not all packets have had the same fate at ``receivers``."""
+        frame = self.frame
+        for receiver in receivers:
+            lost = {reason: packets[receiver] for reason, packets in sorted(self.lost.items())
+                    if receiver in packets}
+            unheard = ~(self.got.get(receiver, 0) | sum(lost.values()))
+            lose(context, frame, receiver, {
+                reason: [packet for packet in range(frame.segments) if bits >> packet & 1]
+                for reason, bits in {**lost, "collision": unheard}.items()})
