@@ -16,13 +16,14 @@ if TYPE_CHECKING:
 class Finder:
     """Of one router in one life; a leaf, which does not listen, keeps one link only.
 
-    Scouting never ends. Of two routers that hear of each other this way or by gossip the one of the
-    higher index (zid) calls ("greater-zid"), once each time. An ``endpoint`` is called again until
-    there is a link, and when a link is lost.
+    Scouting never ends, and who is greeted calls, once each time (autoconnect_strategy "always"),
+    one after another (orchestrator.rs awaits connect_peer).
+    Of two routers that hear of each other by gossip the one of the higher index (zid) calls
+    ("greater-zid"). An ``endpoint`` is called again until there is a link, and when a link is lost.
     """
 
     __slots__ = ("listens", "_host", "_context", "_params", "_routers", "_endpoints", "_router",
-                 "_step_ns", "_pauses_ns", "_timers")
+                 "_step_ns", "_pauses_ns", "_timers", "_greeters", "_calling")
 
     def __init__(self, host: int, listens: bool, endpoints: list[int], context: Context,
                  params: ZenohParams, routers: Mapping[int, Router]) -> None:
@@ -34,6 +35,8 @@ class Finder:
         self._router: Router
         self._step_ns = params.scout_first_ns
         self._pauses_ns: dict[int, int] = {}  # before the next call of an endpoint
+        self._greeters: dict[int, int] = {}  # to be called, and in which of their lives they are
+        self._calling: int | None = None  # a greeter
         self._timers: dict[int, Any] = {}  # by endpoint, that of scouting by the own host
 
     def begin(self, router: Router) -> None:
@@ -53,9 +56,11 @@ class Finder:
 
     def linked(self, peer: int) -> None:
         self._pauses_ns.pop(peer, None)
+        self._called(peer)
 
     def unlinked(self, peer: int, was_up: bool) -> None:
         """A link is lost, or did not come up."""
+        self._called(peer)
         endpoints, params = self._endpoints, self._params
         if peer not in endpoints:
             return
@@ -71,7 +76,8 @@ class Finder:
     def heard_of(self, peer: int) -> None:
         """It is in the network."""
         if self._params.gossip and self.listens and self._host > peer and peer in self._listening():
-            self._call_found(peer, None)
+            if not self._router.has_link(peer):
+                self._router.dial(peer)
 
     # Scouting.
 
@@ -91,13 +97,23 @@ class Finder:
 
     def _greeted(self, hello: tuple[int, int], _: int) -> None:
         peer, life = hello
-        if self._routers.get(self._host) is self._router and (
-                self._host > peer if self.listens else not self._router.has_link()):
-            self._call_found(peer, life)
+        if self._routers.get(self._host) is self._router:
+            self._greeters[peer] = life
+            self._call_next()
 
-    def _call_found(self, peer: int, life: int | None) -> None:
-        if not self._router.has_link(peer, life):
-            self._router.dial(peer)
+    def _call_next(self) -> None:
+        while self._greeters and self._calling is None:
+            peer, life = next(iter(self._greeters.items()))
+            del self._greeters[peer]
+            if self.listens or not self._router.has_link():
+                if not self._router.has_link(peer, life):
+                    self._calling = peer
+                    self._router.dial(peer)
+
+    def _called(self, peer: int) -> None:
+        if self._calling == peer:
+            self._calling = None
+            self._call_next()
 
     # Endpoints.
 

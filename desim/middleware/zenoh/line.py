@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim.middleware.zenoh.sizes import push_bytes
@@ -37,13 +38,13 @@ class Parcel:
 
 
 class Line:
-    """A few batches may wait for the socket. What they have no room for waits at its publisher: a
-    stream keeps its newest there, as many as its queue takes, and closes the link when nothing
-    moves for too long; a datagram is dropped after a moment."""
+    """While the socket takes nothing one batch is being written and further ones fill. What these
+    have no room for waits with its publisher, blocks this and closes the link when nothing moves
+    for too long, or is dropped after a moment."""
 
     __slots__ = ("_link", "_connection", "_sender", "_host", "_context", "_kernel", "_params",
-                 "_batches",
-                 "_bytes", "_most_bytes", "_waiting", "_counts", "_moved_ns", "_closer", "_asked")
+                 "_writing", "_filling", "_bytes", "_most_bytes", "_waiting", "_moved_ns",
+                 "_closer", "_asked", "_flushed")
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -51,33 +52,48 @@ class Line:
         self._sender = link.connection.sender(link.host)
         self._context, self._params = link.router.context, link.router.params
         self._kernel = self._context.graph.kernel
-        self._batches: deque[tuple[Parcel, int]] = deque()
-        self._bytes = 0
-        self._most_bytes = self._params.batches * self._params.batch_bytes
+        self._writing: deque[tuple[Parcel, int]] = deque()
+        self._filling: deque[tuple[Parcel, int]] = deque()
+        self._bytes = 0  # of what fills
+        self._most_bytes = (self._params.batches - 1) * self._params.batch_bytes
         self._waiting: deque[Parcel] = deque()
-        self._counts: dict[Publication, int] = {}
         self._moved_ns = 0
         self._closer: Any = None
         self._asked = False
+        self._flushed: Callable[[], Any] | None = None
 
     def offer(self, parcel: Parcel) -> None:
-        size_bytes = push_bytes(parcel.message.size_bytes, self._params.batch_bytes)
-        if not self._batches and self._sender.room:
+        size_bytes = self._size(parcel)
+        if self._flushed is not None:
+            parcel.drop("link_closed")
+        elif not self._writing and self._sender.room:
             self._go(parcel, size_bytes)
+        elif not self._writing:
+            self._writing.append((parcel, size_bytes))
+            self._ask()
         elif not self._waiting and self._fits(size_bytes):
-            self._queue(parcel, size_bytes)
+            self._fill(parcel, size_bytes)
         else:
-            self._wait(parcel)
+            self._wait(parcel, size_bytes)
 
     def parcels(self) -> list[Parcel]:
         """All that have not arrived."""
         flying = [token for token in self._connection.unheard(self._host) if type(token) is Parcel]
-        return flying + [parcel for parcel, _ in self._batches] + list(self._waiting)
+        written = [parcel for parcel, _ in (*self._writing, *self._filling)]
+        return flying + written + list(self._waiting)
+
+    def flush(self, flushed: Callable[[], Any]) -> None:
+        """Nothing more is taken; ``flushed()`` when the socket has all that was. Whoever is blocked
+        stays so."""
+        self._flushed = flushed
+        if not self._writing:
+            flushed()
 
     def close(self, reason: str) -> None:
         for parcel in self.parcels():
             parcel.drop(reason)
-        self._batches.clear()
+        self._writing.clear()
+        self._filling.clear()
         self._waiting.clear()
         if self._closer is not None:
             self._closer.cancel()
@@ -89,11 +105,13 @@ class Line:
         self._sender.send(size_bytes, link.carried, parcel, None)
 
     def _fits(self, size_bytes: int) -> bool:
-        return not self._batches or self._bytes + size_bytes <= self._most_bytes
+        return not self._filling or self._bytes + size_bytes <= self._most_bytes
 
-    def _queue(self, parcel: Parcel, size_bytes: int) -> None:
-        self._batches.append((parcel, size_bytes))
+    def _fill(self, parcel: Parcel, size_bytes: int) -> None:
+        self._filling.append((parcel, size_bytes))
         self._bytes += size_bytes
+
+    def _ask(self) -> None:
         if not self._asked:
             self._asked = True
             self._sender.when_room(self._room)
@@ -101,63 +119,65 @@ class Line:
     def _room(self) -> None:
         """The socket takes more."""
         self._asked = False
-        while self._batches and self._sender.room:
-            parcel, size_bytes = self._batches.popleft()
-            self._bytes -= size_bytes
-            self._go(parcel, size_bytes)
-            self._refill()
-        if self._batches and not self._asked:
-            self._asked = True
-            self._sender.when_room(self._room)
+        while self._writing and self._sender.room:
+            self._go(*self._writing.popleft())
+            if not self._writing:
+                self._next_batch()
+        if self._writing:
+            self._ask()
+        elif self._flushed is not None and not self._link.over:
+            self._flushed()
 
-    def _refill(self) -> None:
-        batch_bytes = self._params.batch_bytes
-        while self._waiting:
+    def _next_batch(self) -> None:
+        """What has filled first is written next, and makes room for what waits."""
+        most_bytes = self._params.batch_bytes
+        while self._filling and (not self._writing or self._filling[0][1] <= most_bytes):
+            parcel, size_bytes = self._filling.popleft()
+            self._bytes -= size_bytes
+            most_bytes -= size_bytes
+            self._writing.append((parcel, size_bytes))
+        while self._waiting and self._flushed is None:
             parcel = self._waiting[0]
-            size_bytes = push_bytes(parcel.message.size_bytes, batch_bytes)
-            if not self._fits(size_bytes):
+            size_bytes = self._size(parcel)
+            if self._writing and not self._fits(size_bytes):
                 return
             self._moved_ns = self._context.now_ns
-            self._forget(parcel)
-            self._batches.append((parcel, size_bytes))
-            self._bytes += size_bytes
+            self._waiting.popleft()
+            if self._writing:
+                self._fill(parcel, size_bytes)
+            else:
+                self._writing.append((parcel, size_bytes))
 
-    def _wait(self, parcel: Parcel) -> None:
-        publication, counts = parcel.publication, self._counts
-        context = self._context
+    def _size(self, parcel: Parcel) -> int:
+        return push_bytes(parcel.message.size_bytes, self._params.batch_bytes)
+
+    def _wait(self, parcel: Parcel, size_bytes: int) -> None:
+        context, params = self._context, self._params
         self._waiting.append(parcel)
-        counts[publication] = counts.get(publication, 0) + 1
-        if not publication.stream:
-            context.at(context.now_ns + self._params.wait_before_drop_ns, self._host, self._late,
-                       parcel)
-            return
-        if 0 < publication.limit < counts[publication]:
-            oldest = next(one for one in self._waiting if one.publication is publication)
-            self._forget(oldest)
-            oldest.drop("outbox_full")
-        if self._closer is None:
+        if not parcel.publication.blocks:
+            batches = -(-size_bytes // params.batch_bytes)
+            patience_ns = min(batches * params.wait_before_drop_ns,
+                              max(params.wait_before_drop_ns,
+                                  params.wait_before_drop_fragments_ns))
+            context.at(context.now_ns + patience_ns, self._host, self._late, parcel)
+        elif self._closer is None:
             self._moved_ns = context.now_ns
-            self._closer = context.at(context.now_ns + self._params.wait_before_close_ns,
+            self._closer = context.at(context.now_ns + params.wait_before_close_ns,
                                       self._host, self._stuck)
 
     def _late(self, parcel: Parcel) -> None:
-        """A datagram has waited long enough, if it waits still."""
+        """It has waited long enough, if it waits still."""
         if parcel in self._waiting:
-            self._forget(parcel)
+            self._waiting.remove(parcel)
             parcel.drop("congested")
-
-    def _forget(self, parcel: Parcel) -> None:
-        """It waits no longer."""
-        self._waiting.remove(parcel)
-        self._counts[parcel.publication] -= 1
 
     def _stuck(self, _: Any) -> None:
         self._closer = None
         context = self._context
         due_ns = self._moved_ns + self._params.wait_before_close_ns
-        if not any(parcel.publication.stream for parcel in self._waiting):
+        if not any(parcel.publication.blocks for parcel in self._waiting):
             return
         if context.now_ns >= due_ns:
-            self._link.close()
+            self._link.router.part(self._link.peer)
         else:
             self._closer = context.at(due_ns, self._host, self._stuck)

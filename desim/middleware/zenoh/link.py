@@ -26,13 +26,16 @@ SERVICE = "zenoh"  # port 7447
 class Link:
     """One end. The client says InitSyn and OpenSyn, the server acknowledges each.
 
-    ``life``: which of the peer's lives it is with (0: not known yet). What has gone over it:
+    ``life``: which of the peer's lives it is with (0: not known yet). ``expired``: it is only
+    waited for what is written; what comes over a link beside such a one stays ``unread``, for its
+    router takes it for the same and does not tell its keys again. What has gone over it:
     ``named``, the routers whose identity has, as bits; ``states``, the last link states; ``told``,
     of each router, its life and how many of its declarations have.
     """
 
-    __slots__ = ("router", "host", "peer", "life", "connection", "far", "up", "over", "named",
-                 "states", "told", "line", "sent_ns", "_opened_ns", "_timers", "_context")
+    __slots__ = ("router", "host", "peer", "life", "connection", "far", "up", "over", "expired",
+                 "unread", "named", "states", "told", "line", "sent_ns", "_opened_ns", "_timers",
+                 "_context")
 
     def __init__(self, router: Router, peer: int) -> None:
         self.router = router
@@ -42,6 +45,7 @@ class Link:
         self.far: Link
         self.up = False
         self.over = False
+        self.expired = self.unread = False
         self.named = 0
         self.states: dict[int, State] = {}
         self.told: dict[int, tuple[int, int]] = {}
@@ -49,11 +53,6 @@ class Link:
         self.sent_ns = self._opened_ns = 0
         self._timers: dict[str, Any] = {}
         self._context = router.context
-
-    @property
-    def dialling(self) -> bool:
-        """Whether it is opening from here."""
-        return not self.up and self.connection.client == self.host
 
     def dial(self) -> None:
         """Call the peer's router."""
@@ -78,8 +77,14 @@ class Link:
 
     def carried(self, parcel: Parcel) -> None:
         """It is at the other end."""
-        if not parcel.gone:
+        if self.unread:
+            parcel.drop("unknown_key")
+        elif not parcel.gone:
             self.far.router.received(parcel)
+
+    def shares(self, other: Link) -> None:
+        """What has gone over ``other``, the first with the same peer, need not go over this one."""
+        self.named, self.states, self.told = other.named, other.states, other.told
 
     def close(self) -> None:
         """Nothing more goes or comes over it: what is on it is lost."""
@@ -121,7 +126,7 @@ class Link:
 
     def _init_syn(self, life: int) -> None:
         self.life = life
-        if self.router.welcomes(self.peer):
+        if self.router.welcomes(self):
             self.say("link", INIT_ACK_BYTES, Link._init_ack, self.router.life)
         else:
             self.close()
@@ -164,13 +169,17 @@ class Link:
         """To have heard it is all."""
 
     def _look(self, _: Any) -> None:
-        """Close a link that nothing came over for a lease."""
+        """Give up a link that nothing came over for a lease. Where the socket does not take what
+        is written its end lives for another keep-alive (zenoh tx_task: drain)."""
         heard_ns = max(self._opened_ns, self.connection.end(self.host).data_heard_ns())
-        due_ns = heard_ns + self.router.params.lease_ns
-        if due_ns <= self._context.now_ns:
-            self.close()
-        else:
+        params, now_ns = self.router.params, self._context.now_ns
+        due_ns = heard_ns + params.lease_ns
+        if due_ns > now_ns:
             self._book("lease", due_ns, self._look)
+            return
+        self.expired = True
+        self._book("drain", now_ns + params.lease_ns // params.keep_alive, self._too_slow)
+        self.line.flush(self.close)
 
     def _book(self, name: str, time_ns: int, fn: Callable[[Any], Any]) -> None:
         self._timers[name] = self._context.at(time_ns, self.host, fn)

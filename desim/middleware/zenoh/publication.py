@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 
 class Publication:
-    """A ``Transport``. ``stream``: a message waits for room on a link (congestion control "block",
-    reliable), else it is dropped ("drop")."""
+    """A ``Transport``. ``blocks``: where a link has no room a message waits until there is some
+    (congestion control "block"), else it is soon dropped ("drop"). rmw_zenoh blocks for what is
+    reliable and keeps all, which is a stream without a limit (queue 0)."""
 
-    __slots__ = ("source", "stream", "limit", "_graph", "_router", "_receivers", "_pending")
+    __slots__ = ("source", "blocks", "_graph", "_router", "_receivers", "_pending")
 
     def __init__(self, offer: Offer, graph: Graph, router: Callable[[int], Router]) -> None:
         self.source = offer.publisher.host
-        self.stream = offer.transport == "stream"
-        self.limit = offer.queue
+        self.blocks = offer.transport == "stream" and offer.queue == 0
         self._graph = graph
         self._router = router
         self._receivers: list[int] = []

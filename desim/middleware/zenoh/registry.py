@@ -53,6 +53,10 @@ class Registry:
             self._knows(listener, topic, True)
         return True
 
+    def hears(self, topic: str) -> None:
+        """The own host listens to ``topic``, and knows so before it is declared."""
+        self._gain(self._own, [Declaration(0, topic)])
+
     def declare(self, declarations: list[Declaration]) -> None:
         """Of the own host, beside what it has declared before."""
         self._declared[self._own][1].extend(declarations)

@@ -3,12 +3,12 @@ messages on."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim.middleware.zenoh.line import Parcel
 from desim.middleware.zenoh.link import SERVICE, Link
-from desim.middleware.zenoh.registry import Part, Registry
+from desim.middleware.zenoh.registry import Declaration, Part, Registry
 from desim.middleware.zenoh.sizes import (
     DECLARATIONS_BYTES,
     IDENTITY_BYTES,
@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 
 
 class Router:
-    """From its host's start to its stop, which is its ``life``.
+    """From its host's start to its stop, which is its ``life``. Nodes declare as soon as it has
+    opened.
 
     Link states are flooded: each router passes what is news to its neighbours. Declarations of a
     router go along its tree of shortest ways, some time after the topology has changed. What there
@@ -38,7 +39,7 @@ class Router:
     """
 
     __slots__ = ("host", "life", "context", "params", "tcp", "links", "topology", "finder",
-                 "registry", "_most_hops", "_online", "_news", "_ends", "_flooding", "_spreading")
+                 "registry", "_most_hops", "_online", "_news", "_ends", "_timers", "_wishes")
 
     def __init__(self, host: int, life: int, context: Context, params: ZenohParams, tcp: Tcp,
                  finder: Finder) -> None:
@@ -54,8 +55,9 @@ class Router:
         # not have it.
         self._news: dict[int, bool] = {}
         self._ends: dict[Link, None] = {}  # opening ones too
-        self._flooding: Any = None
-        self._spreading: Any = None
+        self._wishes: list[list[Declaration]] | None = []  # of nodes, until it opens
+        self._timers: dict[Callable[[], Any], Any] = {}
+        self._book(self._open, params.open_wait_ns)
         if finder.listens:
             tcp.listen(host, SERVICE, self._called)
         finder.begin(self)
@@ -63,9 +65,8 @@ class Router:
     def stop(self) -> None:
         """The host has stopped."""
         self.finder.stop()
-        for timer in (self._flooding, self._spreading):
-            if timer is not None:
-                timer.cancel()
+        for timer in self._timers.values():
+            timer.cancel()
         for link in self._ends:
             link.vanish("link_closed")
 
@@ -81,22 +82,27 @@ class Router:
         self._ends[link] = None
         link.dial()
 
-    def welcomes(self, peer: int) -> bool:
-        """Of two that call each other the one of the higher index (zid) prevails."""
-        mine = [link for link in self._ends if link.peer == peer and link.dialling]
-        if mine and self.host > peer:
-            return False
-        for link in mine:
-            link.close()
-        return True
+    def welcomes(self, link: Link) -> bool:
+        """Not who has called before, in the same life (zenoh: one inbound link of a transport)."""
+        return not any(other.up and not other.expired and other.life == link.life
+                       and other.connection.client == link.peer for other in self._beside(link))
 
     def linked(self, link: Link) -> None:
-        """It is open. Who calls anew has given up the old link."""
+        """It is open. Of two that called each other the second link is a spare. Beside one that
+        has expired and waits for its end, it shares this end."""
         peer = link.peer
-        for other in [one for one in self._ends if one.peer == peer and one is not link]:
+        others = [other for other in self._beside(link) if other.up]
+        link.unread = any(other.expired for other in others)
+        spare = not link.unread and any(other.life == link.life for other in others)
+        if spare:
+            link.shares(self.links[peer])
+            return
+        self.links[peer] = link
+        if link.unread:
+            return
+        for other in others:
             other.close()
         self.registry.begins(peer, link.life)
-        self.links[peer] = link
         self.topology.link(peer, True)
         self._tell_states(link, self.topology.states)
         self._topology_changed({self.host: False})
@@ -105,11 +111,25 @@ class Router:
     def unlinked(self, link: Link) -> None:
         """It is over."""
         del self._ends[link]
-        if self.links.get(link.peer) is link:
+        if link.expired:
+            self.part(link.peer)
+        spare = next((other for other in self._beside(link) if other.up), None)
+        if self.links.get(link.peer) is link and spare is not None:
+            self.links[link.peer] = spare
+        elif self.links.get(link.peer) is link:
             del self.links[link.peer]
             self.topology.link(link.peer, False)
             self._topology_changed({self.host: False})
         self.finder.unlinked(link.peer, link.up)
+
+    def part(self, peer: int) -> None:
+        """Close all links with it."""
+        for link in [link for link in self._ends if link.peer == peer]:
+            link.close()
+
+    def _beside(self, link: Link) -> list[Link]:
+        """Others with the same peer."""
+        return [other for other in self._ends if other.peer == link.peer and other is not link]
 
     def _called(self, connection: Connection) -> None:
         link = Link(self, connection.client)
@@ -134,16 +154,21 @@ class Router:
         for router, new in routers.items():
             self._news[router] = new or self._news.get(router, False)
             self.registry.begins(router, self.topology.states[router].life)
-        context, params = self.context, self.params
-        if self._flooding is None:
-            self._flooding = context.at(context.now_ns + params.gather_ns, self.host, self._flood)
-        if self._spreading is None:
-            self._spreading = context.at(context.now_ns + params.trees_ns, self.host,
-                                         self._spread_all)
+        self._book(self._flood, 0)
+        self._book(self._spread_all, self.params.trees_ns)
         self._review()
 
-    def _flood(self, _: Any) -> None:
-        self._flooding = None
+    def _book(self, what: Callable[[], Any], delay_ns: int) -> None:
+        """Once, however often it is asked for meanwhile."""
+        if what not in self._timers:
+            self._timers[what] = self.context.at(self.context.now_ns + delay_ns, self.host,
+                                                 self._due, what)
+
+    def _due(self, what: Callable[[], Any]) -> None:
+        del self._timers[what]
+        what()
+
+    def _flood(self) -> None:
         states = self.topology.states
         news = [(router, new, states[router]) for router, new in self._news.items()]
         self._news = {}
@@ -193,8 +218,20 @@ class Router:
             self.registry.learn(part)
         self.spread([part.router for part in parts])
 
-    def _spread_all(self, _: Any) -> None:
-        self._spreading = None
+    def _open(self) -> None:
+        wishes, self._wishes = self._wishes, None
+        for declarations in wishes:
+            self.declare(declarations)
+
+    def declare(self, declarations: list[Declaration]) -> None:
+        """What a node of its own host wants known. Each wish is a message of its own."""
+        if self._wishes is not None:
+            self._wishes.append(declarations)
+        else:
+            self.registry.declare(declarations)
+            self.spread([self.host])
+
+    def _spread_all(self) -> None:
         self.spread(list(self._online))
 
     def spread(self, routers: list[int]) -> None:

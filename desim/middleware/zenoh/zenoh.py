@@ -17,9 +17,9 @@ from desim.ports.middleware import Endpoint, Offer, Transport
 class Zenoh:
     """A publisher's messages go to the hosts whose subscribers its router has learnt of.
 
-    Reasons for which messages are dropped: ``outbox_full`` (of a stream, the oldest that waited),
-    ``congested`` (a datagram found no room in time), ``link_closed`` (they were on a link that was
-    given up), ``sender_down``, ``no_route`` (the way was lost meanwhile).
+    Reasons for which messages are dropped: ``congested`` (no room in time), ``link_closed`` (they
+    were on a link that was given up), ``unknown_key`` (on a new link that its sender took for the
+    old one), ``sender_down``, ``no_route`` (the way was lost meanwhile).
     """
 
     Params = ZenohParams
@@ -64,16 +64,18 @@ class Zenoh:
             tokens = self._tokens(publisher)
             if self._routers[host].registry.publishes(topic):
                 tokens.append(Declaration(token_bytes(node, topic), None))
-            self._declare(host, tokens)
+            self._routers[host].declare(tokens)
 
     def subscribe(self, subscriber: Endpoint) -> None:
         host, node, topic = subscriber
         if host in self._routers:
             tokens = self._tokens(subscriber)
-            if host not in self._routers[host].registry.listeners(topic):
+            registry = self._routers[host].registry
+            if host not in registry.listeners(topic):
+                registry.hears(topic)
                 tokens += [Declaration(subscriber_bytes(topic), topic),
                            Declaration(token_bytes(node, topic), None)]
-            self._declare(host, tokens)
+            self._routers[host].declare(tokens)
 
     def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
         router = self._routers.get(publisher.host)
@@ -85,11 +87,6 @@ class Zenoh:
         if offer.via != "unicast":
             raise InputError(f".via: zenoh has no {offer.via}; allowed: unicast")
         return Publication(offer, self._context.graph, self._routers.__getitem__)
-
-    def _declare(self, host: int, declarations: list[Declaration]) -> None:
-        router = self._routers[host]
-        router.registry.declare(declarations)
-        router.spread([host])
 
     def _tokens(self, end: Endpoint) -> list[Declaration]:
         """The token of its node, if that is not declared yet."""
