@@ -16,12 +16,14 @@ SENSORS = frozenset({"scan", "odom", "true_pose", "cmd_vel"})
 
 
 class Totals(NamedTuple):
-    """Between hosts, one per message and receiving host. ``bytes_on_air`` count headers and
-    repetitions, and each broadcast once, without what a model refused to take."""
+    """Between hosts, one per message and receiving host. ``unmatched`` stand beside those that are
+    ``sent``. ``bytes_on_air`` count headers and repetitions, and each broadcast once, without what
+    a model refused to take."""
 
     sent: int
     delivered: int
     dropped: dict[str, int]
+    unmatched: int
     bytes_on_air: int
 
     @property
@@ -31,15 +33,17 @@ class Totals(NamedTuple):
 
 def totals(graph: Graph) -> Totals:
     """All topics together."""
-    sent = delivered = 0
+    sent = delivered = unmatched = 0
     dropped: dict[str, int] = {}
     for topic in tuple(graph.topics.values()):
         counts = topic.counts
         sent += counts.intended
         delivered += counts.delivered
+        unmatched += counts.unmatched
         for reason, count in tuple(counts.dropped.items()):
             dropped[reason] = dropped.get(reason, 0) + count
-    return Totals(sent, delivered, dropped, sum(medium.bytes_on_air for medium in graph.media))
+    return Totals(sent, delivered, dropped, unmatched,
+                  sum(medium.bytes_on_air for medium in graph.media))
 
 
 def family(topic: str, hosts: frozenset[str]) -> str:
@@ -71,6 +75,20 @@ class Families:
                 key = self._of(name)
                 out[key] = out.get(key, 0) + topic.counts.bytes
         return out
+
+    def fates(self) -> dict[str, dict[str, int]]:
+        """What became of the messages of each family: published = delivered + dropped + unmatched +
+        in flight, one per message and receiving host."""
+        out: dict[str, dict[str, int]] = {}
+        for name, topic in self._graph.topics.items():
+            counts = topic.counts
+            if counts.published:
+                own = {"published": counts.published, "delivered": counts.delivered,
+                       "dropped": sum(counts.dropped.values()), "unmatched": counts.unmatched,
+                       "in_flight": counts.in_flight}
+                known = out.get(self._of(name), dict.fromkeys(own, 0))
+                out[self._of(name)] = {key: known[key] + count for key, count in own.items()}
+        return dict(sorted(out.items()))
 
     def latency(self) -> dict[str, dict[str, Any]]:
         """By family: deliveries, and median, 95th percentile and longest latency in seconds,

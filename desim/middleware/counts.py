@@ -53,19 +53,22 @@ class LatencyHistogram:
 class TopicCounts:
     """The fates of one topic's messages.
 
-    Between hosts, one per message and receiving host: intended = delivered + dropped + in flight.
-    Delivered means that the receiving host has it. What becomes of it there is a second account,
+    Between hosts, one per message and receiving host: published = intended + unmatched, intended =
+    delivered + dropped + in flight. Unmatched is what was published while a host listened of which
+    the publisher did not know; a latched message that it gets later is taken back. Delivered means
+    that the receiving host has it. What becomes of it there is a second account,
     one per message and subscription, loopback included: queued = called + overwritten (the queue
     was full, its oldest went) + discarded (the host stopped) + still waiting. ``repeated`` counts
     copies that came after a delivery, which are not in the first account; those of datagrams are in
     the second one, streams throw theirs away.
     """
 
-    __slots__ = ("intended", "dropped", "bytes", "latency", "repeated", "queued", "called",
-                 "overwritten", "discarded")
+    __slots__ = ("intended", "unmatched", "dropped", "bytes", "latency", "repeated", "queued",
+                 "called", "overwritten", "discarded")
 
     def __init__(self) -> None:
         self.intended = 0
+        self.unmatched = 0
         self.dropped: dict[str, int] = {}
         self.bytes = 0  # delivered, without any header
         self.latency = LatencyHistogram()
@@ -74,6 +77,10 @@ class TopicCounts:
         self.called = 0
         self.overwritten = 0
         self.discarded = 0
+
+    @property
+    def published(self) -> int:
+        return self.intended + self.unmatched
 
     @property
     def delivered(self) -> int:

@@ -115,6 +115,8 @@ class Host:
             publisher.close("sender_down")
         for subscription, _ in self._inbox:
             subscription.topic.counts.discarded += 1
+        for topic in self._ends:
+            graph.topic(topic).listens(self.index, False)
         self.nodes = []
         self._publishers = []
         self._ends = {}
@@ -146,6 +148,7 @@ class Host:
         """See ``Node.subscribe``."""
         about = self.graph.topic(self.absolute(topic))
         self._ends_of(about.name)[1].append(Subscription(about, callback, queue))
+        about.listens(self.index, True)
         self.graph.context.subscribed(Endpoint(self.index, node, about.name))
 
     def latest(self, node: str, topic: str) -> Latest:
@@ -155,6 +158,7 @@ class Host:
         if latest is None:
             latest = Latest()
             self._ends[name] = latest, subscriptions
+            self.graph.topic(name).listens(self.index, True)
         self.graph.context.subscribed(Endpoint(self.index, node, name))
         return latest
 

@@ -16,15 +16,28 @@ if TYPE_CHECKING:
 
 
 class Topic:
-    """A name that messages are published under, its trace id and its counts."""
+    """A name that messages are published under, its trace id and its counts. ``listening``: hosts
+    that subscribe, whoever knows."""
 
-    __slots__ = ("name", "id", "counts", "publishers")
+    __slots__ = ("name", "id", "counts", "publishers", "listening")
 
     def __init__(self, name: str, id_: int) -> None:
         self.name = name
         self.id = id_
         self.counts = TopicCounts()
         self.publishers: list[Publisher] = []
+        self.listening: dict[int, None] = {}
+
+    def listens(self, host: int, does: bool) -> None:
+        """``host`` subscribes from now on, or not any more."""
+        if does == (host in self.listening):
+            return
+        if does:
+            self.listening[host] = None
+        else:
+            del self.listening[host]
+        for publisher in self.publishers:
+            publisher.count_unmatched()
 
 
 class Message:
@@ -88,7 +101,7 @@ class Publisher:
     """
 
     __slots__ = ("host", "topic", "offer", "transport", "latch", "_last", "_local", "_stale",
-                 "_receivers", "_heard")
+                 "_receivers", "_heard", "_unmatched", "_owed")
 
     def __init__(self, host: Host, topic: Topic, offer: Offer) -> None:
         if offer.transport not in ("stream", "datagram") or offer.via not in ("unicast",
@@ -103,13 +116,19 @@ class Publisher:
         self._last: Any = None  # content, of a latched topic
         self._local = self._heard = False
         self._stale = True
-        self._receivers = 0
+        self._receivers: dict[int, None] = {}
+        self._unmatched: list[int] = []  # hosts that listen and are no receivers
+        self._owed: list[int] = []  # those of them that miss a latched topic's last message
+        self.count_unmatched()
 
     def publish(self, content: Any) -> None:
         if self._stale:
             self._refresh()
+        if self._unmatched:
+            self.topic.counts.unmatched += len(self._unmatched)
         if self.latch:
             self._last = content
+            self._owed = self._unmatched
         if not self._heard:
             return
         host = self.host
@@ -121,7 +140,7 @@ class Publisher:
         if self._local:
             host.receive(message)
         if self._receivers:
-            graph.depart(message, self._receivers)
+            graph.depart(message, len(self._receivers))
             self.transport.send(message)
 
     def has_subscribers(self) -> bool:
@@ -135,11 +154,18 @@ class Publisher:
             self._stale = True
             self.host.graph.kernel.after(0, Phase.CONTROL, self.host.id, self._look)
 
+    def count_unmatched(self) -> None:
+        """Who listens has changed, or who is known to."""
+        own, receivers = self.host.index, self._receivers
+        self._unmatched = [host for host in self.topic.listening
+                           if host not in receivers and host != own]
+
     def close(self, reason: str) -> None:
         """The host stopped: what waits is dropped for ``reason``."""
         self._stale = False
         self._local = self.latch = self._heard = False
-        self._receivers = 0
+        self._receivers = {}
+        self._unmatched = []
         self.transport.close(reason)
 
     def _look(self, _: Any) -> None:
@@ -152,8 +178,9 @@ class Publisher:
         hosts = dict.fromkeys(end.host for end in
                               self.host.graph.middleware.subscribers(self.offer.publisher))
         self._local = hosts.pop(own, own) is None
-        self._receivers = len(hosts)
-        self._heard = self._local or self._receivers > 0
+        self._receivers = hosts
+        self._heard = self._local or bool(hosts)
+        self.count_unmatched()
         fresh = self.transport.connect(list(hosts))
         if fresh and self.latch and self._last is not None:
             self._repeat(fresh)
@@ -162,6 +189,9 @@ class Publisher:
         """A latched topic's last message goes to every new connection."""
         host, last = self.host, self._last
         host.published += 1
+        again = [receiver for receiver in receivers if receiver in self._owed]
+        self._owed = [receiver for receiver in self._owed if receiver not in again]
+        self.topic.counts.unmatched -= len(again)
         message = Message(host, self.topic, host.published, last.size_bytes,
                           host.graph.kernel.now_ns, last)
         host.graph.depart(message, len(receivers))

@@ -44,6 +44,8 @@ def _network(m: dict[str, Any]) -> list[tuple[str, str, str]]:
     rows = [
         ("messages", f"{m['messages_sent']} sent", f"{m['messages_delivered']} delivered"),
         ("", f"{m['messages_in_flight']} in flight", "at the end"),
+        *([("", f"{m['messages_unmatched']} unmatched", "not known who listens")]
+          if m.get("messages_unmatched") else []),
         *(("", f"{count} dropped", reason) for reason, count in m["messages_dropped"].items()),
         ("on the air", f"{m['bytes_on_air'] / 1e6:.1f} MB",
          f"{8e-6 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9):.2f} Mb/s on average"),

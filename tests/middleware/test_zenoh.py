@@ -19,7 +19,8 @@ def test_two_hosts_meet_and_talk():
     """B is there when a comes, scouts, is greeted and calls; four messages open the link; link
     states; 100 ms later declarations; then the latched word."""
     heard = []
-    net = net_of({"a": talker([(10 * MS, "one"), (900 * MS, "two")], latch=True), "b": listener(heard)})
+    net = net_of({"a": talker([(10 * MS, "one"), (900 * MS, "two")], latch=True),
+                  "b": listener(heard)})
     net.graph.host("a").stop()
     net.at(10 * MS, net.graph.host("a").start)
     net.run(1100 * MS)

@@ -75,9 +75,9 @@ class Finder:
 
     def heard_of(self, peer: int) -> None:
         """It is in the network."""
-        if self._params.gossip and self.listens and self._host > peer and peer in self._listening():
-            if not self._router.has_link(peer):
-                self._router.dial(peer)
+        if self._params.gossip and self.listens and self._host > peer \
+                and peer in self._listening() and not self._router.has_link(peer):
+            self._router.dial(peer)
 
     # Scouting.
 
@@ -105,10 +105,10 @@ class Finder:
         while self._greeters and self._calling is None:
             peer, life = next(iter(self._greeters.items()))
             del self._greeters[peer]
-            if self.listens or not self._router.has_link():
-                if not self._router.has_link(peer, life):
-                    self._calling = peer
-                    self._router.dial(peer)
+            linked = self._router.has_link(peer, life) if self.listens else self._router.has_link()
+            if not linked:
+                self._calling = peer
+                self._router.dial(peer)
 
     def _called(self, peer: int) -> None:
         if self._calling == peer:
