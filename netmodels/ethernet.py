@@ -5,8 +5,16 @@ from __future__ import annotations
 from desim.ports import FULL_PACKET_BYTES as FULL_BYTES
 from desim.ports import packet_sizes as segment_sizes
 
-__all__ = ["ETHERNET_BYTES", "FULL_BYTES", "GAP_BYTES", "LEAST_BYTES", "segment_sizes"]
+__all__ = ["CHECK_BYTES", "ETHERNET_BYTES", "FULL_BYTES", "GAP_BYTES", "LEAST_BYTES",
+           "PREAMBLE_BYTES", "padded", "segment_sizes"]
 
-ETHERNET_BYTES = 14 + 4  # header and check sequence
+CHECK_BYTES = 4  # frame check sequence
+ETHERNET_BYTES = 14 + CHECK_BYTES  # header and check sequence
 LEAST_BYTES = 64  # minFrameSize: shorter packets are padded on a cable
-GAP_BYTES = 8 + 12  # preamble with start delimiter, and the interframe gap
+PREAMBLE_BYTES = 8  # with start delimiter, before each packet
+GAP_BYTES = 12  # of silence behind each packet
+
+
+def padded(size_bytes: int) -> int:
+    """What a packet of ``size_bytes`` is on a cable."""
+    return size_bytes if size_bytes > LEAST_BYTES else LEAST_BYTES

@@ -291,7 +291,7 @@ def lazy(k, size_bytes):
 
 MODELS = [lambda: Ideal(Ideal.Params()), lambda: Disk(Disk.Params(rate="2 Mb/s")),
           lambda: link(rate="2 Mb/s", queue="30 kB"),
-          lambda: Switch(Switch.Params(rate="10 Mb/s", queue="20 kB"))]
+          lambda: Switch(Switch.Params(rate="10 Mb/s", buffer="20 kB"))]
 
 
 @settings(max_examples=40, deadline=None)

@@ -55,7 +55,7 @@ def test_what_a_full_queue_refuses_was_never_on_the_air():
 
 
 def test_what_a_switch_drops_at_its_exit_was_on_the_wire():
-    bench = Bench(rule(Switch, rate="1 Mb/s", queue="1000 B"), 4)
+    bench = Bench(rule(Switch, rate="1 Mb/s", buffer="1000 B"), 4)
     for source in "host_1", "host_2", "host_3":
         bench.send(0, source, "host_4", 1000)
     bench.run()
@@ -144,7 +144,7 @@ def test_a_packet_whose_fate_is_not_known_yet_is_not_posted():
     bench.medium.transmit(0, (1,), 15_180, 10, False, carrier, "train")
     assert bench.medium.post(0, (1,), 1518, carrier, "beside it") is None
     bench.run()
-    assert carrier.log == [("beside it", 1, "arrived"), ("train", 1, "arrived")]
+    assert carrier.log == [("train", 1, "arrived"), ("beside it", 1, "arrived")]
 
 
 class NewestOnly:
@@ -264,8 +264,8 @@ frames = st.lists(st.tuples(
 models = st.sampled_from([
     lambda: rule(Disk, range="70 m", rate="10 Mb/s"),
     lambda: rule(Link, rate="10 Mb/s", queue="20 kB"),
-    lambda: rule(Switch, rate="10 Mb/s", queue="20 kB", ports={"node": ["host_1", "host_2"]}),
-    lambda: rule(Switch, rate="10 Mb/s", queue="20 kB", per_segment=True)])
+    lambda: rule(Switch, rate="10 Mb/s", buffer="20 kB", ports={"node": ["host_1", "host_2"]}),
+    lambda: rule(Switch, rate="10 Mb/s", buffer="20 kB", per_segment=True)])
 
 
 @settings(max_examples=60, deadline=None)

@@ -162,7 +162,7 @@ def test_several_hops_are_as_busy_as_their_radio():
 @pytest.mark.parametrize("make", [
     lambda: Radio(Radio.Params()), lambda: Link(Link.Params(rate="5 Mb/s")),
     lambda: Switch(Switch.Params(rate="5 Mb/s")),
-    lambda: Switch(Switch.Params(rate="5 Mb/s", queue="10 kB")),
+    lambda: Switch(Switch.Params(rate="5 Mb/s", buffer="10 kB")),
     *(lambda mode=mode: Bus(Bus.Params(arbitration=mode)) for mode in ("csma", "csma_cd", "fifo")),
 ], ids=["radio", "link", "switch", "short", "csma", "csma_cd", "fifo"])
 def test_to_look_changes_nothing_and_no_time_is_busy_twice(make):

@@ -12,7 +12,11 @@ if TYPE_CHECKING:
 @runtime_checkable
 class Carrier(Protocol):
     """The sender of unicast frames. ``token`` is whatever it gave along with the frame. It hears
-    once of each frame, and of copies besides."""
+    once of each frame, and of copies besides.
+
+    To the queues of interfaces its frames to one receiver are one flow, as those of a connection
+    are. Carriers that send by the same socket say so: they have an equal ``socket``.
+    """
 
     def arrived(self, token: Any, receiver: int) -> None:
         """All of the frame is at ``receiver``."""

@@ -131,6 +131,8 @@ class Context:
 class _Heard:
     """The carrier of frames of which only the arrival matters."""
 
+    socket = "discovery"  # a host's registry sends all by one
+
     __slots__ = ("_heard",)
 
     def __init__(self, heard: Callable[[Any, int], Any]) -> None:

@@ -7,7 +7,7 @@ It needs a ``Kernel`` and names, not a ``Graph``: a plain SimPy program can send
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Hashable, Sequence
 from operator import attrgetter
 from typing import Any
 
@@ -143,6 +143,12 @@ class Medium(Account):
             self._dropped(frame, receivers, reason,
                           len(receivers) * frame.segments - broadcast.lacking(receivers))
             broadcast.carrier.missed(broadcast.token, receivers, reason, self)
+
+    def flow(self, frame: Frame) -> Hashable:
+        number = frame.id
+        carrier = self._broadcasts[number].carrier if frame.broadcast else (
+            self._sent if self._sending == number else self._open[number, frame.receivers[0]])[0]
+        return getattr(carrier, "socket", carrier), frame.source, frame.receivers
 
     # What transports do.
 

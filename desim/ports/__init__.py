@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
@@ -188,6 +188,10 @@ class Context(Protocol):
                     verdict: Deliver | Drop) -> None:
         """The same fate for several receivers; None: for all at whom ``frame`` is not settled yet,
         who need not be named. A broadcast's drops make one aggregate row."""
+
+    def flow(self, frame: Frame) -> Hashable:
+        """Equal for what one connection, or one socket to the same receivers, sends; ``frame`` is
+        being sent now."""
 
 
 class Rule(Protocol):

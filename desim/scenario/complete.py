@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import Any, get_args
 
 from desim import plugins
 from desim.ports import Params, natural_key
@@ -79,7 +79,7 @@ def _network(scenario: Scenario) -> Network:
     own = {name: _at_fidelity(medium, scenario.network.fidelity)
            for name, medium in _sorted(media(scenario)).items()}
     if scenario.deployment == "testbed":
-        own = {name: _with_nodes(medium, scenario) for name, medium in own.items()}
+        own = {name: _in_testbed(medium, scenario) for name, medium in own.items()}
     return _changed(scenario.network, media=own)
 
 
@@ -87,6 +87,16 @@ def _at_fidelity(medium: Medium, fidelity: str | None) -> Medium:
     if fidelity is None or not pluginchoices.has_fidelity(medium):
         return medium
     return _changed(medium, fidelity=fidelity)
+
+
+def _in_testbed(medium: Medium, scenario: Scenario) -> Medium:
+    """Cluster nodes, and interfaces of the paper's time: Linux had pfifo_fast (fq_codel is the
+    default of distributions since 2015)."""
+    queue = plugins.parameters("network", medium.model).model_fields.get("queue")
+    if queue is not None and "pfifo" in get_args(queue.annotation) \
+            and "queue" not in medium.parameters():
+        medium = _changed(medium, queue="pfifo")
+    return _with_nodes(medium, scenario)
 
 
 def _with_nodes(medium: Medium, scenario: Scenario) -> Medium:

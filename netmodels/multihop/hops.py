@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from operator import attrgetter
 from typing import Any
 
@@ -62,6 +62,11 @@ class Hops:
         delay_ns = self._model.send(frame)
         if delay_ns is not None:
             self.settle_many(frame, None, ports.Deliver(delay_ns))
+
+    def flow(self, frame: ports.Frame) -> Hashable:
+        """All that is sent here between the same hosts is one flow."""
+        return (self._context.flow(frame) if frame.id > 0
+                else ("hop", frame.source, frame.receivers))
 
     def switched(self, host: int, up: bool) -> None:
         if self.up[host] != up:

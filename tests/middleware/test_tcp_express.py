@@ -51,7 +51,7 @@ def switch():
 
 
 def crowded():
-    return Switch(Switch.Params(queue="20 kB"))
+    return Switch(Switch.Params(buffer="20 kB"))
 
 
 def ideal():

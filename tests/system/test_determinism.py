@@ -19,7 +19,7 @@ CASES = {
     "maze": (MAZE_8, "stop.elapsed=10 s"),
     "broadcast": (ROUGH, "coordination.exchange.via=broadcast"),
     "testbed under load": (
-        HELLO, "network.media.lan={model: switch, rate: 5 Mb/s, queue: 20 kB}",
+        HELLO, "network.media.lan={model: switch, rate: 5 Mb/s, buffer: 20 kB}",
         "robot.laser.noise=2 cm", "robot.odometry.model=random_walk"),
     "radio": (
         HELLO, "deployment=field",

@@ -33,6 +33,8 @@ class BestEffort:
     that comes to a host which has not matched the writer (yet, or any more) is ``unmatched``; one
     that a later one has overtaken is of no use to the reader, and ``overtaken``."""
 
+    socket = "rtps"  # a participant sends all by one
+
     def __init__(self, dds: Dds, offer: Offer) -> None:
         self._dds, self._topic = dds, offer.publisher.topic
         self._graph = dds.context.graph

@@ -51,6 +51,8 @@ class Reader:
     passed over. It sees nothing of the writer but what arrives, and it is its own carrier of
     acknowledgements."""
 
+    socket = "rtps"  # a participant sends all by one
+
     __slots__ = ("_link", "_dds", "_graph", "_kernel", "_params", "_host", "_writer", "_topic",
                  "_to", "_to_id", "_send", "_post", "_next", "_known", "_held", "_parts", "_timer",
                  "_due_ns", "_seen", "_remote", "_greeting", "_row", "_asking", "_asked", "_acked",

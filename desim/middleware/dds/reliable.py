@@ -49,6 +49,8 @@ class ReliableLink:
     are cut in fewer frames as long as they arrive soon and nothing gets lost.
     """
 
+    socket = "rtps"  # a participant sends all by one
+
     __slots__ = ("guid", "waiting", "heard_ns", "reader", "_dds", "_graph", "_kernel", "_params",
                  "_from", "_from_id", "_host", "_to", "_send", "_depth", "_history",
                  "_unacked_bytes", "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",

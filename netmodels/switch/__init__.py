@@ -1,0 +1,247 @@
+"""A store-and-forward Ethernet switch, and the interfaces of the hosts at its ports."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Hashable, Sequence
+from functools import lru_cache
+from typing import Any, Literal
+
+from pydantic import Field
+
+from desim import ports
+from desim.errors import InputError, did_you_mean
+from desim.units import BitRate, ByteSize, Duration, airtime_ns
+from netmodels.ethernet import GAP_BYTES
+from netmodels.switch.compiled import Compiled
+from netmodels.switch.packets import Load, Outcome, Packets
+from netmodels.switch.trains import Train, cut
+
+_AHEAD_NS = 100_000  # what will be in the switch so soon is settled when it is sent
+
+_deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle exit gives the same delays again
+
+# The exits of a frame, each with the receivers behind it.
+Exits = tuple[tuple[int, tuple[int, ...]], ...]
+
+# A frame that is not sent yet, its exits, when the line is free for it if nothing else is put
+# before it, and its packets.
+Waiting = tuple[ports.Frame, Exits, int, Train]
+
+
+class Switch:
+    """Full-duplex ports of one rate. Hosts that share a port (virtual machines on one node) share
+    its rate in both directions; what they say to each other stays inside the node. A broadcast is
+    copied to the exits of its receivers only.
+
+    Two queues are in a packet's way. The interface of its sender serves the flows of its port in
+    turn (``fq_codel``: deficit round robin by packets, flows that have just begun first) or all in
+    order (``pfifo``). What waits there is held back in its sockets, not lost: limits of packets and
+    CoDel's drops, which sockets of Linux (TCP small queues) keep away from streams, are left out.
+    The switch's exit serves packets in order of arrival, and drops those for which it has no room.
+    """
+
+    class Params(ports.Params):
+        rate_bps: BitRate = Field("1 Gb/s", description="of every port (the paper: Gigabit)")
+        propagation_ns: Duration = Field("500 ns", description="of one cable (100 m at 2e8 m/s)")
+        queue: Literal["pfifo", "fq_codel"] = Field("fq_codel", description=(
+            "of a sender's interface: flows in turn, or all in order. (Linux distributions since "
+            "2015, net.core.default_qdisc; in testbed pfifo: pfifo_fast of the paper's time)"))
+        buffer_bytes: ByteSize = Field("4 MB", description="of an exit, for packets (access "
+                                                           "switches have some megabytes)")
+        ports: dict[str, list[str]] = Field({}, description="port name to the hosts that share it; "
+                                                            "all others have one each (none)")
+        local_latency_ns: Duration = Field("0 ns", description="between hosts of one port (the "
+                                                               "paper does not say)")
+        per_segment: bool = Field(False, description="an event for each packet (slow)")
+
+    reasons = ("queue_full",)
+
+    def __init__(self, params: Params) -> None:
+        rate_bps = params.rate_bps
+        self._params = params
+        self._fair = params.queue == "fq_codel"
+        self._local_ns = params.local_latency_ns
+        self._hop_ns = params.propagation_ns - airtime_ns(GAP_BYTES, rate_bps)
+        self._limit_ns = airtime_ns(params.buffer_bytes, rate_bps)
+        self._ahead_ns = -1 if params.per_segment else _AHEAD_NS
+        self._cut = lru_cache(1 << 12)(lambda size, segments: cut(size, segments, rate_bps))
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+        self._port = _assign(self._params.ports, hosts)
+        self._exits_to: list[Exits] = [((port, (host,)),) for host, port in enumerate(self._port)]
+        count = max(self._port, default=0) + 1
+        # Of each port, into the switch: when all will be sent, how long that takes; frames that
+        # are not sent yet, how many of them the queues know, the others; what looks when.
+        self._free_ns = [0] * count
+        self._booked_ns = [0] * count
+        self._queued = [0] * count
+        self._inside = [0] * count
+        self._lines: list[deque[Waiting]] = [deque() for _ in range(count)]
+        self._due_ns = [0] * count
+        self._timers: list[Any] = [None] * count
+        self._loads: list[Load] = [(0, 0, 0)] * count  # of exits that nothing in the queues is for
+        self._coming = [0] * count  # frames in the queues that are for this exit
+        engine = Packets if self._params.per_segment else Compiled
+        self._engine: Packets | Compiled = engine(count, self._hop_ns, self._limit_ns)
+
+    def send(self, frame: ports.Frame) -> int | None:
+        _, source, receivers, size_bytes, segments, broadcast = frame
+        port = self._port[source]
+        exits = self._exits_to[receivers[0]]
+        if broadcast:
+            exits = self._leave(frame, port)
+            if not exits:
+                return None
+        elif exits[0][0] == port:
+            return self._local_ns
+        train = self._cut(size_bytes, segments)
+        now_ns = self._context.now_ns
+        begin_ns = self._free_ns[port]
+        if begin_ns < now_ns:
+            begin_ns = now_ns
+        total_ns = train.total_ns
+        self._free_ns[port] = end_ns = begin_ns + total_ns
+        self._booked_ns[port] += total_ns
+        if end_ns - now_ns <= self._ahead_ns and not (broadcast or self._queued[port]):
+            delay_ns = self._foresee(exits[0][0], begin_ns, train)
+            if delay_ns is not None:
+                return delay_ns
+        self._wait((frame, exits, begin_ns, train), port)
+        return None
+
+    def busy_ns(self, hosts: Sequence[int]) -> list[int]:
+        """``ports.NetworkModel``: for how long there was something on the wire, preambles and gaps
+        included, in either direction of each port of ``hosts``."""
+        now_ns = self._context.now_ns
+        self._engine.run(now_ns)
+        ports_ = sorted({self._port[host] for host in hosts})
+        into = [self._booked_ns[port] - max(self._free_ns[port] - now_ns, 0) for port in ports_]
+        return into + [self._sent_ns(port, now_ns) for port in ports_]
+
+    def _sent_ns(self, exit_: int, now_ns: int) -> int:
+        """For how long an exit has been sending; a packet that was foreseen is taken to be here."""
+        free_ns, booked_ns, last_ns = (
+            self._engine.loaded(exit_) if self._coming[exit_] else self._loads[exit_])
+        return min(booked_ns - max(free_ns - max(last_ns, now_ns), 0), now_ns)
+
+    def _leave(self, frame: ports.Frame, port: int) -> Exits:
+        """A broadcast's exits other than its own port; who is behind that one has it at once."""
+        groups: dict[int, list[int]] = {}
+        for receiver in frame.receivers:
+            groups.setdefault(self._port[receiver], []).append(receiver)
+        if port in groups:
+            self._context.settle_many(frame, groups.pop(port), ports.Deliver(self._local_ns))
+        return tuple(groups.items())
+
+    def _foresee(self, exit_: int, begin_ns: int, train: Train) -> int | None:
+        """After how long something arrives that will be in the switch soon: after all that was
+        foreseen before, even if that is here a little later. None if it cannot be told yet."""
+        if self._coming[exit_]:
+            return None
+        free_ns, booked_ns, last_ns = self._loads[exit_]
+        total_ns, first_ns = train.total_ns, train.long_ns
+        at_ns = begin_ns + first_ns + self._hop_ns
+        if free_ns <= at_ns:
+            free_ns = at_ns
+        elif free_ns - at_ns + first_ns > self._limit_ns:
+            return None
+        free_ns += total_ns
+        at_ns += total_ns - first_ns
+        self._loads[exit_] = free_ns, booked_ns + total_ns, max(last_ns, at_ns)
+        return free_ns - self._context.now_ns + self._hop_ns
+
+    def _wait(self, waiting: Waiting, port: int) -> None:
+        """A frame joins those of its port."""
+        self._queued[port] += 1
+        if self._fair:
+            self._engine.run(self._context.now_ns)
+            self._put(waiting, port, self._context.flow(waiting[0]))
+        elif self._inside[port]:
+            self._lines[port].append(waiting)
+        else:
+            self._put(waiting, port, None)
+
+    def _put(self, waiting: Waiting, port: int, flow: Hashable) -> None:
+        """The queues have a frame more to look after."""
+        frame, exits, begin_ns, train = waiting
+        engine, coming = self._engine, self._coming
+        for exit_, _ in exits:
+            if not coming[exit_]:
+                engine.load(exit_, self._loads[exit_])
+            coming[exit_] += 1
+        self._inside[port] += 1
+        engine.put(port, begin_ns, flow, train, [exit_ for exit_, _ in exits], (frame, port, exits))
+        timer = self._timers[port]
+        if timer is None:
+            self._look_again(port)
+        elif self._context.now_ns + train.total_ns < self._due_ns[port]:
+            timer.cancel()
+            self._look_again(port)
+
+    def _look_again(self, port: int) -> None:
+        self._due_ns[port] = due_ns = self._engine.due_ns(port)
+        self._timers[port] = self._context.at(due_ns, self._look, port)
+
+    def _look(self, port: int) -> None:
+        """A frame may have been sent."""
+        self._timers[port] = None
+        engine, loads, coming = self._engine, self._loads, self._coming
+        engine.run(self._context.now_ns)
+        finished = engine.finished()
+        for (_, from_, exits), _ in finished:
+            self._queued[from_] -= 1
+            self._inside[from_] -= 1
+            for exit_, _ in exits:
+                coming[exit_] -= 1
+                if not coming[exit_]:
+                    loads[exit_] = engine.loaded(exit_)
+        if self._inside[port]:
+            self._look_again(port)
+        elif self._queued[port]:
+            self._go_on(port)
+        for (frame, _, exits), outcomes in finished:
+            for (_, receivers), outcome in zip(exits, outcomes, strict=True):
+                self._settle(frame, receivers, outcome)
+
+    def _go_on(self, port: int) -> None:
+        """The first of a line is sent, and all that will be in the switch soon."""
+        line, context = self._lines[port], self._context
+        while line and not self._inside[port]:
+            frame, exits, begin_ns, train = waiting = line.popleft()
+            delay_ns = None
+            if begin_ns + train.total_ns - context.now_ns <= self._ahead_ns \
+                    and not frame.broadcast:
+                delay_ns = self._foresee(exits[0][0], begin_ns, train)
+            if delay_ns is None:
+                self._put(waiting, port, None)
+            else:
+                self._queued[port] -= 1
+                context.settle(frame, frame.receivers[0], _deliver(delay_ns))
+
+    def _settle(self, frame: ports.Frame, receivers: tuple[int, ...], outcome: Outcome) -> None:
+        """The last packet is in the switch. What arrives does so with the last that is not lost,
+        or now."""
+        context, (out_ns, lost) = self._context, outcome
+        if len(lost) == frame.segments:
+            context.settle_many(frame, receivers, ports.Drop("queue_full"))
+            return
+        if lost:
+            context.settle_many(frame, receivers, ports.Drop("queue_full", lost))
+        verdict = _deliver(max(out_ns - context.now_ns + self._hop_ns, 0))
+        context.settle_many(frame, receivers, verdict)
+
+
+def _assign(shared: dict[str, list[str]], hosts: tuple[str, ...]) -> list[int]:
+    """Host index to port number. Raises ``InputError`` for unknown hosts and those named twice."""
+    port_of: dict[str, int] = {}
+    for number, (port, members) in enumerate(shared.items()):
+        for host in members:
+            if host not in hosts:
+                raise InputError(f".ports.{port}: no host {host!r}{did_you_mean(host, hosts)}; "
+                                 f"hosts are {', '.join(hosts)}")
+            if host in port_of:
+                raise InputError(f".ports.{port}: host {host!r} has a port already")
+            port_of[host] = number
+    return [port_of.setdefault(host, len(shared) + index) for index, host in enumerate(hosts)]

@@ -1,0 +1,121 @@
+"""The queues of a switch as records, for compiled functions."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable
+from typing import Any
+
+import numpy as np
+
+from netmodels.switch import kernels
+from netmodels.switch.packets import Load, Outcome
+from netmodels.switch.trains import Train
+
+
+class Compiled:
+    """``packets.Packets``, but that it looks after whole frames: ``due_ns`` is when the next frame
+    will have been sent."""
+
+    def __init__(self, ports: int, hop_ns: int, limit_ns: int) -> None:
+        self._hop_ns = hop_ns
+        self._limit_ns = limit_ns
+        self._lines = _records(ports, kernels.LINE)
+        self._lines["end_ns"] = kernels.NEVER
+        self._exits = np.zeros(ports, kernels.EXIT)
+        self._flows = _records(2, kernels.FLOW)
+        self._frames = _records(4, kernels.FRAME)
+        self._notes = _records(4 + 2 * ports, kernels.NOTE)
+        self._noted = 0
+        self._tries = [array.copy() for array in (self._lines, self._flows, self._frames)]
+        self._free_flows = [1, 0]
+        self._free_frames = [3, 2, 1, 0]
+        self._names: list[dict[Hashable, int]] = [{} for _ in range(ports)]  # of flows
+        self._queued = [0] * ports  # frames
+        self._lost: dict[int, list[int]] = {}  # packets of frames that are not sent yet, by record
+        self._tokens: dict[int, tuple[Any, int, list[int]]] = {}  # with port and records, by frame
+
+    def load(self, exit_: int, load: Load) -> None:
+        self._exits[exit_] = load
+
+    def loaded(self, exit_: int) -> Load:
+        return self._exits[exit_].item()
+
+    def put(self, port: int, begin_ns: int, flow: Hashable, train: Train, exits: Iterable[int],
+            token: Any) -> None:
+        """A frame to send; ``begin_ns`` is when the line is free if nothing waits."""
+        records: list[int] = []
+        copy = -1
+        for exit_ in exits:
+            if not self._free_frames:
+                self._frames = _longer(self._frames, self._free_frames)
+                self._tries[2] = self._frames.copy()
+            record = self._free_frames.pop()
+            self._frames[record] = (-1, *train[:6], 0, exit_, 0, 0, copy)
+            records.append(record)
+            copy = record
+        self._tokens[copy] = token, port, records
+        self._queued[port] += 1
+        record = self._flow(port, flow)
+        kernels.put(self._lines, self._flows, self._frames, port, begin_ns, record, copy)
+
+    def due_ns(self, port: int) -> int:
+        """When to ``run`` because of this port, unless something else is put there."""
+        return kernels.due_ns(self._lines, self._flows, self._frames, *self._tries, port)
+
+    def run(self, now_ns: int) -> None:
+        """All that has been sent up to now. Of packets that end at once the lower port's is the
+        first."""
+        while True:
+            self._noted = kernels.run(self._lines, self._flows, self._frames, self._exits,
+                                      self._notes, self._noted, now_ns, self._hop_ns,
+                                      self._limit_ns)
+            if self._noted >= 0:
+                return
+            self._noted = -1 - self._noted
+            self._notes = np.concatenate([self._notes, self._notes])
+
+    def finished(self) -> list[tuple[Any, list[Outcome]]]:
+        """Frames of which all packets have been sent since the last call: token, and what became of
+        it at each of its exits."""
+        done, lost = [], self._lost
+        for record, packet in self._notes[:self._noted].tolist():
+            if packet >= 0:
+                lost.setdefault(record, []).append(packet)
+                continue
+            token, port, records = self._tokens.pop(record)
+            done.append((token, [Outcome(int(self._frames[one]["out_ns"]),
+                                         tuple(lost.pop(one, ()))) for one in records]))
+            self._free_frames += records
+            self._queued[port] -= 1
+            if not self._queued[port]:  # its flows are in no list any more
+                self._free_flows += self._names[port].values()
+                self._names[port].clear()
+        self._noted = 0
+        return done
+
+    def _flow(self, port: int, name: Hashable) -> int:
+        """The record of a flow."""
+        names = self._names[port]
+        record = names.get(name)
+        if record is None:
+            if not self._free_flows:
+                self._flows = _longer(self._flows, self._free_flows)
+                self._tries[1] = self._flows.copy()
+            record = names[name] = self._free_flows.pop()
+            self._flows[record] = (-1, -1, 0, -1, 0)
+        return record
+
+
+def _records(count: int, dtype: np.dtype) -> np.ndarray:
+    """With -1 in all fields."""
+    records = np.empty(count, dtype)
+    for name in dtype.names:
+        records[name] = -1
+    return records
+
+
+def _longer(records: np.ndarray, free: list[int]) -> np.ndarray:
+    """Twice as many; the new ones are ``free``."""
+    count = len(records)
+    free += range(2 * count - 1, count - 1, -1)
+    return np.concatenate([records, _records(count, records.dtype)])
