@@ -19,6 +19,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from desim.blame import blame
 from desim.errors import InputError
 from desim.experiment import maps
 from desim.experiment.results import FAILED, FINISHED, INTERRUPTED, RunFolder
@@ -190,11 +191,12 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     except (InputError, KeyboardInterrupt):
         folder.discard()
         raise
-    except Exception:
+    except Exception as error:
         now_ns, events = (0, 0) if simulation is None else (simulation.kernel.now_ns,
                                                             simulation.kernel.events)
         folder.abandon({"status": FAILED, "digest": None, "events": events,
-                        **meter.read(now_ns), "error": traceback.format_exc()})
+                        **meter.read(now_ns), "error": blame(error).line,
+                        "traceback": traceback.format_exc()})
         raise
     if interrupted:
         raise KeyboardInterrupt(*([] if path is None else [str(path)]))

@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import typer
 
 from desim.commands import campaigns, deployments, networks, plugins, runs
 from desim.commands.usage import Commands
 
 app = typer.Typer(cls=Commands, no_args_is_help=True, add_completion=False,
-                  pretty_exceptions_enable=False,
-                  help="Simulate a fleet of robots and the networks between them, on one clock.")
+                  pretty_exceptions_enable=False, invoke_without_command=True,
+                  help="Simulate a fleet of robots and the networks between them, on one clock.",
+                  epilog="With --traceback, anywhere, a plug-in's error shows its traceback.")
+
+
+@app.callback()
+def desim(version: Annotated[bool, typer.Option(
+              "--version", help="print the version and end", is_eager=True)] = False) -> None:
+    if version:
+        from importlib.metadata import version as version_of
+
+        typer.echo(f"desim {version_of('desim')}")
+        raise typer.Exit
+
+
 for family in runs, campaigns, deployments, networks, plugins:
     family.add_to(app)
 

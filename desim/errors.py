@@ -62,3 +62,16 @@ def did_you_mean(word: str, known) -> str:
 
     near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6)
     return f" (did you mean {near[0]!r}?)" if near else ""
+
+
+def class_of(plugin: object) -> str:
+    """The class of a plug-in and where it stands: ``bad.Model (bad.py:7)``."""
+    import inspect
+    from pathlib import Path
+
+    cls = type(plugin)
+    name = f"{cls.__module__}.{cls.__qualname__}"
+    try:
+        return f"{name} ({Path(inspect.getfile(cls)).name}:{inspect.getsourcelines(cls)[1]})"
+    except (OSError, TypeError):  # it was made up by a program
+        return name

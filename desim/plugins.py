@@ -38,6 +38,9 @@ CONTRACTS = {
 }
 
 
+LOADED: dict[type, str] = {}  # every class that was loaded, and what the user calls it
+
+
 @cache
 def available(kind: str) -> dict[str, EntryPoint]:
     """Name to entry point for one of the kinds in ``GROUPS``, sorted by name."""
@@ -57,6 +60,7 @@ def load(kind: str, name: str) -> Any:
         raise InputError(f"the {kind} {bare(name)!r} has no {', '.join(missing)}: it is not a "
                          "plug-in for this place; wanted: a class with all methods of "
                          f"{CONTRACTS[kind].__module__}.{CONTRACTS[kind].__name__}")
+    LOADED[cls] = f"{kind} {bare(name)}"
     return cls
 
 

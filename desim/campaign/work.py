@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import gc
 import math
-import traceback
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from desim import api, plugins
+from desim.blame import blame
 from desim.errors import InputError, told
 from desim.experiment.results import FAILED, FINISHED
 from desim.scenario.load import Loaded
@@ -43,19 +43,17 @@ def work(task: Task) -> Row:
     except InputError as error:
         if isinstance(error.__cause__, OSError):
             raise Unwritable(*error.args) from error
-        return failure(task.run_id, str(error))
-    except Exception:  # whatever a model or a plug-in does
-        return failure(task.run_id, traceback.format_exc())
+        return failure(task.run_id, "; ".join(map(str, error.args)))
+    except Exception as error:  # whatever a model or a plug-in does
+        return failure(task.run_id, blame(error).line)
     finally:
         gc.collect()  # a run's arrays hang in circles
     return row_of(run, task.functions)
 
 
 def failure(run_id: str, error: str) -> Row:
-    """The row of a run that came to nothing; of a traceback the last line remains."""
-    lines = error.strip().splitlines()
-    return {"run_id": run_id, "status": FAILED,
-            "error": lines[-1] if error.startswith("Traceback") else "; ".join(lines)}
+    """The row of a run that came to nothing."""
+    return {"run_id": run_id, "status": FAILED, "error": error}
 
 
 def row_of(run: api.Run, functions: tuple[str, ...]) -> Row:

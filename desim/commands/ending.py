@@ -13,10 +13,13 @@ import typer
 
 from desim.errors import InputError
 
+TRACEBACK = "--traceback"
+
 
 @contextmanager
 def exits() -> Iterator[None]:
-    """2 for wrong input, 130 for Ctrl-C, 1 for a failure of ours with the way to repeat it."""
+    """2 for wrong input, 130 for Ctrl-C, 1 for a failure with the way to repeat it, and with its
+    traceback where the fault is ours or ``--traceback`` was given."""
     try:
         yield
     except typer.Exit:
@@ -30,9 +33,14 @@ def exits() -> Iterator[None]:
         raise typer.Exit(130) from None
     except BrokenPipeError:
         raise typer.Exit(1) from None
-    except Exception:
-        traceback.print_exc()
-        typer.echo(f"desim failed; this repeats it:\n  {command_line()}", err=True)
+    except Exception as error:
+        from desim.blame import blame
+
+        found = blame(error)
+        if not found.stranger or TRACEBACK in sys.argv:
+            traceback.print_exc()
+        typer.echo(f"{found.line}\nthis repeats it:\n  {command_line()}" if found.stranger
+                   else f"desim failed; this repeats it:\n  {command_line()}", err=True)
         raise typer.Exit(1) from None
 
 

@@ -8,6 +8,8 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from desim.commands.ending import TRACEBACK
+
 _UsageError = typer.BadParameter.__base__  # of click, or of what typer has taken from it
 
 
@@ -17,6 +19,8 @@ class Commands(TyperGroup):
     def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
         if not standalone_mode:
             return super().main(*args, standalone_mode=False, **extra)
+        if not args and "args" not in extra:
+            args = ([word for word in sys.argv[1:] if word != TRACEBACK],)
         try:
             code = super().main(*args, standalone_mode=False, **extra)
         except _UsageError as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
-from desim.errors import ModelError
+from desim.errors import ModelError, class_of
 from desim.middleware.carrier import Carrier
 from desim.ports import Deliver, Drop, Duplicate, Frame, Pass, Rule, packet_sizes
 
@@ -110,11 +110,6 @@ def check_packets(plugin: Any, packets: Any, segments: int) -> None:
     if not all(type(number) is int and 0 <= number < segments for number in packets):
         raise ModelError(f"{class_of(plugin)} dropped the packets {packets!r} of a train of "
                          f"{segments}; wanted: ints from 0 to {segments - 1}")
-
-
-def class_of(plugin: Any) -> str:
-    """Where the class of a plug-in is, for errors."""
-    return f"{type(plugin).__module__}.{type(plugin).__qualname__}"
 
 
 def undeclared(plugin: Any, reason: str) -> ModelError:

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from desim.errors import ModelError, below
+from desim.errors import ModelError, below, class_of
 from desim.kernel import Call, Kernel, Phase
 from desim.middleware.account import Account
 from desim.middleware.broadcast import Broadcast
 from desim.middleware.carrier import Carrier
-from desim.middleware.gate import PLAIN, Gate, Terms, check_packets, class_of, undeclared
+from desim.middleware.gate import PLAIN, Gate, Terms, check_packets, undeclared
 from desim.middleware.place import Nowhere, Place
 from desim.middleware.rulecontext import RuleContext
 from desim.middleware.transmissions import Transmissions

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
+from desim.errors import ModelError, class_of
 from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Goal
 from desim.middleware.topics import Latest
@@ -37,7 +39,9 @@ class View:
         self.peers: Mapping[str, Peer] = {}
 
     def frontiers(self, limit: int | None = None) -> list[Frontier]:
-        return self._explore.frontiers(limit)
+        found = self._explore.frontiers(limit)
+        self._explore.shown += found
+        return found
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._explore.stream("strategy", *name)
@@ -52,7 +56,7 @@ class Explore(Node):
 
     __slots__ = ("_exploration", "_strategy", "_tolerance_m", "_radius_m", "_view", "_pose",
                  "_peers", "_costmap", "_wavefront", "_goal", "_beside", "_blacklist", "_visited",
-                 "_idle_until_ns", "_looked_at")
+                 "_idle_until_ns", "_looked_at", "shown")
 
     def __init__(self, host: Host, exploration: Exploration, strategy: Strategy,
                  navigation: Navigation, body: BodyType) -> None:
@@ -69,6 +73,7 @@ class Explore(Node):
         self._visited: tuple[float, float, int] | None = None  # x, y, how often in a row
         self._idle_until_ns = 0
         self._looked_at = -1  # the belief's version when last a goal was confirmed or none found
+        self.shown: list[Frontier] = []  # what the strategy chooses from
 
     def start(self) -> None:
         self.advertise("goal")
@@ -122,12 +127,13 @@ class Explore(Node):
         if self._peers.message is not None:
             view.peers = self._peers.message.content
         self._blacklist = [entry for entry in self._blacklist if entry[2] > view.now_ns]
-        chosen = self._strategy.choose(view)
+        self.shown.clear()
+        chosen = self._chosen()
         for _ in range(_VETOES):
             if chosen is None or not self._visited_in_vain(chosen):
                 break
             self._avoid(self._wavefront.beside(chosen)[0])
-            chosen = self._strategy.choose(view)
+            chosen = self._chosen()
         self._looked_at = self._costmap.belief.version
         if chosen is not None:
             self.record("goal", bits(chosen.x_m), bits(chosen.y_m), chosen.cells)
@@ -138,6 +144,27 @@ class Explore(Node):
             if self._goal is not None:
                 self.publish("goal", _STOP)
         self._goal = chosen
+
+    def _chosen(self) -> Frontier | None:
+        """What the strategy says. Raises ``ModelError`` for a place where the robot cannot be."""
+        chosen = self._strategy.choose(self._view)
+        if not (chosen is None or chosen in self.shown or self._is_free(chosen)):
+            raise ModelError(f"{class_of(self._strategy)} chose {chosen!r}; wanted: one of "
+                             "view.frontiers(), a Frontier at another place that is free in the "
+                             "robot's map, or None")
+        return chosen
+
+    def _is_free(self, chosen: Any) -> bool:
+        """Whether it is a frontier, and the robot's centre may be there as far as it knows."""
+        if not isinstance(chosen, Frontier) or not (math.isfinite(chosen.x_m)
+                                                    and math.isfinite(chosen.y_m)):
+            return False
+        costmap, spec = self._costmap, self._costmap.spec
+        col, row = spec.cell(chosen.x_m, chosen.y_m)
+        if not (0 <= col < spec.width and 0 <= row < spec.height):
+            return False
+        costmap.update()
+        return costmap.free_near(chosen.x_m, chosen.y_m, self._tolerance_m) >= 0
 
     def _goal_is_spoilt(self) -> bool:
         """Whether what was unknown beside the goal is known now, or the goal blocked. Cheap as

@@ -8,6 +8,7 @@ from collections import Counter
 import numpy as np
 from scipy import stats
 
+from desim.blame import cause_of
 from desim.campaign.agenda import is_narrow, rule_of
 from desim.campaign.design import Until
 from desim.campaign.remarks import told_raised
@@ -24,7 +25,7 @@ _FEWEST_RESIDUALS = 15
 
 def failures(study: Study) -> str:
     """How many runs failed for which reasons, as HTML."""
-    errors = Counter(error or "no reason is known" for error in
+    errors = Counter(cause_of(error or "no reason is known") for error in
                      study.text("error")[study.once & study.failed])
     if not errors:
         return ""

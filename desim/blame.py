@@ -1,0 +1,99 @@
+"""Whose fault an error is, in one line: the plug-in or the line, the host, the simulated time."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import FrameType
+from typing import Any, NamedTuple
+
+from desim import plugins
+from desim.errors import DesimError, ModelError, first_line
+from desim.units import NS_PER_S
+
+_OURS = Path(__file__).resolve().parent.parent
+_PLACE = re.compile(r" \((?:[^()]*, )?[\d.]+ s\)$")
+
+
+class Blame(NamedTuple):
+    """``line`` says what happened. ``stranger``: a plug-in is at fault that desim did not bring,
+    whose author gains nothing from a traceback through desim."""
+
+    line: str
+    stranger: bool
+
+
+def blame(error: BaseException) -> Blame:
+    """What an error of a run says in one line: ``strategy bad:Raises raised ZeroDivisionError:
+    division by zero at bad.py:7 (robot_3, 2.35 s)``."""
+    frames = list(_frames(error))
+    plugin, depth = _plugin(frames)
+    when = _place(frames)
+    kind, says = type(error).__name__, first_line(error)
+    told = says if isinstance(error, DesimError) else kind if says == kind else f"{kind}: {says}"
+    if plugin is None:
+        where = "" if isinstance(error, DesimError) else f" at {_line(*frames[-1])}"
+        return Blame(f"{told}{where}{when}", isinstance(error, ModelError))
+    file = inspect.getfile(plugin)
+    own = [frame for frame in frames[depth:] if frame[0].f_code.co_filename == file]
+    line = f"{plugins.LOADED[plugin]} raised {told} at {_line(*own[-1])}{when}"
+    return Blame(line, _OURS not in Path(file).resolve().parents)
+
+
+def cause_of(line: str) -> str:
+    """A line of ``blame`` without host and time: equal causes have equal ones."""
+    return _PLACE.sub("", line)
+
+
+def _frames(error: BaseException) -> Iterator[tuple[FrameType, int]]:
+    """Frames and line numbers from where it was caught to where it was raised."""
+    at = error.__traceback__
+    while at is not None:
+        yield at.tb_frame, at.tb_lineno
+        at = at.tb_next
+
+
+def _plugin(frames: list[tuple[FrameType, int]]) -> tuple[type | None, int]:
+    """The class of the innermost plug-in whose own code was running, and where it stands."""
+    for depth in range(len(frames) - 1, -1, -1):
+        frame = frames[depth][0]
+        cls = type(frame.f_locals.get("self"))
+        if cls in plugins.LOADED and frame.f_code.co_filename == inspect.getfile(cls):
+            return cls, depth
+    return None, -1
+
+
+def _place(frames: list[tuple[FrameType, int]]) -> str:
+    """`` (robot_3, 2.35 s)``: the host or medium, and the clock, as far as frames know them."""
+    host = now_ns = None
+    for frame, _ in reversed(frames):
+        owner = frame.f_locals.get("self")
+        if owner is None:
+            continue
+        host = host or _host(owner)
+        now_ns = getattr(owner, "now_ns", None) if now_ns is None else now_ns
+    parts = [part for part in (host, None if type(now_ns) is not int
+                               else f"{now_ns / NS_PER_S:g} s") if part]
+    return f" ({', '.join(parts)})" if parts else ""
+
+
+def _host(owner: Any) -> str | None:
+    """The host of a node, or the medium of a model or a rule."""
+    from desim.middleware.graph import Host, Node
+    from desim.middleware.medium import Medium
+
+    if isinstance(owner, Node):
+        return owner.host.name
+    if isinstance(owner, Host):
+        return owner.name
+    return f"medium {owner.name}" if isinstance(owner, Medium) else None
+
+
+def _line(frame: FrameType, number: int) -> str:
+    """``bad.py:7``, or ``desim/kernel.py:217`` of ours."""
+    file = Path(frame.f_code.co_filename)
+    name = os.path.relpath(file, _OURS) if _OURS in file.resolve().parents else file.name
+    return f"{name}:{number}"

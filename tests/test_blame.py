@@ -1,0 +1,106 @@
+"""Plug-ins that go wrong: one line names the plug-in, its line, the host and the time; no traceback
+through desim, exit code 1."""
+
+import sys
+import textwrap
+
+import pytest
+from typer.testing import CliRunner
+
+from desim.blame import cause_of
+from desim.cli import app
+
+HEAD = """
+    from desim import ports
+
+    class Plugin:
+        class Params(ports.Params):
+            '''None.'''
+        reasons = ("said",)
+        def __init__(self, params): pass
+        def start(self, context, hosts): self.context = context
+"""
+STRATEGY = HEAD + """
+        def choose(self, view):
+            {body}
+"""
+NETWORK = HEAD + """
+        def send(self, frame):
+            {body}
+"""
+RULE = HEAD + """
+        def judge(self, frame, receivers):
+            {body}
+"""
+SCENARIO = """
+name: bad
+environment: {terrain: loop}
+fleet: {size: 2}
+stop: {elapsed: 20 s}
+"""
+PLACES = {STRATEGY: "coordination: {strategy: 'NAME:Plugin'}",
+          NETWORK: "network: {media: {lan: {model: 'NAME:Plugin'}}}",
+          RULE: "network: {media: {lan: {model: ideal, rules: [{rule: 'NAME:Plugin'}]}}}"}
+
+
+@pytest.fixture
+def desim(tmp_path, monkeypatch):
+    """Runs a scenario with a plug-in whose method has this body, and returns what is printed."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+
+    def run(name, template, body, *options):
+        (tmp_path / f"{name}.py").write_text(textwrap.dedent(template.format(body=body)))
+        (tmp_path / "bad.yaml").write_text(SCENARIO + PLACES[template].replace("NAME", name))
+        done = CliRunner().invoke(app, ["run", "bad.yaml", "--quiet", *options])
+        return done.exit_code, done.output
+
+    return run
+
+
+@pytest.mark.parametrize("name, template, body, says", [
+    ("s_raises", STRATEGY, "return 1 / 0", "strategy s_raises:Plugin raised ZeroDivisionError: "
+     "division by zero at s_raises.py:12 (robot_"),
+    ("s_wall", STRATEGY, "return ports.Frontier(900.0, 0.0, 1.0, 9)",
+     "s_wall.Plugin (s_wall.py:4) chose Frontier(x_m=900.0, y_m=0.0, path_m=1.0, cells=9); wanted: "
+     "one of view.frontiers(), a Frontier at another place that is free in the robot's map, or "
+     "None (robot_"),
+    ("s_nan", STRATEGY, "return ports.Frontier(float('nan'), 0.0, 1.0, 9)",
+     "s_nan.Plugin (s_nan.py:4) chose Frontier(x_m=nan, "),
+    ("s_block", STRATEGY, "return ports.Frontier(0.0, 0.0, 1.0, 9)",
+     "s_block.Plugin (s_block.py:4) chose Frontier(x_m=0.0, "),
+    ("s_text", STRATEGY, "return 'left'", "s_text.Plugin (s_text.py:4) chose 'left'; wanted: one "),
+    ("n_raises", NETWORK, "return {}['x']", "network n_raises:Plugin raised KeyError: 'x' at "
+     "n_raises.py:12 (medium lan, "),
+    ("n_past", NETWORK, "self.context.settle(frame, frame.receivers[0], ports.Deliver(-5))",
+     "network n_past:Plugin raised "),
+    ("n_late", NETWORK, "self.context.at(-1, print)", "network n_late:Plugin raised delay_ns must "
+     "be an int >= 0, got -1 for print at n_late.py:12 (medium lan, 0 s)"),
+    ("n_reason", NETWORK, "self.context.settle(frame, frame.receivers[0], ports.Drop('other'))",
+     "network n_reason:Plugin raised n_reason.Plugin (n_reason.py:4) dropped for 'other', which "
+     "its class does not declare"),
+    ("r_raises", RULE, "raise RuntimeError", "rule r_raises:Plugin raised RuntimeError at "
+     "r_raises.py:12 (medium lan, "),
+    ("r_text", RULE, "return ['no'] * len(receivers)", "r_text.Plugin (r_text.py:4) gave 'no', "
+     "which is no verdict (medium lan, "),
+    ("r_nan", RULE, "return [ports.Deliver(float('nan'))] * len(receivers)",
+     "r_nan.Plugin (r_nan.py:4) delays by nan; wanted: an int >= 0 of nanoseconds (medium lan, "),
+])
+def test_the_plug_in_is_named_with_its_line_host_and_time(desim, name, template, body, says):
+    code, output = desim(name, template, body)
+    assert code == 1
+    assert output.startswith(says), output
+    assert "Traceback" not in output and "this repeats it:\n  desim " in output
+    assert output.splitlines()[0].endswith(" s)")
+
+
+def test_the_traceback_is_there_for_who_wants_it(desim, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["desim", "run", "bad.yaml", "--traceback"])
+    _, output = desim("s_trace", STRATEGY, "return 1 / 0")
+    assert "Traceback (most recent call last)" in output and "return 1 / 0" in output
+
+
+def test_equal_causes_at_other_times_are_equal():
+    line = "strategy a:B raised ZeroDivisionError: division by zero at a.py:7"
+    assert cause_of(f"{line} (robot_3, 2.35 s)") == line == cause_of(f"{line} (2.35 s)")
+    assert cause_of("f(x, 2) is wrong") == "f(x, 2) is wrong"
