@@ -49,10 +49,11 @@ def desim(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
 
-    def run(name, template, body, *options):
+    def run(name, template, body, *options, loud=False):
         (tmp_path / f"{name}.py").write_text(textwrap.dedent(template.format(body=body)))
         (tmp_path / "bad.yaml").write_text(SCENARIO + PLACES[template].replace("NAME", name))
-        done = CliRunner().invoke(app, ["run", "bad.yaml", "--quiet", *options])
+        done = CliRunner().invoke(app, ["run", "bad.yaml", *options,
+                                        *([] if loud else ["--quiet"])])
         return done.exit_code, done.output
 
     return run
@@ -92,6 +93,21 @@ def test_the_plug_in_is_named_with_its_line_host_and_time(desim, name, template,
     assert output.startswith(says), output
     assert "Traceback" not in output and "this repeats it:\n  desim " in output
     assert output.splitlines()[0].endswith(" s)")
+
+
+def test_a_network_that_settles_nothing_is_pointed_at(desim, monkeypatch):
+    """The run ends as if all were well; the twin that delivers everything is not warned of."""
+    for name, body, warned in (("w_none", "pass", True), ("w_all", "return 0", False)):
+        code, output = desim(name, NETWORK, body, "--until", "2 s", loud=True)
+        assert code == 0
+        assert ("frames are neither delivered nor dropped at the end: does its model settle every "
+                "frame?" in output) == warned, output
+
+
+def test_a_fleet_that_never_moves_is_pointed_at(desim):
+    _, output = desim("w_still", STRATEGY, "return None", loud=True)
+    assert ("warning: no robot has moved: does the strategy choose goals, and do commands arrive?"
+            in output)
 
 
 def test_the_traceback_is_there_for_who_wants_it(desim, monkeypatch):

@@ -103,6 +103,16 @@ def test_the_run_ends_in_the_instant_in_which_a_robot_knows_99_percent():
     assert summary["explored_area_m2"] == 1014.0
 
 
+def test_the_clock_starts_when_the_first_robot_starts():
+    """The paper, 3.3.1: what happens before is nobody's time."""
+    late = Fleet()
+    late.monitor.started_ns, late.monitor._has_started = 0, False
+    late.at(2.0, lambda: late.monitor.watch("robot_1", late.beliefs["robot_1"]))
+    late.at(3.0, lambda: late.monitor.watch("robot_0", late.beliefs["robot_0"]))
+    late.learn(7.25, "robot_1", 1024)
+    assert late.run()["exploration_time_s"] == 5.25
+
+
 @pytest.mark.parametrize("by, end_s", [("any", 4.0), ("union", 2.0), ("all", 6.0)])
 def test_whose_knowledge_ends_the_run(by, end_s):
     fleet = Fleet(stop={"by": by, "explored": 0.5})

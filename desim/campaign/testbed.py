@@ -1,10 +1,10 @@
 """The paper's cluster for a design: how many nodes, whose virtual machine is on which, and in which
 order the image of these gets there.
 
-Nodes: equation 7 of Yan, Fabresse, Laval and Bouraqadi 2017. Placement and the copying to all nodes
-at once: as the scripts of that paper's testbed do it (github.com/yzrobot/mrs_testbed, scripts/
-submit_job.sh, start_simulation.sh, vm_setup_main.sh), which copy the image to each node once and
-clone it there. The other ways of copying are for comparison. docs/cluster.md says what is known.
+Nodes: equation 7 of Yan, Fabresse, Laval and Bouraqadi 2017. Copying: their Algorithm 2 copies the
+image to each node once and clones it there. Placement, and the copying to all nodes at once: as the
+scripts of their testbed do it (github.com/yzrobot/mrs_testbed, scripts/submit_job.sh,
+start_simulation.sh, vm_setup_main.sh). The other ways of copying are for comparison.
 """
 
 from __future__ import annotations

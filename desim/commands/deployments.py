@@ -21,7 +21,7 @@ def deploy(design: DesignPath,
                min=1, help="virtual machines on a node (default: the scenario's "
                            "testbed.robots_per_node)", show_default=False)] = None,
            image: Annotated[str, typer.Option(
-               metavar="SIZE", help="of a virtual machine's image")] = "4 GB",
+               metavar="SIZE", help="of a virtual machine's image")] = "6.8 GB",
            model: Annotated[str, typer.Option(help="a network plug-in, of the cluster's LAN")] = (
                "switch"),
            rate: Annotated[str, typer.Option(help="of the LAN's links")] = "1 Gb/s",

@@ -69,6 +69,8 @@ def _show(finished: Any, console: Any) -> None:
     console.print(result_table(finished.metrics, manifest))
     console.print(f"digest {manifest['digest']}\nresults in {finished.path}", highlight=False,
                   soft_wrap=True)
+    for warning in finished.metrics["warnings"]:
+        typer.echo(f"warning: {warning}", err=True)
     if "differs_from_earlier" in manifest:
         typer.echo("warning: an earlier run of the same scenario, seed and versions had the "
                    f"digest {manifest['differs_from_earlier']}; desim run --check tells more",

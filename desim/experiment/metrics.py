@@ -20,7 +20,6 @@ from desim.robot.tiles import FREE, OCCUPIED, Belief, tiles_of
 from desim.units import NS_PER_S
 
 EXPLORED = 0.99  # the share at which the paper calls a terrain explored (3.3.1)
-SAFETY_SCALE = 100  # S of equation 4, unless set
 
 
 @dataclass(frozen=True)
@@ -135,7 +134,7 @@ class Reached:
 
 @dataclass(frozen=True)
 class Exploration:
-    """The result of equations 2 to 6 for one run."""
+    """The result of equations 1 to 5 for one run."""
 
     explored_area_m2: float
     exploration_cost_m: float
@@ -147,11 +146,11 @@ class Exploration:
 
 
 def evaluate(ground: Ground, log_odds: np.ndarray, distances_m: list[float], collisions: int,
-             safety_scale: float = SAFETY_SCALE) -> Exploration:
-    """Equations 2 to 6 of the paper for a map, int16 ``log_odds`` [height, width].
+             safety_scale: int) -> Exploration:
+    """Equations 1 to 5 of the paper for a map, int16 ``log_odds`` [height, width].
 
-    cost = sum of d_i [m] (2) | efficiency = A / cost [m2/m] (3) | safety = 1 - sum of s_i / S (4) |
-    completeness = A / G (5) | quality = (A - error w) / G (6), with A the area of G that the belief
+    cost = sum of d_i [m] (1) | efficiency = A / cost [m2/m] (2) | safety = 1 - sum of s_i / S (3) |
+    completeness = A / G (4) | quality = (A - error w) / G (5), with A the area of G that the belief
     knows, s_i the collisions of robot i, S ``safety_scale``, error the number of known cells, free
     or wall, inside G or not, whose state differs from the truth, and w the area of a cell.
     """

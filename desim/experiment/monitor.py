@@ -63,6 +63,9 @@ class Monitor:
         self._kernel, self.trace, self._stop = kernel, trace, scenario.stop
         self._poses, self.travelled_m = poses, travelled_m
         self._measured_on = frozenset(scenario.measure.on)
+        self.safety_scale = scenario.measure.safety_scale
+        self.started_ns = 0  # when the first robot's software started
+        self._has_started = False
         self._condition = (condition(scenario.stop.when, QUANTITIES)
                            if scenario.stop.when else None)
         self._causes: list[str] = []
@@ -96,6 +99,8 @@ class Monitor:
 
     def watch(self, robot: str, belief: Belief | None) -> None:
         """``robot`` has a fresh belief (its software started), or none (its host stopped)."""
+        if belief is not None and not self._has_started:
+            self._has_started, self.started_ns = True, self._kernel.now_ns
         i = self.explorers.index(robot)
         if self.beliefs[robot] is not None:
             self.overlap.forgets(robot, self.beliefs[robot])

@@ -26,15 +26,19 @@ def judged_robot(monitor: Monitor) -> str | None:
         first = known.index(max(known))
     return monitor.explorers[first]
 
+_MANY_FRAMES = 100  # fewer may be on their way when a run ends
+
 
 def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
     """The summary of a run that ended at ``now_ns``, after ``monitor.finish``.
 
-    Times are None where the instant was not reached: the run is censored.
+    Times count from when the first robot's software started (the paper, 3.3.1). They are None
+    where the instant was not reached: the run is censored.
     """
     judged = judged_robot(monitor)
     last, robots = monitor.samples[-1], _robots(monitor, now_ns)
-    first_ns = monitor.explored.first_ns
+    first_ns = {name: None if instant_ns is None else instant_ns - monitor.started_ns
+                for name, instant_ns in monitor.explored.first_ns.items()}
     traffic = totals(monitor.graph)
     return {
         "stop_reason": monitor.stop_reason,
@@ -68,7 +72,23 @@ def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
         "latency_by_topic": monitor.families.latency(),
         **_fleet_means(robots),
         "robots": robots,
+        "warnings": warnings(monitor),
     }
+
+
+def warnings(monitor: Monitor) -> list[str]:
+    """What a user should know before trusting the numbers: networks that settle nothing, and fleets
+    that never move."""
+    said = []
+    for medium in monitor.graph.media:
+        waiting = medium.in_flight()
+        settles = medium.delivered or medium.dropped
+        if waiting >= (_MANY_FRAMES if settles else 1) and 2 * waiting > medium.intended:
+            said.append(f"medium {medium.name}: {waiting} of {medium.intended} frames are neither "
+                        "delivered nor dropped at the end: does its model settle every frame?")
+    if monitor.explorers and not monitor.travelled_m().any():
+        said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
+    return said
 
 
 def _mean_map_age_s(samples: list[dict[str, Any]]) -> float | None:
@@ -91,7 +111,7 @@ def _seconds(time_ns: int | None) -> float | None:
 
 def _exploration(monitor: Monitor, judged: str | None) -> Exploration:
     return evaluate(monitor.ground, known_map(monitor, judged), monitor.travelled_m().tolist(),
-                    sum(monitor.collisions_of))
+                    sum(monitor.collisions_of), monitor.safety_scale)
 
 
 def _robots(monitor: Monitor, now_ns: int) -> dict[str, dict[str, Any]]:

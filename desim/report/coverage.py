@@ -72,7 +72,7 @@ def _place(at: str | None, names: list[str], places: np.ndarray) -> tuple[str, n
     return f"({x_m:g}, {y_m:g}) m", np.array([x_m, y_m])
 
 
-@rc_context({"font.size": 9, "axes.titlesize": 11})
+@rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 11})
 def _drawn(simulation: Simulation, medium: Medium, names: list[str], places: np.ndarray,
            label: str, place: np.ndarray, path: Path) -> str:
     figure = Figure(figsize=(13, 6.2), dpi=160, layout="constrained")

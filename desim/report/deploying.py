@@ -30,8 +30,8 @@ class Cluster(Params):
 
     robots_per_node: int | None = Field(None, ge=1, description=(
         "virtual machines on a node (the scenario's testbed.robots_per_node)"))
-    image_bytes: ByteSize = Field("4 GB", ge=1_000_000, description="of a virtual machine (a "
-                                  "desktop Linux with ROS; the paper does not say)")
+    image_bytes: ByteSize = Field("6.8 GB", ge=1_000_000, description="of a virtual machine "
+                                  "(the paper)")
     model: str = Field("switch", description="a network plug-in (the paper: one LAN)")
     rate_bps: BitRate = Field("1 Gb/s", description="of its links (the paper: Gigabit Ethernet)")
 
@@ -67,7 +67,7 @@ def _copied(rounds: testbed.Rounds, cluster: Cluster) -> dict[str, Any]:
 
 def show(deployment: dict[str, Any]) -> None:
     """Print it."""
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, markup=False, emoji=False)
     nodes = deployment["nodes"]
     machines, per_node = deployment["virtual_machines"], deployment["robots_per_node"]
     console.print(f"{deployment['design']}: {len(nodes)} node{'s' * (len(nodes) != 1)} for "

@@ -27,7 +27,8 @@ _DOOR, _MOVER = "#f2b705", "#000000"
 _PREFIX = "bytes_per_s:"
 
 
-@rc_context({"font.size": 9, "axes.titlesize": 11, "legend.fontsize": 8.5})
+@rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 11,
+             "legend.fontsize": 8.5})
 def draw(run: Run, path: Path) -> None:
     """Write the picture of ``run`` to ``path``; its ending says the format (png, pdf, svg)."""
     figure = Figure(figsize=(11, 10), dpi=160, layout="constrained")

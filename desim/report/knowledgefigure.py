@@ -30,7 +30,7 @@ _BELOW = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.02), "ncols": 2, "fr
           "fontsize": 8.5}
 
 
-@rc_context({"font.size": 9, "axes.titlesize": 10})
+@rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 10})
 def draw(knowledge: Knowledge, path: Path) -> None:
     """Write the picture to ``path``; its ending says the format (png, pdf, svg)."""
     save(drawn(knowledge), path)

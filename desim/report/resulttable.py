@@ -10,8 +10,9 @@ from rich.text import Text
 
 def result_table(metrics: dict[str, Any], manifest: dict[str, Any]) -> Table:
     """What a run came to, for the terminal."""
-    table = Table(title=f"{manifest['name']}, seed {manifest['seed']}: {manifest['status']}, "
-                        f"{metrics['stop_reason']}", title_justify="left", title_style="bold",
+    title = Text(f"{manifest['name']}, seed {manifest['seed']}: {manifest['status']}, "
+                 f"{metrics['stop_reason']}")
+    table = Table(title=title, title_justify="left", title_style="bold",
                   box=None, show_header=False, padding=(0, 2, 0, 0))
     table.add_column(style="cyan", no_wrap=True)
     table.add_column(no_wrap=True)

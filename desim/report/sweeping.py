@@ -17,6 +17,7 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 
+from desim.blame import cause_of
 from desim.campaign import probes
 from desim.campaign.agenda import Agenda
 from desim.campaign.campaign import INDEX, TABLE, Sweep, Workers
@@ -36,7 +37,8 @@ class Told:
     """What people are told while a campaign is planned and run; nothing if ``quiet``."""
 
     def __init__(self, quiet: bool) -> None:
-        self._console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+        self._console = Console(quiet=quiet, highlight=False, soft_wrap=True, markup=False,
+                                emoji=False)  # labels are text
 
     def planned(self, loaded: LoadedDesign) -> Plan:
         """The plan of a design."""
@@ -107,8 +109,8 @@ class Told:
                 progress.update(bar, completed=done, total=total, failed=_failed(failed),
                                 to_go=left)
                 lines.tell(f"{done} of {total} runs{_failed(failed)}; {left} to go")
-                if row["status"] == "failed" and row["error"] not in errors:
-                    errors.add(row["error"])
+                if row["status"] == "failed" and cause_of(row["error"]) not in errors:
+                    errors.add(cause_of(row["error"]))
                     progress.console.print(f"{row['run_id']} failed: {row['error']}")
 
             try:
@@ -121,7 +123,7 @@ class Told:
         self._console.print(f"{done} of {total} runs{_failed(failed)}; table: "
                             f"{sweep.out / TABLE}")
         for remark in sweep.remarks:
-            self._console.print(remark, markup=False)
+            self._console.print(remark)
 
     @contextmanager
     def _clustered(self, settings: Settings, progress: Progress, bar: TaskID) -> Iterator[Workers]:

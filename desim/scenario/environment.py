@@ -44,7 +44,7 @@ class Wall(Params):
     start_m: tuple[Position, Position] = Field(alias="from")
     end_m: tuple[Position, Position] = Field(alias="to")
     material: str = Field("concrete", description="what it is made of, for the radio")
-    thickness_m: Length = Field("0.2 m", description="(one cell of the paper's maps)")
+    thickness_m: Length = Field("0.2 m", description="(one cell of the published maps)")
     height_m: Length = Field("2 m", gt=0, description="(the paper)")
 
 

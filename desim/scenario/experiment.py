@@ -37,6 +37,8 @@ class Measure(Params):
     every_ns: Pace = Field("5 s", description="period of samples (the paper's robot log)")
     on: tuple[Literal["explored_10pct", "collision", "recovery", "partition"], ...] = Field(
         (), description="events that also cause a sample")
+    safety_scale: int = Field(100, ge=1, description=(
+        "S of the paper's equation 3, safety = 1 - collisions / S (the paper leaves it open)"))
 
 
 class TraceParams(Params):

@@ -47,7 +47,7 @@ class Odometry(Params):
 class Mapping(Params):
     """The occupancy grid that a robot makes of its own scans."""
 
-    resolution_m: Length = Field("0.2 m", gt=0, description="(the paper; gmapping delta 0.20)")
+    resolution_m: Length = Field("0.2 m", gt=0, description="(the published gmapping delta)")
     linear_update_m: Length = Field("1 m", description="a scan is taken in after driving so far "
                                                      "(gmapping linearUpdate)")
     angular_update_rad: Angle = Field("0.5 rad", ge=0, description="or turning so far (gmapping)")
@@ -55,20 +55,20 @@ class Mapping(Params):
         "or when the last one is so old: with this a robot that stands still sees doors open and "
         "close (null: never; gmapping temporalUpdate)"))
     usable_range_m: Length = Field("25 m", gt=0, description=(
-        "a longer beam clears space up to here and marks nothing (the paper's maxUrange)"))
+        "a longer beam clears space up to here and marks nothing (the published code's maxUrange)"))
 
 
-MAX_LOCAL_SIDE = 1000  # cells of the local window; the paper has 60
+MAX_LOCAL_SIDE = 1000  # cells of the local window; the published one has 60
 
 
 class Navigation(Params):
     """Costmaps, global and local planner, recovery."""
 
-    control_rate_hz: Frequency = Field("10 Hz", description="(the paper's controller_frequency)")
+    control_rate_hz: Frequency = Field("10 Hz", description="(the published code)")
     local_rate_hz: Frequency = Field("5 Hz", description="update of the local layer (the paper)")
     local_size_m: Length = Field("6 m", gt=0,
-                                 description="side of the local window (the paper's yaml)")
-    local_resolution_m: Length = Field("0.1 m", gt=0, description="(the paper's yaml)")
+                                 description="side of the local window (the published yaml)")
+    local_resolution_m: Length = Field("0.1 m", gt=0, description="(the published yaml)")
     inflation_radius_m: Length = Field("0.55 m", description="(costmap_2d default)")
     inflation_scaling: float = Field(10.0, gt=0, description="cost decay per metre (costmap_2d "
                                                              "cost_scaling_factor)")

@@ -32,7 +32,7 @@ class Testbed(Params):
     robots_per_node: int = Field(4, ge=1, description="virtual machines that share a node's "
                                                       "network port (the paper)")
     monitor_period_ns: Pace = Field("1 s", description="each robot's map and distance to the "
-                                                        "monitor (the paper: 1 Hz)")
+                                                        "monitor (the published code)")
 
 
 class Physics(Params):

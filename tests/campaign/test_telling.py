@@ -46,6 +46,17 @@ def test_ctrl_c_says_how_far_it_came(sweep):
         "from there"])
 
 
+def test_brackets_in_labels_are_text(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    design = written(tmp_path, "parameters:\n  robots:\n    levels:\n"
+                               "      '[/x] few': {fleet.size: 1}\n"
+                               "      '[red]many': {fleet.size: 2}\niterations: 2\n")
+    done = CliRunner().invoke(app, ["sweep", design.name, "--dry-run"])
+    assert done.exit_code == 0, done.output
+    assert "robots=[/x] few, iteration 0" in done.output
+    assert "robots=[red]many, iteration 1" in done.output
+
+
 def test_an_error_is_told_once(sweep):
     asked = []
 
