@@ -4,6 +4,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from radio import LINKS
 
 from desim.errors import InputError
 from desim.experiment.netcase import play
@@ -417,7 +418,7 @@ def test_what_is_wrong_with_a_hop_is_said_under_its_name():
 def test_who_hears_a_message_gets_packets():
     """54 Mb/s: 40 m are two hops, though broadcasts at 6 Mb/s would get over them."""
     for params, next_hop in ({}, 1), ({"broadcast_rate": "6 Mb/s"}, 2):
-        model = multihop("batman", "radio", **params)
+        model = multihop("batman", "radio", **params, **LINKS)
         Bench(model, row(3, spacing_m=20.0)).run(6 * S)
         assert model.routing.next_hop(0, 2) == next_hop
 

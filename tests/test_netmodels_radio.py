@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from radio import rows
+from radio import LINKS, rows
 from test_radio_pathloss import room
 
 from desim.errors import InputError
@@ -59,7 +59,7 @@ def test_the_next_packet_waits_for_acknowledgement_difs_and_backoff():
 
 def test_a_broadcast_reaches_those_who_can_find_it():
     """51.4 m is within reach, 52 m is not; 6 Mb/s, the lowest rate of OFDM."""
-    bench = Bench(radio(), {"a": (0, 0), "b": (9, 0), "c": (0, 51.4), "d": (-52, 0),
+    bench = Bench(radio(**LINKS), {"a": (0, 0), "b": (9, 0), "c": (0, 51.4), "d": (-52, 0),
                             "e": (np.nan, np.nan)})
     bench.send(0, "a", list("bcde"), UDP, broadcast=True)
     log = bench.run()
@@ -127,7 +127,7 @@ def test_a_broadcast_train_arrives_whole_or_not_at_all():
 
 def test_walls_are_in_the_way_and_doors_open():
     """30 m: -75 dBm, that is 7 dB above where a frame is found."""
-    bench = Bench(radio(), {"a": (0, 0), "b": (30, 0)})
+    bench = Bench(radio(**LINKS), {"a": (0, 0), "b": (30, 0)})
     walls = room("brick")
     bench.send(0, "a", ["b"], 100, label="through the wall", broadcast=True)
     bench.send(10 * MS, "a", ["b"], 100, label="door open", broadcast=True)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from radio import LINKS
 from scipy.stats import expon, kstest, ncx2, norm
 
 from desim.streams import Streams
@@ -148,8 +149,8 @@ def bench(mean_dbm, fading, **params):
     """Two hosts: at 6 Mb/s there are no errors from -82 dBm on, 12 dB above the noise, and below
     that nothing is found."""
     path_loss = {"model": "fixed", "total": f"{16.0206 - mean_dbm} dB"}
-    return Bench(Radio(Radio.Params(path_loss=path_loss, fading=fading,
-                                    **{"rate": "6 Mb/s", **params})), 2)
+    return Bench(Radio(Radio.Params(path_loss=path_loss, fading=fading, **{
+        "rate": "6 Mb/s", "reception": LINKS["reception"], **params})), 2)
 
 
 def delivered(mean_dbm, fading, *, broadcast=True, every_ns=20 * MS, frames=FRAMES, **params):
@@ -233,7 +234,7 @@ def test_coverage_is_the_mean_over_blocks(params):
 
 
 def test_the_radio_tells_the_mean_of_its_links():
-    radio = Radio(Radio.Params(fading={}, rate="6 Mb/s"))
+    radio = Radio(Radio.Params(fading={}, rate="6 Mb/s", **LINKS))
     Bench(radio, {"a": (0.0, 0.0), "b": (51.46, 0.0)})
     signal = radio.signal(np.zeros(2), np.array([[51.46, 0.0], [np.nan, 0.0], [1.0, 0.0]]))
     assert signal.delivery == pytest.approx([math.exp(-1), 0.0, 1.0], abs=0.005)

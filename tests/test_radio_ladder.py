@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from radio import LINKS
 from test_netmodels_radio import MS, UDP, fates
 from test_radio_pathloss import room
 
@@ -104,10 +105,10 @@ def test_broadcasts_have_a_disk_of_their_own():
 
 def test_where_frames_must_be_found_first_the_disk_ends_sharply():
     """6 Mb/s would get over -88 dBm, but nothing is found below -82 dBm."""
-    range_m = rung("disk").range_m[True]
+    range_m = rung("disk", **LINKS).range_m[True]
     assert range_m == pytest.approx(51.455, abs=0.001)  # 10^((16.0206 - 46.6777 + 82) / 30) m
-    assert rung("mac").reach_m == pytest.approx(range_m, rel=1e-6)
-    assert [delivered(range_m + by_m, True) for by_m in (-0.001, 0.001)] == [1.0, 0.0]
+    assert rung("mac", **LINKS).reach_m == pytest.approx(range_m, rel=1e-6)
+    assert [delivered(range_m + by_m, True, **LINKS) for by_m in (-0.001, 0.001)] == [1.0, 0.0]
 
 
 @pytest.mark.parametrize("standard, rate, mbps", [(A, 0, 6), (A, 7, 54), (B, 3, 11), (G, 9, 36)])
@@ -200,7 +201,7 @@ def test_only_the_disk_looks_through_walls():
     Mb/s gets through."""
     got = {}
     for name in RUNGS:
-        bench = Bench(rung(name), {"a": (0, 0), "b": (20, 0)})
+        bench = Bench(rung(name, **LINKS), {"a": (0, 0), "b": (20, 0)})
         bench.send(0, "a", "b", 1518, label="unicast")
         bench.send(MS, "a", ["b"], 1518, label="broadcast", broadcast=True)
         bench.medium._place.obstacles = room("brick")
@@ -215,7 +216,7 @@ def test_walls_separate_for_the_monitor_and_a_disk_s_edge_too():
     places = {"a": (0, 0), "b": (30, 0), "c": (0, 51), "d": (0, -52)}
     linked = {}
     for name in ("disk", "walls"):
-        bench = Bench(rung(name), places)
+        bench = Bench(rung(name, **LINKS), places)
         bench.medium._place.obstacles = room("concrete", "concrete")
         linked[name] = bench.medium.linked(np.arange(4))[0, 1:].tolist()
     assert linked == {"disk": [True, True, False], "walls": [False, True, False]}

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from radio import LINKS
 from test_netmodels_radio import fates
 
 from desim.experiment.netcase import play
@@ -184,7 +185,7 @@ def test_routes_over_radios_that_adapt_keep_it_too():
 
 def test_coverage_is_that_of_the_slowest_rate():
     """Where 54 Mb/s do not get, 6 Mb/s do."""
-    model = radio()
+    model = radio(**LINKS)
     Bench(model, {"a": (0, 0)})
     assert model.signal(np.zeros(2), np.array([[40.0, 0.0], [52.0, 0.0]])).delivery.tolist() == (
         pytest.approx([1.0, 0.0]))

@@ -28,7 +28,7 @@ from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.errors import error_table
 from netmodels.radio.fading import Fades, Fading
 from netmodels.radio.fates import Waiting
-from netmodels.radio.pathloss import PathLossParams, reach_m
+from netmodels.radio.pathloss import PathLoss, PathLossParams, reach_m
 from netmodels.radio.presets import filled
 from netmodels.radio.ratecontrol import Arf, RateControl
 from netmodels.radio.rates import chosen_rates
@@ -52,16 +52,26 @@ class Thresholds(ports.Params):
     energy_dbm: Level = Field("-62 dBm", description=(
         "whatever it is, it makes the medium busy (802.11-2016, 17.3.10.6; preset ns3_3_44: -82 "
         "dBm)"))
-    preamble_dbm: Level = Field("-82 dBm", description=(
-        "the least that a frame is found at, and makes the medium busy (802.11-2016, 17.3.10.6)"))
-    preamble_above_db: Decibels = Field("4 dB", description="and how far it must be above noise "
-                                                            "and interference (ns-3)")
+    preamble_dbm: Level | None = Field(None, description=(
+        "the least that a frame is found at, and makes the medium busy (null: none but "
+        "preamble_above, with which that is -90 dBm; 802.11-2016, 17.3.10.6, asks for -82 dBm or "
+        "better, and receivers are better; preset ns3_3_44: -82 dBm)"))
+    preamble_above_db: Decibels = Field("4 dB", description=(
+        "how far a frame must be above noise and interference to be found (ns-3)"))
     unaware: bool = Field(False, description=(
         "interference that began within 4 us of a frame does it no harm (no receiver is like that, "
         "but ns-3's)"))
 
+    @property
+    def found_dbm(self) -> float:
+        """The least that a frame is found at where nobody else is on the air."""
+        above_noise_dbm = _THERMAL_DBM + self.noise_figure_db + self.preamble_above_db
+        if self.preamble_dbm is None:
+            return above_noise_dbm
+        return max(above_noise_dbm, self.preamble_dbm)
+
     def for_stations(self) -> Reception:
-        return Reception(_THERMAL_DBM + self.noise_figure_db, self.energy_dbm, self.preamble_dbm,
+        return Reception(_THERMAL_DBM + self.noise_figure_db, self.energy_dbm, self.found_dbm,
                          self.preamble_above_db, unaware=self.unaware)
 
 
@@ -108,7 +118,7 @@ class Radio:
         power_dbm: Level = Field("16.0206 dBm", description="sent, antennas included (ns-3: 40 mW)")
         path_loss: PathLossParams = Field(PathLossParams(), description=(
             "model: log_distance, free_space, two_ray, itu_p1238 or fixed, with its parameters "
-            "(ns-3's)"))
+            "(log_distance, ns-3's, whose first metre is as in free space)"))
         walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
         shadowing: Shadowing | None = Field(None, description="log-normal, of what is not drawn "
                                                               "(none; ns-3)")
@@ -135,6 +145,10 @@ class Radio:
         def _filled(cls, given: Any) -> Any:
             return filled(given)
 
+        def loss(self) -> PathLoss:
+            """The path loss on the channel."""
+            return self.path_loss.chosen(STANDARDS[self.standard].carrier_hz(self.channel))
+
     reasons = ("channel_error", "collision", "expired", "out_of_reach", "queue_full", "retry_limit")
     refuses = ("queue_full",)
     judges_transmissions = True
@@ -144,8 +158,8 @@ class Radio:
         self._params = params
         self._standard = standard or STANDARDS[params.standard]
         best_db = sum(slot.best_db for slot in (params.shadowing, params.fading) if slot)
-        self.reach_m = reach_m(params.path_loss.chosen(),
-                               params.power_dbm + best_db - params.reception.preamble_dbm)
+        self.reach_m = reach_m(params.loss(),
+                               params.power_dbm + best_db - params.reception.found_dbm)
         if params.channels:
             self.separates = self._on_different_channels
 
@@ -158,13 +172,13 @@ class Radio:
         if params.walls is not None:
             params.walls.check(context.obstacles.materials)
         self._budget = Budget(
-            params.power_dbm, params.path_loss.chosen(), params.walls,
+            params.power_dbm, params.loss(), params.walls,
             params.shadowing and Shadows(params.shadowing, hosts, context.stream),
-            self._heard_dbm(), params.reception.preamble_dbm,
+            self._heard_dbm(), params.reception.found_dbm,
             channels_of(hosts, params.channel, params.channels, standard))
         self._fades = params.fading and Fades(
             params.fading, hosts, context.stream, standard.carrier_hz(params.channel),
-            params.reception.preamble_dbm)
+            params.reception.found_dbm)
         keys = np.array([context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
                          for host in hosts], np.uint64)
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
@@ -188,7 +202,7 @@ class Radio:
         heard_dbm, fading = self._params.reception.heard_dbm, self._params.fading
         if fading is None:
             return heard_dbm
-        return min(heard_dbm, self._params.reception.preamble_dbm - fading.best_db)
+        return min(heard_dbm, self._params.reception.found_dbm - fading.best_db)
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
         """``ports.NetworkModel``: of unicast packets, one attempt each; where it fades, means."""

@@ -74,10 +74,11 @@ class Budget:
 
     def received_dbm(self, from_m: np.ndarray, to_m: np.ndarray,
                      obstacles: ports.Obstacles) -> np.ndarray:
-        """[n] dBm at ``to_m`` [n, 2] m of who sends at ``from_m`` [2] m. Without shadowing, which
-        belongs to pairs of hosts."""
+        """[n] dBm at ``to_m`` [n, 2] m of who sends at ``from_m`` [2] m."""
         starts = np.broadcast_to(from_m, to_m.shape)
         loss_db = self.path_loss.loss_db(np.hypot(*(to_m - starts).T))
+        if self.shadows is not None:
+            loss_db = loss_db + self.shadows.between_db(from_m, to_m)
         if self.walls is not None:
             loss_db = loss_db + self._walls_db(starts, to_m, obstacles)
         return self.power_dbm - loss_db

@@ -81,7 +81,7 @@ class Clear:
                 sensitivity_dbm(SHARE, standard, rate, full_bytes, reception, tries,
                                 params.fading))
             for rate, tries in zip(self._rates, (params.retries, 1), strict=True))
-        path_loss = params.path_loss.chosen()
+        path_loss = params.loss()
         self.range_m = tuple(reach_m(path_loss, params.power_dbm - level_dbm)
                              for level_dbm in self.sensitivity_dbm)
         best_db = self._shadowing.best_db if self._shadowing else 0.0
@@ -99,7 +99,7 @@ class Clear:
         channels = channels_of(hosts, params.channel, params.channels,
                                STANDARDS[params.standard])
         self._near = [
-            Neighbours(Budget(params.power_dbm, params.path_loss.chosen(), self._walls, shadows,
+            Neighbours(Budget(params.power_dbm, params.loss(), self._walls, shadows,
                               level_dbm, level_dbm, channels), context, params.update_ns)
             for level_dbm in self.sensitivity_dbm]
         self._ends_ns: list[deque[int]] = [deque() for _ in hosts]  # of what waits, at each sender

@@ -41,7 +41,7 @@ class FreeSpace:
 @dataclass(frozen=True)
 class LogDistance:
     """reference + 10 exponent log10(d / 1 m) (Rappaport 2002, 4.9.1); within 1 m, that of 1 m. The
-    defaults are ns-3's, whose reference is free space at 5.15 GHz."""
+    defaults are ns-3's, whose reference is free space at 5.15 GHz, whatever the band."""
 
     exponent: float = 3.0
     reference_db: float = 46.6777
@@ -111,7 +111,9 @@ class PathLossParams(ports.Params):
     exponent: float | None = Field(None, gt=0, le=20, description=(
         "of log_distance (3, ns-3; 2 in the open, more among things)"))
     reference_db: Decibels | None = Field(None, description=(
-        "of log_distance, loss of the first metre (46.6777 dB, ns-3: free space at 5.15 GHz)"))
+        "of log_distance, loss of the first metre (that of free space on the radio's channel: 40.1 "
+        "dB on channel 1 of 11b and 11g, 46.7 dB on channel 36 of 11a; preset ns3_3_44: 46.6777 "
+        "dB, at 5.15 GHz, for all)"))
     frequency_hz: Carrier | None = Field(None, description=(
         "of free_space, two_ray and itu_p1238: 2412 MHz is channel 1 of 11b and 11g, 5180 MHz "
         "channel 36 of 11a (none, it has to be given)"))
@@ -141,8 +143,13 @@ class PathLossParams(ports.Params):
                 raise ValueError(f"{self.model} needs {ports.yaml_key(field.name)}")
         return self
 
-    def chosen(self) -> PathLoss:
-        return _MODELS[self.model](**self._given())
+    def chosen(self, carrier_hz: float | None = None) -> PathLoss:
+        """For a radio on ``carrier_hz``, which loses as much in the first metre as in free space
+        (Friis 1946), if nothing else is said."""
+        given = self._given()
+        if self.model == "log_distance" and carrier_hz is not None:
+            given.setdefault("reference_db", float(FreeSpace(carrier_hz).loss_db(1.0)))
+        return _MODELS[self.model](**given)
 
 
 def reach_m(path_loss: PathLoss, budget_db: float) -> float:

@@ -1,18 +1,22 @@
 """What things that nobody has drawn cost a link: log-normal shadowing.
 
-In dB it is normal, and correlated along a robot's way by exp(-distance / ``correlation``)
-(Gudmundson 1991, "Correlation model for shadow fading in mobile radio systems"); where both ends
-move, by the product of the two (Wang, Tameh and Nix 2008 for links between mobiles).
+It belongs to places, not to robots: links whose ends are near to each other share it. In dB it is
+normal, and two links have exp(-(way between their beginnings + way between their ends) /
+``correlation``) in common (Gudmundson 1991, "Correlation model for shadow fading in mobile radio
+systems", for one end that moves; Wang, Tameh and Nix 2008 for two: the product).
 
 It is a fixed function of two places, a sum of plane waves over the place of each end:
-sigma sqrt(2 / n) sum cos(k_j . x + q_j . y + phase_j), whose wave numbers have the spectrum of that
-correlation in the plane, and whose phases belong to the two hosts. So a place that is visited again
-is as it was, both directions are alike, and it does not matter who else is there or who asks first.
+f(x, y) = sigma sqrt(2 / n) sum cos(k_j . x + q_j . y + phase_j), whose wave numbers have the
+spectrum of that correlation in the plane. Both directions are alike by
+(f(x, y) + f(y, x)) / sqrt(2 + 2 exp(-2 |x - y| / correlation)), whose variance is that of f: so
+much do the two have in common. So a place that is visited again is as it was, and it does not
+matter who is there, who else is, or who asks first.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 from pydantic import Field
@@ -20,8 +24,10 @@ from pydantic import Field
 from desim import ports
 from desim.units import Decibels, Length
 
-_WAVES = 64
-_CHUNK = 256  # links at a time: what is gathered for them stays in the cache
+_WAVES = 128
+_CHUNK = 128  # links at a time: what is gathered for them stays in the cache
+_POINTS = 4096  # places at a time, where there are many
+_FAR_M = 1e6  # hosts without a place are so far from all others, and from each other
 LIMIT = 3  # sigmas; so that there is a distance beyond which nobody is heard
 
 
@@ -39,31 +45,58 @@ class Shadowing(ports.Params):
 
 
 class Shadows:
-    """The shadowing between ``hosts``, whose luck comes from ``stream`` by their names."""
+    """The shadowing between ``hosts``; the field's luck, and that of hosts without a place, comes
+    from ``stream`` by name."""
 
     def __init__(self, params: Shadowing, hosts: tuple[str, ...],
                  stream: Callable[..., np.random.Generator]) -> None:
         self._sigma_db, self.best_db = params.sigma_db, params.best_db
+        self._correlation_m = params.correlation_m
         draw = stream("shadowing")
         self._waves = [_wave_numbers(draw) / params.correlation_m for _ in range(2)]
-        self._phases = np.array([stream("shadowing", host).uniform(0, 2 * np.pi, (2, _WAVES))
-                                 for host in hosts]).reshape(len(hosts), 2, _WAVES)
+        self._phases = draw.uniform(0, 2 * np.pi, _WAVES)
+        self._hosts, self._stream = hosts, stream
+
+    @cached_property
+    def _somewhere(self) -> np.ndarray:
+        """[hosts, 2] m, for those who have no place."""
+        return np.array([self._stream("shadowing", host).uniform(-_FAR_M, _FAR_M, 2)
+                         for host in self._hosts]).reshape(-1, 2)
 
     def loss_db(self, places: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """[k] dB between hosts ``one`` and ``other`` [k] (indices, ``one`` the smaller) at
-        ``places`` [hosts, 2] m; those without a place stand at the origin."""
-        near, far = (self._at(np.nan_to_num(places), end) for end in (0, 1))
+        """[k] dB between hosts ``one`` and ``other`` [k] (indices) at ``places`` [hosts, 2] m.
+        Those without a place are somewhere else each."""
+        unknown = np.isnan(places)
+        if unknown.any():
+            places = np.where(unknown, self._somewhere, places)
+        return self._loss_db(places, one, other)
+
+    def between_db(self, from_m: np.ndarray, to_m: np.ndarray) -> np.ndarray:
+        """[n] dB between somebody at ``from_m`` [2] m and at ``to_m`` [n, 2] m."""
+        loss_db = np.empty(len(to_m))
+        for k in range(0, len(to_m), _POINTS):
+            places = np.vstack([from_m, to_m[k:k + _POINTS]])
+            other = np.arange(1, len(places))
+            loss_db[k:k + _POINTS] = self._loss_db(places, np.zeros_like(other), other)
+        return loss_db
+
+    def _loss_db(self, places: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        near, far = self._at(places, 0, 0.0), self._at(places, 1, self._phases)
         near[:, _WAVES:] *= -1  # cos(a + b) = cos a cos b - sin a sin b
         total = np.empty(len(one))
         for k in range(0, len(one), _CHUNK):
-            those = slice(k, k + _CHUNK)
-            np.einsum("ij,ij->i", near[one[those]], far[other[those]], out=total[those])
-        return np.clip(self._sigma_db * np.sqrt(2 / _WAVES) * total, -self.best_db, self.best_db)
+            a, b = one[k:k + _CHUNK], other[k:k + _CHUNK]
+            total[k:k + _CHUNK] = (np.einsum("ij,ij->i", near[a], far[b])
+                                   + np.einsum("ij,ij->i", near[b], far[a]))
+        apart_m = np.hypot(*(places[one] - places[other]).T)
+        alike = np.exp(-2 * apart_m / self._correlation_m)  # of one direction and the other
+        total *= self._sigma_db * np.sqrt(2 / _WAVES) / np.sqrt(2 + 2 * alike)
+        return np.clip(total, -self.best_db, self.best_db)
 
-    def _at(self, places: np.ndarray, end: int) -> np.ndarray:
-        """[hosts, 2 waves] cosines and sines of one end's share of the waves."""
+    def _at(self, places: np.ndarray, end: int, phases: np.ndarray | float) -> np.ndarray:
+        """[places, 2 waves] cosines and sines of one end's share of the waves."""
         wave_x, wave_y = self._waves[end]
-        angle = places[:, :1] * wave_x + places[:, 1:] * wave_y + self._phases[:, end]
+        angle = places[:, :1] * wave_x + places[:, 1:] * wave_y + phases
         return np.hstack([np.cos(angle), np.sin(angle)])
 
 
