@@ -2,36 +2,14 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 
 from pydantic import Field
 
 from desim import ports
+from desim.ports import packet_sizes
 from desim.units import NS_PER_S, BitRate, ByteSize, Duration, airtime_ns
-
-
-class Line:
-    """Who waits at a host, where packets are counted: when each frame begins, and its packets."""
-
-    __slots__ = ("_begins", "_limit", "_packets")
-
-    def __init__(self, limit: int) -> None:
-        self._begins: deque[tuple[int, int]] = deque()
-        self._limit = limit
-        self._packets = 0
-
-    def join(self, now_ns: int, begin_ns: int, packets: int) -> bool:
-        """False if so many wait that one more may not wait until ``begin_ns``."""
-        begins = self._begins
-        while begins and begins[0][0] <= now_ns:
-            self._packets -= begins.popleft()[1]
-        if begin_ns > now_ns:
-            if self._packets >= self._limit:
-                return False
-            begins.append((begin_ns, packets))
-            self._packets += packets
-        return True
+from netmodels.line import Line, refuse
 
 
 class Link:
@@ -39,7 +17,8 @@ class Link:
 
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency. Receiving is
     free: where several senders meet at one receiver's port, ``switch`` is the model. A broadcast
-    takes the link once and is copied behind it.
+    takes the link once and is copied behind it. Of a train those packets are dropped that find no
+    room.
     """
 
     class Params(ports.Params):
@@ -51,8 +30,7 @@ class Link:
                                  "send buffers of a host's sockets (Linux: up to 4 MB each) stand "
                                  "here too (room for 16)")
         queue_packets: int | None = Field(None, ge=0, description=(
-            "that wait beside the one that is being sent; a train that finds fewer is let in whole "
-            "(none: bytes alone count)"))
+            "that wait beside the one that is being sent (none: bytes alone count)"))
 
     reasons = ("queue_full",)
     refuses = ("queue_full",)
@@ -75,15 +53,30 @@ class Link:
         now_ns = context.now_ns
         begin_ns = max(now_ns, self._free_ns[frame.source])
         waiting_bytes = (begin_ns - now_ns) * self._rate_bps // (8 * NS_PER_S)
-        if (waiting_bytes and waiting_bytes + size_bytes > self._queue_bytes
-                or self._lines is not None
-                and not self._lines[frame.source].join(now_ns, begin_ns, frame.segments)):
-            context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
-            return None
+        if waiting_bytes + size_bytes > self._queue_bytes or self._lines is not None:
+            fit, size_bytes = self._let_in(frame, begin_ns, self._queue_bytes - waiting_bytes)
+            refuse(context, frame, fit)
+            if not fit:
+                return None
         end_ns = begin_ns + airtime_ns(size_bytes, self._rate_bps)
         self._free_ns[frame.source] = end_ns
         self._booked_ns[frame.source] += end_ns - begin_ns
         return end_ns - now_ns + self._latency_ns
+
+    def _let_in(self, frame: ports.Frame, begin_ns: int, room_bytes: int) -> tuple[int, int]:
+        """How many packets of ``frame`` find room, and their bytes. The first always passes an idle
+        link."""
+        sizes, now_ns = packet_sizes(frame.size_bytes, frame.segments), self._context.now_ns
+        fit = 0
+        for size_bytes in sizes:
+            room_bytes -= size_bytes
+            if room_bytes < 0 and (fit or begin_ns > now_ns):
+                break
+            fit += 1
+        if self._lines is not None:
+            fit = self._lines[frame.source].join(
+                now_ns, begin_ns, airtime_ns(sizes[0], self._rate_bps), fit)
+        return fit, sum(sizes[:fit])
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """``ports.NetworkModel``: for how long the link of each of ``hosts`` was sending."""

@@ -103,7 +103,7 @@ def test_who_has_won_wins_again():
     """The capture effect (Molle 1994): the winner counts its collisions from 0 again, the loser
     goes on counting, up to 16. A train that wins once keeps the bus for most of its packets, and
     the other one gives up packet after packet."""
-    bench = bench_of(arbitration="csma_cd")
+    bench = bench_of(arbitration="csma_cd", queue_packets=1000)
     for host in ("host_1", "host_2"):
         bench.send(0, host, "host_4", 1000 * 1518, 1000, label=host)
     (_, _, _, _, first), (time_ns, _, _, _, last) = bench.run()
@@ -196,6 +196,16 @@ def test_a_full_queue_drops(mode):
         bench.send(0, "host_1", "host_2", 1518, label=label)
     fates = {label: fate for _, label, _, _, fate in bench.run()}
     assert fates == dict.fromkeys(range(4), "arrived") | dict.fromkeys((4, 5), "queue_full")
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_train_loses_what_finds_no_room(mode):
+    """One is being sent, three wait: of six the last two are dropped, and the four arrive."""
+    bench = bench_of(arbitration=mode, queue_packets=3)
+    bench.send(0, "host_1", "host_2", 6 * 1518, 6, label="train")
+    (_, label, _, _, fate), = bench.run()
+    assert (label, fate) == ("train", "arrived in part")
+    assert bench.parts == [("train", "host_2", {4: "queue_full", 5: "queue_full"})]
 
 
 def test_collisions_that_could_go_unheard_are_refused():

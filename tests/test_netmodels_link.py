@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from desim.testing import Bench
 from desim.units import airtime_ns
+from netmodels.bus import Bus
 from netmodels.disk import Disk
 from netmodels.ideal import Ideal
 from netmodels.link import Link
@@ -43,15 +44,50 @@ def test_link_queue_drops_the_tail():
 
 def test_link_queue_can_be_counted_in_packets():
     """1 ms for each packet of 125 B: of four at once the first is being sent, two wait, and the
-    queue is full. A millisecond later there is room for a train, which is let in whole."""
+    queue is full. A millisecond later there is room for one of a train's ten, and 2 ms later, since
+    that leaves, for one more."""
     bench = Bench(link(rate="1 Mb/s", queue_packets=2), 2)
     for label in range(4):
         bench.send(0, "host_1", "host_2", 125, label=label)
     bench.send(MS, "host_1", "host_2", 1250, 10, label="train")
     bench.send(MS + 1, "host_1", "host_2", 125, label="behind it")
+    bench.send(3 * MS, "host_1", "host_2", 125, label="later")
     assert [(time_ns // MS, label, fate) for time_ns, label, _, _, fate in bench.run()] == [
         (0, 3, "queue_full"), (1, 0, "arrived"), (1, "behind it", "queue_full"), (2, 1, "arrived"),
-        (3, 2, "arrived"), (13, "train", "arrived")]
+        (3, 2, "arrived"), (4, "train", "arrived in part"), (5, "later", "arrived")]
+    assert bench.parts == [("train", "host_2", dict.fromkeys(range(1, 10), "queue_full"))]
+
+
+def test_a_train_that_is_longer_than_the_room_loses_its_end():
+    """Of ten packets of 125 B an idle link with 500 B takes four: what is dropped was never sent.
+    The same by packets: one is sent at once, and three wait."""
+    for how in ({"queue": "500 B"}, {"queue_packets": 3}):
+        bench = Bench(link(rate="1 Mb/s", **how), 2)
+        bench.send(0, "host_1", "host_2", 1250, 10, label="train")
+        assert bench.run() == [(4 * MS, "train", "host_1", "host_2", "arrived in part")]
+        assert bench.parts == [("train", "host_2", dict.fromkeys(range(4, 10), "queue_full"))]
+        assert bench.medium.tx_bytes[0] == 500 and bench.medium.refused_bytes == 750
+
+
+@given(st.lists(st.tuples(st.integers(0, 20 * MS), st.integers(1, 30)), max_size=12),
+       st.integers(0, 20), st.sampled_from(["link", "fifo", "csma", "csma_cd"]))
+def test_trains_find_the_room_that_their_packets_find(sent, limit, kind):
+    """Packets sent at once, as a train or one by one, have the same fates; conserved in packets."""
+    def played(single):
+        model = link(rate="1 Mb/s", queue_packets=limit) if kind == "link" else Bus(Bus.Params(
+            arbitration=kind, rate="1 Mb/s", propagation="0 ns", queue_packets=limit + 1))
+        bench = Bench(model, 2)
+        for label, (time_ns, packets) in enumerate(sent):
+            for k in range(packets if single else 1):
+                bench.send(time_ns, "host_1", "host_2", 125 if single else 125 * packets,
+                           1 if single else packets, label=(time_ns, label, k))
+        bench.run()
+        return bench.medium
+
+    train, single = played(False), played(True)
+    assert train.packets_dropped == single.packets_dropped
+    assert train.packets_delivered == single.packets_delivered
+    assert train.packets_intended == train.packets_delivered + sum(train.packets_dropped.values())
 
 
 def test_link_queues_are_each_hosts_own():

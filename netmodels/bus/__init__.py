@@ -14,7 +14,7 @@ from netmodels.bus.collisions import JAM_BITS, SLOT_BITS, CollisionDetection
 from netmodels.bus.fifo import Fifo
 from netmodels.bus.sense import CarrierSense
 from netmodels.bus.stations import Cable
-from netmodels.ethernet import LEAST_BYTES
+from netmodels.ethernet import padded
 
 Arbitration = CarrierSense | CollisionDetection | Fifo
 ARBITRATIONS = {"csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fifo}
@@ -26,8 +26,8 @@ class Bus:
     With ``csma`` and ``csma_cd`` a train competes for the bus packet by packet, and one that is
     given up is lost alone; with ``fifo`` it goes in one go.
 
-    A frame that finds ``queue_packets`` waiting is dropped. A train that finds fewer is let in
-    whole, since its sender's socket would hold the rest back.
+    A packet that finds ``queue_packets`` waiting is dropped, and of a train all those that find no
+    room.
     """
 
     class Params(ports.Params):
@@ -66,8 +66,7 @@ class Bus:
         self._arbitration = self._discipline()(cable, context, hosts)
 
     def send(self, frame: ports.Frame) -> None:
-        if not self._arbitration.take(frame):
-            self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
+        self._arbitration.take(frame)
 
     def attempts(self) -> tuple[int, int]:
         """Packets that were begun so far, and how many of them collided."""
@@ -83,7 +82,6 @@ class Bus:
     def _discipline(self) -> Callable[[Cable, ports.Context, tuple[str, ...]], Arbitration]:
         return ARBITRATIONS[self._params.arbitration]
 
-    def _wire_ns(self, size_bytes: int, segments: int) -> int:
+    def _wire_ns(self, size_bytes: int) -> int:
         params = self._params
-        return airtime_ns(max(size_bytes, segments * LEAST_BYTES)
-                          + segments * params.preamble_bytes, params.rate_bps)
+        return airtime_ns(padded(size_bytes) + params.preamble_bytes, params.rate_bps)

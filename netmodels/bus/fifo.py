@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 from desim import ports
 from netmodels.bus.stations import Cable
+from netmodels.ethernet import segment_sizes
+from netmodels.line import Line, refuse
 
 
 class Fifo:
@@ -15,26 +15,19 @@ class Fifo:
         self._cable = cable
         self._context = context
         self.free_ns = self.taken_ns = 0
-        self._waiting: deque[tuple[int, int]] = deque()  # when a frame begins, its packets
-        self._packets = 0  # in all that waits
+        self._line = Line(cable.queue_packets)
         self.transmissions = self.collisions = 0
 
-    def take(self, frame: ports.Frame) -> bool:
-        """False if the queue is full."""
-        cable, now_ns, waiting = self._cable, self._context.now_ns, self._waiting
-        while waiting and waiting[0][0] <= now_ns:
-            self._packets -= waiting.popleft()[1]
-        if self._packets >= cable.queue_packets:
-            return False
-        self.transmissions += frame.segments
+    def take(self, frame: ports.Frame) -> None:
+        cable, now_ns = self._cable, self._context.now_ns
+        sizes = segment_sizes(frame.size_bytes, frame.segments)
         begin_ns = max(now_ns, self.free_ns)
-        if begin_ns > now_ns:
-            waiting.append((begin_ns, frame.segments))
-            self._packets += frame.segments
-        end_ns = (begin_ns + cable.wire_ns(frame.size_bytes, frame.segments)
-                  + (frame.segments - 1) * cable.gap_ns)
-        self.free_ns = end_ns + cable.gap_ns
+        fit = self._line.join(now_ns, begin_ns, cable.wire_ns(sizes[0]) + cable.gap_ns, len(sizes))
+        refuse(self._context, frame, fit)
+        if not fit:
+            return
+        self.transmissions += fit
+        self.free_ns = begin_ns + sum(map(cable.wire_ns, sizes[:fit])) + fit * cable.gap_ns
         self.taken_ns += self.free_ns - begin_ns
-        self._context.settle_many(frame, frame.receivers,
-                                  ports.Deliver(end_ns - now_ns + cable.propagation_ns))
-        return True
+        arrives_ns = self.free_ns - cable.gap_ns + cable.propagation_ns
+        self._context.settle_many(frame, frame.receivers, ports.Deliver(arrives_ns - now_ns))

@@ -8,25 +8,27 @@ from typing import NamedTuple
 
 from desim import ports
 from netmodels.ethernet import segment_sizes
+from netmodels.line import refuse
 from netmodels.losses import lose
 
 
 class Cable(NamedTuple):
-    """What all arbitrations know of the bus; ``wire_ns(size_bytes, segments)`` is the time that
-    packets take without their gaps."""
+    """What all arbitrations know of the bus; ``wire_ns(size_bytes)`` is the time that a packet
+    takes without its gap."""
 
     propagation_ns: int
     gap_ns: int
     slot_ns: int
     jam_ns: int
     queue_packets: int
-    wire_ns: Callable[[int, int], int]
+    wire_ns: Callable[[int], int]
 
 
 class Packet(NamedTuple):
     frame: ports.Frame
     wire_ns: int
     number: int  # in its frame, from 0
+    last: bool  # of those that found room
 
 
 class Station:
@@ -56,17 +58,16 @@ class Stations:
         self._arrive = ports.Deliver(cable.propagation_ns)
         self._stations = [Station(context.stream("backoff", host).random) for host in hosts]
 
-    def take(self, frame: ports.Frame) -> bool:
-        """False if the sender's queue is full."""
+    def take(self, frame: ports.Frame) -> None:
         station, cable = self._stations[frame.source], self._cable
-        if len(station.queue) >= cable.queue_packets:
-            return False
-        sizes = segment_sizes(frame.size_bytes, frame.segments)
-        station.queue.extend(Packet(frame, cable.wire_ns(size_bytes, 1), number)
+        room = cable.queue_packets - len(station.queue) + station.idle
+        sizes = segment_sizes(frame.size_bytes, frame.segments)[:room]
+        refuse(self._context, frame, len(sizes))
+        station.queue.extend(Packet(frame, cable.wire_ns(size_bytes), number, number + 1 == room
+                                    or number + 1 == frame.segments)
                              for number, size_bytes in enumerate(sizes))
         if station.idle:
             self._next(station)
-        return True
 
     def _next(self, station: Station) -> None:
         station.idle = not station.queue
@@ -91,12 +92,12 @@ class Stations:
 
     def _passed(self, station: Station) -> None:
         """The packet has left its queue, and with the last one of a frame that has a fate."""
-        frame, _, number = station.packet
-        if number < frame.segments - 1:
+        frame, _, number, last = station.packet
+        if not last:
             return
         lost, station.lost = station.lost, {}
         if lost:
             for receiver in frame.receivers:
-                lose(self._context, frame, receiver, lost, self._arrive)
+                lose(self._context, frame, receiver, lost, self._arrive, number + 1)
         else:
             self._context.settle_many(frame, frame.receivers, self._arrive)

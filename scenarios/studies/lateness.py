@@ -1,0 +1,17 @@
+"""How late the messages are that a robot cannot do without, for the metrics of designs."""
+
+from __future__ import annotations
+
+
+def command_p95_s(run):
+    """95 % of the commands that arrive do so within this time."""
+    return _p95_s(run, "/*/cmd_vel")
+
+
+def scan_p95_s(run):
+    """The same of laser scans."""
+    return _p95_s(run, "/*/scan")
+
+
+def _p95_s(run, topic):
+    return run.metrics["latency_by_topic"].get(topic, {}).get("p95_s")
