@@ -11,10 +11,10 @@ GIVEN_UP_S = 131  # after it
 
 
 def one_master(nodes, rules=(), **params):
-    """Hosts 10 ms apart, a round trip of 20 ms, with one master, on host m if it is not said, and
-    timers that are exact."""
+    """Hosts 10 ms apart, a round trip of 20 ms, with one master, on host m if it is not said,
+    timers that are exact, and addresses that are known."""
     params = {"master": "m", "poll": "0 s"} | params
-    params["tcp"] = {"tick": "0 ns"} | params.get("tcp", {})
+    params["tcp"] = {"tick": "0 ns", "arp": "static"} | params.get("tcp", {})
     return Net(nodes, Ideal(Ideal.Params(delay="10 ms")), rules,
                middleware=Ros1(Ros1.Params(**params)))
 

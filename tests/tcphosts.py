@@ -39,11 +39,12 @@ class Losing:
 
 
 class Pair:
-    """``a`` calls, ``b`` listens to the service talk. The log: (time_ns, what, ...)."""
+    """``a`` calls, ``b`` listens to the service talk. They know each other's address unless
+    ``params`` says otherwise. The log: (time_ns, what, ...)."""
 
     def __init__(self, model=None, rules=(), *, params=None, **options):
         self.net = Net({"a": silent, "b": silent}, model, rules, **options)
-        self.tcp = Tcp(self.net.graph.context, TcpParams(**params or {}))
+        self.tcp = Tcp(self.net.graph.context, TcpParams(**{"arp": "static"} | (params or {})))
         self.log = []
         self.calls = []  # connections
         self.tcp.listen(1, "talk", self._accept)

@@ -11,8 +11,8 @@ QUICK = {"preset": "zenoh", "scout_jitter": "0 s", "open_wait": "0 s"}
 
 
 def zenoh(**params):
-    """With timers that are exact."""
-    params["tcp"] = {"tick": "0 ns"} | params.get("tcp", {})
+    """With timers that are exact and addresses that are known."""
+    params["tcp"] = {"tick": "0 ns", "arp": "static"} | params.get("tcp", {})
     return Zenoh(Zenoh.Params(**{**QUICK, **params}))
 
 

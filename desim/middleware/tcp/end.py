@@ -30,8 +30,8 @@ class End:
     """One host's end. It is the carrier of the segments without data that come to it."""
 
     __slots__ = ("connection", "host", "peer", "state", "closed", "sender", "receiver", "far",
-                 "heard_ns", "_echo_ns", "_tries", "_timer", "_keeper", "_entity", "_peer_id",
-                 "_kernel", "_params")
+                 "heard_ns", "way", "_echo_ns", "_tries", "_timer", "_keeper", "_entity",
+                 "_peer_id", "_kernel", "_params")
 
     def __init__(self, connection: Connection, host: int, peer: int) -> None:
         tcp = connection.tcp
@@ -41,6 +41,7 @@ class End:
         self._peer_id = hosts[peer].id
         self._entity = pair(hosts[host].id, hosts[peer].id)
         self.state = NEW
+        self.way = tcp.way(connection.medium, host, peer)
         self.closed: Closed | None = None
         self.sender = Sender(connection, self, self._entity)
         self.receiver = Receiver(connection, self, self._entity)
@@ -127,6 +128,13 @@ class End:
 
     def repeated(self, segment: Control, receiver: int) -> None:
         """It says what is known."""
+
+    def unresolved(self, segment: Control) -> None:
+        """It could not leave: who calls hears that there is no way to the host."""
+        if self.far.state == CALLING:
+            self.far.fail("unreachable")
+        elif self.far.state == CALLED:
+            self.far.vanish()
 
     def _syn(self, _: int) -> None:
         if self.state == NEW and self.connection.tcp.listening(self.host, self.connection.service):
@@ -306,8 +314,8 @@ class End:
         connection = self.connection
         size_bytes = SYN_BYTES if what in (SYN, SYN_ACK) else SEGMENT_HEADER_BYTES
         connection.tcp.context.book(connection.kind, self.host, self._peer_id, size_bytes)
-        connection.medium.transmit(self.host, (self.peer,), size_bytes, 1, False, self.far,
-                                   (what, self._kernel.now_ns, self._echo_ns))
+        self.way.transmit(self.host, (self.peer,), size_bytes, 1, False, self.far,
+                          (what, self._kernel.now_ns, self._echo_ns))
 
 
 _COMES = {SYN: End._syn, SYN_ACK: End._syn_ack, ACK: End._ack, RESET: End._reset,

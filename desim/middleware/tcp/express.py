@@ -29,8 +29,8 @@ class Express:
     """Of one sender. ``ready``: the stream is at rest but for ``flight``, which is on its way, and
     ``more`` behind it."""
 
-    __slots__ = ("ready", "flight", "more", "heard_ns", "_sender", "_kernel", "_graph", "_transmit",
-                 "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_large_bytes",
+    __slots__ = ("ready", "flight", "more", "heard_ns", "_sender", "_kernel", "_graph", "_way",
+                 "_transmit", "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_large_bytes",
                  "_patience_ns", "_timed", "_since_ns", "_nodelay", "_joined")
 
     def __init__(self, sender: Sender) -> None:
@@ -45,7 +45,8 @@ class Express:
         self._nodelay = sender.nodelay
         self._graph = graph = end.connection.tcp.context.graph
         self._kernel = graph.kernel
-        self._transmit = end.connection.medium.transmit
+        self._way = end.way
+        self._transmit = end.way.transmit
         self._host, self._to = end.host, (end.peer,)
         self._host_id, self._to_id = graph.hosts[end.host].id, graph.hosts[end.peer].id
         self._most_bytes = min(params.train * MSS_BYTES, params.window_bytes)
@@ -109,6 +110,7 @@ class Express:
                 sender.grow(flight[0], flying, self._kernel.now_ns)
         self.flight = self.more.pop(0) if self.more else None
         self.heard_ns = self._since_ns = now_ns = self._kernel.now_ns
+        self._way.confirmed_ns = now_ns
         sender.sample(now_ns - flight[4], now_ns)
         if self._timed:
             if self.flight is None:
@@ -127,6 +129,9 @@ class Express:
         """The medium lost it. The sender does not know; its timer will."""
         self.join()
         self._sender.peer.lost(self._train(flight), receiver, reason)
+
+    def unresolved(self, flight: Flight) -> None:
+        """It could not leave: it was not the first time that it should."""
 
     def repeated(self, flight: Flight, receiver: int) -> None:
         """A copy, which is a train like any other."""

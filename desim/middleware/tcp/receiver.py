@@ -61,7 +61,7 @@ class Receiver:
         self._tick_ns = connection.tcp.params.tick_ns
         self._timer: Any = None
         self._kernel = graph.kernel
-        self._transmit = connection.medium.transmit
+        self._transmit = end.way.transmit
         self._counts = connection.tcp.context.discovery_bytes
         self._frames = connection.tcp.context.discovery_frames
         self._host, self._to = end.host, (end.peer,)
@@ -129,6 +129,10 @@ class Receiver:
         """The medium lost it. The sender does not know; the trace does."""
         self.origin.end.lost_train(train[0], train[1], reason)
         self.origin.watch.hide(train[1])
+
+    def unresolved(self, train: Train) -> None:
+        """It could not leave."""
+        self.origin.watch.unresolved(train[0])
 
     def repeated(self, train: Train, receiver: int) -> None:
         """A copy that the network made is a segment like any other."""

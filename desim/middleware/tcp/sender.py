@@ -36,8 +36,8 @@ class Sender(Window):
 
     __slots__ = ("end", "peer", "back", "open", "nodelay", "messages", "heard", "una", "nxt",
                  "written", "finishing", "heard_ns", "repair", "watch", "timer", "_waiters",
-                 "_small", "_trains", "sent_ns", "_graph", "_kernel", "_transmit", "_host", "_to",
-                 "_host_id", "_to_id", "express")
+                 "_small", "_trains", "sent_ns", "_graph", "_kernel", "_way", "_transmit", "_host",
+                 "_to", "_host_id", "_to_id", "express")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         super().__init__(connection.tcp.params)
@@ -61,7 +61,8 @@ class Sender(Window):
         self._kernel = graph.kernel
         self.watch = Watch(self, connection.tcp.timers, entity)
         self.timer = self.watch.timer
-        self._transmit = connection.medium.transmit
+        self._way = end.way
+        self._transmit = end.way.transmit
         self._host, self._to = end.host, (end.peer,)
         self._host_id, self._to_id = graph.hosts[end.host].id, graph.hosts[end.peer].id
 
@@ -184,6 +185,9 @@ class Sender(Window):
     def repeated(self, ack: Ack, receiver: int) -> None:
         """A copy of an acknowledgement that is known."""
 
+    def unresolved(self, ack: Ack) -> None:
+        """It could not leave. Its sender does not mind."""
+
     def acked(self, number: int, echo_ns: int,
               ranges: tuple[tuple[int, int], ...] = ()) -> None:
         """All before byte ``number`` is there, and ``ranges``: more than was known before."""
@@ -220,6 +224,7 @@ class Sender(Window):
     def _advance(self, number: int, echo_ns: int, now_ns: int) -> None:
         """All before ``number`` is there."""
         self.una = number
+        self._way.confirmed_ns = now_ns
         if echo_ns >= 0:
             self.sample(now_ns - echo_ns, now_ns)
         if number < self.nxt:

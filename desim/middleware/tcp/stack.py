@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from desim.kernel import pair
 from desim.middleware.context import ACKS
 from desim.middleware.tcp.connection import Closed, Connection
 from desim.middleware.tcp.end import End
+from desim.middleware.tcp.neighbours import REACHABLE_NS, REDRAW_NS, Known, Neighbour
 from desim.middleware.tcp.parameters import TcpParams
 from desim.middleware.timers import Timers
 
 if TYPE_CHECKING:
     from desim.middleware.context import Context
+    from desim.middleware.medium import Medium
 
 
 class Nothing:
@@ -35,6 +38,8 @@ class Tcp:
         context.discovery_bytes.setdefault(ACKS, 0)
         context.discovery_frames.setdefault(ACKS, 0)
         self._calls = 0
+        self._neighbours: dict[tuple[Medium | Nothing, int, int], Neighbour] = {}
+        self._reachable: dict[tuple[int, int], int] = {}  # ns, by host and how often it was drawn
         self._listeners: dict[tuple[int, str], Callable[[Connection], Any]] = {}
         self._opened: dict[Connection, Callable[[Connection], Any]] = {}
         self._ends: dict[int, dict[End, None]] = {}
@@ -73,10 +78,38 @@ class Tcp:
         if not up:
             for end in list(self._ends.get(host, ())):
                 end.vanish()
+            for (_, owner, _), neighbour in self._neighbours.items():
+                if owner == host:
+                    neighbour.forget()
             for listener in [key for key in self._listeners if key[0] == host]:
                 del self._listeners[listener]
 
-    # What ends say.
+    # What ends say and ask.
+
+    def way(self, medium: Medium | Nothing, host: int, peer: int) -> Known | Neighbour:
+        """How ``host`` sends to ``peer``."""
+        if self.params.arp == "static" or isinstance(medium, Nothing):
+            return Known(medium.transmit)
+        return self.neighbour(medium, host, peer)
+
+    def neighbour(self, medium: Medium, host: int, peer: int) -> Neighbour:
+        """What ``host`` knows of where ``peer`` is."""
+        known = self._neighbours.get((medium, host, peer))
+        if known is None:
+            hosts = self.context.graph.hosts
+            known = self._neighbours[medium, host, peer] = Neighbour(
+                self, medium, host, peer, pair(hosts[host].id, hosts[peer].id))
+        return known
+
+    def reachable_ns(self, host: int) -> int:
+        """For how long ``host`` takes an address for good that was confirmed: it draws 0.5 to 1.5
+        times the base, now and then (Linux neigh_rand_reach_time)."""
+        context = self.context
+        drawn = host, context.now_ns // REDRAW_NS
+        if drawn not in self._reachable:
+            luck = context.stream("arp", context.graph.hosts[host].name, drawn[1])
+            self._reachable[drawn] = REACHABLE_NS // 2 + int(luck.integers(REACHABLE_NS))
+        return self._reachable[drawn]
 
     def listening(self, host: int, service: str) -> bool:
         return (host, service) in self._listeners

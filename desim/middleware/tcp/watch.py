@@ -69,6 +69,21 @@ class Watch:
         """No news: both copies of a probe have come, so that nothing had been lost."""
         self._probed = 0
 
+    def unresolved(self, start: int) -> None:
+        """What was sent from ``start`` on could not leave, since nobody knew where to. That is no
+        sign of congestion: one doubling of the timeout is taken back (RFC 6069, Linux
+        tcp_ld_RTO_revert)."""
+        sender = self._sender
+        if start != sender.una or not self._backoff or not sender.open:
+            return
+        self._backoff -= 1
+        now_ns = sender.now_ns
+        left_ns = sender.head_ns + self._patience_ns() - now_ns
+        if left_ns > 0:
+            self._aim_at(AGAIN, left_ns)
+        else:
+            self._time_out(now_ns)
+
     def restart(self) -> None:
         """The first bytes went again."""
         self._aim_at(AGAIN, self._patience_ns())

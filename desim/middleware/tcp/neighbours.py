@@ -1,0 +1,187 @@
+"""How a host finds the address of another one on its subnet, and how it loses it: ARP, with the
+states and times of Linux (net/core/neighbour.c, net/ipv4/arp.c)."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from desim.kernel import Phase
+from desim.middleware.tcp.clock import fires_ns
+
+if TYPE_CHECKING:
+    from desim.middleware.medium import Medium
+    from desim.middleware.tcp.stack import Tcp
+
+_S = 10**9  # ns
+ARP_BYTES = 64  # 28 B in the shortest frame of Ethernet, with its check sequence
+REACHABLE_NS = 30 * _S  # base_reachable_time; each host draws 0.5 to 1.5 times it
+REDRAW_NS = 300 * _S  # ... anew so often (neigh_periodic_work)
+DELAY_NS = 5 * _S  # delay_first_probe_time
+RETRANS_NS = _S  # retrans_time
+PROBES = 3  # ucast_solicit, and mcast_solicit
+QUEUE_BYTES = 212_992  # unres_qlen_bytes
+
+# States (NUD_...): nothing known, asked by broadcast, not found; known but old, to be asked soon,
+# asked by unicast, known.
+NONE, INCOMPLETE, FAILED, STALE, DELAY, PROBE, REACHABLE = range(7)
+QUESTION, ANSWER = range(2)
+
+Frame = tuple[int, tuple[int, ...], int, int, bool, Any, Any]  # arguments of Medium.transmit
+
+
+class Known:
+    """A peer whose address is known for good."""
+
+    __slots__ = ("transmit", "confirmed_ns")
+
+    def __init__(self, transmit: Callable[..., int | None]) -> None:
+        self.transmit = transmit
+        self.confirmed_ns = 0
+
+
+class Neighbour:
+    """What one host knows of where another one is. Its connections send through ``transmit`` and
+    say in ``confirmed_ns`` when an acknowledgement of theirs came last. What is sent while the
+    address is asked for waits; when there was no answer, it is lost, and each sender is told
+    (``unresolved``). The question of the peer tells this host as well as an answer."""
+
+    __slots__ = ("confirmed_ns", "used_ns", "_state", "_queue", "_probes", "_call", "_tcp",
+                 "_medium", "_transmit", "_host", "_peer", "_entity", "_kernel", "_tick_ns")
+
+    def __init__(self, tcp: Tcp, medium: Medium, host: int, peer: int, entity: int) -> None:
+        self.confirmed_ns = self.used_ns = -DELAY_NS - REACHABLE_NS
+        self._state = NONE
+        self._queue: deque[Frame] = deque()
+        self._probes = 0
+        self._call: Any = None
+        self._tcp = tcp
+        self._medium, self._transmit = medium, medium.transmit
+        self._host, self._peer = host, peer
+        self._entity = entity
+        self._kernel = tcp.context.graph.kernel
+        self._tick_ns = tcp.params.tick_ns
+
+    def transmit(self, *frame: Any) -> int | None:
+        """As ``Medium.transmit``."""
+        state = self._state
+        if state < STALE:
+            self._hold(frame)
+            return None
+        self.used_ns = self._kernel.now_ns
+        if state == STALE:
+            self._state = DELAY
+            self._look_after(DELAY_NS)
+        return self._transmit(*frame)
+
+    def forget(self) -> None:
+        """The host stops."""
+        self._state = NONE
+        self._rest()
+        self._lose("host_down")
+
+    # Questions and answers, of which it is the carrier.
+
+    def arrived(self, what: int, receiver: int) -> None:
+        if what == QUESTION:
+            self._tcp.neighbour(self._medium, self._peer, self._host).asked()
+        else:
+            self._tcp.neighbour(self._medium, self._peer, self._host).found(REACHABLE)
+
+    def asked(self) -> None:
+        """The peer wants to know where this host is, and says where it is itself."""
+        if self._state < STALE:
+            self.found(STALE)
+        self._say(ANSWER)
+
+    def found(self, state: int) -> None:
+        """The peer has said where it is."""
+        self._rest()
+        self._state = state
+        if state == REACHABLE:
+            self.confirmed_ns = self._kernel.now_ns
+            self._look_after(self._tcp.reachable_ns(self._host))
+        queue, self._queue = self._queue, deque()
+        for frame in queue:
+            self.transmit(*frame)
+
+    def arrived_in_part(self, what: int, receiver: int, lost: dict[int, str]) -> None:
+        """It is a single packet: this does not happen."""
+
+    def lost(self, what: int, receiver: int, reason: str) -> None:
+        """Nobody is told."""
+
+    def repeated(self, what: int, receiver: int) -> None:
+        """It says what is known."""
+
+    def missed(self, what: int, receivers: Any, reason: str, medium: Medium) -> None:
+        """Nobody is told."""
+
+    # Time goes by.
+
+    def _look(self, _: Any) -> None:
+        """Linux neigh_timer_handler."""
+        self._call = None
+        now_ns, state = self._kernel.now_ns, self._state
+        if state == REACHABLE:
+            late_ns = now_ns - self.confirmed_ns - self._tcp.reachable_ns(self._host)
+            if late_ns < 0:
+                self._look_after(-late_ns)
+            elif now_ns <= self.used_ns + DELAY_NS:
+                self._state = DELAY
+                self._look_after(DELAY_NS)
+            else:
+                self._state = STALE
+        elif state == DELAY and now_ns <= self.confirmed_ns + DELAY_NS:
+            self._state = REACHABLE
+            self._look_after(self._tcp.reachable_ns(self._host))
+        elif state == DELAY:
+            self._ask(PROBE)
+        elif self._probes < PROBES:
+            self._ask(state)
+        else:
+            self._state = FAILED
+            self._lose("no_neighbour")
+
+    def _hold(self, frame: Frame) -> None:
+        """Wait for the address; the oldest have to go where there are too many."""
+        self._queue.append(frame)
+        while sum(waiting[2] for waiting in self._queue) > QUEUE_BYTES and len(self._queue) > 1:
+            *_, carrier, token = self._queue.popleft()
+            carrier.lost(token, self._peer, "no_neighbour")
+        if self._state != INCOMPLETE:
+            self._ask(INCOMPLETE)
+
+    def _ask(self, state: int) -> None:
+        """Send a question, by broadcast where nothing is known. (Only the peer is meant to hear it:
+        for all others it is a short frame.)"""
+        if state != self._state:
+            self._state = state
+            self._probes = 0
+        self._probes += 1
+        self._look_after(RETRANS_NS)
+        self._say(QUESTION)
+
+    def _say(self, what: int) -> None:
+        context = self._tcp.context
+        broadcast = what == QUESTION and self._state == INCOMPLETE
+        context.book("arp", self._host, context.graph.hosts[self._peer].id, ARP_BYTES)
+        self._transmit(self._host, (self._peer,), ARP_BYTES, 1, broadcast, self, what)
+
+    def _lose(self, reason: str) -> None:
+        queue, self._queue = self._queue, deque()
+        for *_, carrier, token in queue:
+            carrier.lost(token, self._peer, reason)
+            if reason == "no_neighbour":
+                carrier.unresolved(token)
+
+    def _look_after(self, delay_ns: int) -> None:
+        self._rest()
+        self._call = self._kernel.at(fires_ns(self._kernel.now_ns, delay_ns, self._tick_ns),
+                                     Phase.NETWORK, self._entity, self._look)
+
+    def _rest(self) -> None:
+        if self._call is not None:
+            self._call.cancel()
+            self._call = None

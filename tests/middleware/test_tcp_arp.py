@@ -1,0 +1,112 @@
+"""Addresses on a subnet: asked for, confirmed, lost, and what TCP makes of it."""
+
+from itertools import pairwise
+from statistics import median
+
+import pytest
+from graphs import MS, S
+from tcphosts import Pair, link, partition
+
+from desim.middleware.tcp import neighbours
+from desim.middleware.tcp.watch import Watch
+
+NATURAL = {"arp": "natural", "tick": "0 ns"}
+
+
+def wire():
+    return link(rate="1 Gb/s", latency="1 ms")
+
+
+def questions(pair, who="a"):
+    """When a host asked or answered, in s."""
+    return [round(row[0] / S, 3) for row in pair.rows("control") if row[2] == who
+            and row[4] == "arp"]
+
+
+def test_hello():
+    """a asks all where b is, and b then knows where a is: 64 B each, a round trip before the SYN.
+    The first measured round trip is two."""
+    pair = Pair(wire(), params=NATURAL)
+    pair.call()
+    pair.run(S)
+    assert sorted(pair.rows()) == [
+        (0, "control", "a", "b", "arp", 64), (0, "control", "a", "b", "talk", 78),
+        (1_000_512, "control", "b", "a", "arp", 64), (3_001_648, "control", "b", "a", "talk", 78),
+        (4_002_272, "control", "a", "b", "talk", 70)]
+    assert pair.connection.sender(0).srtt_ns == 4_002_272
+
+
+def unreachable_s(**params):
+    pair = Pair(params={**NATURAL, **params})
+    pair.stop(1)
+    pair.call()
+    pair.run(200 * S)
+    return pair.log, questions(pair)
+
+
+def test_who_calls_a_host_that_is_not_there_hears_it_after_three_seconds(monkeypatch):
+    """Linux: connect() fails with EHOSTUNREACH. Where the address is known, it takes 131 s."""
+    assert unreachable_s() == ([(3 * S, "a closed", "unreachable")], [0, 1, 2])
+    assert unreachable_s(arp="static") == ([(131 * S, "a closed", "timeout")], [])
+    monkeypatch.setattr(neighbours, "RETRANS_NS", 1_060 * MS)
+    assert unreachable_s() != ([(3 * S, "a closed", "unreachable")], [0, 1, 2])
+
+
+def test_a_host_that_is_asked_for_again_is_there_within_a_second():
+    """It starts after 2.5 s; the questions go on with the next SYN's."""
+    pair = Pair(params=NATURAL)
+    pair.stop(1)
+    pair.at(2500 * MS, pair.start, 1)
+    pair.at(2500 * MS, lambda: pair.tcp.listen(1, "talk", pair._accept))
+    pair.call()
+    pair.at(3500 * MS, pair.call)
+    pair.run(10 * S)
+    assert (3 * S, "a closed", "unreachable") in pair.log
+    assert (3500 * MS, "opened") in pair.log
+
+
+def chatter(rounds_s, seconds, params=NATURAL):
+    """One speaks every ``rounds_s``, the other only listens. When who asks and answers."""
+    pair = Pair(params=params)
+    pair.call()
+    for k in range(int(seconds / rounds_s)):
+        pair.at(round(k * rounds_s * S) + S, pair.say, k)
+    pair.run(seconds * S)
+    return questions(pair, "a"), questions(pair, "b")
+
+
+def test_acknowledgements_confirm_an_address_and_who_has_none_asks_by_unicast():
+    """b, which only listens, knows a from its question, and asks after 5 s; then each 15 to 45 s,
+    drawn for b, and 5 s. a's acknowledgements confirm b, and it never asks again."""
+    of_a, of_b = chatter(0.1, 250)
+    asked = of_b[1:]  # the first is its answer
+    assert of_a == [0, *asked], "a's are its first question, and answers"
+    assert asked[0] == pytest.approx(5, abs=0.1)
+    gaps = [after - before for before, after in pairwise(asked)]
+    assert len(gaps) >= 4 and all(20 <= gap <= 50.2 for gap in gaps)
+
+
+def woken_s(cut_s, seed, **params):
+    """How long after a cut a message of ten a second is heard again."""
+    pair = Pair(wire(), [partition("20 s", f"{20 + cut_s} s")], seed=seed,
+                params={"arp": "natural", **params})
+    pair.call()
+    for k in range(10 * (cut_s + 10)):
+        pair.at(10 * S + k * 100 * MS + seed * 10 * MS, pair.say, k, 1000)
+    pair.run((20 + 3 * cut_s) * S)
+    return next(time_ns for time_ns, _ in pair.heard() if time_ns > (20 + cut_s) * S) / S - (
+        20 + cut_s)
+
+
+@pytest.mark.parametrize(("cut_s", "static_s", "natural_s"), [(30, 24.2, 24.2), (60, 47.5, 20.4),
+                                                              (120, 94.0, 13.6)])
+def test_a_cut_is_felt_for_less_where_addresses_get_lost(monkeypatch, cut_s, static_s, natural_s):
+    """Real Linux 6.18: 23.1, 48.3, 93.0 s with static addresses; with ARP 24.0 to 25.0, 19.8 to
+    20.7 (or 47.3, where the address was good for long), 13.1 to 14.1 (or 39.5). The twin knows
+    nothing of RFC 6069."""
+    def median_s(**params):
+        return median(woken_s(cut_s, seed, **params) for seed in range(5))
+    assert median_s(arp="static") == pytest.approx(static_s, rel=0.05)
+    assert median_s() == pytest.approx(natural_s, rel=0.06)
+    monkeypatch.setattr(Watch, "unresolved", lambda watch, start: None)
+    assert median_s() == pytest.approx(static_s, rel=0.05)
