@@ -38,6 +38,26 @@ class Losing:
         return [Drop("lost") if self._count in self._numbers else PASS for _ in receivers]
 
 
+class Takes:
+    """A rule that takes ``packets`` out of the trains of these numbers, from 1."""
+
+    reasons = ("taken",)
+
+    def __init__(self, packets, trains=(1,)):
+        self._packets, self._trains, self._count = packets, trains, 0
+        self.seen = []
+
+    def start(self, context, hosts):
+        pass
+
+    def judge(self, frame, receivers):
+        self._count += 1
+        self.seen.append((frame.segments, frame.size_bytes))
+        if self._count not in self._trains:
+            return None
+        return [Drop("taken", self._packets) for _ in receivers]
+
+
 class Pair:
     """``a`` calls, ``b`` listens to the service talk. They know each other's address unless
     ``params`` says otherwise. The log: (time_ns, what, ...)."""

@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase, pair
+from desim.middleware.ticks import TICK_NS, fires_ns
 from desim.ports import packet_sizes
 from desim.trace import pack
 
@@ -95,15 +96,17 @@ class Stream:
 class StreamLink:
     """One message on the wire; an outbox behind it that drops its oldest when full.
 
-    Segments that are lost while others of their train arrive are sent again at once (TCP's
-    selective acknowledgements say which). A train that is lost whole is sent again at the
-    retransmission timeout, which doubles from 0.2 s to 120 s and starts anew when a frame arrives:
-    a blocked link resumes at its next timeout, not when the way is free again.
+    Segments that are lost while later ones arrive are sent again as soon as the sender can know it
+    (TCP's selective acknowledgements say which), those at the end of a train after Linux's tail
+    loss probe. A train that is lost whole is sent again after the probe, and then at the
+    retransmission timeout, which doubles from 0.2 s and a round trip to 120 s and starts anew when
+    a frame arrives: a blocked link resumes at its next timeout, not when the way is free again. A
+    round trip is twice the shortest way of a frame.
     """
 
     __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_send",
-                 "_limit", "_outbox", "_wire", "_train", "_rto_ns", "_first_ns", "_sent_ns",
-                 "_timer", "_closed", "_entity")
+                 "_limit", "_outbox", "_wire", "_train", "_trip_ns", "_tries", "_first_ns",
+                 "_sent_ns", "_timer", "_closed", "_entity")
 
     def __init__(self, source: Host, destination: Host, medium: Medium, limit: int) -> None:
         self._graph = source.graph
@@ -115,7 +118,8 @@ class StreamLink:
         self._outbox: deque[Message] = deque()
         self._wire: Message | None = None
         self._train = 0, 0  # bytes and segments of it that are to be there yet
-        self._rto_ns = RTO_MIN_NS
+        self._trip_ns: int | None = None  # the shortest one
+        self._tries = 0  # since something arrived
         self._first_ns = self._sent_ns = 0
         self._timer: Any = None
         self._closed: str | None = None
@@ -134,7 +138,7 @@ class StreamLink:
     def arrived(self, message: Message, receiver: int) -> None:
         """The medium delivered the frame."""
         self._wire = None
-        self._rto_ns = RTO_MIN_NS
+        self._came()
         if self._closed == "link_closed":
             self._graph.drop(message, receiver, self._closed, self._first_ns, self._sent_ns)
             return
@@ -148,13 +152,16 @@ class StreamLink:
         if self._closed is not None:
             self.lost(message, receiver, next(iter(lost.values())))
             return
-        self._rto_ns = RTO_MIN_NS
+        self._came()
         now_ns = self._graph.kernel.now_ns
         for reason in dict.fromkeys(lost.values()):
             self._note_loss(message, reason, now_ns)
         sizes = packet_sizes(*self._train)
+        heard_ns = now_ns + self._trip_ns  # the acknowledgement
+        if len(sizes) - 1 in lost:  # nothing behind it says that it is missing
+            heard_ns = fires_ns(heard_ns, self._patience_ns(), TICK_NS)
         self._train = sum(sizes[number] for number in lost), len(lost)
-        self._transmit_train(now_ns)
+        self._wait(heard_ns)
 
     def lost(self, message: Message, receiver: int, reason: str) -> None:
         """The medium lost the frame: wait for the timeout that runs since it was sent."""
@@ -165,9 +172,8 @@ class StreamLink:
         graph = self._graph
         now_ns = graph.kernel.now_ns
         self._note_loss(message, reason, now_ns)
-        self._timer = graph.kernel.at(max(now_ns, self._sent_ns + self._rto_ns), Phase.NETWORK,
-                                      self._entity, self._again)
-        self._rto_ns = min(2 * self._rto_ns, RTO_MAX_NS)
+        self._wait(max(now_ns, fires_ns(self._sent_ns, self._patience_ns(), TICK_NS)))
+        self._tries += 1
 
     def repeated(self, message: Message, receiver: int) -> None:
         """TCP knows by its sequence number what it has already, and throws it away."""
@@ -193,6 +199,24 @@ class StreamLink:
         graph = self._graph
         graph.trace.row(now_ns, graph.LOST, self._to_id, self._from_id, message.seq,
                         graph.names.id(reason))
+
+    def _came(self) -> None:
+        """Something of what was sent last has arrived."""
+        self._tries = 0
+        trip_ns = self._graph.kernel.now_ns - self._sent_ns
+        if self._trip_ns is None or trip_ns < self._trip_ns:
+            self._trip_ns = trip_ns
+
+    def _patience_ns(self) -> int:
+        """Until it goes again: first a probe, after two round trips where more than one segment is
+        on its way, then the timeout (as desim/middleware/tcp/watch.py)."""
+        rtt_ns = 2 * (self._trip_ns or 0)
+        if not self._tries and self._train[1] > 1:
+            return min(2 * rtt_ns + 2 * TICK_NS, RTO_MIN_NS + rtt_ns)
+        return min(RTO_MIN_NS + rtt_ns << max(self._tries - 1, 0), RTO_MAX_NS)
+
+    def _wait(self, until_ns: int) -> None:
+        self._timer = self._graph.kernel.at(until_ns, Phase.NETWORK, self._entity, self._again)
 
     def _again(self, _: Any) -> None:
         self._timer = None

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
-from desim.middleware.tcp.clock import fires_ns
+from desim.middleware.ticks import fires_ns
 
 if TYPE_CHECKING:
     from desim.middleware.medium import Medium

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+TICK_NS = 4_000_000  # CONFIG_HZ=250
+
 _LEVELS = 9  # kernel/time/timer.c, LVL_DEPTH
 _STARTS = tuple(63 << 3 * level for level in range(_LEVELS))  # LVL_START of the next level
 
