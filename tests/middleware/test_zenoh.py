@@ -48,7 +48,7 @@ def test_two_hosts_meet_and_talk():
          70 + 7 + node_bytes("node") + token_bytes("node", "/talk")),
         (118_010_064, "believes", "a", "b", "/talk", 1),
         (118_010_064, "frame", "a", "b", 1, 70 + 172),
-        (119_012_000, "delivered", "b", "a", 1, 1_001_936),
+        (119_012_560, "delivered", "b", "a", 1, 1_002_496),
         (900_000_000, "frame", "a", "b", 2, 70 + 172),
         (901_001_936, "delivered", "b", "a", 2, 1_001_936),
         (S, "control", "b", "medium/lan", "scout", 49),
