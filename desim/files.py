@@ -5,6 +5,9 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 
 def content(path: str | os.PathLike, most_bytes: int) -> bytes:
@@ -13,11 +16,12 @@ def content(path: str | os.PathLike, most_bytes: int) -> bytes:
     # Opening a FIFO waits for somebody to write.
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     with open(descriptor, "rb") as file:
-        refuse_irregular(path, os.fstat(descriptor))
-        found = file.read(most_bytes + 1)
-    if len(found) > most_bytes:
-        raise OSError(errno.EFBIG, f"has more than {most_bytes / 1e6:.0f} MB", os.fspath(path))
-    return found
+        facts = os.fstat(descriptor)
+        refuse_irregular(path, facts)
+        if facts.st_size > most_bytes:
+            raise OSError(errno.EFBIG, f"has {facts.st_size / 1e6:.1f} MB; at most "
+                                       f"{most_bytes / 1e6:.0f} MB", os.fspath(path))
+        return file.read()
 
 
 def refuse_irregular(path: str | os.PathLike, facts: os.stat_result) -> None:
@@ -33,6 +37,21 @@ def refuse_link(path: str | os.PathLike) -> None:
     if os.path.islink(path):
         raise OSError(errno.ELOOP, "is a symbolic link, which desim does not write through",
                       os.fspath(path))
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A file to be written, which takes the place of ``path`` when it is complete and on the disk;
+    if something goes wrong ``path`` stays as it was. Raises ``OSError``."""
+    beside = path.with_name(f".{path.name}.new")
+    beside.unlink(missing_ok=True)  # it may be a link
+    try:
+        yield beside
+        settled(beside)
+        os.replace(beside, path)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise
 
 
 def settled(path: str | os.PathLike) -> None:

@@ -18,6 +18,7 @@ from desim.campaign.campaign import INDEX
 from desim.campaign.design import load_design
 from desim.campaign.plan import Plan
 from desim.campaign.work import row_of
+from desim.experiment.seal import SUMMARY, likeness, seal
 
 
 def main() -> None:
@@ -45,10 +46,10 @@ def make(plan: Plan, out: Path, with_index: bool = True) -> int:
                 other = {"exploration_time_s": luck.gauss(100.0, 10.0), "explored": luck.random()}
                 folder = runs / run_id
                 folder.mkdir()
-                (folder / "manifest.json").write_text(json.dumps({**manifest, "run_id": run_id}))
-                (folder / "summary.json").write_text(json.dumps({**summary, **other}))
+                (folder / SUMMARY).write_text(json.dumps({**summary, **other}))
+                seal(folder, {**manifest, "run_id": run_id}, [SUMMARY])
                 if with_index:
-                    index.write(json.dumps({**row, "run_id": run_id,
+                    index.write(json.dumps({**row, "run_id": run_id, "folder": likeness(folder),
                                             "metrics": {**row["metrics"], **other}}) + "\n")
                 count += 1
     return count

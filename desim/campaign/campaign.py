@@ -14,18 +14,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
-from desim import api
 from desim.campaign.agenda import Agenda, Rows
 from desim.campaign.design import LoadedDesign
-from desim.campaign.index import Index, read
+from desim.campaign.folders import Folders
+from desim.campaign.index import Index, is_current, read
 from desim.campaign.metrics import Metrics
 from desim.campaign.plan import Plan, Vector
 from desim.campaign.remarks import remarks
 from desim.campaign.stored import refuse_another, store
 from desim.campaign.table import write_table
-from desim.campaign.work import Row, Task, folder_of, row_of
+from desim.campaign.work import Row, Task
 from desim.errors import InputError, did_you_mean
-from desim.experiment.results import FAILED
+from desim.experiment.results import FAILED, FINISHED
+from desim.files import refuse_link
 
 INDEX, TABLE = "index.jsonl", "runs.parquet"
 
@@ -54,23 +55,30 @@ class Sweep:
                  retry_failed: bool = False) -> None:
         self.plan, self.metrics, self.out = plan, metrics, out
         self._only, self._retry_failed = only, retry_failed
-        self._scenario = plan.scenario(plan.vectors[0], 0).scenario.name
+        self._scenario = _scenario_of(plan)
 
     def __enter__(self) -> Sweep:
+        place = self._runs / self._scenario
+        with _writing(self.out):
+            for link in (self._runs, place):
+                refuse_link(link)
         try:
-            (self._runs / self._scenario).mkdir(parents=True, exist_ok=True)
+            place.mkdir(parents=True, exist_ok=True)
         except (NotADirectoryError, FileExistsError, FileNotFoundError, PermissionError) as error:
             raise InputError(f"{self.out}: cannot be a campaign's folder: {error.strerror}; choose "
                              "another one with --out") from error
         with _writing(self.out):
-            self._lock = os.open(self.out / ".lock", os.O_CREAT | os.O_RDWR)
+            self._lock = os.open(self.out / ".lock", os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW)
             try:
                 fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 raise InputError(f"{self.out}: another process is running this campaign") from None
             store(self.plan.loaded, self.out)
             self._index = Index(self.out / INDEX)
-            self._index.recover(self._present(), self._read, self.metrics.functions)
+            folders, functions = Folders(self._runs, self._scenario), self.metrics.functions
+            self._wrong = self._index.recover(
+                folders.present(), folders.likeness, lambda run_id: folders.row(run_id, functions),
+                functions)
         self.agenda = _agenda(self.plan, self.metrics, self._index.rows, self._only,
                                self._retry_failed)
         return self
@@ -93,6 +101,11 @@ class Sweep:
     def rows(self) -> Rows:
         """By run id, of the runs that are done."""
         return self.agenda.rows
+
+    @property
+    def damaged_runs(self) -> dict[str, str]:
+        """By run id, what is wrong with folders whose runs are made again."""
+        return {run_id: wrong for run_id, wrong in self._wrong.items() if run_id in self.agenda}
 
     @property
     def damaged(self) -> int:
@@ -146,26 +159,25 @@ class Sweep:
     def _runs(self) -> Path:
         return self.out / "runs"
 
-    def _present(self) -> set[str]:
-        return {entry.name for entry in os.scandir(self._runs / self._scenario)
-                if "." not in entry.name}
-
-    def _read(self, run_id: str) -> Row | None:
-        """The row of a run whose folder is there but which the index does not know."""
-        try:
-            return row_of(api.Run(folder_of(self._runs, self._scenario, run_id)),
-                          self.metrics.functions)
-        except (InputError, KeyError):
-            return None  # damaged: it is run again
-
 
 @contextmanager
 def _writing(out: Path) -> Any:
     try:
         yield
     except OSError as error:
-        raise InputError(f"cannot write to {out}: {error.strerror or error}; what is finished "
-                         "stays, and the same command goes on from there") from error
+        raise InputError(f"cannot write to {out}: {_told(error)}; what is finished stays, and the "
+                         "same command goes on from there") from error
+
+
+def _told(error: OSError) -> str:
+    """With the file that it is about, where that is known."""
+    text = error.strerror or str(error)
+    return f"{os.path.basename(error.filename)}: {text}" if error.filename else text
+
+
+def _scenario_of(plan: Plan) -> str:
+    """Its name, which all vectors share."""
+    return plan.scenario(plan.vectors[0], 0).scenario.name
 
 
 def foreseen(plan: Plan, metrics: Metrics, out: Path, only: tuple[str, ...] = (),
@@ -176,6 +188,9 @@ def foreseen(plan: Plan, metrics: Metrics, out: Path, only: tuple[str, ...] = ()
         rows = read(out / INDEX)[0]
     except OSError as error:
         raise InputError(f"cannot read {out / INDEX}: {error.strerror or error}") from error
+    folders = Folders(out / "runs", _scenario_of(plan))
+    rows = {run_id: row for run_id, row in rows.items() if row["status"] != FINISHED
+            or is_current(row, folders.likeness(run_id), metrics.functions)}
     return _agenda(plan, metrics, rows, only, retry_failed)
 
 

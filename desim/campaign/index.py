@@ -6,13 +6,16 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from desim.campaign.work import Row
+from desim.errors import InputError
 from desim.experiment.results import FAILED, FINISHED
+from desim.files import content, refuse_link, replacing
 
 _FINISHED_HAS = {"digest", "cost", "metrics", "functions"}
+_MOST_BYTES = 10**11
 
 
 class Index:
@@ -25,6 +28,7 @@ class Index:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        refuse_link(path)
         self.rows, self.damaged, rest_bytes = read(path)
         # Unbuffered: a line is in the file, whole, or not at all, when add returns.
         self._file = open(path, "ab", buffering=0)  # noqa: SIM115
@@ -43,48 +47,55 @@ class Index:
             raise
         self.rows[row["run_id"]] = row
 
-    def recover(self, present: Collection[str], again: Callable[[str], Row | None],
-                functions: tuple[str, ...] = ()) -> None:
+    def recover(self, present: Iterable[str], like: Callable[[str], str | None],
+                again: Callable[[str], Row], functions: tuple[str, ...] = ()) -> dict[str, str]:
         """Bring it in line with the folders of runs that are ``present``: forget runs whose folder
-        is gone, and read ``again`` those that it has not heard of, that it holds for failed, or of
-        which it lacks one of the ``functions``, or one raised: it may have been mended."""
+        is gone, and read ``again`` those whose folder is not ``like`` it was, and those of which
+        it lacks one of the ``functions``, or one raised: it may have been mended. What cannot be
+        read is forgotten, and returned with the reason."""
+        known = dict.fromkeys(present)
         for run_id in [run_id for run_id, row in self.rows.items()
-                       if run_id not in present and row["status"] == FINISHED]:
+                       if run_id not in known and row["status"] == FINISHED]:
             del self.rows[run_id]
         if self.damaged:
             self._rewrite()
-        for run_id in sorted(present):
-            if self._is_current(run_id, functions):
+        wrong: dict[str, str] = {}
+        for run_id in known:
+            if is_current(self.rows.get(run_id), like(run_id), functions):
                 continue
-            row = again(run_id)
-            if row is not None and row != self.rows.get(run_id):
-                self.add(row)
-            elif row is None:
+            try:
+                row = again(run_id)
+            except InputError as error:
+                wrong[run_id] = str(error)
                 self.rows.pop(run_id, None)
+                continue
+            if row != self.rows.get(run_id):
+                self.add(row)
+        return wrong
 
     def close(self) -> None:
         """No more lines."""
         self._file.close()
 
-    def _is_current(self, run_id: str, functions: tuple[str, ...]) -> bool:
-        row = self.rows.get(run_id)
-        return (row is not None and row["status"] == FINISHED and "raised" not in row
-                and all(name in row["functions"] for name in functions))
-
     def _rewrite(self) -> None:
         """The lines that could be read, in a file that takes the damaged one's place at once."""
-        beside = self._path.with_name(f".{self._path.name}.new")
-        with open(beside, "wb") as file:
+        with replacing(self._path) as beside, open(beside, "wb") as file:
             file.writelines(map(_line, self.rows.values()))
-        os.replace(beside, self._path)
+            file.flush()
         self._file.close()
         self._file = open(self._path, "ab", buffering=0)  # noqa: SIM115
+
+
+def is_current(row: Row | None, folder: str | None, functions: tuple[str, ...] = ()) -> bool:
+    """Whether a row says what a folder that is like this would say."""
+    return (row is not None and row.get("folder") == folder and "raised" not in row
+            and (row["status"] == FAILED or all(name in row["functions"] for name in functions)))
 
 
 def read(path: Path) -> tuple[dict[str, Row], int, int]:
     """The rows of an index by run id (none where there is no file), how many of its lines cannot be
     read, and how many bytes of its last line are there if that was cut off. Raises ``OSError``."""
-    text = path.read_bytes() if path.exists() else b""
+    text = content(path, _MOST_BYTES) if path.exists() else b""
     *lines, rest = text.split(b"\n")
     rows: dict[str, Row] = {}
     damaged = 0

@@ -8,7 +8,9 @@ from typing import Any
 
 from desim import plugins
 from desim.campaign.design import LoadedDesign
+from desim.campaign.filepaths import FilePaths
 from desim.errors import InputError
+from desim.files import replacing
 from desim.scenario import yaml12
 from desim.scenario.places import Path
 
@@ -26,10 +28,9 @@ def store(loaded: LoadedDesign, folder: pathlib.Path) -> None:
     refuse_another(loaded, folder)
     text = _ABOUT + yaml12.dump(_data(loaded, os.path.realpath(folder)))
     file = folder / DESIGN
-    if not file.exists() or file.read_text() != text:
-        beside = folder / f".{DESIGN}.new"
-        beside.write_text(text)
-        os.replace(beside, file)
+    if not file.exists() or file.read_bytes() != text.encode():
+        with replacing(file) as beside:
+            beside.write_bytes(text.encode())
 
 
 def refuse_another(loaded: LoadedDesign, folder: pathlib.Path) -> None:
@@ -37,20 +38,28 @@ def refuse_another(loaded: LoadedDesign, folder: pathlib.Path) -> None:
     file = folder / DESIGN
     if not file.exists():
         return
-    name = yaml12.read(os.fspath(file))[0].get("name")
+    try:
+        name = yaml12.read(os.fspath(file))[0].get("name")
+    except InputError as error:
+        raise InputError(*error.args, f"{file}: cannot be read, so that nobody knows whose campaign "
+                         "is in this folder; if it is this one, remove the file") from None
     if name != loaded.design.name:
         raise InputError(f"{folder}: holds the campaign {name!r}, the design's name is "
                          f"{loaded.design.name!r}; choose another folder with --out")
 
 
 def _data(loaded: LoadedDesign, folder: str) -> dict[str, Any]:
+    paths = FilePaths(loaded)
+
     def moved(value: Any, path: Path) -> Any:
         if isinstance(value, dict):
             return {key: moved(below, (*path, key)) for key, below in value.items()}
         if isinstance(value, list):
             return [moved(below, (*path, i)) for i, below in enumerate(value)]
-        here = os.path.realpath(loaded.folder(path))
-        return _relative(value, here, folder) if isinstance(value, str) else value
+        if not isinstance(value, str):
+            return value
+        moved_to = _relative(value, os.path.realpath(loaded.folder(path)), folder)
+        return moved_to if moved_to != value and paths.has(path, value) else value
 
     data = moved(loaded.design.model_dump(mode="json", by_alias=True), ())
     base = os.path.join(os.path.realpath(loaded.folder(("base",))), loaded.design.base)

@@ -7,7 +7,6 @@ however often it was interrupted. Its metadata say which metrics raised.
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from desim.campaign.columns import FIXED, labelled
 from desim.campaign.metrics import Metrics
 from desim.campaign.plan import Plan, Vector
 from desim.campaign.remarks import raised
+from desim.files import replacing
 
 RAISED = "desim.raised"  # of the metadata: by metric, in how many runs, and the first error
 
@@ -47,13 +47,8 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
                       for name, values in columns.items()})
     finished = {run_id: rows[run_id] for _, _, run_id in made}.values()
     table = table.replace_schema_metadata({RAISED: json.dumps(raised(metrics, finished))})
-    beside = path.with_name(f".{path.name}.new")
-    try:
+    with replacing(path) as beside:
         pq.write_table(table, beside, compression="zstd")
-        os.replace(beside, path)
-    except OSError:
-        beside.unlink(missing_ok=True)
-        raise
 
 
 def _column(values: list[Any], empty: pa.DataType) -> pa.Array:

@@ -15,6 +15,7 @@ from desim import api, plugins
 from desim.blame import blame
 from desim.errors import InputError, told
 from desim.experiment.results import FAILED, FINISHED
+from desim.experiment.seal import likeness
 from desim.scenario.load import Loaded
 
 Row = dict[str, Any]
@@ -57,12 +58,19 @@ def failure(run_id: str, error: str) -> Row:
 
 
 def row_of(run: api.Run, functions: tuple[str, ...]) -> Row:
-    """The row of a run's folder."""
+    """The row of a run's folder; ``folder`` tells whether that has changed since. Raises
+    ``InputError`` where it is damaged."""
     manifest = run.manifest
+    try:
+        folder = likeness(run.path)
+    except OSError as error:
+        raise InputError(f"{run.path}: damaged: {error}") from error
     if manifest["status"] != FINISHED:
-        return failure(manifest["run_id"], str(manifest.get("error") or manifest["status"]))
+        return {**failure(manifest["run_id"], str(manifest.get("error") or manifest["status"])),
+                "folder": folder}
     values, raised = _evaluated(functions, run)
-    row = {"run_id": manifest["run_id"], "status": FINISHED, "digest": manifest["digest"],
+    row = {"run_id": manifest["run_id"], "status": FINISHED, "folder": folder,
+           "digest": manifest["digest"],
            "cost": {name: manifest[name] for name in _COSTS},
            "metrics": flat(run.metrics), "functions": values}
     return {**row, "raised": raised} if raised else row

@@ -30,6 +30,7 @@ from desim.campaign.work import Row
 
 LINE_EVERY_S = 10.0  # where there is no terminal
 _AGAIN_S = 3.0
+_MOST_DAMAGED = 10  # runs that are named
 _MANY = 200  # scenarios take a while to check
 
 
@@ -85,6 +86,8 @@ class Told:
         if sweep.damaged:
             self._console.print(f"{sweep.out / INDEX}: {sweep.damaged} lines could not be read; it "
                                 "was made again from the folders of the runs")
+        if sweep.damaged_runs:
+            self._told_damage(sweep.damaged_runs)
         if sweep.others:
             self._console.print(f"{sweep.out}: {sweep.others} runs of an earlier design, another "
                                 "scenario or another version of desim; they stay, but are not in "
@@ -124,6 +127,13 @@ class Told:
                             f"{sweep.out / TABLE}")
         for remark in sweep.remarks:
             self._console.print(remark)
+
+    def _told_damage(self, wrong: dict[str, str]) -> None:
+        for text in [*wrong.values()][:_MOST_DAMAGED]:
+            self._console.print(text, markup=False)
+        count = len(wrong)
+        self._console.print(f"{count} run{'s are' if count > 1 else ' is'} damaged; what is missing"
+                            " is made again")
 
     @contextmanager
     def _clustered(self, settings: Settings, progress: Progress, bar: TaskID) -> Iterator[Workers]:

@@ -40,8 +40,8 @@ def labels(plan: Plan) -> list[tuple[str, ...]]:
 
 def row(run_id: str, **metrics: float) -> Row:
     """Of a finished run."""
-    return {"run_id": run_id, "status": "finished", "digest": f"digest of {run_id}", "cost": {},
-            "metrics": metrics, "functions": {}}
+    return {"run_id": run_id, "status": "finished", "folder": f"folder of {run_id}",
+            "digest": f"digest of {run_id}", "cost": {}, "metrics": metrics, "functions": {}}
 
 
 class Here:

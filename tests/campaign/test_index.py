@@ -7,6 +7,7 @@ import pytest
 from designs import row
 
 from desim.campaign.index import Index, read
+from desim.errors import InputError
 
 
 @pytest.fixture
@@ -16,6 +17,10 @@ def path(tmp_path):
         index.add(row(run_id, explored=0.5))
     index.close()
     return tmp_path / "index.jsonl"
+
+
+def same(run_id):
+    return f"folder of {run_id}"
 
 
 def opened(path):
@@ -62,7 +67,7 @@ def test_damaged_lines_are_left_out_and_the_file_is_made_again(path, line):
     path.write_bytes(b"\n".join([first, line, third, b""]))
     index = Index(path)
     assert index.damaged == 1
-    index.recover({"a", "b", "c"}, lambda run_id: row(run_id, explored=0.5))
+    index.recover("abc", same, lambda run_id: row(run_id, explored=0.5))
     index.add(row("d"))
     index.close()
     assert path.read_bytes() == b"\n".join([first, third, second, b""]) + json.dumps(
@@ -76,8 +81,13 @@ def test_it_follows_the_folders(path):
     index = Index(path)
     for run_id in "fg":
         index.add({"run_id": run_id, "status": "failed", "error": "boom"})
-    index.recover({"b", "c", "d", "e", "g"},
-                  lambda run_id: None if run_id == "e" else row(run_id, explored=0.5))
+
+    def again(run_id):
+        if run_id == "e":
+            raise InputError("e: damaged")
+        return row(run_id, explored=0.5)
+
+    assert index.recover("bcdeg", same, again) == {"e": "e: damaged"}
     assert sorted(index.rows) == ["b", "c", "d", "f", "g"]
     assert index.rows["g"]["status"] == "finished"
     assert sorted(opened(path).rows) == ["a", "b", "c", "d", "f", "g"]  # of a: the folder decides
@@ -92,7 +102,7 @@ def test_a_metric_that_is_new_is_looked_up_in_the_folders(path):
         return {**row(run_id), "functions": {"mine:f": 7.0}}
 
     for _ in range(2):
-        index.recover({"a", "b", "c"}, again, ("mine:f",))
+        index.recover("abc", same, again, ("mine:f",))
     assert asked == ["a", "b", "c"]
     assert {found["functions"]["mine:f"] for found in index.rows.values()} == {7.0}
 
@@ -100,8 +110,23 @@ def test_a_metric_that_is_new_is_looked_up_in_the_folders(path):
 def test_a_metric_that_raised_is_looked_up_again(path):
     index = Index(path)
     index.add({**row("a"), "functions": {"f": None}, "raised": {"f": "ValueError: boom"}})
-    index.recover({"a"}, lambda run_id: {**row(run_id), "functions": {"f": 1.0}}, ("f",))
+    index.recover("a", same, lambda run_id: {**row(run_id), "functions": {"f": 1.0}}, ("f",))
     assert index.rows["a"]["functions"] == {"f": 1.0} and "raised" not in index.rows["a"]
+
+
+def test_a_folder_that_has_changed_is_read_again(path):
+    """``b`` is read and says something else, ``c`` cannot be read."""
+    index = Index(path)
+
+    def again(run_id):
+        if run_id == "c":
+            raise InputError("c: damaged: summary.json is missing")
+        return {**row(run_id, explored=0.75), "folder": "another"}
+
+    wrong = index.recover("abc", lambda run_id: same(run_id) if run_id == "a" else "another", again)
+    assert wrong == {"c": "c: damaged: summary.json is missing"}
+    assert [(run_id, found["metrics"]["explored"]) for run_id, found in index.rows.items()] == [
+        ("a", 0.5), ("b", 0.75)]
 
 
 def test_a_disk_that_is_full_leaves_no_half_line(path, monkeypatch):

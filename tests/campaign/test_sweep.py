@@ -1,6 +1,7 @@
 """A campaign goes on where it was, whatever happened to it, and ends in the same table."""
 
 import json
+import os
 import shutil
 from contextlib import contextmanager
 
@@ -9,6 +10,7 @@ import pytest
 from designs import Here, loaded, planned
 
 from desim.campaign import campaign
+from desim.campaign.design import read_design
 from desim.campaign.metrics import Metrics
 from desim.campaign.work import Unwritable, failure, work
 from desim.errors import InputError
@@ -260,3 +262,163 @@ def test_a_stored_design_finds_files_and_modules_where_they_were(tmp_path):
     assert [run_id for _, _, run_id in campaign.foreseen(plan, Metrics(plan), out).runs] == [
         run_id for _, _, run_id in sweep.runs]
     assert pq.read_table(out / "runs.parquet")["one"].to_pylist() == [1.0] * 6
+
+
+# -------------------------------------------------------- every row is checked against its folder
+
+
+def no_table(folder):
+    (folder / "samples.parquet").unlink()
+
+
+def cut_table(folder):
+    (folder / "robots.parquet").write_bytes((folder / "robots.parquet").read_bytes()[:-1])
+
+
+def empty_manifest(folder):
+    (folder / "manifest.json").write_text("")
+
+
+def a_file(folder):
+    shutil.rmtree(folder)
+    folder.write_text("mine")
+
+
+def another_summary(folder):
+    """As large as before."""
+    text = (folder / "summary.json").read_bytes()
+    (folder / "summary.json").write_bytes(text.replace(b"0", b"1", 1))
+
+
+def a_list(folder):
+    (folder / "summary.json").write_text("[]")
+
+
+def deep(folder):
+    (folder / "manifest.json").write_text("[" * 100_000)
+
+
+def another_run(folder):
+    other = next(path for path in sorted(folder.parent.iterdir()) if path != folder)
+    for name in ("manifest.json", "summary.json"):
+        shutil.copy(other / name, folder / name)
+
+
+def pipe(folder):
+    (folder / "summary.json").unlink()
+    os.mkfifo(folder / "summary.json")
+
+
+@pytest.mark.parametrize("with_index", [True, False])
+@pytest.mark.parametrize("damage", [no_table, cut_table, empty_manifest, a_file, another_summary,
+                                    a_list, deep, another_run, pipe])
+def test_damage_is_named_and_healed(tmp_path, whole, damage, with_index):
+    out = tmp_path / "out"
+    shutil.copytree(whole, out)
+    one = sorted((out / "runs" / SMALL).iterdir())[2]
+    damage(one)
+    if not with_index:
+        lost_index(out)
+    plan = planned(tmp_path, TEXT)
+    assert campaign.foreseen(plan, Metrics(plan), out).progress[0] == (5 if with_index else 0)
+    sweep, begun = run(tmp_path, out)
+    assert begun == [one.name] and table(out) == table(whole)
+    assert [*sweep.damaged_runs] == ([] if damage is a_file else [one.name])
+    assert all(str(one) in text and "damaged" in text for text in sweep.damaged_runs.values())
+    sweep, begun = run(tmp_path, out)
+    assert begun == [] and not sweep.damaged_runs
+    if damage is a_file:
+        assert one.with_name(f"{one.name}.old").read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", [".lock", "index.jsonl", "runs", f"runs/{SMALL}"])
+def test_nothing_is_written_through_links(tmp_path, whole, name):
+    out, mine = tmp_path / "out", tmp_path / "mine"
+    shutil.copytree(whole, out)
+    (out / name).rename(mine)
+    (out / name).symlink_to(mine)
+    before = sorted(mine.rglob("*")) if mine.is_dir() else mine.read_bytes()
+    with pytest.raises(InputError, match="link"):
+        run(tmp_path, out, text=TEXT.replace("iterations: 3", "iterations: 4"))
+    assert before == (sorted(mine.rglob("*")) if mine.is_dir() else mine.read_bytes())
+
+
+def test_what_is_written_anew_replaces_a_link(tmp_path, whole):
+    out, mine = tmp_path / "out", tmp_path / "mine"
+    shutil.copytree(whole, out)
+    mine.write_text("mine")
+    for name in ("runs.parquet", "design.yaml", ".runs.parquet.new", ".design.yaml.new"):
+        if (out / name).exists():
+            (out / name).unlink()
+        (out / name).symlink_to(mine)
+    (out / "design.yaml").unlink()
+    run(tmp_path, out)
+    assert mine.read_text() == "mine" and table(out) == table(whole)
+
+
+def test_a_design_that_cannot_be_read_is_not_replaced(tmp_path, whole):
+    out = tmp_path / "out"
+    shutil.copytree(whole, out)
+    (out / "design.yaml").write_text("{")
+    with pytest.raises(InputError, match="if it is this one, remove the file"):
+        run(tmp_path, out)
+
+
+TEXTS = """parameters:
+  robots: {key: fleet.size, values: [1, 2]}
+  view: {levels: {near: {robot.laser.max_range: 5 m}, far: {robot.laser.max_range: 9 m}}}
+vectors: all
+question: hello
+iterations: 1
+metrics: {half: explored / 2, same: explored}
+report: {metrics: [explored], against: robots}
+"""
+
+
+def test_text_that_is_also_the_name_of_a_file_stays_text(tmp_path):
+    """Every text that stands in the design is the name of a file beside it."""
+    plan = planned(tmp_path, TEXTS)
+    data = plan.design.model_dump(mode="json", by_alias=True)
+    for name in ("d", "hello", "all", "explored", "robots", "near", "common", "5 m", "fleet.size"):
+        (tmp_path / name).write_text("")
+    out = tmp_path / "out"
+    run(tmp_path, out, text=TEXTS)
+    stored = read_design(str(out / "design.yaml"))[0]
+    assert stored.model_dump(mode="json", by_alias=True) == {**data, "base": "../small.yaml"}
+    _, begun = run(tmp_path, out, text=TEXTS)
+    assert begun == []
+
+
+PATHS = """parameters:
+  map: {key: environment.terrain, values: [maze, plan.yaml]}
+  start: {levels: {a: {fleet.start.file: here.csv}, b: {fleet.start: {file: there.csv}}}}
+  when: {values: ['stops_of_mine:one']}
+  net: {key: network.media.lan, values: [{model: replay, file: net.csv}]}
+vectors: [{map: plan.yaml, start: a, when: 'stops_of_mine:one', net: {model: replay, file: x.csv}}]
+set: {network.media.lan.rules: [{rule: 'rules_of_mine:Rule'}], coordination.strategy: maze}
+stop: {when: $when}
+metrics: {own: 'stops_of_mine:one', maze: explored}
+"""
+
+
+def test_what_the_scenario_takes_for_a_path_is_one(tmp_path):
+    for name in ("maze", "plan.yaml", "here.csv", "there.csv", "net.csv", "x.csv", "explored",
+                 "stops_of_mine.py", "rules_of_mine.py"):
+        (tmp_path / name).write_text("")
+    from desim.campaign.stored import store
+
+    design = loaded(tmp_path, PATHS)
+    (tmp_path / "out").mkdir()
+    store(design, tmp_path / "out")
+    stored = read_design(str(tmp_path / "out" / "design.yaml"))[0].model_dump(by_alias=True)
+    own = stored["parameters"]
+    assert own["map"]["values"] == ("maze", "../plan.yaml")
+    assert own["start"]["levels"] == {"a": {"fleet.start.file": "../here.csv"},
+                                      "b": {"fleet.start": {"file": "../there.csv"}}}
+    assert own["when"]["values"] == ("../stops_of_mine:one",)
+    assert own["net"]["values"] == ({"model": "replay", "file": "../net.csv"},)
+    assert stored["vectors"] == ({"map": "../plan.yaml", "start": "a",
+                                  "when": "../stops_of_mine:one",
+                                  "net": {"model": "replay", "file": "../x.csv"}},)
+    assert stored["set"]["network.media.lan.rules"] == [{"rule": "../rules_of_mine:Rule"}]
+    assert stored["metrics"] == {"own": "../stops_of_mine:one", "maze": "explored"}

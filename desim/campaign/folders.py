@@ -1,0 +1,46 @@
+"""The folders of a campaign's runs: which there are, and whether each is as it was when its row was
+made."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from desim import api
+from desim.campaign.work import Row, folder_of, row_of
+from desim.errors import InputError
+from desim.experiment.seal import damage, likeness
+
+
+class Folders:
+    """Those in ``runs/<scenario>``."""
+
+    def __init__(self, runs: Path, scenario: str) -> None:
+        self._runs, self._scenario = runs, scenario
+
+    def present(self) -> list[str]:
+        """The ids of runs that may be finished. Raises ``OSError``."""
+        with os.scandir(self._runs / self._scenario) as entries:
+            return sorted(entry.name for entry in entries
+                          if "." not in entry.name and entry.is_dir())
+
+    def likeness(self, run_id: str) -> str | None:
+        """What a row of the run has for ``folder``; None where there is none."""
+        try:
+            return likeness(self._path(run_id))
+        except OSError:
+            return None
+
+    def row(self, run_id: str, functions: tuple[str, ...]) -> Row:
+        """Made again from what is there. Raises ``InputError`` where that is not as desim wrote
+        it, or is another run."""
+        run = api.Run(self._path(run_id))
+        if run.manifest["run_id"] != run_id:
+            raise InputError(f"{run.path}: damaged: holds the run {run.manifest['run_id']}")
+        wrong = damage(run.path, run.manifest)
+        if wrong is not None:
+            raise InputError(f"{run.path}: damaged: {wrong}")
+        return row_of(run, functions)
+
+    def _path(self, run_id: str) -> Path:
+        return folder_of(self._runs, self._scenario, run_id)
