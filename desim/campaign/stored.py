@@ -41,8 +41,8 @@ def refuse_another(loaded: LoadedDesign, folder: pathlib.Path) -> None:
     try:
         name = yaml12.read(os.fspath(file))[0].get("name")
     except InputError as error:
-        raise InputError(*error.args, f"{file}: cannot be read, so that nobody knows whose campaign "
-                         "is in this folder; if it is this one, remove the file") from None
+        raise InputError(*error.args, f"{file}: says no longer whose campaign is in this folder; "
+                         "if it is this one, remove the file") from None
     if name != loaded.design.name:
         raise InputError(f"{folder}: holds the campaign {name!r}, the design's name is "
                          f"{loaded.design.name!r}; choose another folder with --out")
