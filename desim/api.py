@@ -20,7 +20,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from desim.blame import blame
-from desim.errors import InputError
+from desim.errors import InputError, ModelError
 from desim.experiment import maps
 from desim.experiment.results import FAILED, FINISHED, INTERRUPTED, RunFolder
 from desim.experiment.seal import MANIFEST, MAPS, SUMMARY, manifest_of, wrong_with
@@ -140,7 +140,7 @@ class Campaign:
 
     def run(self, run_id: str) -> Run:
         """One of its runs. Raises ``InputError`` where there is no folder of it."""
-        for scenario in sorted((self.path / "runs").iterdir()):
+        for scenario in sorted((self.path / "runs").glob("*")):
             if (scenario / run_id / "manifest.json").is_file():
                 return Run(scenario / run_id)
         errors = dict(zip(self.runs["run_id"], self.runs["error"], strict=True))
@@ -191,13 +191,15 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     except (InputError, KeyboardInterrupt):
         folder.discard()
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
+        if isinstance(error, SystemExit):  # of a stranger's code: it ends the run, not desim
+            error = ModelError("sys.exit() was called").with_traceback(error.__traceback__)
         now_ns, events = (0, 0) if simulation is None else (simulation.kernel.now_ns,
                                                             simulation.kernel.events)
         folder.abandon({"status": FAILED, "digest": None, "events": events,
                         **meter.read(now_ns), "error": blame(error).line,
                         "traceback": traceback.format_exc()})
-        raise
+        raise error
     if interrupted:
         raise KeyboardInterrupt(*([] if path is None else [str(path)]))
     return Run(path)

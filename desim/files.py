@@ -8,28 +8,34 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 
 def content(path: str | os.PathLike, most_bytes: int) -> bytes:
     """All of a file. Raises ``OSError``, also for what would keep a reader waiting (a FIFO, a
     device) and for a file that is larger, and ``ValueError`` for a path that cannot be one."""
-    # Opening a FIFO waits for somebody to write.
-    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    with open(descriptor, "rb") as file:
-        facts = os.fstat(descriptor)
-        refuse_irregular(path, facts)
-        if facts.st_size > most_bytes:
-            raise OSError(errno.EFBIG, f"has {facts.st_size / 1e6:.1f} MB; at most "
+    with opened(path) as file:
+        size_bytes = os.fstat(file.fileno()).st_size
+        if size_bytes > most_bytes:
+            raise OSError(errno.EFBIG, f"has {size_bytes / 1e6:.1f} MB; at most "
                                        f"{most_bytes / 1e6:.0f} MB", os.fspath(path))
         return file.read()
 
 
-def refuse_irregular(path: str | os.PathLike, facts: os.stat_result) -> None:
-    """Raises ``OSError`` for what is no regular file."""
-    if stat.S_ISDIR(facts.st_mode):
-        raise IsADirectoryError(errno.EISDIR, "is a directory", os.fspath(path))
-    if not stat.S_ISREG(facts.st_mode):
-        raise OSError(errno.EINVAL, "is no regular file", os.fspath(path))
+@contextmanager
+def opened(path: str | os.PathLike) -> Iterator[BinaryIO]:
+    """A file to read. Raises ``OSError`` for what is no regular one."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # else a FIFO waits for a writer
+    try:
+        mode = os.fstat(descriptor).st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+        if not stat.S_ISREG(mode):
+            raise OSError(errno.EINVAL, "is no regular file", os.fspath(path))
+        with open(descriptor, "rb", closefd=False) as file:
+            yield file
+    finally:
+        os.close(descriptor)
 
 
 def refuse_link(path: str | os.PathLike) -> None:

@@ -16,9 +16,9 @@ ROOT = Path(__file__).resolve().parent.parent
 MAX_LINES = 400
 
 # Who may look at the wall clock: what reports on a run or its cost, never what happens in it.
-WALL_CLOCK = {"desim/campaign/probes.py", "desim/commands/ending.py", "desim/api.py",
-              "desim/experiment/results.py", "desim/report/compiling.py", "desim/report/live.py",
-              "desim/report/sweeping.py"}
+WALL_CLOCK = {"desim/campaign/probes.py", "desim/campaign/crew.py", "desim/commands/ending.py",
+              "desim/api.py", "desim/experiment/results.py", "desim/report/compiling.py",
+              "desim/report/live.py", "desim/report/sweeping.py"}
 # Who may name the global generators: the makers of streams, and the check that a plug-in draws
 # nothing from them.
 GLOBAL_LUCK = {"desim/streams.py", "desim/testing/checks.py"}

@@ -12,18 +12,23 @@ import socket
 import subprocess
 import sys
 from multiprocessing.connection import Connection, wait
+from time import monotonic
 
 from desim.campaign.work import Row, Task, failure
+from desim.units import DURATION, NS_PER_S
 
 _TRIES = 2
 
 
 class Crew:
-    """``jobs`` processes. Use it as a context; leaving it ends them, at work or not."""
+    """``jobs`` processes. Use it as a context; leaving it ends them, at work or not. A run may
+    take ``wall_ns`` of clock time (None: as long as it likes)."""
 
-    def __init__(self, jobs: int) -> None:
+    def __init__(self, jobs: int, wall_ns: int | None = None) -> None:
         self._idle = [_Worker() for _ in range(jobs)]
         self._busy: dict[Connection, tuple[_Worker, Task, int]] = {}
+        self._wall_ns = wall_ns
+        self._begun_s: dict[Connection, float] = {}  # in the order in which they are due
 
     def __enter__(self) -> Crew:
         return self
@@ -52,13 +57,15 @@ class Crew:
             worker = _Worker()
             worker.connection.send(task)
         self._busy[worker.connection] = worker, task, tries
+        self._begun_s[worker.connection] = monotonic()
 
     def finished(self) -> list[tuple[Task, Row | Exception]]:
         """Wait until something is done, and return it: rows, or what makes all further work
         pointless."""
         done: list[tuple[Task, Row | Exception]] = []
-        for connection in wait(list(self._busy)):
+        for connection in wait(list(self._busy), self._left_s()):
             worker, task, tries = self._busy.pop(connection)
+            del self._begun_s[connection]
             try:
                 done.append((task, connection.recv()))
                 self._idle.append(worker)
@@ -70,6 +77,26 @@ class Crew:
                 else:
                     done.append((task, failure(task.run_id, f"its process died {tries} times "
                                                             f"({cause})")))
+        return done + self._overdue()
+
+    def _left_s(self) -> float | None:
+        """Until the first one is due."""
+        if self._wall_ns is None:
+            return None
+        begun_s = next(iter(self._begun_s.values()))
+        return max(begun_s + self._wall_ns / NS_PER_S - monotonic(), 0.0)
+
+    def _overdue(self) -> list[tuple[Task, Row | Exception]]:
+        """End those that take too long: one that computes without end hears nobody."""
+        done: list[tuple[Task, Row | Exception]] = []
+        while self._begun_s and self._left_s() == 0.0:
+            connection = next(iter(self._begun_s))
+            worker, task, _ = self._busy.pop(connection)
+            del self._begun_s[connection]
+            worker.end()
+            self._idle.append(_Worker())
+            done.append((task, failure(task.run_id, "ended after "
+                         f"{DURATION.format(self._wall_ns)} of clock time (limits.wall)")))
         return done
 
 

@@ -18,7 +18,10 @@ from desim.scenario import merge
 from desim.scenario.complaints import lines, validated
 from desim.scenario.places import Path, Places, dotted
 from desim.scenario.shapes import by_shape
+from desim.units import Duration
 
+_OF_SCENARIOS = ("environment", "fleet", "robot", "network", "middleware", "coordination",
+                 "deployment")
 MOST_RUNS = 1_000_000
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,59}$")]
 _KEY = "the scenario's key that it sets, e.g. fleet.size; null: others use it as $name"
@@ -87,6 +90,14 @@ class Until(Params):
     at_most: int = Field(50, ge=2, description="iterations")
 
 
+class Limits(Params):
+    """What a run may cost before it is given up."""
+
+    wall_ns: Duration | None = Field(None, description=(
+        "clock time of one run, e.g. 10 min: a worker that is at it for longer is ended, and the "
+        "run has failed (null: as long as it takes)"))
+
+
 class Presentation(Params):
     """What the report shows first; everything else is in its tables."""
 
@@ -123,6 +134,7 @@ class Design(Params):
         "vectors are not luck; independent: each run its own"))
     stop: dict[str, Any] = Field({}, description="stop conditions, laid over the scenario's")
     measure: dict[str, Any] = Field({}, description="measurements, laid over the scenario's")
+    limits: Limits = Field(default_factory=Limits, description="of each run")
     metrics: dict[Name, str] = Field({}, description=(
         "your own, beside those of summary.json: an expression over these, or "
         "'package.module:function' of a desim.Run"))
@@ -164,6 +176,9 @@ def load_design(path: str | os.PathLike) -> LoadedDesign:
 def read_design(file: str) -> tuple[Design, Places]:
     """The design in a file by itself, whether or not its base is there. Raises ``InputError``."""
     data, places = merge.extended(file)
+    if "base" not in data and any(family in data for family in _OF_SCENARIOS):
+        raise InputError(f"{file}: this is a scenario, of one run: desim run {file}; a design has "
+                         "a base and parameters")
     design = validated(Design, data)
     if isinstance(design, list):
         raise InputError(*lines(design, places))

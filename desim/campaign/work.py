@@ -37,8 +37,12 @@ class Unwritable(InputError):
     """The results cannot be written: no run of the campaign would fare better."""
 
 
+class Changed(InputError):
+    """What is run is not what was planned any more."""
+
+
 def work(task: Task) -> Row:
-    """Run it. Raises ``Unwritable`` where results cannot be written."""
+    """Run it. Raises ``Unwritable`` where results cannot be written, and ``Changed``."""
     try:
         run = api.run(task.loaded, out=task.out, command="desim sweep")
     except InputError as error:
@@ -49,6 +53,10 @@ def work(task: Task) -> Row:
         return failure(task.run_id, blame(error).line)
     finally:
         gc.collect()  # a run's arrays hang in circles
+    if run.manifest["run_id"] != task.run_id:
+        raise Changed("the source of desim, of a plug-in or a file of the scenario has changed "
+                      "since the campaign began, so that its runs would be others; the same "
+                      "command begins anew with what there is now")
     return row_of(run, task.functions)
 
 

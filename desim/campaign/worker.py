@@ -17,7 +17,8 @@ def main(descriptor: int) -> None:
     """Work on what comes in until nobody is at the other end."""
     threading.Thread(target=_leave_with_parent, args=(descriptor,), daemon=True).start()
     connection = Connection(descriptor)
-    from desim.campaign.work import Unwritable, work
+    from desim.campaign.work import work
+    from desim.errors import InputError
 
     for number in count():
         if number < 2:  # the first run imports the rest
@@ -28,7 +29,7 @@ def main(descriptor: int) -> None:
             return
         try:
             outcome = work(task)
-        except Unwritable as error:
+        except InputError as error:  # which ends the campaign
             outcome = error
         with suppress(OSError):  # a campaign that was killed hears nothing any more
             connection.send(outcome)

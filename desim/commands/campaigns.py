@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from desim.commands.ending import compiling, exits
+from desim.commands.ending import compiling, ended_in_order, exits
 
 DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False,
                                             help="a design's YAML file")]
@@ -39,7 +39,7 @@ def sweep(design: DesignPath,
           quiet: Annotated[bool, typer.Option("--quiet", help="print nothing but errors")] = False,
           ) -> None:
     """Run a design: all its runs that are not done yet. Stopped at any moment, the same command
-    goes on from there."""
+    goes on from there. Exit code 1 where runs failed."""
     with exits():
         from desim.report.sweeping import Told
 
@@ -57,9 +57,11 @@ def sweep(design: DesignPath,
         if dry_run:
             told.listed(plan, campaign.foreseen(plan, metrics, folder, chosen, retry_failed), jobs)
             return
-        with campaign.Sweep(plan, metrics, folder, only=chosen,
-                            retry_failed=retry_failed) as work:
-            told.carried_out(work, jobs, where)
+        with ended_in_order(), campaign.Sweep(plan, metrics, folder, only=chosen,
+                                              retry_failed=retry_failed) as work:
+            failed = told.carried_out(work, jobs, where)
+        if failed:
+            raise typer.Exit(1)
 
 
 def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_default=False,
@@ -113,8 +115,8 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
             plan = told.planned(climbed(str(scenario), compare, seeds, metric, overrides))
             metrics = campaign.Metrics(plan)
         folder = out or campaign.default_folder(plan.loaded)
-        with campaign.Sweep(plan, metrics, folder) as work:
-            told.carried_out(work, jobs, None)
+        with ended_in_order(), campaign.Sweep(plan, metrics, folder) as work:
+            failed = told.carried_out(work, jobs, None)
         from desim.report.campaign.writing import write
         from desim.report.laddering import tell
 
@@ -122,3 +124,5 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
         if not quiet:
             tell(folder, plan.design)
             typer.echo(f"report: {page}")
+        if failed:
+            raise typer.Exit(1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import signal
 import sys
 import time
 import traceback
@@ -25,7 +26,7 @@ def exits() -> Iterator[None]:
     except typer.Exit:
         raise
     except InputError as error:
-        typer.echo(str(error), err=True)
+        typer.echo(printable(str(error)), err=True)
         raise typer.Exit(2) from None
     except KeyboardInterrupt as stopped:
         kept = f"; what there is until then: {stopped}" if str(stopped) else ""
@@ -42,6 +43,22 @@ def exits() -> Iterator[None]:
         typer.echo(f"{found.line}\nthis repeats it:\n  {command_line()}" if found.stranger
                    else f"desim failed; this repeats it:\n  {command_line()}", err=True)
         raise typer.Exit(1) from None
+
+
+def printable(text: str) -> str:
+    """What somebody else wrote, without what a terminal would take for commands."""
+    return "".join(letter if letter.isprintable() or letter == "\n" else repr(letter)[1:-1]
+                   for letter in text)
+
+
+@contextmanager
+def ended_in_order() -> Iterator[None]:
+    """A termination signal is as good as Ctrl-C: a batch system's time limit, a shutdown."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def command_line() -> str:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from desim.files import content, refuse_irregular
+from desim.files import content, opened
 
 MANIFEST, SUMMARY = "manifest.json", "summary.json"
 MAPS = "map"  # the one folder in a run's folder
@@ -80,11 +80,8 @@ def _sizes(folder: Path) -> Iterator[tuple[str, int]]:
 
 
 def _facts(path: Path) -> dict[str, Any]:
-    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    with open(descriptor, "rb") as file:
-        facts = os.fstat(descriptor)
-        refuse_irregular(path, facts)
-        return {"bytes": facts.st_size,
+    with opened(path) as file:
+        return {"bytes": os.fstat(file.fileno()).st_size,
                 "sha256": hashlib.file_digest(file, "sha256").hexdigest()[:_DIGITS]}
 
 

@@ -27,10 +27,12 @@ from desim.campaign.design import LoadedDesign
 from desim.campaign.plan import Plan
 from desim.campaign.prediction import finished_costs, forecast
 from desim.campaign.work import Row
+from desim.experiment.results import FAILED
 
 LINE_EVERY_S = 10.0  # where there is no terminal
 _AGAIN_S = 3.0
 _MOST_DAMAGED = 10  # runs that are named
+_MOST_CAUSES = 10
 _MANY = 200  # scenarios take a while to check
 
 
@@ -81,8 +83,8 @@ class Told:
                             f"their own; at most {_duration(found.longest_s / jobs)}, every run to "
                             "its time limit")
 
-    def carried_out(self, sweep: Sweep, jobs: int | None, cluster: Settings | None) -> None:
-        """Run the campaign on this machine, or on a cluster."""
+    def carried_out(self, sweep: Sweep, jobs: int | None, cluster: Settings | None) -> int:
+        """Run the campaign on this machine, or on a cluster; how many of its runs failed."""
         if sweep.damaged:
             self._console.print(f"{sweep.out / INDEX}: {sweep.damaged} lines could not be read; it "
                                 "was made again from the folders of the runs")
@@ -94,15 +96,19 @@ class Told:
                                 "the table")
         done, failed, total = sweep.progress
         jobs = min(jobs or _cores(), max(total - done, 1))
+        limits = sweep.plan.design.limits
         where = f"{jobs} at a time" if cluster is None else f"{cluster.where}"
         self._console.print(f"{total} runs, {done} done already; {where}, in {sweep.out}")
+        if limits.wall_ns is not None and cluster is not None:
+            self._console.print("limits.wall does not hold on a cluster: limit the time of its "
+                                "jobs")
         with self._progress() as progress, ExitStack() as stack:
             bar = progress.add_task("runs", total=total, completed=done, failed=_failed(failed),
                                     to_go="")
             lines, to_go = _Lines(self._console), _ToGo(sweep)
             errors: set[str] = set()  # each is told once, the others are counted
             if cluster is None:
-                workers: Workers = stack.enter_context(Crew(jobs))
+                workers: Workers = stack.enter_context(Crew(jobs, limits.wall_ns))
             else:
                 workers = stack.enter_context(self._clustered(cluster, progress, bar))
 
@@ -112,7 +118,7 @@ class Told:
                 progress.update(bar, completed=done, total=total, failed=_failed(failed),
                                 to_go=left)
                 lines.tell(f"{done} of {total} runs{_failed(failed)}; {left} to go")
-                if row["status"] == "failed" and cause_of(row["error"]) not in errors:
+                if row["status"] == FAILED and cause_of(row["error"]) not in errors:
                     errors.add(cause_of(row["error"]))
                     progress.console.print(f"{row['run_id']} failed: {row['error']}")
 
@@ -127,10 +133,27 @@ class Told:
                             f"{sweep.out / TABLE}")
         for remark in sweep.remarks:
             self._console.print(remark)
+        if failed:
+            self._told_failures(sweep)
+        return failed
+
+    def _told_failures(self, sweep: Sweep) -> None:
+        """Each cause once, the most frequent first."""
+        causes: dict[str, list[str]] = {}
+        for row in sweep.rows.values():
+            if row["status"] == FAILED and row["run_id"] in sweep.agenda:
+                causes.setdefault(cause_of(row["error"]), []).append(row["run_id"])
+        for cause, ids in sorted(causes.items(), key=lambda item: -len(item[1]))[:_MOST_CAUSES]:
+            count = f"{len(ids)} runs" if len(ids) > 1 else "1 run"
+            self._console.print(f"{count} failed ({ids[0]}{', ...' if len(ids) > 1 else ''}): "
+                                f"{cause}")
+        if len(causes) > _MOST_CAUSES:
+            self._console.print(f"and {len(causes) - _MOST_CAUSES} more causes")
+        self._console.print("--retry-failed runs them again")
 
     def _told_damage(self, wrong: dict[str, str]) -> None:
         for text in [*wrong.values()][:_MOST_DAMAGED]:
-            self._console.print(text, markup=False)
+            self._console.print(text)
         count = len(wrong)
         self._console.print(f"{count} run{'s are' if count > 1 else ' is'} damaged; what is missing"
                             " is made again")

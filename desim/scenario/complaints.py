@@ -13,6 +13,8 @@ from desim.ports import Params
 from desim.scenario.places import Path, Place, Places, dotted
 from desim.scenario.shapes import alternatives, keys
 
+MOST_TOLD = 20
+
 
 class Complaint(NamedTuple):
     """What is wrong at ``path``; ``at_key`` where the key itself is what is wrong."""
@@ -28,12 +30,22 @@ class Complaint(NamedTuple):
 
 
 def lines(found: list[Complaint], places: Places) -> list[str]:
-    """In the order in which they stand in the files, each once."""
+    """In the order in which they stand in the files, each once; of very many the first ones, and
+    how many more there are."""
     def place(complaint: Complaint) -> Place:
         of = places.key if complaint.at_key else places.value
         return of(complaint.path)
 
-    return list(dict.fromkeys(complaint.line(places) for complaint in sorted(found, key=place)))
+    return told(list(dict.fromkeys(complaint.line(places)
+                                   for complaint in sorted(found, key=place))))
+
+
+def told(complaints: list[str]) -> list[str]:
+    """Of very many the first ones, and how many more there are."""
+    more = len(complaints) - MOST_TOLD
+    return complaints if more <= 0 else [*complaints[:MOST_TOLD],
+                                         f"and {more} more thing{'s' * (more > 1)} that "
+                                         f"{'are' if more > 1 else 'is'} wrong"]
 
 
 def validated(block: type[Params], data: Any, path: Path = (),

@@ -23,6 +23,7 @@ from desim.scenario.starts import listed
 
 # Without its wrong items a list may be too short, and so be wrong itself.
 _MOST_PRUNINGS = 3
+_MOST_WRONG = 1000  # with more, nobody asks what else is wrong
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,12 @@ def load(path: str | os.PathLike, overrides: Sequence[str] = (), seed: int | Non
 
     Raises ``InputError`` with one line for each thing that is wrong.
     """
-    return _loaded(_overridden(merge.extended(os.fspath(path)), overrides, seed))
+    file = os.fspath(path)
+    document = merge.extended(file)
+    if "base" in document[0] and "base" not in Scenario.model_fields:
+        raise InputError(f"{document[1].where('base')}: this is a design, of many runs: desim "
+                         f"sweep {file}")
+    return _loaded(_overridden(document, overrides, seed))
 
 
 def varied(base: merge.Document, changes: Sequence[Change]) -> Loaded:
@@ -120,7 +126,7 @@ def _loaded(document: merge.Document) -> Loaded:
 def _rest(data: dict[str, Any], wrong: list[Complaint]) -> Scenario | None:
     """A scenario without what is wrong, so that the checks can look at the rest; None if there is
     no such thing."""
-    for _ in range(_MOST_PRUNINGS):
+    for _ in range(_MOST_PRUNINGS if len(wrong) <= _MOST_WRONG else 0):
         data = _without(data, wrong)
         scenario = validated(Scenario, {"name": "unnamed", **data})
         if isinstance(scenario, Scenario):

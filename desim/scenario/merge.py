@@ -42,7 +42,7 @@ def extended(path: str, below: tuple[str, ...] = ()) -> Document:
         return data, places
     parent = data.pop("extends")
     where = places.where("extends")
-    if not isinstance(parent, str):
+    if not isinstance(parent, str) or "\0" in parent:
         raise InputError(f"{where}: must be the path of a file, got {parent!r}")
     parent = os.path.normpath(os.path.join(os.path.dirname(path), parent))
     chain = (*below, path)

@@ -35,7 +35,9 @@ def complaints(data: dict[str, Any]) -> list[Complaint]:
             result = [Complaint((*path, key), str(error))]
         if isinstance(result, list):
             found += result
-    return found
+    return found + [Complaint((*path, key), f"{mapping[key]} is no regular file")
+                    for path, mapping, key in files(data)
+                    if os.path.exists(mapping[key]) and not os.path.isfile(mapping[key])]
 
 
 def place(data: dict[str, Any], folder: Folder) -> None:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 
 from desim.errors import InputError, did_you_mean
+from desim.files import content
 from desim.scenario.fleet import StartFile, StartList, StartPose
 from desim.units import ANGLE, POSITION
 
+_MOST_BYTES = 10_000_000
 _REQUIRED, _COLUMNS = ("x_m", "y_m"), ("x_m", "y_m", "heading_rad", "name")
 
 
@@ -16,13 +19,13 @@ def listed(start: StartFile, folder: str) -> StartList:
     """The poses in ``start.file``, a path relative to ``folder``. Raises ``InputError``."""
     path = os.path.normpath(os.path.join(folder, start.file))
     try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file, skipinitialspace=True)
-            columns = reader.fieldnames or []
-            rows = [(reader.line_num, row) for row in reader]
+        text = content(path, _MOST_BYTES).decode("utf-8-sig")
+        reader = csv.DictReader(io.StringIO(text, newline=""), skipinitialspace=True)
+        columns = reader.fieldnames or []
+        rows = [(reader.line_num, row) for row in reader]
     except FileNotFoundError:
         raise InputError(f"no such file: {path}") from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except (OSError, ValueError, csv.Error) as error:
         raise InputError(f"{path} cannot be read as CSV: {error}") from None
     for column in columns:
         if column not in _COLUMNS:

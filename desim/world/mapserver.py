@@ -17,11 +17,13 @@ from typing import Any
 import numpy as np
 
 from desim.errors import InputError, did_you_mean
+from desim.files import content
 from desim.scenario.environment import MapFile
 from desim.world import materials
 from desim.world.terrain import MAX_CELLS, Raster, Terrain, from_raster
 
 IMAGES = (".pgm", ".png", ".pnm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff")
+_MOST_BYTES = 10_000_000  # of the YAML file
 HEIGHT_M = 2.0  # the paper: obstacles 2 m high; a map says nothing of it
 MATERIALS = "materials"
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode",
@@ -85,11 +87,11 @@ def _facts(path: Path) -> dict[str, Any]:
     import yaml
 
     try:
-        facts = yaml.safe_load(path.read_text(encoding="utf-8"))
+        facts = yaml.safe_load(content(path, _MOST_BYTES).decode("utf-8"))
     except FileNotFoundError:
         there = sorted(file.name for file in path.parent.glob("*.y*ml")) or ["none"]
         raise InputError(f"{path}: no such map; YAML files beside it: {', '.join(there)}") from None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
         reason = " ".join(str(error).split())
         raise InputError(f"{path}: cannot be read as YAML: {reason}") from None
     if not isinstance(facts, dict):

@@ -68,7 +68,7 @@ WRONG = PARAMETERS | {
     "unknown key": ("paramters: {}",
         "3:1: paramters: unknown key (did you mean 'parameters'?); allowed: name, question, "
         "base, set, parameters, vectors, iterations, seed, random_numbers, stop, measure, "
-        "metrics, report"),
+        "limits, metrics, report"),
     "iterations x": ("parameters: {p: {key: robot.laser.beams, from: 1, to: "
         "1000}}\niterations: 100000",
         "4:13: iterations: 1,000 vectors of 100,000 iterations; at most 1,000,000 runs"),

@@ -1,6 +1,7 @@
 """Worker processes: what their death costs, and that none of them stays."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -9,10 +10,11 @@ from pathlib import Path
 import pytest
 from designs import planned, written
 
+from desim.campaign import crew
 from desim.campaign.campaign import Sweep
 from desim.campaign.crew import Crew
 from desim.campaign.metrics import Metrics
-from desim.campaign.work import Task
+from desim.campaign.work import Changed, Task
 
 TEXT = "parameters: {robots: {key: fleet.size, values: [1, 2]}}\niterations: 2\n"
 ONE = "iterations: 2\n"
@@ -76,6 +78,34 @@ def test_a_worker_that_dies_while_idle_costs_nothing(tmp_path):
     assert row["status"] == "finished"
 
 
+def test_a_run_that_takes_too_long_has_failed_and_its_worker_is_replaced(tmp_path, monkeypatch):
+    plan = planned(tmp_path, TEXT + "limits: {wall: 10 min}\n")
+    assert plan.design.limits.wall_ns == 600 * 10**9
+    vector = plan.vectors[0]
+    task = Task(plan.run_id(vector, 0), plan.scenario(vector, 0), str(tmp_path), ())
+    now_s = [0.0]
+    monkeypatch.setattr(crew, "monotonic", lambda: now_s[0])
+    with Crew(1, plan.design.limits.wall_ns) as workers:
+        workers.begin(task)
+        now_s[0] = 601.0
+        (_, row), = workers.finished()
+        assert row["error"] == "ended after 600 s of clock time (limits.wall)"
+        workers.begin(task)
+        (_, row), = workers.finished()
+    assert row["status"] == "finished"
+
+
+def test_code_that_changes_meanwhile_ends_the_campaign(tmp_path):
+    """80 of 80 and a table with fewer rows."""
+    plan = planned(tmp_path, TEXT)
+    vector = plan.vectors[0]
+    task = Task("another one", plan.scenario(vector, 0), str(tmp_path), ())
+    with Crew(1) as workers:
+        workers.begin(task)
+        (_, outcome), = workers.finished()
+    assert isinstance(outcome, Changed) and "has changed since the campaign began" in str(outcome)
+
+
 def children(pid: int) -> list[int]:
     """The processes that a process has begun."""
     return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
@@ -119,12 +149,15 @@ def campaign(tmp_path):
     process.communicate()
 
 
-def test_ctrl_c(campaign):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_and_termination(campaign, number):
     process, workers, out = campaign
     assert len(workers) == 2
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     _, errors = process.communicate(timeout=30)
-    assert process.returncode == 130 and "Traceback" not in errors
+    assert process.returncode == 130
+    assert re.fullmatch(r"interrupted; what there is until then: \d+ of 4000 runs in .*/out; the "
+                        r"same command goes on from there\n", errors)
     assert gone(workers)
     assert (out / "runs.parquet").exists()
 

@@ -4,7 +4,7 @@ import pytest
 from designs import Here, written
 from typer.testing import CliRunner
 
-from desim.campaign.work import failure
+from desim.campaign.work import failure, work
 from desim.cli import app
 from desim.report import sweeping
 
@@ -24,7 +24,7 @@ def sweep(tmp_path, monkeypatch):
             pass
 
     def done(work):
-        monkeypatch.setattr(sweeping, "Crew", lambda jobs: Crew(work=work))
+        monkeypatch.setattr(sweeping, "Crew", lambda jobs, wall_ns: Crew(work=work))
         result = CliRunner().invoke(app, ["sweep", design.name, "--jobs", "1"])
         return result.exit_code, result.output.splitlines()
 
@@ -57,14 +57,30 @@ def test_brackets_in_labels_are_text(tmp_path, monkeypatch):
     assert "robots=[red]many, iteration 1" in done.output
 
 
-def test_an_error_is_told_once(sweep):
+def test_a_cause_is_told_once_and_runs_that_failed_are_no_success(sweep):
+    """Equal causes at other times and hosts are one."""
     asked = []
 
     def work(task):
         asked.append(task.run_id)
-        return failure(task.run_id, "boom" if len(asked) < 4 else "bang")
+        return failure(task.run_id, f"boom at bad.py:7 (robot_1, {len(asked)} s)"
+                       if len(asked) < 4 else "bang")
 
     code, lines = sweep(work)
-    assert code == 0 and lines[1:] == [
-        f"{asked[0]} failed: boom", f"{asked[3]} failed: bang",
-        "4 of 4 runs, 4 failed; table: results/d/runs.parquet"]
+    assert code == 1 and lines[1:] == [
+        f"{asked[0]} failed: boom at bad.py:7 (robot_1, 1 s)", f"{asked[3]} failed: bang",
+        "4 of 4 runs, 4 failed; table: results/d/runs.parquet",
+        f"3 runs failed ({asked[0]}, ...): boom at bad.py:7", f"1 run failed ({asked[3]}): bang",
+        "--retry-failed runs them again"]
+
+
+def test_damage_is_told(sweep, tmp_path):
+    code, _ = sweep(work)
+    folders = sorted((tmp_path / "results" / "d" / "runs" / "small").iterdir())
+    (folders[0] / "summary.json").unlink()
+    again, lines = sweep(work)
+    assert (code, again) == (0, 0) and lines[:4] == [
+        f"{folders[0].relative_to(tmp_path)}: damaged: summary.json is missing",
+        "1 run is damaged; what is missing is made again",
+        "4 runs, 3 done already; 1 at a time, in results/d",
+        "4 of 4 runs; table: results/d/runs.parquet"]

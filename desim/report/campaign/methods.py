@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from desim.api import Run
 from desim.campaign.design import (
     Design,
     Function,
@@ -18,6 +21,7 @@ from desim.campaign.design import (
     Until,
 )
 from desim.errors import InputError
+from desim.files import content
 from desim.report.campaign import wording
 from desim.report.campaign.contrasts import Contrast
 from desim.report.campaign.study import TIMES, Axis, Study
@@ -26,6 +30,7 @@ from desim.statistics.intervals import BOOTSTRAP_FROM, BOOTSTRAP_TO, widened
 
 _LISTED = 40
 _MOST_READ = 200  # manifests
+_MOST_BYTES = 10_000_000
 _LONGEST_TEXT = 60_000  # of a file that the page holds
 
 
@@ -40,9 +45,7 @@ class Sources:
     @cached_property
     def manifest(self) -> dict[str, Any] | None:
         """Versions and machine, and the plug-ins of all vectors."""
-        found = [manifest for name in self._ids
-                 for path in self._folder.glob(f"runs/*/{name}/manifest.json")
-                 if (manifest := _read(path)) is not None]
+        found = [run.manifest for run in self._runs()]
         if not found:
             return None
         plugins = {kind: name for one in found for kind, name in one.get("plugins", {}).items()}
@@ -59,23 +62,26 @@ class Sources:
     @cached_property
     def scenario(self) -> str | None:
         """Of one run, every value spelled out."""
-        paths = (path for name in self._ids
-                 for path in self._folder.glob(f"runs/*/{name}/scenario.resolved.yaml"))
-        path = next(paths, None)
-        return None if path is None else path.read_text()[:_LONGEST_TEXT]
+        for run in self._runs():
+            with suppress(InputError):
+                return run.file("scenario.resolved.yaml").read_text()[:_LONGEST_TEXT]
+        return None
 
     @cached_property
     def design(self) -> str | None:
         """The campaign's own copy."""
-        path = self._folder / "design.yaml"
-        return path.read_text()[:_LONGEST_TEXT] if path.exists() else None
+        try:
+            text = content(self._folder / "design.yaml", _MOST_BYTES)
+        except OSError:
+            return None
+        return text.decode(errors="replace")[:_LONGEST_TEXT]
 
-
-def _read(path: Path) -> dict[str, Any] | None:
-    try:
-        return json.loads(path.read_text())
-    except (OSError, ValueError):
-        return None
+    def _runs(self) -> Iterator[Run]:
+        """Those whose folder is there and says what desim wrote."""
+        for name in self._ids:
+            for path in self._folder.glob(f"runs/*/{name}"):
+                with suppress(InputError):
+                    yield Run(path)
 
 
 def paragraphs(study: Study, intervals: set[str], resamples: int, sources: Sources,

@@ -64,7 +64,7 @@ class Study:
     def __init__(self, folder: Path, design: Design) -> None:
         self.folder, self.design = folder, design
         file = folder / "runs.parquet"
-        if not file.exists():
+        if not file.is_file():
             raise InputError(f"{folder}: not a campaign's folder: there is no runs.parquet (desim "
                              "sweep DESIGN writes it when it ends)")
         try:

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import pyarrow as pa
 import pyarrow.parquet as pq
 from matplotlib.figure import Figure
 
+from desim.api import Run
+from desim.errors import InputError
 from desim.report.campaign import figures
 from desim.report.campaign.lines import Panel
 from desim.report.campaign.study import Axis, Study, Vector
@@ -37,8 +38,7 @@ def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
     folder is there any more."""
     parts = [(", ".join(filter(None, [panel.title, line.label])), _some(line.vectors))
              for panel in panels for line in panel.lines][:_MOST_PANELS]
-    folders = {entry.name: entry for scenario in sorted(study.folder.glob("runs/*"))
-               for entry in scenario.iterdir()}
+    folders = {entry.name: entry for entry in sorted(study.folder.glob("runs/*/*"))}
     series = [(title, [(vector, list(_read(study, vector, folders))) for vector in vectors])
               for title, vectors in parts]
     longest_s = max((time_s[-1] for _, vectors in series for _, runs in vectors
@@ -76,11 +76,11 @@ def _read(study: Study, vector: Vector, folders: dict[str, Path],
     """Times [s] and explored shares [%] of its finished runs."""
     ids = study.text("run_id")
     for row in vector.rows[~study.failed[vector.rows]][:_MOST_RUNS]:
-        file = folders.get(ids[row], Path()) / "samples.parquet"
         try:
-            table = pq.read_table(file, columns=["time_s", "explored"])
-        except (OSError, pa.ArrowException):  # gone, or damaged: it is left out, and counted
+            file = Run(folders[ids[row]]).file("samples.parquet")
+        except (KeyError, InputError):  # gone, or damaged: it is left out, and counted
             continue
+        table = pq.read_table(file, columns=["time_s", "explored"])
         if table.num_rows:
             yield (table["time_s"].to_numpy(),
                    100.0 * table["explored"].to_numpy(zero_copy_only=False).astype(float))
