@@ -18,7 +18,7 @@ from desim import api
 from desim.cli import app
 from desim.errors import InputError
 from desim.experiment.compare import Rows
-from desim.experiment.knowledge import View, folded
+from desim.experiment.knowledge import Knowledge, View, folded
 from desim.report import knowledge as report
 from desim.report.knowledgefigure import draw, drawn
 
@@ -118,11 +118,11 @@ def test_what_is_printed():
         "with the other host; !n ghosts",
         "",
         "ghosts:",
-        "  robot_0 believes that robot_2, which has stopped, listens to /news",
-        "  robot_0 believes that robot_2, which has stopped, listens to /report/robot_0"]
+        "  robot_0 believes that robot_2 listens to /news (stopped)",
+        "  robot_0 believes that robot_2 listens to /report/robot_0 (stopped)"]
     lines = shown(Two(Naive()).at(0.5))
     assert "robot_0          . 0/2  . 0/2" in lines
-    assert "  robot_0 does not know that robot_1 listens to /news" in lines
+    assert "  robot_0 does not know that robot_1, robot_2 listen to /news" in lines
 
 
 def test_a_split_fleet_whose_matches_are_all_known():
@@ -138,11 +138,25 @@ def test_a_split_fleet_whose_matches_are_all_known():
         "at 3 s: 4 of 4 matches known, 0 missing, 0 ghosts, divergence 0.000",
         "6 pairs of hosts: 6 seen online; in truth 2 in reach, 4 mistaken",
         "in truth apart: robot_0, robot_2 | robot_1"]
-    assert "  robot_0 takes robot_1 for online, which is out of reach" in lines
+    assert "  robot_0, robot_2 take robot_1 for online, which is out of reach" in lines
     told = report.as_json(known)
     assert (told["mistaken"], told["parts"]) == (4, known.parts)
     # One way is not enough.
     assert two.at(3.0, linked=apart | {("robot_0", "robot_1"): True}).parts == known.parts
+
+
+def test_what_is_alike_is_told_together():
+    """Two halves of four that have parted: two lines and not 32."""
+    hosts = [f"robot_{i}" for i in range(8)]
+    views = [View(one, other, "online", (), (), (f"/{other}/map",) if i // 4 != k // 4 else (),
+                  reached=i // 4 == k // 4)
+             for i, one in enumerate(hosts) for k, other in enumerate(hosts) if i != k]
+    lines = shown(Knowledge(0, "publisher", dict.fromkeys(hosts, True), tuple(views)))
+    assert [line for line in lines if " take" in line or " believe " in line] == [
+        "  robot_0 to robot_3 take robot_4 to robot_7 for online, which are out of reach",
+        "  robot_4 to robot_7 take robot_0 to robot_3 for online, which are out of reach",
+        "  robot_0 to robot_3 believe that robot_4 to robot_7 listen to /*/map",
+        "  robot_4 to robot_7 believe that robot_0 to robot_3 listen to /*/map"]
 
 
 def test_who_has_stopped_is_out_of_reach():
@@ -150,7 +164,7 @@ def test_who_has_stopped_is_out_of_reach():
     assert shown(Two(Late()).at(10.0, linked=everybody))[1:3] == [
         "4 pairs of hosts: 2 seen online, 2 seen offline; in truth 2 in reach, 0 mistaken",
         "in truth: every host that is up can reach every other one, directly or over others"]
-    assert ("  robot_0 takes robot_2 for online, which has stopped"
+    assert ("  robot_0, robot_1 take robot_2 for online, which has stopped"
             in shown(Two(Naive()).at(10.0, linked=everybody)))
 
 

@@ -10,7 +10,7 @@ from PIL import Image
 
 from desim.errors import InputError, ModelError
 from desim.scenario.environment import Door, Environment, MapFile, MovingObstacle, Shape
-from desim.scenario.fleet import BodyType
+from desim.scenario.fleet import BodyType, StartRandom
 from desim.scenario.robot import Laser, Odometry
 from desim.streams import Streams
 from desim.units import NS_PER_S
@@ -339,6 +339,32 @@ def test_impossible_paths(path, complaint):
         world([(0.0, 5.0, 0.0)], room(movers=[MovingObstacle(path=path)]))
 
 
+def drawn(count, seed=1, names=None, apart="0.6 m", **more):
+    """Robots at places that their luck draws."""
+    start = StartRandom(apart=apart, **more)
+    specs = [RobotSpec(name, BodyType(), *[float("nan")] * 3, False, start)
+             for name in names or [f"robot_{i}" for i in range(count)]]
+    return Plane(square(), specs, Laser(), Odometry(), Fraction(60), Streams(seed))
+
+
+def test_drawn_starts_are_free_apart_and_each_robots_own():
+    plane = drawn(40, apart="1.5 m", within=[["-9 m", "0 m"], ["9 m", "9 m"]])
+    places = plane.snapshot().poses
+    no_overlap(plane)
+    assert (np.abs(places[:, 0]) <= 9).all() and ((places[:, 1] >= 0) & (places[:, 1] <= 9)).all()
+    apart = np.hypot(*(places[:, None, :2] - places[None, :, :2]).transpose(2, 0, 1))
+    assert apart[~np.eye(40, dtype=bool)].min() >= 1.5
+    assert (drawn(2).snapshot().poses == drawn(3).snapshot().poses[:2]).all(), "one more moves none"
+    assert (drawn(2).snapshot().poses != drawn(2, seed=2).snapshot().poses).all()
+
+
+def test_a_terrain_without_room_says_so():
+    with pytest.raises(InputError, match="^fleet.start: no free place for robot_.* among 16384 that"
+                       " were drawn, .* robots being placed; allowed: fewer robots, a smaller apart"
+                       " than 12 m or a wider within$"):
+        drawn(20, apart="12 m")
+
+
 def test_a_moving_obstacle_covers_at_most_half_its_radius_in_a_tick():
     path = [("-4 m", "0 m"), ("4 m", "0 m")]
     for radius, highest in (("0.3 m", "9 m/s"), ("0.31 m", "9.3 m/s")):
@@ -359,7 +385,7 @@ def test_a_moving_obstacle_covers_at_most_half_its_radius_in_a_tick():
     ([(9.9, 0.0, 0.0)], r"the start of robot_0 at \(9.9, 0\) m lies in a wall or closer to one "
                         "than its radius of 0.26 m; allowed: a free place, or start.snap: true"),
     ([(3.0, 3.0, 0.0)], r"the start of robot_0 at \(3, 3\) m lies in a wall"),
-    ([(0.0, 11.0, 0.0)], "robot_0 .* lies outside the terrain; allowed: x from -10 to 10 m"),
+    ([(0.0, 11.0, 0.0)], "robot_0 .* lies outside the terrain; allowed: x between -10 and 10 m"),
     ([(0.0, 0.0, 0.0), (0.0, 0.5, 0.0)], r"robot_1 at \(0, 0.5\) m is 0.5 m from that of robot_0 at"
                                          r" \(0, 0\) m; allowed: at least 0.52 m apart"),
 ])

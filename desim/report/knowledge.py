@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from itertools import groupby
 from typing import Any
 
@@ -92,24 +94,54 @@ def cell(view: View, narrow: bool = False) -> Text:
 def mistaken(knowledge: Knowledge) -> list[str]:
     """Hosts that are taken for online and out of reach, or the other way round, in words."""
     truth = {False: "has stopped", True: "is out of reach"}  # by whether it is up
-    return [f"{view.believer} takes {view.other} for {view.sees}, which "
-            f"{'is in reach' if view.reached else truth[knowledge.up[view.other]]}"
-            for view in knowledge.views if view.mistaken]
+    return [f"{believers} {_verb('take', several)} {others} for {seen}"
+            for believers, several, others, seen in _grouped(knowledge, (
+                (view, f"{view.sees}, which "
+                       f"{'is in reach' if view.reached else truth[knowledge.up[view.other]]}")
+                for view in knowledge.views if view.mistaken))]
 
 
 def ghosts(knowledge: Knowledge) -> list[str]:
     """Beliefs in matches that there are not, in words."""
-    does = _does(knowledge)
-    stopped = {host: "" if up else ", which has stopped," for host, up in knowledge.up.items()}
-    return [f"{view.believer} believes that {view.other}{stopped[view.other]} {does} {topic}"
-            for view in knowledge.views for topic in view.ghosts]
+    return [f"{believers} {_verb('believe', several)} that {others} {_does(knowledge, others)} "
+            f"{topic}"
+            for believers, several, others, topic in _grouped(knowledge, (
+                (view, f"{topic}{'' if knowledge.up[view.other] else ' (stopped)'}")
+                for view in knowledge.views for topic in view.ghosts))]
 
 
 def missing(knowledge: Knowledge) -> list[str]:
     """Matches that one end has not learnt of, in words."""
-    does = _does(knowledge)
-    return [f"{view.believer} does not know that {view.other} {does} {topic}"
-            for view in knowledge.views for topic in view.missing]
+    return [f"{believers} {'do' if several else 'does'} not know that {others} "
+            f"{_does(knowledge, others)} {topic}"
+            for believers, several, others, topic in _grouped(knowledge, (
+                (view, topic) for view in knowledge.views for topic in view.missing))]
+
+
+def _grouped(knowledge: Knowledge, entries: Iterable[tuple[View, str]]
+             ) -> list[tuple[str, bool, str, str]]:
+    """Entries that are alike together: the believers in words, whether they are several, the others
+    in words, and the rest, in which ``*`` stands for the other one's name."""
+    of: dict[tuple[str, str], list[str]] = {}  # believer and rest, to others
+    for view, rest in entries:
+        of.setdefault((view.believer, _starred(rest, view.other)), []).append(view.other)
+    alike: dict[tuple[str, tuple[str, ...]], list[str]] = {}  # rest and others, to believers
+    for (believer, rest), others in of.items():
+        alike.setdefault((rest, tuple(others)), []).append(believer)
+    hosts = list(knowledge.up)
+    return [(_names(believers, hosts), len(believers) > 1, _names(list(others), hosts),
+             rest.replace("which is", "which are").replace("which has", "which have")
+             if len(others) > 1 else rest.replace("*", others[0]))
+            for (rest, others), believers in alike.items()]
+
+
+def _starred(topic: str, host: str) -> str:
+    """``/*/scan`` of robot_1's ``/robot_1/scan``; ``/robot_12/scan`` is somebody else's."""
+    return re.sub(rf"\b{re.escape(host)}\b", "*", topic)
+
+
+def _verb(verb: str, several: bool) -> str:
+    return verb if several else f"{verb}s"
 
 
 def as_json(knowledge: Knowledge) -> dict[str, Any]:
@@ -133,8 +165,10 @@ def _names(part: list[str], hosts: list[str]) -> str:
     return ", ".join(spans)
 
 
-def _does(knowledge: Knowledge) -> str:
-    return "listens to" if knowledge.informed == "publisher" else "says"
+def _does(knowledge: Knowledge, hosts: str) -> str:
+    several = "," in hosts or " to " in hosts
+    return (f"{_verb('listen', several)} to" if knowledge.informed == "publisher"
+            else _verb("say", several))
 
 
 def _legend(knowledge: Knowledge) -> str:

@@ -64,6 +64,31 @@ class StartLine(Params):
     snap: bool = Field(False, description="move a start inside a wall to the nearest free pose")
 
 
+class StartGrid(Params):
+    """Robots in rows of ``columns``: the i-th starts in column i mod columns, row i div columns."""
+
+    columns: int = Field(ge=1, description="robots in a row")
+    origin_m: tuple[Position, Position] = Field(("-38 m", "38 m"), alias="from",
+                                                description="the first robot (the paper's line)")
+    step_m: tuple[Position, Position] = Field(("2 m", "-2 m"), description=(
+        "from column to column in x, from row to row in y (the paper: 2 m apart)"))
+    heading_rad: Angle = Field("0 rad", description="(the paper does not say)")
+    snap: bool = Field(False, description="move a start inside a wall to the nearest free pose")
+
+
+class StartRandom(Params):
+    """Robots at random free places with random headings, each robot with luck of its own."""
+
+    apart_m: Length = Field(gt=0, description="between the middles of two robots, at least")
+    within_m: tuple[tuple[Position, Position], tuple[Position, Position]] | None = Field(
+        None, description="two corners of the rectangle that they are in (the whole terrain)")
+
+    @property
+    def snap(self) -> bool:
+        """Places are free when they are drawn."""
+        return False
+
+
 class StartPose(Params):
     """One robot's start."""
 
@@ -97,4 +122,5 @@ class Fleet(Params):
     robots: by_shape(str, tuple[Group, ...]) = Field(
         "pioneer3dx", description="a type, or groups of types: the first robots are of the first")
     types: dict[Name, BodyType] = Field({}, description="own types beside pioneer3dx and holonomic")
-    start: by_shape(StartLine, StartList, StartFile) = Field(default_factory=StartLine)
+    start: by_shape(StartLine, StartGrid, StartRandom, StartList, StartFile) = Field(
+        default_factory=StartLine)

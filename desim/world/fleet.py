@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
-from desim.scenario.fleet import BUILT_IN_TYPES, BodyType, Fleet, Group, StartLine
+from desim.scenario.fleet import (
+    BUILT_IN_TYPES,
+    BodyType,
+    Fleet,
+    Group,
+    StartGrid,
+    StartLine,
+    StartRandom,
+)
 from desim.scenario.names import robot_names
 from desim.scenario.schema import Scenario
 
 
 class RobotSpec(NamedTuple):
-    """One robot: its body and where it shall start. ``snap`` lets a start inside a wall move."""
+    """One robot: its body and where it shall start. ``snap`` lets a start inside a wall move; one
+    that is ``drawn`` has no place yet (NaN)."""
 
     name: str
     body: BodyType
@@ -18,6 +28,7 @@ class RobotSpec(NamedTuple):
     y_m: float
     yaw_rad: float
     snap: bool = False
+    drawn: StartRandom | None = None
 
 
 def place_fleet(scenario: Scenario) -> list[RobotSpec]:
@@ -25,7 +36,8 @@ def place_fleet(scenario: Scenario) -> list[RobotSpec]:
     otherwise the i-th pose is the i-th robot's; groups are counted off in the order of names."""
     fleet, names = scenario.fleet, robot_names(scenario)
     poses = _poses(fleet, names)
-    return [RobotSpec(name, body, *poses[name], fleet.start.snap)
+    drawn = fleet.start if isinstance(fleet.start, StartRandom) else None
+    return [RobotSpec(name, body, *poses[name], fleet.start.snap, drawn)
             for name, body in zip(names, _bodies(fleet, len(names)), strict=True)]
 
 
@@ -39,6 +51,12 @@ def _bodies(fleet: Fleet, count: int) -> list[BodyType]:
 
 def _poses(fleet: Fleet, names: tuple[str, ...]) -> dict[str, tuple[float, float, float]]:
     start = fleet.start
+    if isinstance(start, StartRandom):
+        return dict.fromkeys(names, (math.nan, math.nan, math.nan))
+    if isinstance(start, StartGrid):
+        (x, y), (dx, dy), columns = start.origin_m, start.step_m, start.columns
+        return {name: (x + i % columns * dx, y + i // columns * dy, start.heading_rad)
+                for i, name in enumerate(names)}
     if isinstance(start, StartLine):
         (x, y), (dx, dy) = start.origin_m, start.step_m
         return {name: (x + i * dx, y + i * dy, start.heading_rad) for i, name in enumerate(names)}

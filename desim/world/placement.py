@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from desim.errors import InputError
@@ -11,14 +13,18 @@ from desim.world.terrain import Terrain
 
 SNAP_STEP_M = 0.1  # half a cell of the paper's maps: places to snap to lie on such a lattice
 _AT_ONCE = 1024  # places looked at in one go
+_DRAWS = 16  # times so many: a place that a thousandth of the area offers is missed once in 1e7
 _ROOM_M = 1e-6
 
 
 class Site:
-    """What a start has to keep clear of: the terrain, closed doors, discs, robots placed before."""
+    """What a start has to keep clear of: the terrain, closed doors, discs, robots placed before.
+    ``luck(name)`` gives the random numbers of a robot's start."""
 
-    def __init__(self, terrain: Terrain, doors: np.ndarray, discs: np.ndarray) -> None:
+    def __init__(self, terrain: Terrain, doors: np.ndarray, discs: np.ndarray,
+                 luck: Callable[[str], np.random.Generator]) -> None:
         self._terrain, self._doors, self._discs = terrain, doors, discs
+        self._luck = luck
         self._taken: list[RobotSpec] = []
 
     def place(self, specs: list[RobotSpec]) -> list[RobotSpec]:
@@ -28,6 +34,10 @@ class Site:
         """
         placed: dict[str, RobotSpec] = {}
         for spec in specs:
+            if spec.drawn is not None:
+                placed[spec.name] = self._drawn(spec)
+                self._taken.append(placed[spec.name])
+                continue
             trouble = self._trouble(spec)
             if trouble is None:
                 placed[spec.name] = spec
@@ -51,8 +61,8 @@ class Site:
         radius, point = spec.body.radius_m, np.array([[spec.x_m, spec.y_m]])
         if not self._within(spec):
             x0, y0, x1, y1 = self._terrain.bounds
-            return (f"lies outside the terrain; allowed: x from {x0:g} to {x1:g} m, y from {y0:g} "
-                    f"to {y1:g} m")
+            return (f"lies outside the terrain; allowed: x between {x0:g} and {x1:g} m, y between "
+                    f"{y0:g} and {y1:g} m, the edges themselves left out")
         if self._room(point, radius)[0] < radius - _ROOM_M:
             return (f"lies in a wall or closer to one than its radius of {radius:g} m; allowed: a "
                     "free place, or start.snap: true to move it to the nearest one")
@@ -64,6 +74,26 @@ class Site:
                         f"{other.y_m:g}) m; allowed: at least {needed:g} m apart, or start.snap: "
                         "true to move it to the nearest free place")
         return None
+
+    def _drawn(self, spec: RobotSpec) -> RobotSpec:
+        """The first free place of those that the robot's luck draws."""
+        drawn, radius_m, luck = spec.drawn, spec.body.radius_m, self._luck(spec.name)
+        x0, y0, x1, y1 = self._terrain.bounds
+        (ax, ay), (bx, by) = drawn.within_m or ((x0, y0), (x1, y1))
+        for _ in range(_DRAWS):
+            points = luck.uniform((min(ax, bx), min(ay, by)), (max(ax, bx), max(ay, by)),
+                                  (_AT_ONCE, 2))
+            inside = ((points > (x0, y0)) & (points < (x1, y1))).all(axis=1)
+            free = inside & self._free(points, radius_m)
+            for other in self._taken:
+                free &= np.hypot(*(points - (other.x_m, other.y_m)).T) >= drawn.apart_m
+            if free.any():
+                x, y = points[int(np.argmax(free))].tolist()
+                yaw = float(luck.uniform(-np.pi, np.pi))
+                return spec._replace(x_m=x, y_m=y, yaw_rad=yaw, drawn=None)
+        raise InputError(f"fleet.start: no free place for {spec.name} among {_DRAWS * _AT_ONCE} "
+                         f"that were drawn, {len(self._taken)} robots being placed; allowed: fewer "
+                         f"robots, a smaller apart than {drawn.apart_m:g} m or a wider within")
 
     def _snapped(self, spec: RobotSpec) -> RobotSpec:
         """The nearest free place on a lattice around the start, the heading as it was."""

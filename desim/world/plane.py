@@ -52,7 +52,7 @@ class Plane:
         specs = sorted(fleet, key=lambda spec: natural_key(spec.name))
         self.robots = tuple(spec.name for spec in specs)
         specs = Site(self.terrain, self._doors.lines[self._doors.closed],
-                     self._movers.discs).place(specs)
+                     self._movers.discs, lambda name: streams("robot", name, "start")).place(specs)
         self._types = [spec.body for spec in specs]
         self._bodies = Bodies(specs, self.terrain, tick_s)
         self.lidar = Lidar(laser, self.terrain, self._bodies.radii_m,

@@ -55,7 +55,7 @@ WORLDS = {
     "the paper's start in another terrain": (
         "environment: {terrain: {size: [20 m, 20 m]}}",
         "1:1: fleet.start: the start of robot_0 at (-38, 38) m lies outside the terrain; allowed: "
-        "x from -10 to 10 m, y from -10 to 10 m"),
+        "x between -10 and 10 m, y between -10 and 10 m, the edges themselves left out"),
     "no room for the fleet": (
         "environment: {terrain: {size: [1 m, 1 m]}}\n"
         "fleet: {size: 5, start: {from: [0 m, 0 m], step: [0 m, 0 m], snap: true}}",
