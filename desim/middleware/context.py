@@ -105,13 +105,14 @@ class Context:
 
     def tell(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
              heard: Callable[[Any, int], Any], token: Any = None, *, segments: int = 1,
-             multicast: bool = False) -> None:
+             multicast: bool = False,
+             in_part: Callable[[Any, int, dict[int, str]], Any] | None = None) -> None:
         by_medium: dict[Medium, list[int]] = {}
         for receiver in sorted(receivers):
             medium = self.graph.route(self.graph.hosts[source], receiver)
             if medium is not None:
                 by_medium.setdefault(medium, []).append(receiver)
-        carrier = _Heard(heard)
+        carrier = _Heard(heard, in_part)
         for medium, group in by_medium.items():
             for receivers_ in [tuple(group)] if multicast else [(one,) for one in group]:
                 to = medium.id if multicast else self.graph.hosts[receivers_[0]].id
@@ -133,16 +134,19 @@ class _Heard:
 
     socket = "discovery"  # a host's registry sends all by one
 
-    __slots__ = ("_heard",)
+    __slots__ = ("_heard", "_in_part")
 
-    def __init__(self, heard: Callable[[Any, int], Any]) -> None:
-        self._heard = heard
+    def __init__(self, heard: Callable[[Any, int], Any],
+                 in_part: Callable[[Any, int, dict[int, str]], Any] | None) -> None:
+        self._heard, self._in_part = heard, in_part
 
     def arrived(self, token: Any, receiver: int) -> None:
         self._heard(token, receiver)
 
     def arrived_in_part(self, token: Any, receiver: int, lost: dict[int, str]) -> None:
-        """A datagram is lost with any packet of it."""
+        """A datagram is lost with any packet of it, unless the frame is a train of several."""
+        if self._in_part is not None:
+            self._in_part(token, receiver, lost)
 
     def lost(self, token: Any, receiver: int, reason: str) -> None:
         """Nobody is told."""

@@ -56,11 +56,16 @@ class MiddlewareContext(Protocol):
 
     def tell(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
              heard: Callable[[Any, int], Any], token: Any = None, *, segments: int = 1,
-             multicast: bool = False) -> None:
+             multicast: bool = False,
+             in_part: Callable[[Any, int, dict[int, str]], Any] | None = None) -> None:
         """Send the same frames of the middleware's own, of ``size_bytes`` with all headers, to each
         of ``receivers``, or with ``multicast`` one on each medium for all of them. Where one
         arrives, ``heard(token, receiver)`` is called; what gets lost is lost. ``kind`` is what they
-        are counted under, as bytes of discovery. Hosts without a medium in common hear nothing."""
+        are counted under, as bytes of discovery. Hosts without a medium in common hear nothing.
+
+        A frame of several packets is one datagram, which is lost with any of them; or with
+        ``in_part`` a train of several: ``in_part(token, receiver, lost)`` is called where some of
+        its packets arrive, with the numbers of the others."""
 
     def knows(self, believer: int, other: int, topic: str, holds: bool) -> None:
         """``believer`` believes from now on (or no longer) that ``other`` is at the other end of

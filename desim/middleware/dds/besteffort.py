@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import TYPE_CHECKING, Any
 
-from desim.middleware.dds import wire
-
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.medium import Medium
@@ -71,14 +69,13 @@ class BestEffort:
 
     def _send(self, message: Message, medium: Medium, group: tuple[int, ...]) -> None:
         graph, host = self._graph, self._host
-        params = self._dds.params
-        trains = wire.trains(message.size_bytes, params.fragment_bytes, params.message_fragments,
-                             False)
+        trains = self._dds.trains(message.size_bytes, ())
         to = medium.id if self._multicast else graph.hosts[group[0]].id
         self._sent += 1
         sample = Sample(message, self._sent, group, len(trains))
         self._flying += len(group)
-        for _, chunk in trains:
+        for train in trains:
+            chunk = train.chunk
             graph.trace.row(graph.kernel.now_ns, graph.FRAME, graph.hosts[host].id, to,
                             message.seq, chunk.size_bytes)
             medium.transmit(host, group, chunk.size_bytes, chunk.packets, self._multicast, self,

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 from desim.errors import InputError, did_you_mean
-from desim.middleware.dds import wire
 from desim.middleware.dds.besteffort import BestEffort
 from desim.middleware.dds.parameters import DdsParams
 from desim.middleware.dds.participant import Participant
 from desim.middleware.dds.reliable import ReliableLink
-from desim.middleware.dds.remote import Guid, Item, Remote
+from desim.middleware.dds.remote import Guid, Remote
+from desim.middleware.dds.wire import LONG_TRAIN_BYTES
 from desim.middleware.dds.writer import Reliable
 from desim.middleware.timers import Timers
 from desim.ports.middleware import Endpoint, Offer
 
 if TYPE_CHECKING:
     from desim.middleware.context import Context
+
+
+To = dict[int, tuple[Any, ...]]  # by host: who says it, to which life of it, and what
 
 
 class Dds:
@@ -32,11 +36,16 @@ class Dds:
         self.params = DdsParams() if params is None else params
         self.server: int | None = None
         self.matches = 0
-        cut = partial(wire.trains, fragment_bytes=self.params.fragment_bytes,
-                      most=self.params.message_fragments, heartbeat=True)
-        # Of a sample's bytes, asked for with every message.
-        self.trains = lru_cache(1 << 12)(partial(cut, train_bytes=wire.TRAIN_BYTES))
-        self.long_trains = lru_cache(1 << 12)(partial(cut, train_bytes=wire.LONG_TRAIN_BYTES))
+        self.wire = self.params.wire
+        cut = {"fragment_bytes": self.params.fragment_bytes,
+               "most": self.params.message_fragments}
+        # Of a sample's bytes and on what heartbeats ride, asked for with every message.
+        self.message_sizes = lru_cache(1 << 12)(partial(self.wire.messages, **cut))
+        self.trains = lru_cache(1 << 12)(
+            lambda size_bytes, beats: self.wire.trains(size_bytes, **cut, beats=beats))
+        self.long_trains = lru_cache(1 << 12)(lambda size_bytes, beats: self.wire.trains(
+            size_bytes, **cut, beats=beats, train_bytes=LONG_TRAIN_BYTES))
+        self.beat_chunk, self.ack_chunk = self.wire.heartbeats(1), self.wire.acknacks(1)
 
     def start(self, context: Context) -> None:
         params, hosts = self.params, context.hosts
@@ -53,6 +62,7 @@ class Dds:
         self.leases_ns = [params.leases.get(host, params.lease_ns) for host in hosts]
         self.participants: list[Participant | None] = [None] * len(hosts)
         self._lives = [0] * len(hosts)
+        self._writers: list[dict[str, list[Reliable]]] = [{} for _ in hosts]
         self._links: dict[tuple[int, int, str], list[ReliableLink]] = {}
         if params.server is not None:
             self.server = hosts.index(params.server)
@@ -65,6 +75,7 @@ class Dds:
             for (_, receiver, _), links in self._links.items():
                 for link in links if receiver == host else ():
                     link.forgotten()
+            self._writers[host] = {}
         self.matches += 1
         if up:
             self._lives[host] += 1
@@ -88,9 +99,18 @@ class Dds:
         return tuple(Endpoint(host, "", topic) for host in sorted(hosts))
 
     def transport(self, offer: Offer) -> Any:
-        if offer.transport == "stream" and offer.via == "unicast":
-            return Reliable(self, offer)
-        return BestEffort(self, offer)
+        if offer.transport != "stream" or offer.via != "unicast":
+            return BestEffort(self, offer)
+        writer, (host, _, topic) = Reliable(self, offer), offer.publisher
+        self._writers[host].setdefault(topic, []).append(writer)
+        return writer
+
+    def changed(self, host: int, topic: str) -> None:
+        """``host`` has matched a reader of ``topic``, or lost one."""
+        self.matches += 1
+        for writer in self._writers[host].get(topic, ()):
+            writer.matches()
+        self.context.changed(topic)
 
     # What transports ask.
 
@@ -145,27 +165,31 @@ class Dds:
                 self.server is None or self.server in (receiver, guid[0])):
             me.announced(guid, lease_ns, wants_response)
 
-    def told(self, token: tuple[Guid, Guid, int, tuple[tuple[int, Item], ...], int | None],
-             receiver: int) -> None:
-        self._hear("told", token, receiver)
+    def told(self, to: To, receiver: int, lost: Collection[int] = ()) -> None:
+        self._hear("told", to, receiver, lost)
 
-    def offered(self, token: tuple[Guid, Guid, int, int, bool], receiver: int) -> None:
-        self._hear("offered", token, receiver)
+    def offered(self, to: To, receiver: int, lost: Collection[int] = ()) -> None:
+        self._hear("offered", to, receiver)
 
-    def acknowledged(self, token: tuple[Guid, Guid, int, int, tuple[int, ...], bool],
-                     receiver: int) -> None:
-        self._hear("acknowledged", token, receiver)
+    def acknowledged(self, to: To, receiver: int, lost: Collection[int] = ()) -> None:
+        self._hear("acknowledged", to, receiver)
 
-    def greeted(self, token: tuple[Guid, Guid, bool], receiver: int) -> None:
-        self._hear("greeted", token, receiver)
+    def greeted(self, to: To, receiver: int, lost: Collection[int] = ()) -> None:
+        self._hear("greeted", to, receiver)
 
-    def _hear(self, what: str, token: tuple[Any, ...], receiver: int) -> None:
+    def asked_to_greet(self, to: To, receiver: int, lost: Collection[int] = ()) -> None:
+        self._hear("asked_to_greet", to, receiver)
+
+    def heard(self, to: To, receiver: int, lost: Collection[int] = ()) -> None:
+        self._hear("heard", to, receiver)
+
+    def _hear(self, what: str, to: To, receiver: int, *more: Any) -> None:
         """A message from one participant to another: from strangers and for former lives it is
-        not read."""
-        me = self.participants[receiver]
+        not read. Of several heartbeats or acknowledgements in one train any stands for all."""
+        me, token = self.participants[receiver], to[receiver]
         if me is None or me.guid != token[1]:
             return
         remote = me.remotes.get(token[0])
         if remote is not None and remote.direct:
             remote.heard_ns = self.context.now_ns
-            getattr(me.endpoints, what)(remote, *token[2:])
+            getattr(me.endpoints, what)(remote, *token[2:], *more)

@@ -7,15 +7,26 @@ writers travel along.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Collection, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim.middleware.dds import wire
 from desim.middleware.dds.remote import Item, Remote
+from desim.middleware.dds.riding import Spent
 
 if TYPE_CHECKING:
     from desim.middleware.dds.participant import Participant
 
-TRAIN = 10  # samples in one frame, so that a large fleet's start is not a frame for each of them
+TRAIN = 10  # messages in one frame, so that a large fleet's start is not a frame for each of them
+
+
+class Mail(NamedTuple):
+    """One message of endpoints: its packets, the items and their numbers; and how many there are,
+    if it says so."""
+
+    packets: int
+    items: tuple[tuple[int, Item], ...]
+    known: int | None
 
 
 class Endpoints:
@@ -25,15 +36,18 @@ class Endpoints:
     def __init__(self, me: Participant) -> None:
         self._me = me
         self._params = me.params
+        self._wire = me.dds.wire
         self._context = me.context
+        self._multicast = me.params.allow_multicast == "all"
         self.items: list[Item] = []  # those that exist
         # A node's endpoints are made some time after its participant.
         self._coming: list[Item] | None = [
-            Item(me.guid, "built_in", "matched" if k in (1, 4) else "", size_bytes)
-            for k, size_bytes in enumerate(
-                wire.built_in_endpoints(self._context.hosts[me.host]))]
+            Item(me.guid, f"built_in_{told.kind}", told.shared, told.size_bytes)
+            for told in self._wire.built_in_endpoints(self._context.hosts[me.host])]
         self._beat: Any = None
         self._beats = 0
+        limit_bytes = me.params.heartbeat_after_bytes
+        self._spent = None if limit_bytes is None else (Spent(limit_bytes), Spent(limit_bytes))
 
     def write(self, item: Item) -> None:
         """There is, or will soon be, one more endpoint."""
@@ -54,52 +68,122 @@ class Endpoints:
             for item in items:
                 me.relay.add(item)
             return
-        for remote in me.remotes.values():
-            if remote.direct:
+        known = me.direct()
+        if self._multicast and len(known) > 1:
+            self._tell_new(known)
+        else:
+            for remote in known:
                 self.tell_new(remote)
 
     # What is told.
 
     def tell_new(self, remote: Remote) -> None:
         """Tell what has not been told yet; what is lost of it, the next heartbeats bring up."""
-        apart, most_bytes = self._params.endpoints_apart, self._params.repeated_message_bytes
-        first, remote.told = remote.told, len(remote.out)
-        self._send(remote, range(first, remote.told), 0 if apart else most_bytes,
-                   heartbeat=not apart, addressed=False)
+        self._tell_new([remote])
+
+    def _tell_new(self, remotes: list[Remote]) -> None:
+        """The same to all of these, by multicast if there are several."""
+        first, last = remotes[0].told, len(remotes[0].out)
+        alone = len(self._me.remotes) == 1
+        for start in range(first, last, TRAIN):
+            numbers = range(start, min(last, start + TRAIN))
+            out = remotes[0].out
+            letters = self._wire.new_endpoints([out[number] for number in numbers],
+                                               self._wire.apart and alone)
+            self._send(remotes, numbers, letters, None)
+        for remote in remotes:
+            remote.told = last
         self._beats = 0
-        self._book(self._params.heartbeat_period_ns)
+        self._book(self._params.discovery_heartbeat_period_ns)
 
     def meet(self, remote: Remote) -> None:
         """Somebody new: offer all there is, and ask for what it has."""
-        delay_ns = self._params.initial_acknack_ns
+        params, delay_ns = self._params, self._params.initial_acknack_ns
         self._beats = 0
-        self._book(self._params.initial_heartbeat_ns)
+        if params.initial_heartbeat_ns:
+            self._book(params.initial_heartbeat_ns)
+        else:
+            self._offer([remote], self._wire.built_in_writers, directed=True)
+            self._book(params.discovery_heartbeat_period_ns)
         if delay_ns is not None:
             self._me.after(delay_ns, self._ask, (remote, delay_ns))
 
-    def greet(self, remote: Remote) -> None:
-        """A built-in writer has matched a reader of ``remote``: its first heartbeat."""
-        self._tell("endpoints", remote, wire.heartbeats(1), self._me.dds.greeted, True)
+    def greet(self, remote: Remote, topic: str) -> None:
+        """A writer that every node has has matched a reader of ``remote``: its first heartbeat."""
+        readers, chunk = [remote], self._wire.heartbeats(1)
+        if self._params.greets_all:
+            readers = [other for other in self._me.direct()
+                       if ("built_in_reader", topic) in other.built_in]
+            if len(readers) > 1:
+                chunk = self._wire.heartbeat_to_all()
+        self._tell_all("endpoints", readers, [chunk], self._me.dds.greeted,
+                       lambda other: (topic, other is remote))
 
-    def assert_liveliness(self, remote: Remote) -> None:
-        self._tell("liveliness", remote, wire.liveliness(), self._me.dds.greeted, True)
+    def expect_greeting(self, remote: Remote, topic: str) -> None:
+        """A reader that every node has has matched a writer of ``remote``: it asks if that one is
+        not heard."""
+        if self._wire.apart and topic not in remote.greeted:
+            self._me.after(self._params.initial_acknack_ns, self._ask_for_greeting, (remote, topic))
 
-    def _send(self, remote: Remote, numbers: Any, message_bytes: int, *, heartbeat: bool,
-              addressed: bool) -> None:
-        """Items of these numbers, in trains."""
-        for first in range(0, len(numbers), TRAIN):
-            train = numbers[first:first + TRAIN]
-            last = heartbeat and first + TRAIN >= len(numbers)
-            items = tuple((number, remote.out[number]) for number in train)
-            chunks = wire.endpoints([item.size_bytes for _, item in items], message_bytes, last,
-                                    addressed)
-            self._tell("sedp", remote, wire.Chunk(sum(chunk.size_bytes for chunk in chunks),
-                                                  sum(chunk.packets for chunk in chunks)),
-                       self._me.dds.told, remote.series, items, remote.told if last else None)
+    def _ask_for_greeting(self, what: tuple[Remote, str]) -> None:
+        remote, topic = what
+        if topic not in remote.greeted and self._me.remotes.get(remote.guid) is remote:
+            self._tell("acknack", remote, [self._wire.acknacks(1)], self._me.dds.asked_to_greet,
+                       topic)
 
-    def _tell(self, kind: str, remote: Remote, chunk: wire.Chunk, heard: Any, *what: Any) -> None:
-        self._context.tell(kind, self._me.host, [remote.host], chunk.size_bytes, heard,
-                           (self._me.guid, remote.guid, *what), segments=chunk.packets)
+    def assert_liveliness(self, remotes: list[Remote]) -> None:
+        self._tell_all("liveliness", remotes, [self._wire.liveliness()], self._me.dds.greeted,
+                       lambda remote: ("", True))
+
+    def _tell_known(self, remote: Remote, numbers: Sequence[int]) -> None:
+        """Items of these numbers, which it has asked for."""
+        out, beats = remote.out, not self._wire.apart
+        most_bytes, train = self._params.repeated_message_bytes, TRAIN
+        if not beats:
+            numbers, train = sorted(numbers, key=lambda n: wire.is_reader(out[n])), len(numbers)
+        for start in range(0, len(numbers), train):
+            part = numbers[start:start + train]
+            last = beats and start + train >= len(numbers)
+            letters = self._wire.known_endpoints([out[number] for number in part], most_bytes, last)
+            self._send([remote], part, letters, remote.told if last else None)
+        self._count_resent([out[number] for number in numbers])
+
+    def _send(self, remotes: list[Remote], numbers: Sequence[int], letters: list[wire.Letter],
+              known: int | None) -> None:
+        """Items of these numbers, the same to all; with ``known`` a heartbeat in the last letter
+        says that there are so many."""
+        out, at, told = remotes[0].out, 0, []
+        for chunk, count in letters:
+            told.append(Mail(chunk.packets, tuple(
+                (number, out[number]) for number in numbers[at:at + count]), None))
+            at += count
+        told[-1] = told[-1]._replace(known=known)
+        self._tell_all("sedp", remotes, [chunk for chunk, _ in letters], self._me.dds.told,
+                       lambda remote: (remote.series, tuple(told)))
+
+    def _count_resent(self, items: list[Item]) -> None:
+        """Heartbeats ride on what is repeated, to all (see ``riding.Spent``)."""
+        if self._spent is None:
+            return
+        resent = self._me.resent
+        for item in items:
+            resent.bytes += wire.TIME_BYTES + item.size_bytes
+            if self._spent[wire.is_reader(item)].over(resent.bytes):
+                self._offer(self._me.direct(), 1, directed=False)
+
+    def _tell(self, kind: str, remote: Remote, chunks: list[wire.Chunk], heard: Callable[..., Any],
+              *what: Any) -> None:
+        self._tell_all(kind, [remote], chunks, heard, lambda _: what)
+
+    def _tell_all(self, kind: str, remotes: list[Remote], chunks: list[wire.Chunk],
+                  heard: Callable[..., Any], what: Callable[[Remote], tuple[Any, ...]]) -> None:
+        """Messages in one train: by multicast if that is usual and there are several to hear it."""
+        chunk, guid = wire.together(chunks), self._me.guid
+        groups = [remotes] if self._multicast else [[remote] for remote in remotes]
+        for group in groups:
+            to = {remote.host: (guid, remote.guid, *what(remote)) for remote in group}
+            self._context.tell(kind, self._me.host, list(to), chunk.size_bytes, heard, to,
+                               segments=chunk.packets, multicast=len(to) > 1, in_part=heard)
 
     def _book(self, delay_ns: int) -> None:
         """A heartbeat not later than then."""
@@ -108,77 +192,91 @@ class Endpoints:
             self._beat = due_ns, self._me.after(delay_ns, self._heartbeat, due_ns)
 
     def _heartbeat(self, due_ns: int) -> None:
-        """To all that have not acknowledged everything."""
+        """To all that have not acknowledged everything, or to all if one has not."""
         if self._beat is None or self._beat[0] != due_ns:
             return
         self._beat = None
-        behind = [remote for remote in self._me.remotes.values()
-                  if remote.direct and (not remote.answered or remote.acked < remote.told)]
-        for remote in behind:
-            self._offer(remote, False)
-        if behind:
-            self._beats += 1
-            self._book(min(self._params.heartbeat_limit_ns,
-                           self._params.heartbeat_period_ns << min(16, max(0, self._beats - 2))))
+        params = self._params
+        known = self._me.direct()
+        behind = [remote for remote in known
+                  if not remote.answered or remote.acked < remote.told]
+        if not behind:
+            return
+        new = [remote for remote in behind if not remote.answered]
+        self._offer(new, self._wire.built_in_writers, directed=False)
+        others = known if params.discovery_heartbeats_all else behind
+        self._offer([remote for remote in others if remote.answered], 2, directed=False)
+        self._beats += 1
+        self._book(min(params.discovery_heartbeat_limit_ns,
+                       params.discovery_heartbeat_period_ns
+                       << min(16, max(0, self._beats - 2))))
 
-    def _offer(self, remote: Remote, directed: bool) -> None:
-        writers = 2 if remote.answered else wire.BUILT_IN_WRITERS
-        self._tell("sedp_heartbeat", remote, wire.heartbeats(writers), self._me.dds.offered,
-                   remote.series, remote.told, directed)
+    def _offer(self, remotes: list[Remote], writers: int, *, directed: bool) -> None:
+        if remotes:
+            self._tell_all("sedp_heartbeat", remotes, [self._wire.heartbeats(writers)],
+                           self._me.dds.offered, lambda remote: (
+                               remote.series, remote.told, writers, directed))
 
     def acknowledged(self, remote: Remote, series: int, got: int, missing: tuple[int, ...],
                      asks: bool) -> None:
         """``remote`` has ``got`` so many of a series and misses some; with ``asks`` it wants a
         heartbeat. One that speaks of an earlier series has got nothing of this one."""
-        if not remote.answered:
+        first = not remote.answered
+        if first:
             remote.answered = True
             if self._me.asserting_ns:
-                self.assert_liveliness(remote)
+                self.assert_liveliness([remote])
         if series != remote.series:
             got, missing, asks = 0, (), True
         remote.acked = got
         if missing:
             pending, remote.wanted = remote.wanted, missing
             if not pending:
-                self._me.after(self._params.nack_response_ns, self._repeat, remote)
+                self._me.after(self._params.discovery_nack_response_ns, self._repeat, remote)
         elif asks:
-            self._offer(remote, True)
-            self._book(self._params.heartbeat_period_ns)  # this one may be lost, or its answer
+            self._offer([remote], self._wire.built_in_writers if first else 2, directed=True)
+            self._book(self._params.discovery_heartbeat_period_ns)  # it may be lost, or its answer
 
     def _repeat(self, remote: Remote) -> None:
         wanted, remote.wanted = remote.wanted, ()
         if self._me.remotes.get(remote.guid) is remote:
-            self._send(remote, wanted, self._params.repeated_message_bytes, heartbeat=True,
-                       addressed=True)
+            self._tell_known(remote, wanted)
             self._beats = 0
-            self._book(self._params.heartbeat_period_ns)
+            self._book(self._params.discovery_heartbeat_period_ns)
 
     # What is heard.
 
-    def told(self, remote: Remote, series: int, items: tuple[tuple[int, Item], ...],
-             known: int | None) -> None:
+    def told(self, remote: Remote, series: int, mails: Sequence[Mail],
+             lost: Collection[int] = ()) -> None:
+        """Some messages of a train, without packets that were ``lost``."""
         if not self._goes_on(remote, series):
             return
-        for number, item in items:
-            if number >= remote.got:
-                remote.held[number] = item
+        start, known = 0, None
+        for mail in mails:
+            if not any(number in lost for number in range(start, start + mail.packets)):
+                known = mail.known
+                remote.held.update(each for each in mail.items if each[0] >= remote.got)
+            start += mail.packets
         while remote.got in remote.held:
             item = remote.held.pop(remote.got)
             remote.got += 1
             self._me.learn(remote, item)
         if known is not None:
-            self.offered(remote, series, known, True)
+            self.offered(remote, series, known, 2, True)
 
-    def offered(self, remote: Remote, series: int, known: int, directed: bool) -> None:
-        """A heartbeat, ``directed`` to this participant alone: there are ``known`` items."""
+    def offered(self, remote: Remote, series: int, known: int, writers: int, directed: bool
+                ) -> None:
+        """Heartbeats of so many writers, ``directed`` to this participant alone: there are
+        ``known`` items."""
         if not self._goes_on(remote, series):
             return
         remote.known = max(remote.known, known)
         if directed:
             remote.asking.directed = True
+        remote.beating = max(remote.beating, writers)
         if not remote.answering:
             remote.answering = True
-            self._me.after(self._params.heartbeat_response_ns, self._answer, remote)
+            self._me.after(self._params.discovery_heartbeat_response_ns, self._answer, remote)
 
     def _goes_on(self, remote: Remote, series: int) -> bool:
         """Whether what is told is not of an earlier series; a new one may begin."""
@@ -200,9 +298,9 @@ class Endpoints:
                 return
             remote.asking.asks(first, (missing[-1] + 1, 0), now_ns)
         remote.answering = False
-        readers = 2 if remote.asked else wire.BUILT_IN_WRITERS
-        remote.asked = True
-        self._tell("sedp_acknack", remote, wire.acknacks(readers, len(missing)),
+        readers = remote.beating if remote.asked else self._wire.built_in_writers
+        remote.asked, remote.beating = True, 0
+        self._tell("sedp_acknack", remote, [self._wire.acknacks(readers, len(missing))],
                    self._me.dds.acknowledged, remote.heard_series, remote.got, missing, False)
 
     def _ask(self, what: tuple[Remote, int]) -> None:
@@ -210,11 +308,28 @@ class Endpoints:
         remote, delay_ns = what
         if remote.asked or self._me.remotes.get(remote.guid) is not remote:
             return
-        self._tell("sedp_acknack", remote, wire.acknacks(wire.BUILT_IN_WRITERS),
+        self._tell("sedp_acknack", remote, [self._wire.acknacks(self._wire.built_in_writers)],
                    self._me.dds.acknowledged, remote.heard_series, remote.got, (), True)
         delay_ns = min(2 * delay_ns, self._me.announcing_ns)
         self._me.after(delay_ns, self._ask, (remote, delay_ns))
 
-    def greeted(self, remote: Remote, wants_answer: bool) -> None:
-        if wants_answer:
-            self._tell("acknack", remote, wire.acknacks(1), self._me.dds.greeted, False)
+    def greeted(self, remote: Remote, topic: str, new: bool) -> None:
+        """A heartbeat of a writer that every node has, or of liveliness (no topic): one that is new
+        to it answers if it knows the writer."""
+        if not self._wire.apart:
+            if new:
+                self._greet_back(remote)
+        elif not topic or ("built_in_writer", topic) in remote.built_in:
+            remote.greeted[topic] = None
+            self._me.after(self._params.heartbeat_response_ns, self._greet_back, remote)
+
+    def _greet_back(self, remote: Remote) -> None:
+        self._tell("acknack", remote, [self._wire.acknacks(1)], self._me.dds.heard)
+
+    def asked_to_greet(self, remote: Remote, topic: str) -> None:
+        """A reader wants to hear a writer that every node has."""
+        if ("built_in_reader", topic) in remote.built_in:
+            self.greet(remote, topic)
+
+    def heard(self, remote: Remote) -> None:
+        """It is there, and that is all."""

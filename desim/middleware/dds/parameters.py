@@ -7,28 +7,40 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from desim import ports
+from desim.middleware.dds import wire
 from desim.units import DURATION, NS_PER_S, ByteSize, Duration, Pace
 
 # What Cyclone DDS has different (src/core/ddsi/defconfig.c, docs/manual/options.md).
 CYCLONEDDS: dict[str, Any] = {
     "lease": "10 s", "initial_announcements": 1, "first_times": 2,
-    "announcement_period": None, "announces_to_known": True, "responses": 4,
-    "liveliness_period": None, "initial_heartbeat": "5 ms", "heartbeat_period": "100 ms",
+    "announcement_period": None, "announces_when_found": False, "responses": 4,
+    "liveliness_period": None, "initial_heartbeat": "5 ms", "greets_all": True,
+    "heartbeat_period": "100 ms",
     "heartbeat_limit": "8 s", "heartbeat_asks_after": "80 ms", "heartbeat_response": "0 ns",
+    "heartbeat_rides": "always", "heartbeat_after": None, "timer_slip": "0 ns",
+    "discovery_heartbeat_period": "100 ms", "discovery_heartbeat_limit": "8 s",
+    "discovery_heartbeats_all": False,
+    "discovery_heartbeat_response": "0 ns", "discovery_nack_response": "0 ns",
     "initial_acknack": "10 ms",
     "nack_delay": "100 ms", "nack_again": "100 ms", "nack_renewal": "3 s", "ack_again": "10 ms",
-    "nack_suppression": "5 ms", "nack_response": "0 ns", "endpoints_apart": True,
+    "nack_suppression": "5 ms", "nack_response": "0 ns",
     "repeated_message": "1456 B",
     "fragment": "1344 B", "data_message": "13440 B"}
+CYCLONE = ("cyclonedds", "cyclonedds_11_0")
 
 LEAST_NS = 10**6  # of what happens again and again
 MOST_ANNOUNCEMENT_NS = 30 * NS_PER_S  # Cyclone DDS: SPDPInterval
 
 
 class DdsParams(ports.Params):
-    """Defaults are those of ``fastdds``; ``preset: cyclonedds`` changes them where it differs."""
+    """Defaults are those of ``fastdds``; ``preset: cyclonedds`` changes them where it differs.
 
-    preset: Literal["fastdds", "cyclonedds"] = Field("fastdds", description="(ROS 2's default)")
+    A preset is named after the version whose packets were measured: Fast DDS 2.9.1 as Debian
+    builds it, Cyclone DDS 11.0.1. A name without a version is the latest one that was measured.
+    """
+
+    preset: Literal["fastdds", "cyclonedds", "fastdds_2_9", "cyclonedds_11_0"] = Field(
+        "fastdds", description="(ROS 2's default); a name without a version: the latest measured")
     discovery: Literal["simple", "server"] = Field("simple", description=(
         "everybody tells everybody, or all tell one server (Fast DDS Discovery Server)"))
     server: str | None = Field(None, description="the host of the server (none)")
@@ -36,19 +48,23 @@ class DdsParams(ports.Params):
         "a participant that was silent for so long is gone; each says it about itself (fastdds "
         "20 s, cyclonedds 10 s)"))
     leases: dict[str, Pace] = Field({}, description="of single hosts, by name (none)")
-    initial_announcements: int = Field(5, ge=1, le=1000, description=(
-        "of a participant that starts (fastdds 5, cyclonedds 1)"))
+    initial_announcements: int = Field(6, ge=1, le=1000, description=(
+        "of a participant that starts (fastdds 6, cyclonedds 1; measured)"))
     first_times: int = Field(1, ge=1, le=100, description=(
-        "announcements in the first packet (fastdds 1, not verified; cyclonedds 2, measured)"))
+        "announcements in the first packet (fastdds 1, cyclonedds 2; measured)"))
     initial_period_ns: Pace = Field("100 ms", description="between these (fastdds)")
     announcement_period_ns: Pace | None = Field("3 s", description=(
         "after these; null: 80 % of the host's lease, at most 30 s (fastdds 3 s, cyclonedds null)"))
-    announces_to_known: bool = Field(False, description=(
-        "each announcement also goes to every known participant (fastdds no; cyclonedds yes, "
-        "measured with 11.0.1)"))
-    responses: int = Field(1, ge=0, le=1000, description=(
-        "announcements to somebody whose multicast is new (fastdds 1, not verified; cyclonedds 4, "
-        "measured)"))
+    allow_multicast: Literal["spdp", "all"] = Field("spdp", description=(
+        "what cyclonedds says by multicast: announcements alone, which then also go to each known "
+        "participant (its default on wireless networks); or discovery, too (on others). That of "
+        "fastdds is always spdp"))
+    announces_when_found: bool = Field(True, description=(
+        "whenever it finds a participant, one announces itself to all and to each that it knows "
+        "(fastdds yes, cyclonedds no; measured)"))
+    responses: int = Field(0, ge=0, le=1000, description=(
+        "announcements to somebody whose multicast is new, and to that one alone (fastdds 0, "
+        "cyclonedds 4; measured)"))
     response_period_ns: Pace = Field("1 s", description="between these (cyclonedds, measured)")
     liveliness_period_ns: Duration | None = Field("0 ns", description=(
         "of messages that say nothing else, 0: none; null: 80 % of the host's lease (fastdds none, "
@@ -59,11 +75,36 @@ class DdsParams(ports.Params):
         "that a loop started were 0.25 s apart)"))
     endpoint_delay_ns: Duration = Field("35 ms", description=(
         "from a participant's start until its endpoints are there (measured, cyclonedds)"))
-    endpoints_apart: bool = Field(False, description=(
-        "each new endpoint is announced in a packet of its own, without a heartbeat (cyclonedds "
-        "yes, measured; fastdds no, not verified)"))
-    initial_heartbeat_ns: Duration = Field("12 ms", description=(
-        "to a new reader (fastdds 12 ms, cyclonedds 5 ms)"))
+    initial_heartbeat_ns: Duration = Field("0 ns", description=(
+        "to a new reader (fastdds at once, measured; cyclonedds 5 ms)"))
+    greets_all: bool = Field(False, description=(
+        "that heartbeat goes to all readers of the writer, and the new one alone answers (fastdds "
+        "no, cyclonedds yes; measured)"))
+    discovery_heartbeat_period_ns: Pace = Field("1 s", description=(
+        "the same of discovery's own writers as heartbeat_period (fastdds 1 s, cyclonedds 100 ms; "
+        "measured)"))
+    discovery_heartbeat_limit_ns: Pace = Field("1 s", description=(
+        "up to which that period doubles without an answer (fastdds: never; cyclonedds 8 s)"))
+    discovery_heartbeats_all: bool = Field(True, description=(
+        "that heartbeat goes to all if one has not acknowledged (fastdds yes, cyclonedds no; "
+        "measured)"))
+    discovery_heartbeat_response_ns: Duration = Field("10 us", description=(
+        "until a reader of discovery answers (fastdds EDPSimple.cpp 10 us, cyclonedds at once)"))
+    discovery_nack_response_ns: Duration = Field("100 us", description=(
+        "until a writer of discovery repeats something (fastdds EDPSimple.cpp 100 us, cyclonedds "
+        "at once)"))
+    heartbeat_rides: Literal["always", "written", "unacknowledged"] = Field(
+        "written", description=(
+        "on which samples: always (cyclonedds); written: on all once the writer has written depth "
+        "of them (fastdds, whose writers keep what was acknowledged, measured); unacknowledged: "
+        "while depth of them are not acknowledged (fastdds with the durability VOLATILE of ROS 2's "
+        "default topics, measured)"))
+    heartbeat_after_bytes: ByteSize | None = Field("106496 B", ge=1000, description=(
+        "sent since the last heartbeat, after which one rides anyhow (fastdds: a socket's buffer, "
+        "Linux wmem_default 212992 B, of which asio reports half; cyclonedds null)"))
+    timer_slip_ns: Duration = Field("100 us", description=(
+        "by which a heartbeat comes later than its period (fastdds, measured: 3.0001 s; cyclonedds "
+        "0)"))
     heartbeat_period_ns: Pace = Field("3 s", description=(
         "while something is not acknowledged (fastdds 3 s, cyclonedds 100 ms)"))
     heartbeat_limit_ns: Pace = Field("3 s", description=(
@@ -98,12 +139,12 @@ class DdsParams(ports.Params):
     repeated_message_bytes: ByteSize = Field("65500 B", le=65_500, description=(
         "of one RTPS message of endpoints that are told once more (fastdds maximum, cyclonedds "
         "rexmit message)"))
-    fragment_bytes: ByteSize = Field("65400 B", ge=1000, le=65_400, description=(
-        "of a sample that get lost, are asked for and sent again by themselves (fastdds: UDP "
-        "messages up to 65500 B; cyclonedds 1344 B in a rexmit message of 1456 B)"))
-    data_message_bytes: ByteSize = Field("65400 B", ge=1000, le=65_400, description=(
+    fragment_bytes: ByteSize = Field("65324 B", ge=1000, le=65_400, description=(
+        "of a sample that get lost, are asked for and sent again by themselves (fastdds: in UDP "
+        "messages of 65500 B, measured; cyclonedds 1344 B in a rexmit message of 1456 B)"))
+    data_message_bytes: ByteSize = Field("65324 B", ge=1000, le=65_400, description=(
         "of a sample in one UDP message at first, in whole fragments (fastdds: UDP messages up to "
-        "65500 B; cyclonedds: ten fragments in 14720 B, measured)"))
+        "65500 B; cyclonedds: ten fragments in 14720 B; measured)"))
     acks: Literal["sent", "implied"] = Field("sent", description=(
         "sent: readers answer heartbeats; implied: a writer knows at once that a reader has all, "
         "which answers only to ask for what it misses, for long studies on networks that have room "
@@ -120,7 +161,7 @@ class DdsParams(ports.Params):
     @model_validator(mode="before")
     @classmethod
     def _filled(cls, given: Any) -> Any:
-        if isinstance(given, dict) and given.get("preset") == "cyclonedds":
+        if isinstance(given, dict) and given.get("preset") in CYCLONE:
             return {**CYCLONEDDS, **given}
         return given
 
@@ -136,15 +177,27 @@ class DdsParams(ports.Params):
             raise ValueError(
                 f"liveliness_period: {DURATION.format(self.liveliness_period_ns)} is too small; "
                 "allowed: 0 ns, or at least 1 ms, or null: 80 % of the lease")
+        if self.allow_multicast == "all" and self.preset not in CYCLONE:
+            raise ValueError("allow_multicast: all is cyclonedds' alone; allowed: spdp")
         if self.data_message_bytes < self.fragment_bytes:
             raise ValueError(f"data_message: {self.data_message_bytes} B hold no fragment of "
                              f"{self.fragment_bytes} B; allowed: at least as much as fragment")
-        if self.heartbeat_limit_ns < self.heartbeat_period_ns:
-            raise ValueError(
-                f"heartbeat_limit: {DURATION.format(self.heartbeat_limit_ns)} is below the period "
-                f"that it limits, {DURATION.format(self.heartbeat_period_ns)}; allowed: at least "
-                "as much as heartbeat_period")
+        for name in ("heartbeat", "discovery_heartbeat"):
+            limit_ns, period_ns = getattr(self, f"{name}_limit_ns"), getattr(self,
+                                                                             f"{name}_period_ns")
+            if limit_ns < period_ns:
+                raise ValueError(
+                    f"{name}_limit: {DURATION.format(limit_ns)} is below the period that it "
+                    f"limits, {DURATION.format(period_ns)}; allowed: at least as much as "
+                    f"{name}_period")
         return self
+
+    @property
+    def wire(self) -> wire.Wire:
+        """How its implementation puts things into messages."""
+        if self.preset not in CYCLONE:
+            return wire.FASTDDS
+        return (wire.CYCLONEDDS if self.allow_multicast == "spdp" else wire.CYCLONEDDS_MULTICAST)
 
     @property
     def message_fragments(self) -> int:

@@ -6,10 +6,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from desim.middleware.dds import wire
 from desim.middleware.dds.endpoints import Endpoints
 from desim.middleware.dds.relay import Relay
 from desim.middleware.dds.remote import Guid, Item, Remote
+from desim.middleware.dds.riding import Resent
+from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
@@ -27,6 +28,7 @@ class Participant:
         self.remotes: dict[Guid, Remote] = {}
         self.writers: dict[str, None] = {}  # topics
         self.readers: dict[str, None] = {}
+        self.resent = Resent()
         self.relay = Relay(self) if dds.server == host else None
         self._series = 0  # begun so far
         self.endpoints = Endpoints(self)
@@ -64,13 +66,13 @@ class Participant:
     def advertise(self, topic: str) -> None:
         if topic not in self.writers:
             self.writers[topic] = None
-            size_bytes = wire.writer_bytes("rt" + topic, wire.TYPE_NAME, wire.QUEUED)
+            size_bytes = self.dds.wire.writer_bytes("rt" + topic, TYPE_NAME, QUEUED)
             self.endpoints.write(Item(self.guid, "writer", topic, size_bytes))
 
     def subscribe(self, topic: str) -> None:
         if topic not in self.readers:
             self.readers[topic] = None
-            size_bytes = wire.reader_bytes("rt" + topic, wire.TYPE_NAME, wire.QUEUED)
+            size_bytes = self.dds.wire.reader_bytes("rt" + topic, TYPE_NAME, QUEUED)
             self.endpoints.write(Item(self.guid, "reader", topic, size_bytes))
             for remote in self.remotes.values():
                 if topic in remote.writers:
@@ -82,28 +84,35 @@ class Participant:
         """Those on ``host``: the one that runs, and what is believed of its former lives."""
         return (remote for remote in self.remotes.values() if remote.host == host)
 
+    def direct(self) -> list[Remote]:
+        """Those that it talks to."""
+        return [remote for remote in self.remotes.values() if remote.direct]
+
     def _announce(self, k: int) -> None:
         """The k-th time. A client of a server talks to that alone, the server to its clients."""
         params, dds = self.params, self.dds
-        known = [remote.host for remote in self.remotes.values() if remote.direct]
+        known = [remote.host for remote in self.direct()]
         period_ns = self.announcing_ns
         if dds.server is None:
-            chunk = wire.announcement(params.first_times if k == 0 else 1)
-            others = [host for host in range(len(self.context.hosts)) if host != self.host]
-            self._hello_to(others, chunk, True)
-            if params.announces_to_known and k:
-                self._hello_to(known, chunk, False)
+            self._announce_to_all(params.first_times if k == 0 else 1,
+                                  known if k and params.allow_multicast == "spdp" else [])
             if k + 1 < params.initial_announcements:
                 period_ns = params.initial_period_ns
         elif dds.server == self.host:
-            self._hello_to(known, wire.announcement(), False)
+            self._hello_to(known, dds.wire.announcement(), False)
         else:
-            self._hello_to([dds.server], wire.announcement(), False, calls=True)
+            self._hello_to([dds.server], dds.wire.announcement(), False, calls=True)
             if not known:
                 period_ns = params.server_period_ns
         self.after(period_ns, self._announce, k + 1)
 
-    def _hello_to(self, hosts: list[int], chunk: wire.Chunk, multicast: bool,
+    def _announce_to_all(self, times: int, known: list[int]) -> None:
+        """By multicast, and to each of those that are ``known``."""
+        others = [host for host in range(len(self.context.hosts)) if host != self.host]
+        self._hello_to(others, self.dds.wire.announcement(times), True)
+        self._hello_to(known, self.dds.wire.announcement(), False)
+
+    def _hello_to(self, hosts: list[int], chunk: Chunk, multicast: bool,
                   calls: bool = False) -> None:
         if hosts:
             self.context.tell("spdp", self.host, hosts, chunk.size_bytes, self.dds.announced,
@@ -123,8 +132,10 @@ class Participant:
             remote = Remote(guid, lease_ns, self.context.now_ns, True, [], self._series)
         self._meet(remote)
         self.after(lease_ns, self._look, remote)
+        if self.params.announces_when_found and self.dds.server is None:
+            self._announce_to_all(1, [other.host for other in self.direct()])
         if wants_response:
-            self._respond((remote, self.params.responses))
+            self._respond((remote, self.params.responses if self.dds.server is None else 1))
         self.endpoints.meet(remote)
 
     def _meet(self, remote: Remote) -> None:
@@ -135,7 +146,7 @@ class Participant:
         """Announce this participant to a newcomer, which may not have heard of it."""
         remote, times = what
         if times and self.remotes.get(remote.guid) is remote:
-            self._hello_to([remote.host], wire.announcement(), False)
+            self._hello_to([remote.host], self.dds.wire.announcement(), False)
             if times > 1:
                 self.after(self.params.response_period_ns, self._respond, (remote, times - 1))
 
@@ -155,16 +166,16 @@ class Participant:
     def lose(self, remote: Remote) -> None:
         """It is gone, and its endpoints with it."""
         del self.remotes[remote.guid]
-        context, left = self.context, list(self.of(remote.host))
+        context, dds, left = self.context, self.dds, list(self.of(remote.host))
         if not left:
             context.sees(self.host, remote.host, "removed")
         for topic in remote.writers:
             if topic in self.readers and not any(topic in other.writers for other in left):
                 context.knows(self.host, remote.host, topic, False)
-        self.dds.matches += 1
+        dds.matches += 1
         for topic in remote.readers:
             if topic in self.writers:
-                context.changed(topic)
+                dds.changed(self.host, topic)
         if self.relay is not None:
             self.relay.gone(remote.guid)
 
@@ -188,12 +199,19 @@ class Participant:
         elif kind == "reader":
             remote.readers[topic] = None
             if topic in self.writers:
-                self.dds.matches += 1
-                self.context.changed(topic)
-        elif kind == "built_in" and topic:
-            self.endpoints.greet(remote)
+                self.dds.changed(self.host, topic)
+        elif topic:
+            self._learn_built_in(remote, kind, topic)
         if self.relay is not None:
             self.relay.add(item)
+
+    def _learn_built_in(self, remote: Remote, kind: str, topic: str) -> None:
+        """Each node has a reader and a writer of ``topic``."""
+        remote.built_in[kind, topic] = None
+        if kind == "built_in_reader":
+            self.endpoints.greet(remote, topic)
+        elif kind == "built_in_writer":
+            self.endpoints.expect_greeting(remote, topic)
 
     def _by_hearsay(self, owner: Guid) -> Remote:
         """Whom a server tells of. A new life of a host ends what is believed of the old ones."""
@@ -224,7 +242,7 @@ class Participant:
         self.dds.joined(self, remote, topic)
 
     def _assert_liveliness(self, _: Any) -> None:
-        for remote in self.remotes.values():
-            if remote.direct:
-                self.endpoints.assert_liveliness(remote)
+        known = self.direct()
+        if known:
+            self.endpoints.assert_liveliness(known)
         self.after(self.asserting_ns, self._assert_liveliness, None)

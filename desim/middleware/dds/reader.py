@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
-from desim.middleware.dds import wire
 from desim.middleware.dds.asking import Asking
 from desim.trace import pack
 
@@ -23,7 +22,6 @@ NO_HEARTBEAT, FINAL, ASKS, DIRECTED = range(4)  # it may ask for an answer, from
 MOST = 256  # numbers in an ACKNACK, fragments in a NACK_FRAG (RTPS)
 Missing = tuple[tuple[int, tuple[int, ...]], ...]  # numbers with fragments of them (none: all)
 _NETWORK = Phase.NETWORK  # cheaper than to look it up each time
-_ALL_THERE = wire.acknacks(1)
 
 
 class Sample:
@@ -164,6 +162,7 @@ class Reader:
             self._advance(first)
         if last > self._known:
             self._known = last
+        self._greeting = False  # that is what it wanted to know
         if self._implied and self._next > self._known:
             self._acknowledge()
         elif beat >= ASKS:
@@ -218,7 +217,7 @@ class Reader:
         """Ask for what is missing if it did not do so just now, and for a heartbeat with
         ``greeting``."""
         now_ns, params, base = self._kernel.now_ns, self._params, self._next
-        fragments = 0
+        fragments = [len(parts) for _, parts in missing if parts]
         if missing:
             (number, parts), (last, last_parts) = missing[0], missing[-1]
             first = number, parts[0] if parts else 0
@@ -228,9 +227,8 @@ class Reader:
                 return
             self._asking.asks(first, (last, last_parts[-1] + 1) if last_parts else (last + 1, 0),
                               now_ns)
-            fragments = len(last_parts)
-        self._say(base, len(missing))
-        chunk = wire.acknacks(1, len(missing) - bool(fragments), fragments)
+        chunk = self._dds.wire.acknacks(1, len(missing) - len(fragments), fragments)
+        self._say(base, len(missing), chunk.size_bytes)
         self._send(self._host.index, self._to, chunk.size_bytes, chunk.packets, False, self,
                    (base, missing, greeting))
         if missing and params.nack_renewal_ns is not None:
@@ -245,26 +243,31 @@ class Reader:
             return
         if base == self._acked and now_ns < self._acked_ns + self._params.ack_again_ns:
             return
-        self._say(base, 0)
-        due_ns = self._post(self._host.index, self._to, _ALL_THERE.size_bytes, self,
-                            (base, (), False))
+        size_bytes = self._dds.ack_chunk.size_bytes
+        self._say(base, 0, size_bytes)
+        due_ns = self._post(self._host.index, self._to, size_bytes, self, (base, (), False))
         if due_ns is not None:
             self._link.note(due_ns, base)
 
-    def _say(self, base: int, missing: int) -> None:
+    def _say(self, base: int, missing: int, size_bytes: int) -> None:
+        """What is said before the first sample is known belongs to discovery."""
         now_ns = self._kernel.now_ns
+        if not self._known and base == 1:
+            self._dds.context.book("acknack", self._host.index, self._to_id, size_bytes)
         self._asked, self._acked, self._acked_ns = False, base, now_ns
         self._graph.put(pack(now_ns, self._row, self._host.id, self._to_id, base, missing))
 
     def _missing(self) -> Missing:
-        """What it lacks up to the first sample of which it has something already: an ACKNACK and a
-        NACK_FRAG (as Cyclone DDS does)."""
+        """What it lacks: an ACKNACK and NACK_FRAGs (of Cyclone DDS up to the first sample of which
+        it has something already)."""
         parts, held, out = self._parts, self._held, []
+        several = self._dds.wire.several_nack_frags
         for number in range(self._next, min(self._known, self._next + MOST - 1) + 1):
             if number in parts:
                 out.append((number, tuple(parts[number].lacks)[:MOST]))
-                break
-            if number not in held:
+                if not several:
+                    break
+            elif number not in held:
                 out.append((number, ()))
         return tuple(out)
 

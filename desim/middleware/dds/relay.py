@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.middleware.dds import wire
 from desim.middleware.dds.remote import Guid, Item
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ class Relay:
             for item in stale:
                 del told[item]
             if any(item.kind != "gone" for item in stale):
-                self._tell(to, Item(guid, "gone", "", wire.ANNOUNCEMENT_BYTES))
+                self._tell(to, Item(guid, "gone", "", self._me.dds.wire.announcement_bytes))
 
     def _tell(self, to: Guid, item: Item) -> None:
         remote, me = self._me.remotes.get(to), self._me
@@ -51,7 +50,7 @@ class Relay:
         told = self._told.setdefault(to, {})
         if item in told:
             return
-        first = Item(item.owner, "participant", "", wire.ANNOUNCEMENT_BYTES)
+        first = Item(item.owner, "participant", "", self._me.dds.wire.announcement_bytes)
         if item.owner != me.guid and item.kind != "gone" and first not in told:
             told[first] = None
             remote.out.append(first)

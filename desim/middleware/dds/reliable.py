@@ -10,6 +10,7 @@ a frame, and heartbeats go alone only where a sample is not there soon, or lost.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
@@ -32,6 +33,7 @@ from desim.trace import pack
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
+    from desim.middleware.dds.writer import Reliable
     from desim.middleware.medium import Medium
     from desim.middleware.topics import Message
     from desim.ports.middleware import Offer
@@ -45,8 +47,9 @@ class ReliableLink:
 
     It keeps the last ``depth`` samples that are not acknowledged (0: all); an older one is
     ``overwritten``, unless its frames are still on their way or the reader holds it. Heartbeats
-    travel with every sample, and alone while something is not acknowledged. Large samples
-    are cut in fewer frames as long as they arrive soon and nothing gets lost.
+    ride on samples, and travel alone while something is not acknowledged: a while after the last
+    one, or ``_steady``, whatever rode meanwhile. Large samples are cut in fewer frames as long as
+    they arrive soon and nothing gets lost.
     """
 
     socket = "rtps"  # a participant sends all by one
@@ -55,10 +58,11 @@ class ReliableLink:
                  "_from", "_from_id", "_host", "_to", "_send", "_depth", "_history",
                  "_unacked_bytes", "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
                  "_beating", "_noted", "_wanted", "_repeating", "_repeat_ns", "_greeted",
-                 "_smooth", "_quick", "_implied",
+                 "_smooth", "_quick", "_implied", "_steady", "_period_ns", "_riding",
                  "_trains", "_long_trains")
 
-    def __init__(self, dds: Dds, offer: Offer, receiver: int, guid: Any, medium: Medium) -> None:
+    def __init__(self, dds: Dds, offer: Offer, writer: Reliable, receiver: int, guid: Any,
+                 medium: Medium) -> None:
         graph, source, topic = dds.context.graph, offer.publisher.host, offer.publisher.topic
         self.guid = guid
         self.waiting = 0  # samples without a fate
@@ -69,36 +73,38 @@ class ReliableLink:
         self._host = graph.hosts[receiver]
         self._to = (receiver,)
         self._send = medium.transmit
-        self._depth = offer.queue if dds.params.depth is None else dds.params.depth
+        self._depth, self._riding = writer.depth, writer.riding
         self._history: deque[Sample] = deque()
         self._unacked_bytes = self._last = self._beats = 0
         self._beat_ns = -dds.params.heartbeat_asks_after_ns  # the first sample asks
         self._timer = Timer(dds.timers, self._from_id, self._tick)
         self._implied = dds.params.acks == "implied"
+        self._steady = dds.params.heartbeat_rides != "always"
+        self._period_ns = dds.params.heartbeat_period_ns + dds.params.timer_slip_ns
         self._trains, self._long_trains = dds.trains, dds.long_trains
         self._smooth = True  # nothing was lost so far
         self._quick = False  # the last large sample was there soon, and nothing was asked for since
         self._greeted = False  # its first heartbeat is still to come, and it says all
         self._closed: str | None = None
         self.ends = source, receiver, topic
-        self._wanted = Wanted(dds.params)
+        self._wanted = Wanted(dds.params, dds.wire)
         self._repeating: Any = None
         self._repeat_ns = 0
         self._beating = Beating(self)
         self._noted: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
         self.reader = Reader(self, dds, offer, self._host, medium)
         dds.linked(self)
-        self._call(dds.params.initial_heartbeat_ns, self._greet)
 
     # The writer.
 
-    def offer(self, message: Message) -> None:
+    def offer(self, message: Message, beats: tuple[bool, ...]) -> None:
+        """Send a new sample, with heartbeats on those of its messages."""
         history, params, now_ns = self._history, self._params, message.born_ns
         if self._noted:
             self.look(now_ns)
         self._last = number = self._last + 1
-        trains = (self._long_trains if self._quick else self._trains)(message.size_bytes)
-        sample = Sample(message, number, trains[-1][0].stop)
+        trains = (self._long_trains if self._quick else self._trains)(message.size_bytes, beats)
+        sample = Sample(message, number, trains[-1].part.stop)
         self.waiting += 1
         history.append(sample)
         self._unacked_bytes += message.size_bytes
@@ -112,25 +118,35 @@ class ReliableLink:
         self._beats = 0
         self._beat_ns = now_ns
         foreseen = self._implied
-        for part, chunk in trains:
-            beat = NO_HEARTBEAT if part.stop < sample.parts else ASKS if asks else FINAL
-            due_ns = self._transmit(sample, part, chunk, beat)
+        beat = ASKS if asks else FINAL
+        for train in trains:
+            due_ns = self._transmit(sample, train, beat)
             if due_ns is None or due_ns - now_ns > _SOON_NS:
                 foreseen = False
         if self._greeted and not foreseen:
-            self._timer.expect(now_ns + params.heartbeat_period_ns)
+            self._expect(now_ns + self._period_ns)
 
-    def _transmit(self, sample: Sample, part: range, chunk: wire.Chunk, beat: int) -> int | None:
-        """Send some fragments of a sample, and a heartbeat of the kind ``beat`` behind them.
+    def _transmit(self, sample: Sample, train: wire.Train, beat: int) -> int | None:
+        """Send some fragments of a sample; heartbeats that ride on them are of the kind ``beat``.
         Returns when they will be there, where the medium says."""
         graph = self._graph
-        size_bytes, packets = chunk
+        size_bytes, packets = train.chunk
         sample.sent_ns = now_ns = self._kernel.now_ns
         sample.flying += 1
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._host.id, sample.message.seq,
                        size_bytes))
         return self._send(self._from, self._to, size_bytes, packets, False, self,
-                          (sample, part, self._history[0].number, beat))
+                          (sample, train, self._history[0].number, beat))
+
+    def _expect(self, due_ns: int) -> None:
+        """A heartbeat of its own then; a steady one not later than was said."""
+        if not self._steady or self._timer.deadline_ns == NEVER:
+            self._timer.expect(due_ns)
+
+    def unacknowledged(self) -> int:
+        """How many samples the reader has not acknowledged."""
+        self.look(self._kernel.now_ns)
+        return len(self._history)
 
     def _first(self) -> int:
         """Number of the first sample that there is to be had."""
@@ -153,14 +169,14 @@ class ReliableLink:
                 self._repeat_in(delay_ns)
             else:
                 self._repeat(None)
-        elif asks and self._history:
-            self._beat(wire.heartbeats(1), DIRECTED)
+        elif asks:
+            self._beat(self._dds.beat_chunk, DIRECTED)
 
     def note(self, due_ns: int, base: int) -> None:
         """The reader has all before ``base``, as it will be heard at ``due_ns``."""
         if self._closed is None:
             self._noted.append((due_ns, base))
-            if base > self._last and due_ns < self._timer.deadline_ns:
+            if base > self._last and due_ns < self._timer.deadline_ns and not self._steady:
                 self._timer.deadline_ns = NEVER
 
     def has_all(self, base: int) -> None:
@@ -212,31 +228,38 @@ class ReliableLink:
         now_ns = self._kernel.now_ns
         self.look(now_ns)
         parts, gone, next_ns = self._wanted.due(self._history, self._first(), now_ns)
-        for k, (sample, part) in enumerate(parts, 1):
-            last = k == len(parts)
-            chunk = wire.repetition(sample.message.size_bytes, self._params.fragment_bytes, part,
-                                    last)
-            self._transmit(sample, part, chunk, DIRECTED if last else NO_HEARTBEAT)
         if parts:
+            self._send_again(parts)
             self._beats, self._beat_ns = 0, now_ns
         if gone:
-            self._beat(wire.gap(), DIRECTED)
+            self._beat(self._dds.wire.gap(), DIRECTED)
         if next_ns is not None:
             self._repeat_in(next_ns - now_ns)
         self._watch()
 
+    def _send_again(self, parts: list[tuple[Sample, range]]) -> None:
+        """Each fragment of ``parts`` in a message of its own."""
+        fragment_bytes, cut = self._params.fragment_bytes, self._dds.wire.repetition
+        beats = iter(self._riding.again([
+            min(fragment_bytes, sample.message.size_bytes) for sample, part in parts
+            for _ in part]))
+        for sample, part in parts:
+            train = cut(sample.message.size_bytes, fragment_bytes, part,
+                        tuple(next(beats) for _ in part))
+            self._transmit(sample, train, DIRECTED)
+
     def _watch(self) -> None:
         """A heartbeat is due after a while if something is not acknowledged."""
         if self._history and self._greeted:
-            self._timer.expect(max(self._next_beat_ns(), self._kernel.now_ns))
+            self._expect(max(self._next_beat_ns(), self._kernel.now_ns))
 
-    def _greet(self, _: Any) -> None:
-        """The first heartbeat to a reader that is new."""
-        if self._closed is None:
-            self._greeted = True
-            self.look(self._kernel.now_ns)
-            self._beat(wire.heartbeats(1), DIRECTED)
-            self._watch()
+    def greets(self) -> tuple[int, int]:
+        """Its first heartbeat goes now. Returns the samples that there are, from and to."""
+        now_ns = self._kernel.now_ns
+        self.look(now_ns)
+        self._greeted, self._beat_ns = True, now_ns
+        self._watch()
+        return self._first(), self._last
 
     def _tick(self) -> None:
         """A heartbeat is due if there was none meanwhile, and something is not acknowledged."""
@@ -244,12 +267,14 @@ class ReliableLink:
         self.look(now_ns)
         if not self._history:
             return
-        if self._next_beat_ns() <= now_ns:
+        if self._steady or self._next_beat_ns() <= now_ns:
             self._beats += 1
-            self._beat(wire.heartbeats(1), ASKS)
+            self._beat(self._dds.beat_chunk, ASKS)
         self._watch()
 
     def _next_beat_ns(self) -> int:
+        if self._steady:
+            return self._kernel.now_ns + self._period_ns
         params = self._params
         return self._beat_ns + min(params.heartbeat_limit_ns, params.heartbeat_period_ns
                                    << min(16, max(0, self._beats - 2)))
@@ -259,6 +284,8 @@ class ReliableLink:
         self._beat_ns = now_ns = self._kernel.now_ns
         graph.trace.row(now_ns, graph.names.id("heartbeat"), self._from_id, self._host.id,
                         self._first(), self._last)
+        if not self._last:
+            self._dds.context.book("heartbeat", self._from, self._host.id, chunk.size_bytes)
         self._send(self._from, self._to, chunk.size_bytes, chunk.packets, False, self._beating,
                    (self._first(), self._last, beat))
 
@@ -295,37 +322,64 @@ class ReliableLink:
             self._graph.drop(sample.message, self._host.index, reason, sample.message.born_ns,
                              sample.sent_ns)
 
-    def arrived(self, token: tuple[Sample, range, int, int], receiver: int) -> None:
-        sample, part, first, beat = token
+    def arrived(self, token: tuple[Sample, wire.Train, int, int], receiver: int) -> None:
+        sample, train, first, beat = token
         sample.flying -= 1
         if self._smooth and sample.message.size_bytes > wire.TRAIN_BYTES:
             self._quick = self._kernel.now_ns - sample.sent_ns < _SOON_NS
+        if self._closed == "link_closed" or not self.reader.take(
+                sample, train.part, first, beat if train.beats else NO_HEARTBEAT):
+            self.settle(sample, self._closed or "unmatched")
+        else:
+            self._taken(sample)
+
+    def _taken(self, sample: Sample) -> None:
+        """The reader has looked at what came of ``sample``."""
         closed = self._closed
-        if closed == "link_closed" or not self.reader.take(sample, part, first, beat):
-            self.settle(sample, closed or "unmatched")
-        elif sample.state == OPEN:
+        if sample.state == OPEN:
             self.settle(sample, closed or "overwritten")
         elif closed and sample.state == HELD:
             self.reader.drop(closed)  # nobody will bring what it waits for
         if self._implied:  # if it is still kept, something is missing
             self._watch()
 
-    def arrived_in_part(self, token: tuple[Sample, range, int, int], receiver: int,
+    def arrived_in_part(self, token: tuple[Sample, wire.Train, int, int], receiver: int,
                         lost: dict[int, str]) -> None:
-        self.lost(token, receiver, next(iter(lost.values())))
+        """A message is lost with any IP packet of it, and a heartbeat with its message."""
+        sample, train, first, beat = token
+        whole, start = [], 0
+        for message in train.messages:
+            if lost.keys().isdisjoint(range(start, start + message.packets)):
+                whole.append(message)
+            start += message.packets
+        if not whole or self._closed == "link_closed":
+            self.lost(token, receiver, next(iter(lost.values())))
+            return
+        sample.flying -= 1
+        self._note_loss(sample, lost.values())
+        for message in whole:
+            if not self.reader.take(sample, message.part, first,
+                                    beat if message.beats else NO_HEARTBEAT):
+                self.settle(sample, self._closed or "unmatched")
+                return
+        self._taken(sample)
 
-    def lost(self, token: tuple[Sample, range, int, int], receiver: int, reason: str) -> None:
+    def lost(self, token: tuple[Sample, wire.Train, int, int], receiver: int, reason: str) -> None:
         sample = token[0]
         sample.flying -= 1
-        self._smooth = self._quick = False
-        graph = self._graph
-        graph.trace.row(graph.kernel.now_ns, graph.LOST, self._host.id, self._from_id,
-                        sample.message.seq, graph.names.id(reason))
+        self._note_loss(sample, (reason,))
         self.settle(sample, reason if self._closed else "overwritten")
         if self._implied and self._closed is None:
             self._watch()
 
-    def repeated(self, token: tuple[Sample, range, int, int], receiver: int) -> None:
+    def _note_loss(self, sample: Sample, reasons: Iterable[str]) -> None:
+        self._smooth = self._quick = False
+        graph = self._graph
+        for reason in dict.fromkeys(reasons):
+            graph.trace.row(graph.kernel.now_ns, graph.LOST, self._host.id, self._from_id,
+                            sample.message.seq, graph.names.id(reason))
+
+    def repeated(self, token: tuple[Sample, wire.Train, int, int], receiver: int) -> None:
         """A reader knows by its number what it has already, and throws it away."""
         self._graph.repeat(token[0].message, self._host)
 

@@ -10,8 +10,9 @@ Guid = tuple[int, int]  # host index, and which of its lives: a new one at every
 
 
 class Item(NamedTuple):
-    """What is told in discovery: that ``owner`` has a ``writer`` or a ``reader`` of ``topic``; a
-    ``built_in`` endpoint; that there is a ``participant``, or that it is ``gone``."""
+    """What is told in discovery: that ``owner`` has a ``writer`` or a ``reader`` of ``topic``; one
+    that every node has (``built_in_writer``, ``built_in_reader``; its topic if anybody's is
+    matched); that there is a ``participant``, or that it is ``gone``."""
 
     owner: Guid
     kind: str
@@ -26,13 +27,16 @@ class Remote:
     ``wanted`` will be told again. ``answered``: it has acknowledged anything; ``asked``: a
     heartbeat of its has come. A server that has lost a client and meets it again tells it all anew,
     in another ``series`` (a participant without clients has one only, 0); ``heard_series`` is the
-    one that this remote tells, ``named`` whom it has told of in that. Who is known only by hearsay
+    one that this remote tells, ``named`` whom it has told of in that; ``beating``: heartbeats that
+    are not answered; ``built_in``: what it has that every node has, ``greeted`` topics of it whose
+    writer was heard. Who is known only by hearsay
     of a server (``direct`` False) has neither lease nor telling of its own.
     """
 
     __slots__ = ("guid", "host", "lease_ns", "heard_ns", "direct", "writers", "readers", "out",
                  "told", "acked", "answered", "got", "held", "known", "asked", "answering",
-                 "wanted", "asking", "series", "heard_series", "named")
+                 "wanted", "asking", "series", "heard_series", "named", "greeted",
+                 "beating", "built_in")
 
     def __init__(self, guid: Guid, lease_ns: int, heard_ns: int, direct: bool,
                  out: list[Item], series: int = 0) -> None:
@@ -55,6 +59,9 @@ class Remote:
         self.series = series
         self.heard_series = 0
         self.named: dict[Guid, None] = {}
+        self.beating = 0
+        self.built_in: dict[tuple[str, str], None] = {}
+        self.greeted: dict[str, None] = {}
 
     def begin(self, series: int) -> None:
         """It tells all anew."""

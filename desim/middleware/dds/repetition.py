@@ -29,11 +29,12 @@ class Wanted:
     fragment doubles each time.
     """
 
-    __slots__ = ("_pause_ns", "_most_ns", "_fragment_bytes", "_message", "missing")
+    __slots__ = ("_pause_ns", "_most_ns", "_fragment_bytes", "_message", "_cut", "missing")
 
-    def __init__(self, params: DdsParams) -> None:
+    def __init__(self, params: DdsParams, cut: wire.Wire) -> None:
         self._pause_ns, self._most_ns = params.nack_suppression_ns, params.heartbeat_limit_ns
         self._fragment_bytes, self._message = params.fragment_bytes, params.message_fragments
+        self._cut = cut
         self.missing: dict[int, tuple[int, ...]] = {}
 
     def asked(self, missing: Missing) -> None:
@@ -56,8 +57,8 @@ class Wanted:
             sample, indices = history[number - first], missing[number]
             if not (indices or sample.again) and sample.parts > self._message:
                 size_bytes = sample.message.size_bytes
-                parts += ((sample, part) for part, _ in wire.trains(
-                    size_bytes, self._fragment_bytes, 1, False))
+                parts += ((sample, train.part) for train in self._cut.trains(
+                    size_bytes, self._fragment_bytes, 1, ()))
                 sample.again = dict.fromkeys(range(sample.parts), self._after(now_ns, 0))
                 continue
             waits = []

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim.kernel import Phase
+from desim.middleware.dds.reader import DIRECTED
 from desim.middleware.dds.reliable import ReliableLink
+from desim.middleware.dds.riding import Always, Riding, WhenFull
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
@@ -13,20 +16,42 @@ if TYPE_CHECKING:
 
 
 class Reliable:
-    """One writer: a link for each host whose reader it has matched."""
+    """One writer: a link for each host whose reader it has matched. It keeps ``depth`` samples
+    (0: all)."""
 
     def __init__(self, dds: Dds, offer: Offer) -> None:
         self._dds, self._offer = dds, offer
         self._host, self._topic = offer.publisher.host, offer.publisher.topic
+        params = dds.params
+        self.depth = offer.queue if params.depth is None else params.depth
+        self._written = 0
+        self.riding: Riding = Always()
+        if params.heartbeat_rides != "always":
+            full = self._many_written if params.heartbeat_rides == "written" else self._many_wait
+            self.riding = WhenFull(full, params.heartbeat_after_bytes or 1 << 62,
+                                   dds.participants[self._host].resent)
+        self._asked = False  # its publisher has, whom it leads to
+        self._fresh: list[int] = []
         self._links: dict[int, ReliableLink] = {}
         self._closed: list[ReliableLink] = []  # with frames that are still on their way
         self._unrouted: list[int] = []
 
     def connect(self, receivers: list[int]) -> list[int]:
+        self._asked = True
+        self._lead_to(receivers)
+        fresh, self._fresh = self._fresh, []
+        return [receiver for receiver in fresh if receiver in self._links]
+
+    def matches(self) -> None:
+        """It greets those that it matches before anything is published."""
+        if not self._asked:
+            ends = self._dds.subscribers(self._offer.publisher)
+            self._lead_to([end.host for end in ends if end.host != self._host])
+
+    def _lead_to(self, receivers: list[int]) -> None:
         """New links are to participants that were not known before, a host's new life too."""
         graph, dds, old = self._dds.context.graph, self._dds, self._links
-        self._links, self._unrouted = {}, []
-        fresh = []
+        self._links, self._unrouted, new = {}, [], {}
         for receiver in receivers:
             medium = graph.route(graph.hosts[self._host], receiver)
             if medium is None:
@@ -35,25 +60,59 @@ class Reliable:
             guid = dds.reader(self._host, receiver, self._topic)
             link = old.get(receiver)
             if link is None or link.guid != guid:
-                link = ReliableLink(dds, self._offer, receiver, guid, medium)
-                fresh.append(receiver)
+                link = ReliableLink(dds, self._offer, self, receiver, guid, medium)
+                self._fresh.append(receiver)
+                new[receiver] = link
             self._links[receiver] = link
         for receiver, link in old.items():
             if self._links.get(receiver) is not link:
                 link.close("link_closed")
                 self._closed.append(link)
         self._closed = [link for link in self._closed if link.waiting]
-        return fresh
+        if new:
+            graph.kernel.after(dds.params.initial_heartbeat_ns, Phase.NETWORK,
+                               graph.hosts[self._host].id, self._greet, new)
+
+    def _greet(self, new: dict[int, ReliableLink]) -> None:
+        """The first heartbeat to readers that are new."""
+        dds, links = self._dds, self._links
+        now = {receiver: (link, *link.greets()) for receiver, link in new.items()
+               if links.get(receiver) is link}
+        if not now:
+            return
+        to, chunk, multicast = list(now), dds.beat_chunk, False
+        if dds.params.greets_all and len(links) > 1:
+            to, chunk = list(links), dds.wire.heartbeat_to_all()
+            multicast = dds.params.allow_multicast == "all"
+        dds.context.tell("heartbeat", self._host, to, chunk.size_bytes, self._greeted, now,
+                         multicast=multicast)
+
+    def _greeted(self, now: dict[int, tuple[ReliableLink, int, int]], receiver: int) -> None:
+        if receiver in now:
+            link, first, last = now[receiver]
+            link.reader.offered(first, last, DIRECTED)
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
-        if only is not None:
-            for receiver in only:
-                self._links[receiver].offer(message)
-            return
-        for link in self._links.values():
-            link.offer(message)
-        for receiver in self._unrouted:
-            self._dds.context.graph.drop(message, receiver, "no_route")
+        links = self._links
+        to = links.values() if only is None else [links[receiver] for receiver in only]
+        if to:
+            beats = self.riding.new(self._dds.message_sizes(message.size_bytes))
+            self._written += only is None
+            for link in to:
+                link.offer(message, beats)
+        if only is None:
+            for receiver in self._unrouted:
+                self._dds.context.graph.drop(message, receiver, "no_route")
+
+    # When its history is full.
+
+    def _many_written(self, coming: int) -> bool:
+        """It keeps what was acknowledged, too."""
+        return 0 < self.depth <= self._written + coming
+
+    def _many_wait(self, coming: int) -> bool:
+        waiting = max((link.unacknowledged() for link in self._links.values()), default=0)
+        return 0 < self.depth <= waiting + coming
 
     def close(self, reason: str) -> None:
         for link in self._links.values():
