@@ -11,10 +11,11 @@ from graphs import MS, Net, S, listener, silent, talker
 from pydantic import ValidationError
 
 from desim.errors import InputError
-from desim.middleware.dds import endpoints, wire
+from desim.middleware.dds import wire
 from desim.middleware.dds.dds import Dds
 from netmodels.rules.loss import Loss
 
+CYCLONE, FAST = wire.CYCLONEDDS, wire.FASTDDS
 MEASURED_BYTES = {2: 19_200, 4: 130_000, 8: 576_000}  # a second time: 22.6, 125.9, 595.9 kB
 
 
@@ -46,16 +47,16 @@ def test_discovery_bytes_are_those_that_were_measured():
 
 
 def test_of_endpoints_that_take_a_tenth_less_they_are_not(monkeypatch):
-    whole = wire.built_in_endpoints
-    monkeypatch.setattr(endpoints.wire, "built_in_endpoints",
-                        lambda host: [size * 9 // 10 for size in whole(host)])
+    whole = wire.Wire.built_in_endpoints
+    monkeypatch.setattr(wire.Wire, "built_in_endpoints", lambda self, host: [
+        told._replace(size_bytes=told.size_bytes * 9 // 10) for told in whole(self, host)])
     with pytest.raises(AssertionError):
         assert_bytes_are_those_that_were_measured()
 
 
 def by_pair(pairs):
     """Bytes but for the multicasts, for each of ``pairs(n)``."""
-    multicast = wire.announcement(2).size_bytes + wire.announcement().size_bytes
+    multicast = CYCLONE.announcement(2).size_bytes + CYCLONE.announcement().size_bytes
     return [(starting_together(count) - count * multicast) / pairs(count) for count in (2, 4, 8)]
 
 
@@ -95,51 +96,88 @@ def test_in_the_long_run_it_is_one_round_in_eight_seconds():
 
 def test_single_messages_are_as_long_as_those_on_the_wire():
     """Without the check sequence of 4 B, which a capture does not see."""
-    assert wire.announcement().size_bytes - 4 == 394
-    assert wire.announcement(2).size_bytes - 4 == 710
-    assert wire.heartbeats(5).size_bytes - 4 == 238
-    assert wire.acknacks(5).size_bytes - 4 == 218
-    assert wire.acknacks(1).size_bytes - 4 == 106
-    assert wire.liveliness().size_bytes - 4 == 158
-    assert wire.built_in_endpoints("robot_1")[:5] == [276, 316, 260, 272, 300]
+    assert CYCLONE.announcement().size_bytes - 4 == 394
+    assert CYCLONE.announcement(2).size_bytes - 4 == 710
+    assert CYCLONE.heartbeats(5).size_bytes - 4 == 238
+    assert CYCLONE.acknacks(5).size_bytes - 4 == 218
+    assert CYCLONE.acknacks(1).size_bytes - 4 == 106
+    assert CYCLONE.heartbeat_to_all().size_bytes - 4 == 94
+    assert CYCLONE.liveliness().size_bytes - 4 == 158
+    told = CYCLONE.built_in_endpoints("robot_1")
+    assert [each.size_bytes for each in told][:5] == [276, 316, 260, 272, 300]
     services = ["get_parameters", "set_parameters", "list_parameters", "describe_parameters",
                 "get_parameter_types", "set_parameters_atomically"]
     kind = "rcl_interfaces::srv::dds_::GetParameters_"
-    assert [wire.reader_bytes(f"rq/robot_1/{name}Request", f"{kind}Request_", wire.QUEUED)
+    assert [CYCLONE.reader_bytes(f"rq/robot_1/{name}Request", f"{kind}Request_", wire.QUEUED)
             for name in services] == [324, 324, 324, 328, 328, 332]
-    assert [wire.writer_bytes(f"rr/robot_1/{name}Reply", f"{kind}Response_", wire.QUEUED)
+    assert [CYCLONE.writer_bytes(f"rr/robot_1/{name}Reply", f"{kind}Response_", wire.QUEUED)
             for name in services] == [292, 292, 292, 296, 296, 304]
-    apart = wire.endpoints([276, 316], 0, False, False)
-    assert [chunk.size_bytes - 4 for chunk in apart] == [350, 390]
-    again = wire.endpoints([276, 260, 272, 292, 292], 1456, False, True)
-    assert [chunk.size_bytes - 4 for chunk in again] == [1226, 382]
-    assert [chunk.size_bytes - 4 for chunk in wire.messages(804, 13440, True)] == [938]
+    apart = CYCLONE.new_endpoints(told[:2], False)
+    assert [letter.chunk.size_bytes - 4 for letter in apart] == [350, 390]
+    again = CYCLONE.known_endpoints([wire.Told("writer", size) for size in (
+        276, 260, 272, 292, 292)], 1456, False)
+    assert [(letter.chunk.size_bytes - 4, letter.told) for letter in again] == [
+        (1226, 4), (382, 1)]
+    (sample,) = CYCLONE.trains(804, 1344, 10, (True,))
+    assert sample.chunk.size_bytes - 4 == 938
+
+
+def test_those_of_fast_dds_too():
+    """Captured with 2.9.1: a trailer of 60 B, one submessage in each but for endpoints."""
+    assert FAST.announcement().size_bytes - 4 == 490
+    assert (FAST.heartbeats(1).size_bytes - 4, FAST.heartbeats(3)) == (170, (3 * 174, 3))
+    assert FAST.acknacks(1).size_bytes - 4 == 166
+    assert FAST.acknacks(1, 9).size_bytes - 4 == 170
+    told = FAST.built_in_endpoints("robot_1")
+    in_order = sorted(told, key=wire.is_reader)
+    assert sorted(each.size_bytes for each in told) == sorted([
+        412, 384, 404, 424, 424, 424, 432, 432, 448, 412, 404, 428, 428, 428, 436, 436, 444])
+    assert [(letter.chunk.size_bytes - 4 * letter.chunk.packets, letter.chunk.packets, letter.told)
+            for letter in FAST.known_endpoints(in_order, 65_500, False)] == [
+        (4098, 3, 9), (3718, 3, 8)]
+    assert [letter.chunk.size_bytes - 4 for letter in FAST.new_endpoints(told[:3], True)] == [
+        562, 562, 534]
+    (sample,) = FAST.trains(1000, 65_324, 1, (True,))
+    assert sample.chunk.size_bytes - 4 == 1210
+    first, last = FAST.trains(100_000, 65_324, 1, (True, True))
+    assert [(train.chunk.size_bytes - 4 * train.chunk.packets, train.chunk.packets)
+            for train in (first, last)] == [(67_038, 45), (35_680, 24)]
+
+
+def datagrams(dialect, size_bytes, fragment_bytes, most):
+    """UDP messages of a sample: bytes with all headers, and packets of each."""
+    count = len(dialect.messages(size_bytes, fragment_bytes, most))
+    beats = (False,) * (count - 1) + (True,)
+    return [train.chunk for train in dialect.trains(size_bytes, fragment_bytes, most, beats, 1)]
 
 
 def test_a_large_sample_is_a_few_datagrams_that_ip_cuts():
     """20 008 B and their encapsulation went in 13 536 and 6656 B of RTPS; a map of 160 109 B in
     twelve datagrams of cyclonedds and three of fastdds."""
-    first, last = wire.messages(20_004, 13440, True)
+    first, last = datagrams(CYCLONE, 20_004, 1344, 10)
     assert (first.size_bytes, first.packets) == (13_536 + 46 + 9 * 38, 10)
     assert (last.size_bytes, last.packets) == (6656 + 46 + 4 * 38, 5)
-    assert len(wire.messages(160_109, 13440, True)) == 12
-    assert [chunk.packets for chunk in wire.messages(160_109, 65400, True)] == [45, 45, 20]
+    assert len(datagrams(CYCLONE, 160_109, 1344, 10)) == 12
+    assert [chunk.packets for chunk in datagrams(FAST, 160_109, 65_324, 1)] == [45, 45, 21]
 
 
 def test_datagrams_travel_in_trains():
     """Of up to 64 kB: four of cyclonedds, one of fastdds, which is 67 kB with its headers."""
-    for whole_bytes, parts in (13440, [4, 4, 4]), (65400, [1, 1, 1]):
-        datagrams = wire.messages(160_109, whole_bytes, True)
-        trains = wire.trains(160_109, whole_bytes, 1, True)
-        assert [len(part) for part, _ in trains] == parts
-        assert [sum(each) for each in zip(*(chunk for _, chunk in trains), strict=True)] == [
-            sum(each) for each in zip(*datagrams, strict=True)]
+    for dialect, fragment_bytes, most, parts in (CYCLONE, 1344, 10, [4, 4, 4]), (
+            FAST, 65_324, 1, [1, 1, 1]):
+        count = len(dialect.messages(160_109, fragment_bytes, most))
+        trains = dialect.trains(160_109, fragment_bytes, most, (False,) * (count - 1) + (True,))
+        assert [len(train.messages) for train in trains] == parts
+        assert sum(train.chunk.size_bytes for train in trains) == sum(
+            chunk.size_bytes for chunk in datagrams(dialect, 160_109, fragment_bytes, most))
+        assert all(train.chunk.packets == sum(message.packets for message in train.messages)
+                   for train in trains)
 
 
 def test_the_whole_log_of_two_participants():
     """Announced twice in one packet, answered at once; heartbeats of the built-in writers after
-    5 ms, acknowledged at once; endpoints after 35 ms, each in a packet of its own; the next
-    heartbeat is due 100 ms after the first."""
+    5 ms, acknowledged at once; endpoints after 35 ms, each in a packet of its own, and 5 ms later
+    the first heartbeat of the topic; the next one of discovery is due 100 ms after the first."""
     net = Net({"a": talker([]), "b": listener([])}, middleware=dds()).run(900 * MS)
     log = [(t / MS, host, to, kind, size) for t, _, host, to, kind, size in net.rows("control")]
     assert log[:4] == [(0, "a", "medium/lan", "spdp", 714), (0, "b", "medium/lan", "spdp", 714),
@@ -150,6 +188,7 @@ def test_the_whole_log_of_two_participants():
                            ("acknack", 110)) for _ in range(2)]
     kinds = [(t, kind) for t, _, _, kind, _ in log[12:]]
     assert kinds == [(35, "sedp")] * 4 + [(35, "endpoints")] * 4 + [(35, "acknack")] * 4 + [
+        (40, "heartbeat"), (40, "acknack")] + [
         (105, "sedp_heartbeat")] * 2 + [(105, "sedp_acknack")] * 2
     assert net.rows("believes", "sees") == [
         (0, "sees", "a", "b", "online", 0), (0, "sees", "b", "a", "online", 0),
@@ -189,7 +228,8 @@ def test_with_a_server_clients_talk_to_it_alone():
     net = listening(5, discovery="server", server="robot_0").run(15 * S)
     beliefs = net.graph.context.beliefs
     assert (beliefs.matches, beliefs.divergence) == (20, 0)
-    assert all("robot_0" in row[2:4] for row in net.rows("control") if row[4] != "acknack")
+    assert all("robot_0" in row[2:4] for row in net.rows("control") 
+               if row[4] not in ("heartbeat", "acknack"))
     assert total(net) < 0.6 * total(listening(5).run(15 * S))
 
 

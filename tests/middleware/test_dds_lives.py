@@ -170,8 +170,8 @@ def a_death(preset):
 
 ALIVE = [(0, "sees", "a", "b", "online", 0), (0, "sees", "b", "a", "online", 0),
          (35, "believes", "b", "a", "/talk", 1)]
-# A lease after a's last word: its announcement of 30.4 s, or what it said at 30 s.
-END_MS = {"fastdds": 50_400, "cyclonedds": 40_000}
+# A lease after a's last word, what it said at 30 s.
+END_MS = {"fastdds": 50_000, "cyclonedds": 40_000}
 
 
 def death(preset):

@@ -17,6 +17,9 @@ from desim.middleware.dds.riding import Spent
 if TYPE_CHECKING:
     from desim.middleware.dds.participant import Participant
 
+# Until a reader asks again for endpoints that are on their way: NackDelay of Cyclone DDS. Fast DDS
+# asks at each heartbeat, but its sender blocks while a buffer is full, which is not modelled.
+ASK_AGAIN_NS = 100_000_000
 TRAIN = 10  # messages in one frame, so that a large fleet's start is not a frame for each of them
 
 
@@ -122,8 +125,9 @@ class Endpoints:
     def expect_greeting(self, remote: Remote, topic: str) -> None:
         """A reader that every node has has matched a writer of ``remote``: it asks if that one is
         not heard."""
-        if self._wire.apart and topic not in remote.greeted:
-            self._me.after(self._params.initial_acknack_ns, self._ask_for_greeting, (remote, topic))
+        delay_ns = self._params.initial_acknack_ns
+        if self._wire.apart and delay_ns is not None and topic not in remote.greeted:
+            self._me.after(delay_ns, self._ask_for_greeting, (remote, topic))
 
     def _ask_for_greeting(self, what: tuple[Remote, str]) -> None:
         remote, topic = what
@@ -292,7 +296,7 @@ class Endpoints:
                         if number not in remote.held)
         if missing:
             first = missing[0], 0
-            wait_ns = remote.asking.wait_ns(first, now_ns, self._params.nack_again_ns)
+            wait_ns = remote.asking.wait_ns(first, now_ns, ASK_AGAIN_NS)
             if wait_ns:
                 self._me.after(wait_ns, self._answer, remote)
                 return

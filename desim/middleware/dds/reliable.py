@@ -329,15 +329,15 @@ class ReliableLink:
             self._quick = self._kernel.now_ns - sample.sent_ns < _SOON_NS
         if self._closed == "link_closed" or not self.reader.take(
                 sample, train.part, first, beat if train.beats else NO_HEARTBEAT):
-            self.settle(sample, self._closed or "unmatched")
+            self._looked_at(sample, "unmatched")
         else:
-            self._taken(sample)
+            self._looked_at(sample, "overwritten")
 
-    def _taken(self, sample: Sample) -> None:
-        """The reader has looked at what came of ``sample``."""
+    def _looked_at(self, sample: Sample, reason: str) -> None:
+        """The reader has seen what came of ``sample``: if it is of no use, for ``reason``."""
         closed = self._closed
         if sample.state == OPEN:
-            self.settle(sample, closed or "overwritten")
+            self.settle(sample, closed or reason)
         elif closed and sample.state == HELD:
             self.reader.drop(closed)  # nobody will bring what it waits for
         if self._implied:  # if it is still kept, something is missing
@@ -360,9 +360,9 @@ class ReliableLink:
         for message in whole:
             if not self.reader.take(sample, message.part, first,
                                     beat if message.beats else NO_HEARTBEAT):
-                self.settle(sample, self._closed or "unmatched")
+                self._looked_at(sample, "unmatched")
                 return
-        self._taken(sample)
+        self._looked_at(sample, "overwritten")
 
     def lost(self, token: tuple[Sample, wire.Train, int, int], receiver: int, reason: str) -> None:
         sample = token[0]
