@@ -228,7 +228,7 @@ def test_with_a_server_clients_talk_to_it_alone():
     net = listening(5, discovery="server", server="robot_0").run(15 * S)
     beliefs = net.graph.context.beliefs
     assert (beliefs.matches, beliefs.divergence) == (20, 0)
-    assert all("robot_0" in row[2:4] for row in net.rows("control") 
+    assert all("robot_0" in row[2:4] for row in net.rows("control")
                if row[4] not in ("heartbeat", "acknack"))
     assert total(net) < 0.6 * total(listening(5).run(15 * S))
 

@@ -314,7 +314,8 @@ class Endpoints:
             return
         self._tell("sedp_acknack", remote, [self._wire.acknacks(self._wire.built_in_writers)],
                    self._me.dds.acknowledged, remote.heard_series, remote.got, (), True)
-        delay_ns = min(2 * delay_ns, self._me.announcing_ns)
+        limit_ns = self._params.initial_acknack_limit_ns
+        delay_ns = min(2 * delay_ns, self._me.announcing_ns if limit_ns is None else limit_ns)
         self._me.after(delay_ns, self._ask, (remote, delay_ns))
 
     def greeted(self, remote: Remote, topic: str, new: bool) -> None:

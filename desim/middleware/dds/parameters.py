@@ -21,7 +21,7 @@ CYCLONEDDS: dict[str, Any] = {
     "discovery_heartbeat_period": "100 ms", "discovery_heartbeat_limit": "8 s",
     "discovery_heartbeats_all": False,
     "discovery_heartbeat_response": "0 ns", "discovery_nack_response": "0 ns",
-    "initial_acknack": "10 ms",
+    "initial_acknack": "10 ms", "initial_acknack_limit": None,
     "nack_delay": "100 ms", "nack_again": "100 ms", "nack_renewal": "3 s", "ack_again": "10 ms",
     "nack_suppression": "5 ms", "nack_response": "0 ns",
     "repeated_message": "1456 B",
@@ -117,6 +117,9 @@ class DdsParams(ports.Params):
     initial_acknack_ns: Pace | None = Field("70 ms", description=(
         "until a reader asks a new writer for its samples, then again and again in doubled times; "
         "null: never (fastdds 70 ms, cyclonedds 10 ms)"))
+    initial_acknack_limit_ns: Pace | None = Field("70 ms", description=(
+        "up to which that time doubles; null: the time between announcements (fastdds does not "
+        "double it, measured; cyclonedds null)"))
     nack_delay_ns: Duration = Field("5 ms", description=(
         "until a reader asks for what it misses if it was not asked (fastdds 5 ms, cyclonedds "
         "100 ms)"))

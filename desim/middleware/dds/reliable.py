@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
 from desim.middleware.dds import wire
+from desim.middleware.dds.carriers import Beating, Bundling
 from desim.middleware.dds.reader import (
     ASKS,
     DIRECTED,
@@ -32,12 +33,12 @@ from desim.middleware.timers import NEVER, Timer
 from desim.trace import pack
 
 if TYPE_CHECKING:
+    from desim.middleware.carrier import Carrier
     from desim.middleware.dds.dds import Dds
     from desim.middleware.dds.writer import Reliable
     from desim.middleware.medium import Medium
     from desim.middleware.topics import Message
     from desim.ports.middleware import Offer
-
 
 _SOON_NS = 50_000_000  # well before a heartbeat could overtake it, or a lease end
 
@@ -55,10 +56,10 @@ class ReliableLink:
     socket = "rtps"  # a participant sends all by one
 
     __slots__ = ("guid", "waiting", "heard_ns", "reader", "_dds", "_graph", "_kernel", "_params",
-                 "_from", "_from_id", "_host", "_to", "_send", "_depth", "_history",
+                 "_from", "_from_id", "_host", "_to", "_transmit_frame", "_depth", "_history",
                  "_unacked_bytes", "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
-                 "_beating", "_noted", "_wanted", "_repeating", "_repeat_ns", "_greeted",
-                 "_smooth", "_quick", "_implied", "_steady", "_period_ns", "_riding",
+                 "_beating", "_bundling", "_noted", "_wanted", "_repeating", "_repeat_ns",
+                 "_greeted", "_smooth", "_quick", "_implied", "_steady", "_period_ns", "_riding",
                  "_trains", "_long_trains")
 
     def __init__(self, dds: Dds, offer: Offer, writer: Reliable, receiver: int, guid: Any,
@@ -72,7 +73,7 @@ class ReliableLink:
         self._from, self._from_id = source, graph.hosts[source].id
         self._host = graph.hosts[receiver]
         self._to = (receiver,)
-        self._send = medium.transmit
+        self._transmit_frame = medium.transmit
         self._depth, self._riding = writer.depth, writer.riding
         self._history: deque[Sample] = deque()
         self._unacked_bytes = self._last = self._beats = 0
@@ -90,7 +91,7 @@ class ReliableLink:
         self._wanted = Wanted(dds.params, dds.wire)
         self._repeating: Any = None
         self._repeat_ns = 0
-        self._beating = Beating(self)
+        self._beating, self._bundling = Beating(self), Bundling(self, dds.wire)
         self._noted: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
         self.reader = Reader(self, dds, offer, self._host, medium)
         dds.linked(self)
@@ -129,14 +130,22 @@ class ReliableLink:
     def _transmit(self, sample: Sample, train: wire.Train, beat: int) -> int | None:
         """Send some fragments of a sample; heartbeats that ride on them are of the kind ``beat``.
         Returns when they will be there, where the medium says."""
+        self.leaves(sample, train.chunk.size_bytes)
+        return self.send(train.chunk, self, (sample, train, self._history[0].number, beat))
+
+    def leaves(self, sample: Sample, size_bytes: int) -> None:
+        """A frame with some of a sample is sent now."""
         graph = self._graph
-        size_bytes, packets = train.chunk
         sample.sent_ns = now_ns = self._kernel.now_ns
         sample.flying += 1
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._host.id, sample.message.seq,
                        size_bytes))
-        return self._send(self._from, self._to, size_bytes, packets, False, self,
-                          (sample, train, self._history[0].number, beat))
+
+    def send(self, chunk: wire.Chunk, carrier: Carrier, token: Any) -> int | None:
+        """Send a frame to the reader."""
+        size_bytes, packets = chunk
+        return self._transmit_frame(self._from, self._to, size_bytes, packets, False, carrier,
+                                    token)
 
     def _expect(self, due_ns: int) -> None:
         """A heartbeat of its own then; a steady one not later than was said."""
@@ -148,7 +157,7 @@ class ReliableLink:
         self.look(self._kernel.now_ns)
         return len(self._history)
 
-    def _first(self) -> int:
+    def first(self) -> int:
         """Number of the first sample that there is to be had."""
         return self._history[0].number if self._history else self._last + 1
 
@@ -216,7 +225,7 @@ class ReliableLink:
                 return
             self._repeating.cancel()
         self._repeat_ns = due_ns
-        self._repeating = self._call(delay_ns, self._repeat)
+        self._repeating = self._kernel.after(delay_ns, Phase.NETWORK, self._from_id, self._repeat)
 
     def _repeat(self, _: Any) -> None:
         """Send again what was asked for, and a heartbeat at the end; where it is gone, say so."""
@@ -227,7 +236,7 @@ class ReliableLink:
             return
         now_ns = self._kernel.now_ns
         self.look(now_ns)
-        parts, gone, next_ns = self._wanted.due(self._history, self._first(), now_ns)
+        parts, gone, next_ns = self._wanted.due(self._history, self.first(), now_ns)
         if parts:
             self._send_again(parts)
             self._beats, self._beat_ns = 0, now_ns
@@ -238,15 +247,26 @@ class ReliableLink:
         self._watch()
 
     def _send_again(self, parts: list[tuple[Sample, range]]) -> None:
-        """Each fragment of ``parts`` in a message of its own."""
-        fragment_bytes, cut = self._params.fragment_bytes, self._dds.wire.repetition
+        """Each fragment of ``parts`` in a message of its own, or whole samples together."""
+        fragment_bytes, cut = self._params.fragment_bytes, self._dds.wire
         beats = iter(self._riding.again([
             min(fragment_bytes, sample.message.size_bytes) for sample, part in parts
             for _ in part]))
+        bundle: list[tuple[Sample, bool]] = []
+        room = cut.bundles_bytes
         for sample, part in parts:
-            train = cut(sample.message.size_bytes, fragment_bytes, part,
-                        tuple(next(beats) for _ in part))
+            size_bytes = sample.message.size_bytes
+            if cut.bundles_bytes and sample.parts == 1:
+                if size_bytes > room:
+                    self._bundling.send(bundle)
+                    bundle, room = [], cut.bundles_bytes
+                bundle.append((sample, next(beats)))
+                room -= size_bytes + wire.BUNDLED_BYTES
+                continue
+            train = cut.repetition(size_bytes, fragment_bytes, part,
+                                   tuple(next(beats) for _ in part))
             self._transmit(sample, train, DIRECTED)
+        self._bundling.send(bundle)
 
     def _watch(self) -> None:
         """A heartbeat is due after a while if something is not acknowledged."""
@@ -259,7 +279,7 @@ class ReliableLink:
         self.look(now_ns)
         self._greeted, self._beat_ns = True, now_ns
         self._watch()
-        return self._first(), self._last
+        return self.first(), self._last
 
     def _tick(self) -> None:
         """A heartbeat is due if there was none meanwhile, and something is not acknowledged."""
@@ -283,14 +303,10 @@ class ReliableLink:
         graph = self._graph
         self._beat_ns = now_ns = self._kernel.now_ns
         graph.trace.row(now_ns, graph.names.id("heartbeat"), self._from_id, self._host.id,
-                        self._first(), self._last)
+                        self.first(), self._last)
         if not self._last:
             self._dds.context.book("heartbeat", self._from, self._host.id, chunk.size_bytes)
-        self._send(self._from, self._to, chunk.size_bytes, chunk.packets, False, self._beating,
-                   (self._first(), self._last, beat))
-
-    def _call(self, delay_ns: int, fn: Any) -> Any:
-        return self._kernel.after(delay_ns, Phase.NETWORK, self._from_id, fn)
+        self.send(chunk, self._beating, (self.first(), self._last, beat))
 
     def joined(self) -> None:
         """The reader has matched the writer."""
@@ -324,11 +340,14 @@ class ReliableLink:
 
     def arrived(self, token: tuple[Sample, wire.Train, int, int], receiver: int) -> None:
         sample, train, first, beat = token
-        sample.flying -= 1
         if self._smooth and sample.message.size_bytes > wire.TRAIN_BYTES:
             self._quick = self._kernel.now_ns - sample.sent_ns < _SOON_NS
-        if self._closed == "link_closed" or not self.reader.take(
-                sample, train.part, first, beat if train.beats else NO_HEARTBEAT):
+        self.came(sample, train.part, first, beat if train.beats else NO_HEARTBEAT)
+
+    def came(self, sample: Sample, part: range, first: int, beat: int) -> None:
+        """``part`` of a sample is there, with a heartbeat of this kind."""
+        sample.flying -= 1
+        if self._closed == "link_closed" or not self.reader.take(sample, part, first, beat):
             self._looked_at(sample, "unmatched")
         else:
             self._looked_at(sample, "overwritten")
@@ -347,11 +366,7 @@ class ReliableLink:
                         lost: dict[int, str]) -> None:
         """A message is lost with any IP packet of it, and a heartbeat with its message."""
         sample, train, first, beat = token
-        whole, start = [], 0
-        for message in train.messages:
-            if lost.keys().isdisjoint(range(start, start + message.packets)):
-                whole.append(message)
-            start += message.packets
+        whole = train.without(lost)
         if not whole or self._closed == "link_closed":
             self.lost(token, receiver, next(iter(lost.values())))
             return
@@ -365,7 +380,10 @@ class ReliableLink:
         self._looked_at(sample, "overwritten")
 
     def lost(self, token: tuple[Sample, wire.Train, int, int], receiver: int, reason: str) -> None:
-        sample = token[0]
+        self.went_missing(token[0], reason)
+
+    def went_missing(self, sample: Sample, reason: str) -> None:
+        """Some of a sample will not come."""
         sample.flying -= 1
         self._note_loss(sample, (reason,))
         self.settle(sample, reason if self._closed else "overwritten")
@@ -382,25 +400,3 @@ class ReliableLink:
     def repeated(self, token: tuple[Sample, wire.Train, int, int], receiver: int) -> None:
         """A reader knows by its number what it has already, and throws it away."""
         self._graph.repeat(token[0].message, self._host)
-
-
-class Beating:
-    """The carrier of heartbeats to one reader."""
-
-    __slots__ = ("_link",)
-
-    def __init__(self, link: ReliableLink) -> None:
-        self._link = link
-
-    def arrived(self, token: tuple[int, int, int], receiver: int) -> None:
-        self._link.reader.offered(*token)
-
-    def arrived_in_part(self, token: tuple[int, int, int], receiver: int,
-                        lost: dict[int, str]) -> None:
-        """The sample that it rode on takes the packets that arrived; another one will come."""
-
-    def lost(self, token: tuple[int, int, int], receiver: int, reason: str) -> None:
-        """Another one will come."""
-
-    def repeated(self, token: tuple[int, int, int], receiver: int) -> None:
-        self._link.reader.offered(*token)

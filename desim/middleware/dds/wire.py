@@ -7,7 +7,7 @@ between implementations is read off packets (see docs/middleware/dds.md): ``CYCL
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -23,6 +23,7 @@ ENCAPSULATION_BYTES = 4
 HEARTBEAT_BYTES = 32
 HEARTBEAT_FRAG_BYTES = 28
 GAP_BYTES = 32
+BUNDLED_BYTES = 72  # a DATA beside its sample, and a heartbeat
 ACKNACK_BYTES = 28  # and 4 for every 32 numbers that it asks for
 NACK_FRAG_BYTES = 36  # and 4 for every 32 fragments of a sample
 LIVELINESS_BYTES = 52  # a DATA of ParticipantMessageData (measured)
@@ -86,6 +87,15 @@ class Train(NamedTuple):
     messages: tuple[Message, ...]
     beats: bool  # on any of them
 
+    def without(self, lost: Collection[int]) -> list[Message]:
+        """The messages that are whole where these packets of the train are lost."""
+        whole, start = [], 0
+        for message in self.messages:
+            if not any(number in lost for number in range(start, start + message.packets)):
+                whole.append(message)
+            start += message.packets
+        return whole
+
 
 def together(chunks: Iterable[Chunk]) -> Chunk:
     """These messages in one train."""
@@ -102,7 +112,8 @@ class Wire:
     default. A ``trailer`` stands behind each message. ``apart``: each heartbeat and acknowledgement
     of discovery is a message of its own, as many as there are ``built_in_writers``. A sample begins
     with an ``address``; a heartbeat of fragments follows all its messages but the last; a reader
-    asks for fragments of ``several`` samples in one message.
+    asks for fragments of ``several`` samples in one message; whole samples that are repeated go
+    together in messages of up to ``bundles_bytes`` (0: each alone).
     """
 
     announcement_bytes: int
@@ -115,6 +126,7 @@ class Wire:
     address_bytes: int
     fragment_beat_bytes: int
     several_nack_frags: bool
+    bundles_bytes: int
 
     def udp(self, rtps_bytes: int) -> Chunk:
         """An RTPS message of so many bytes. What does not fit one packet is cut by IP."""
@@ -177,6 +189,12 @@ class Wire:
             chunks.append(chunk)
             messages.append(Message(chunk.packets, range(index, index + 1), rides))
         return Train(part, together(chunks), tuple(messages), any(beats))
+
+    def bundle(self, sizes: Sequence[int], beats: int) -> Chunk:
+        """Whole samples of these sizes in one message, with so many heartbeats."""
+        return self.udp(HEADER_BYTES + TO_BYTES + beats * HEARTBEAT_BYTES
+                        + sum(TIME_BYTES + DATA_BYTES + ENCAPSULATION_BYTES + size
+                              for size in sizes))
 
     # Discovery.
 
@@ -286,7 +304,7 @@ def _padded(name: str) -> int:
 CYCLONEDDS = Wire(announcement_bytes=304, writer_base_bytes=196, reader_base_bytes=224,
                   qualities=True, trailer_bytes=0, built_in_writers=5, apart=False,
                   address_bytes=0, fragment_beat_bytes=HEARTBEAT_FRAG_BYTES,
-                  several_nack_frags=False)
+                  several_nack_frags=False, bundles_bytes=0)
 # Its announcement names multicast addresses, too, where it uses them for everything.
 CYCLONEDDS_MULTICAST = replace(CYCLONEDDS, announcement_bytes=360)
 # Measured: all qualities are always told; behind each message stands the submessage 0x80 of the
@@ -294,4 +312,4 @@ CYCLONEDDS_MULTICAST = replace(CYCLONEDDS, announcement_bytes=360)
 FASTDDS = Wire(announcement_bytes=356, writer_base_bytes=340, reader_base_bytes=340,
                qualities=False, trailer_bytes=60, built_in_writers=3, apart=True,
                address_bytes=TO_BYTES, fragment_beat_bytes=0,
-               several_nack_frags=True)
+               several_nack_frags=True, bundles_bytes=65_000)

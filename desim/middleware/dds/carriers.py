@@ -1,0 +1,71 @@
+"""What travels between a reliable writer and a reader beside new samples."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim.middleware.dds.reader import DIRECTED, NO_HEARTBEAT, Sample
+
+if TYPE_CHECKING:
+    from desim.middleware.dds.reliable import ReliableLink
+    from desim.middleware.dds.wire import Wire
+
+
+class Bundling:
+    """The carrier of several whole samples in one message, which gets lost with any packet of it
+    (Fast DDS, of what it repeats)."""
+
+    __slots__ = ("_link", "_wire")
+
+    def __init__(self, link: ReliableLink, wire: Wire) -> None:
+        self._link, self._wire = link, wire
+
+    def send(self, bundle: list[tuple[Sample, bool]]) -> None:
+        """Samples, and on which of them a heartbeat rides."""
+        if bundle:
+            link, samples = self._link, [sample for sample, _ in bundle]
+            beats = sum(rides for _, rides in bundle)
+            chunk = self._wire.bundle([sample.message.size_bytes for sample in samples], beats)
+            for sample in samples:
+                link.leaves(sample, chunk.size_bytes)
+            link.send(chunk, self, (samples, link.first(), DIRECTED if beats else NO_HEARTBEAT))
+
+    def arrived(self, token: tuple[list[Sample], int, int], receiver: int) -> None:
+        samples, first, beat = token
+        for sample in samples:
+            last = sample is samples[-1]
+            self._link.came(sample, range(sample.parts), first, beat if last else NO_HEARTBEAT)
+
+    def arrived_in_part(self, token: tuple[list[Sample], int, int], receiver: int,
+                        lost: dict[int, str]) -> None:
+        self.lost(token, receiver, next(iter(lost.values())))
+
+    def lost(self, token: tuple[list[Sample], int, int], receiver: int, reason: str) -> None:
+        for sample in token[0]:
+            self._link.went_missing(sample, reason)
+
+    def repeated(self, token: tuple[list[Sample], int, int], receiver: int) -> None:
+        for sample in token[0]:
+            self._link.repeated((sample,), receiver)
+
+
+class Beating:
+    """The carrier of heartbeats to one reader."""
+
+    __slots__ = ("_link",)
+
+    def __init__(self, link: ReliableLink) -> None:
+        self._link = link
+
+    def arrived(self, token: tuple[int, int, int], receiver: int) -> None:
+        self._link.reader.offered(*token)
+
+    def arrived_in_part(self, token: tuple[int, int, int], receiver: int,
+                        lost: dict[int, str]) -> None:
+        """The sample that it rode on takes the packets that arrived; another one will come."""
+
+    def lost(self, token: tuple[int, int, int], receiver: int, reason: str) -> None:
+        """Another one will come."""
+
+    def repeated(self, token: tuple[int, int, int], receiver: int) -> None:
+        self._link.reader.offered(*token)
