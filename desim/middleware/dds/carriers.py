@@ -15,6 +15,8 @@ class Bundling:
     """The carrier of several whole samples in one message, which gets lost with any packet of it
     (Fast DDS, of what it repeats)."""
 
+    socket = "rtps"  # a participant sends all by one
+
     __slots__ = ("_link", "_wire")
 
     def __init__(self, link: ReliableLink, wire: Wire) -> None:
@@ -51,6 +53,8 @@ class Bundling:
 
 class Beating:
     """The carrier of heartbeats to one reader."""
+
+    socket = "rtps"  # a participant sends all by one
 
     __slots__ = ("_link",)
 

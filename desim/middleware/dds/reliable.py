@@ -17,17 +17,7 @@ from desim.kernel import Phase
 from desim.middleware.dds import wire
 from desim.middleware.dds.carriers import Beating, Bundling
 from desim.middleware.dds.reader import (
-    ASKS,
-    DIRECTED,
-    DONE,
-    FINAL,
-    HELD,
-    NO_HEARTBEAT,
-    OPEN,
-    Missing,
-    Reader,
-    Sample,
-)
+    ASKS, DIRECTED, DONE, FINAL, HELD, NO_HEARTBEAT, OPEN, Missing, Reader, Sample)
 from desim.middleware.dds.repetition import Wanted
 from desim.middleware.timers import NEVER, Timer
 from desim.trace import pack
@@ -148,7 +138,7 @@ class ReliableLink:
                                     token)
 
     def _expect(self, due_ns: int) -> None:
-        """A heartbeat of its own then; a steady one not later than was said."""
+        """A heartbeat of its own then, or a steady one as was said."""
         if not self._steady or self._timer.deadline_ns == NEVER:
             self._timer.expect(due_ns)
 
