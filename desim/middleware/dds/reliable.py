@@ -17,7 +17,17 @@ from desim.kernel import Phase
 from desim.middleware.dds import wire
 from desim.middleware.dds.carriers import Beating, Bundling
 from desim.middleware.dds.reader import (
-    ASKS, DIRECTED, DONE, FINAL, HELD, NO_HEARTBEAT, OPEN, Missing, Reader, Sample)
+    ASKS,
+    DIRECTED,
+    DONE,
+    FINAL,
+    HELD,
+    NO_HEARTBEAT,
+    OPEN,
+    Missing,
+    Reader,
+    Sample,
+)
 from desim.middleware.dds.repetition import Wanted
 from desim.middleware.timers import NEVER, Timer
 from desim.trace import pack
@@ -112,8 +122,7 @@ class ReliableLink:
         beat = ASKS if asks else FINAL
         for train in trains:
             due_ns = self._transmit(sample, train, beat)
-            if due_ns is None or due_ns - now_ns > _SOON_NS:
-                foreseen = False
+            foreseen = foreseen and due_ns is not None and due_ns - now_ns <= _SOON_NS
         if self._greeted and not foreseen:
             self._expect(now_ns + self._period_ns)
 
@@ -362,9 +371,8 @@ class ReliableLink:
             return
         sample.flying -= 1
         self._note_loss(sample, lost.values())
-        for message in whole:
-            if not self.reader.take(sample, message.part, first,
-                                    beat if message.beats else NO_HEARTBEAT):
+        for _, part, beats in whole:
+            if not self.reader.take(sample, part, first, beat if beats else NO_HEARTBEAT):
                 self._looked_at(sample, "unmatched")
                 return
         self._looked_at(sample, "overwritten")
