@@ -118,7 +118,8 @@ class Kernel:
     then run inside a plain SimPy program, driven by its own ``env.run``.
     """
 
-    __slots__ = ("env", "now_ns", "events", "_fired", "_agenda", "_numbers", "_stopping")
+    __slots__ = ("env", "now_ns", "events", "_fired", "_agenda", "_numbers", "_stopping",
+                 "_shared")
 
     def __new__(cls, env: simpy.Environment | None = None) -> Kernel:
         return super().__new__(cls if env is None else _Guest)
@@ -133,6 +134,13 @@ class Kernel:
         self._fired: Any = (-1, 0)  # agenda entry of the call that fired last: time, key, ...
         self._agenda, self._numbers = self.env._queue, self.env._eid
         self._stopping: Call | None = None
+        self._shared: dict[str, Any] = {}
+
+    def shared(self, name: str, make: Callable[[], Any]) -> Any:
+        """What parts of one run have in common under this name; who asks first makes it."""
+        if name not in self._shared:
+            self._shared[name] = make()
+        return self._shared[name]
 
     def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
               arg: Any = None) -> Call:

@@ -73,7 +73,7 @@ def test_whoever_is_far_away_gets_seven_tries():
     bench = Bench(radio(), {"a": (0, 0), "b": (200, 0)})
     bench.send(0, "a", "b", UDP)
     assert fates(bench.run()) == [("b", "retry_limit")]
-    counts = bench.medium.model._stations.counts(bench.kernel.now_ns)
+    counts = bench.medium.model._air.stations.counts(bench.kernel.now_ns)
     assert (counts.transmitted.tolist(), counts.dropped.tolist()) == ([7, 0], [1, 0])
 
 
@@ -86,7 +86,7 @@ def test_what_is_acknowledged_has_not_failed(params):
     for k in range(3):
         bench.send(k * 100 * MS, "a", "b", UDP)
     assert fates(bench.run()) == [("b", "arrived")] * 3
-    counts = bench.medium.model._stations.counts(bench.kernel.now_ns)
+    counts = bench.medium.model._air.stations.counts(bench.kernel.now_ns)
     assert (counts.transmitted[0], counts.failures[0], counts.dropped[0]) == (3, 0, 0)
 
 

@@ -103,15 +103,15 @@ def attempts(distance_m, **params):
     """What became of each attempt to send 400 packets, and at which rate in Mb/s."""
     model, seen = radio(**params), []
     air = Bench(model, {"a": (0, 0), "b": (distance_m, 0)})
-    advance = model._stations.advance
+    advance = model._air.stations.advance
 
     def watched(until_ns):
         found = advance(until_ns)
-        seen.extend((what, A.rates[model._stations._choices[0, 1]].mbps)
+        seen.extend((what, A.rates[model._air.stations._choices[0, 1]].mbps)
                     for _, what, *_ in found if what in (ACKED, FAILED))
         return found
 
-    model._stations.advance = watched
+    model._air.stations.advance = watched
     for _ in range(400):
         air.send(0, "a", "b", 1518)
     air.run()
@@ -132,7 +132,7 @@ def test_each_receiver_gets_its_own_rate():
     for k in range(400):
         air.send(k * 5 * MS, "sender", ("far", "near")[k % 2], 1518)
     assert all(fate == "arrived" for _, fate in fates(air.run()))
-    far, near = (A.rates[rate].mbps for rate in model._stations._choices[2, :2])
+    far, near = (A.rates[rate].mbps for rate in model._air.stations._choices[2, :2])
     assert far in (24, 36) and near == 54
 
 

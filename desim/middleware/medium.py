@@ -109,6 +109,9 @@ class Medium(Account):
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._streams("medium", self.name, *name)
 
+    def shared(self, name: str, make: Callable[[], Any]) -> Any:
+        return self._kernel.shared(name, make)
+
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
         if type(verdict) is Drop and verdict.packets is not None \
                 and self._leaves(frame, receiver, verdict):

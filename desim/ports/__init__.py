@@ -175,6 +175,10 @@ class Context(Protocol):
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this medium's own."""
 
+    def shared(self, name: str, make: Callable[[], Any]) -> Any:
+        """What all media of a run have in common under this name, such as a radio channel; who asks
+        first makes it. Media start one after another, before anything is sent."""
+
     judge_transmission: Callable[[Frame, int], Drop | None] | None
     """For a model that ``judges_transmissions``: what the rules that act on transmissions say of
     one transmission of a packet (a frame of its own) at a receiver. None: there are no such rules.

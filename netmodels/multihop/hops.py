@@ -47,7 +47,7 @@ class Hops:
         self._places: np.ndarray | None = None
         self._seen: np.ndarray | None = None
         self.at, self.stream = context.at, context.stream
-        self.judge_transmission = context.judge_transmission
+        self.judge_transmission, self.shared = context.judge_transmission, context.shared
 
     now_ns = property(attrgetter("_context.now_ns"))
     obstacles = property(attrgetter("_context.obstacles"))

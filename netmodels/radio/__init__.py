@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -12,25 +13,15 @@ from desim import ports
 from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Decibels, Level, Period
 from netmodels.ethernet import FULL_BYTES
+from netmodels.radio.air import Air, Airs, Member
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
-from netmodels.radio.dcf import (
-    ACKED,
-    EXPIRED,
-    FAILED,
-    HEARD,
-    NEVER,
-    RECEIVED,
-    Reception,
-    Stations,
-)
+from netmodels.radio.dcf import Reception
 from netmodels.radio.delivery import mean_delivery
-from netmodels.radio.errors import error_table
-from netmodels.radio.fading import Fades, Fading
-from netmodels.radio.fates import Waiting
+from netmodels.radio.fading import Fading
 from netmodels.radio.pathloss import PathLoss, PathLossParams, reach_m
 from netmodels.radio.presets import filled
-from netmodels.radio.ratecontrol import Arf, RateControl
+from netmodels.radio.ratecontrol import RateControl
 from netmodels.radio.rates import chosen_rates
 from netmodels.radio.shadowing import Shadowing, Shadows
 from netmodels.radio.standards import MOST_BYTES, STANDARDS, Standard, psdu_bytes
@@ -38,8 +29,7 @@ from netmodels.radio.walls import Walls
 
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 
-_EXPIRED = ports.Drop("expired")
-_ATTEMPTS = {ACKED: Arf.acknowledged, FAILED: Arf.failed}
+_QUEUE_FULL = ports.Drop("queue_full")
 
 
 class Thresholds(ports.Params):
@@ -78,8 +68,9 @@ class Thresholds(ports.Params):
 class Radio:
     """Wi-Fi without an access point (802.11a, b or g): carrier sense, backoff, acknowledgements and
     retries of unicast frames, none of broadcast ones; hidden terminals, and capture of the stronger
-    frame. Who is on another channel hears nothing of it, and a host with several radios has a
-    medium for each; two media never hear each other.
+    frame. A host with several radios has a medium for each. Media that have a channel in common
+    share the air: they contend with each other and are interference for each other, and no frame
+    of one is for the other. Who is on another channel hears nothing of it.
 
     A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
     or listening to somebody else or found it under others (``collision``), or that made out its
@@ -155,8 +146,8 @@ class Radio:
 
     def __init__(self, params: Params, standard: Standard | None = None) -> None:
         """``standard``: its numbers, where they are not those of the one in ``params``."""
-        self._params = params
-        self._standard = standard or STANDARDS[params.standard]
+        self.params = params
+        self.standard = standard or STANDARDS[params.standard]
         best_db = sum(slot.best_db for slot in (params.shadowing, params.fading) if slot)
         self.reach_m = reach_m(params.loss(),
                                params.power_dbm + best_db - params.reception.found_dbm)
@@ -164,80 +155,73 @@ class Radio:
             self.separates = self._on_different_channels
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        params, standard = self._params, self._standard
+        params, standard = self.params, self.standard
         self._context = context
-        self._judged = context.judge_transmission is not None
-        self._rate, self._broadcast_rate = chosen_rates(
+        self.rate, self._broadcast_rate = chosen_rates(
             params.standard, params.rate_bps, params.broadcast_rate_bps)
         if params.walls is not None:
             params.walls.check(context.obstacles.materials)
-        self._budget = Budget(
+        self.budget = Budget(
             params.power_dbm, params.loss(), params.walls,
             params.shadowing and Shadows(params.shadowing, hosts, context.stream),
             self._heard_dbm(), params.reception.found_dbm,
             channels_of(hosts, params.channel, params.channels, standard))
-        self._fades = params.fading and Fades(
-            params.fading, hosts, context.stream, standard.carrier_hz(params.channel),
-            params.reception.found_dbm)
-        keys = np.array([context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
-                         for host in hosts], np.uint64)
-        errors = error_table(tuple(rate.mbps for rate in standard.rates))
-        self._stations = Stations(standard, keys, errors, params.reception.for_stations(),
-                                  params.queue, params.retries,
-                                  params.window_failures or params.retries, params.lifetime_ns,
-                                  first_rate=params.rate_control and self._rate,
-                                  judged=self._judged)
-        self._arf = params.rate_control and Arf(params.rate_control, standard.alike(self._rate),
-                                                self._rate)
-        self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
-        self._looked_ns, self._places, self._epoch = 0, None, None
-        self._settled_ns = -1
-        self._look_booked = False
-        self._wake: Any = None
-        self._wake_ns = NEVER
+        context.shared("radio", Airs).join(Member(self, context, hosts))
+
+    @cached_property
+    def _air(self) -> Air:
+        """The air that it shares, by now with all who ever will."""
+        self.air.open()
+        return self.air
+
+    @cached_property
+    def _number(self) -> int:
+        """Of those who share the air, the how many'th it is."""
+        return [member.radio for member in self._air.members].index(self)
 
     def _heard_dbm(self) -> float:
         """What is weaker on the average is nobody's business: neither interference, nor found when
         it fades up."""
-        heard_dbm, fading = self._params.reception.heard_dbm, self._params.fading
+        heard_dbm, fading = self.params.reception.heard_dbm, self.params.fading
         if fading is None:
             return heard_dbm
-        return min(heard_dbm, self._params.reception.found_dbm - fading.best_db)
+        return min(heard_dbm, self.params.reception.found_dbm - fading.best_db)
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
         """``ports.NetworkModel``: of unicast packets, one attempt each; where it fades, means."""
-        power_dbm = self._budget.received_dbm(from_m, to_m, self._context.obstacles)
+        power_dbm = self.budget.received_dbm(from_m, to_m, self._context.obstacles)
         return ports.Signal(power_dbm, self._share(power_dbm))
 
     def _share(self, power_dbm: np.ndarray) -> np.ndarray:
         """Of full packets that get through, each sent once; with rate control at the slowest rate
         that there is to fall back to."""
-        params = self._params
-        rate = self._standard.lowest(self._rate) if params.rate_control else self._rate
-        return mean_delivery(power_dbm, self._standard, rate, psdu_bytes(FULL_BYTES, 1),
+        params = self.params
+        rate = self.standard.lowest(self.rate) if params.rate_control else self.rate
+        return mean_delivery(power_dbm, self.standard, rate, psdu_bytes(FULL_BYTES, 1),
                              params.reception.for_stations(), params.fading)
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """``ports.NetworkModel``: for how long each of ``hosts`` was sending, or carrier sense told
         it that somebody was. What is merely reserved (802.11's NAV) is not busy."""
-        return self._stations.busy_ns(self._context.now_ns)[list(hosts)].tolist()
+        busy_ns = self._air.stations.busy_ns(self._context.now_ns)
+        first = self._number * len(self.budget.channels)
+        return [int(busy_ns[first + host]) for host in hosts]
 
     def attempts(self) -> tuple[int, int]:
         """Transmissions of data so far, and how many transmissions had no reply (of RTS too)."""
-        now_ns = self._context.now_ns
-        if self._settled_ns != now_ns:
-            self._settle(now_ns)
-        counts = self._stations.counts(now_ns)
-        return int(counts.transmitted.sum()), int(counts.failures.sum())
+        self._air.catch_up()
+        counts, hosts = self._air.stations.counts(self._context.now_ns), len(self.budget.channels)
+        own = slice(self._number * hosts, (self._number + 1) * hosts)
+        return int(counts.transmitted[own].sum()), int(counts.failures[own].sum())
 
     def _on_different_channels(self, host: int, other: int) -> bool:
-        return self._budget.channels[host] != self._budget.channels[other]
+        return self.budget.channels[host] != self.budget.channels[other]
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """From whom [k] to whom [k] a full packet gets that is sent once, and with which chance [k]
         while nobody else is on the air."""
         context = self._context
-        links = self._budget.links(context.positions(context.now_ns), context.obstacles)
+        links = self.budget.links(context.positions(context.now_ns), context.obstacles)
         share = self._share(10 * np.log10(links.mw))
         found = share > 0.0
         return links.source()[found], links.hearer[found], share[found]
@@ -248,105 +232,10 @@ class Radio:
         if sizes[0] > MOST_BYTES:
             raise InputError(f"a packet of {sizes[0]} B is too long for 802.11; at most "
                              f"{MOST_BYTES} B with Ethernet's headers")
-        context = self._context
-        now_ns = context.now_ns
-        if self._settled_ns != now_ns:
-            self._settle(now_ns)
         size_bytes = psdu_bytes(sizes[0], 1)
-        if frame.broadcast:
-            dest, rate, rts = -1, self._broadcast_rate, False
-        else:
-            limit = self._params.rts_bytes
-            dest, rate = frame.receivers[0], self._rate
-            rts = limit is not None and size_bytes > limit
-        position = self._stations.enqueue(now_ns, frame.source, dest, size_bytes, rate,
-                                          frame.segments, psdu_bytes(sizes[-1], 1), rts)
-        self._book_look()
-        if position is None:
-            context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
-        else:
-            self._waiting[frame.source, position] = Waiting(frame)
-
-    def _book_look(self) -> None:
-        """Once for all that is sent in this instant, also by those who are told something now."""
-        if not self._look_booked:
-            self._look_booked = True
-            self._context.at(self._context.now_ns, self._look_ahead)
-
-    def _look_ahead(self, _: Any) -> None:
-        """Be there when the next frame's fate is decided."""
-        self._look_booked = False
-        next_ns = int(self._stations.next_ns)
-        if self._fades is not None and next_ns < NEVER:
-            next_ns = min(next_ns, self._fades.until_ns)
-        if next_ns == self._wake_ns:
-            return
-        if self._wake is not None:
-            self._wake.cancel()
-        self._wake_ns = next_ns
-        self._wake = None if next_ns >= NEVER else self._context.at(next_ns, self._wake_up)
-
-    def _wake_up(self, _: Any) -> None:
-        self._wake, self._wake_ns = None, NEVER
-        self._settle(self._context.now_ns)
-        self._book_look()
-
-    def _settle(self, now_ns: int) -> None:
-        """Take what has been decided by now, see who is where, then tell. (Whoever is told may send
-        again at once, and a new frame may have the place of one in question.)"""
-        self._settled_ns = now_ns
-        decided = []
-        for _, what, station, position, receiver, packet in self._stations.advance(now_ns):
-            if what in _ATTEMPTS:
-                self._stations.choose(station, receiver,
-                                      _ATTEMPTS[what](self._arf, station, receiver))
-                continue
-            waiting = self._waiting[station, position]
-            if self._judged and what in (HEARD, RECEIVED):
-                if not self._passes(waiting, what, receiver, packet):
-                    continue
-                what = RECEIVED
-            if waiting.note(what, receiver, packet):
-                del self._waiting[station, position]
-                decided.append((what, waiting))
-        self._look_around(now_ns)
-        for what, waiting in decided:
-            self._tell(what, waiting)
-
-    def _look_around(self, now_ns: int) -> None:
-        """Links from where the hosts are, if that may have changed and it is time."""
-        places, obstacles, fades = (self._context.positions(now_ns), self._context.obstacles,
-                                    self._fades)
-        if obstacles.epoch != self._epoch or (
-                places is not self._places
-                and now_ns >= self._looked_ns + self._params.update_ns):
-            self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
-            self._mean = self._budget.links(places, obstacles)
-        elif fades is None or now_ns < fades.until_ns:
-            return
-        self._links = links = self._mean if fades is None else fades.links(self._mean, now_ns)
-        self._stations.link(now_ns, links.first, links.hearer, links.mw)
-
-    def _tell(self, what: int, waiting: Waiting) -> None:
-        frame = waiting.frame
-        if what == EXPIRED:
-            self._context.settle_many(frame, frame.receivers, _EXPIRED)
-        elif frame.broadcast:
-            waiting.tell_all(self._context, self._links.finders(frame.source))
-        else:
-            waiting.tell(self._context)
-
-    def _passes(self, waiting: Waiting, what: int, receiver: int, packet: int) -> bool:
-        """Whether a packet that was made out at ``receiver`` is not lost by rules, and to be noted:
-        any one of a broadcast, and the last one of a train when it comes for the first time."""
-        frame, now_ns = waiting.frame, self._context.now_ns
-        if what == RECEIVED and not frame.among((receiver,)):
-            return True
-        drop = self._context.judge_transmission(waiting.packet(packet, receiver), receiver)
-        if what == HEARD:
-            first = self._stations.judge(now_ns, frame.source, drop is not None)
-            return first and packet == frame.segments - 1
-        if drop is not None:
-            waiting.lose(drop.reason, receiver, packet)
-            self._stations.miss(now_ns, receiver)
-        return drop is None
+        rate, rts = self._broadcast_rate, False
+        if not frame.broadcast:
+            limit = self.params.rts_bytes
+            rate, rts = self.rate, limit is not None and size_bytes > limit
+        if not self._air.send(self._number, frame, size_bytes, psdu_bytes(sizes[-1], 1), rate, rts):
+            self._context.settle_many(frame, frame.receivers, _QUEUE_FULL)
