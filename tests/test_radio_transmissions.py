@@ -14,6 +14,7 @@ from netmodels.epidemic import Epidemic
 from netmodels.multihop import Multihop
 from netmodels.radio import Radio
 from netmodels.radio.dcf import Stations
+from netmodels.radio.ladder import Ladder
 from netmodels.radio.standards import G
 
 MS = 10**6
@@ -36,8 +37,9 @@ def sent(bench, frames=2000, packets=1, **how):
     for label in range(frames):
         bench.send(label * 50 * MS, "host_1", "host_2", packets * UDP, packets, label, **how)
     bench.run()
-    medium = bench.medium
-    return medium, medium.packets_delivered / medium.packets_intended, medium.model.attempts()[0]
+    medium, model = bench.medium, bench.medium.model
+    return (medium, medium.packets_delivered / medium.packets_intended,
+            model.attempts()[0] if hasattr(model, "attempts") else None)
 
 
 @pytest.mark.parametrize("p", [0.3, 0.7])
@@ -121,6 +123,29 @@ def test_what_a_rule_takes_is_like_what_has_errors():
         bench.run()
         begins.append(bench.log[-1][0])
     assert begins[1] - begins[0] == G.eifs_ns - G.difs_ns
+
+
+@pytest.mark.parametrize("fidelity", ["disk", "walls"])
+def test_the_rungs_without_contention_repeat_as_often(fidelity):
+    """Each transmission takes as long as one with the mean backoff."""
+    model = Ladder(Ladder.Params(fidelity=fidelity))
+    bench = Bench(model, {"host_1": (0, 0), "host_2": (5, 0)}, rules=[rule("loss",
+                                                                           probability=0.5)])
+    medium, share, _ = sent(bench, 1000, 5)
+    assert share == pytest.approx(1 - 0.5**7, abs=3.3 * (0.5**7 / 5000) ** 0.5)
+    assert set(medium.packets_dropped) == {"retry_limit"}
+    (alone_ns, *_), = sent_alone(fidelity)
+    delays_ns = [time_ns - label * 50 * MS for time_ns, label, *_ in bench.log]
+    cycle_ns = DATA_NS + G.sifs_ns + ACK_NS + G.difs_ns + G.cw_min * G.slot_ns // 2
+    repeated = 5 * ((1 - 0.5**7) / 0.5 - 1)
+    assert min(delays_ns) == alone_ns
+    assert np.mean(delays_ns) - alone_ns == pytest.approx(repeated * cycle_ns, rel=0.05)
+
+
+def sent_alone(fidelity):
+    bench = Bench(Ladder(Ladder.Params(fidelity=fidelity)), {"host_1": (0, 0), "host_2": (5, 0)})
+    bench.send(0, "host_1", "host_2", 5 * UDP, 5)
+    return bench.run()
 
 
 def test_without_such_a_rule_nobody_is_asked(monkeypatch):

@@ -9,6 +9,7 @@ import numpy as np
 
 from desim import ports
 from netmodels.ethernet import FULL_BYTES
+from netmodels.losses import lose
 from netmodels.radio import Radio
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
@@ -63,11 +64,14 @@ class Clear:
     A packet takes as long as ``Radio``'s in an idle medium, and the next one of the same sender
     waits for acknowledgement, DIFS and a backoff of the mean length. Who is near enough is seen
     when a frame is given to the sender: of unicast frames who would get a full packet (1518 B with
-    Ethernet's headers) at 90 % within its ``retries``, of broadcast ones the same at once.
+    Ethernet's headers) at 90 % within its ``retries``, of broadcast ones the same at once. Rules of
+    loss and jamming, asked at that moment too, act on each transmission: of unicast packets they
+    are repeated, and take the sender's time.
     """
 
-    reasons = ("expired", "out_of_range", "out_of_reach", "queue_full")
+    reasons = ("expired", "out_of_range", "out_of_reach", "queue_full", "retry_limit")
     refuses = ("expired", "queue_full")
+    judges_transmissions = True
 
     def __init__(self, params: Radio.Params, open_air: bool) -> None:
         standard = STANDARDS[params.standard]
@@ -117,16 +121,39 @@ class Clear:
             context.settle_many(frame, frame.receivers, ports.Drop("expired"))
             return
         arrives_ns, free_ns = self._times(frame.size_bytes, frame.segments, frame.broadcast)
-        ends_ns.append(now_ns + wait_ns + free_ns)
-        near = self._near[frame.broadcast].of(frame.source)
-        arrive = ports.Deliver(wait_ns + arrives_ns)
+        near = frame.among(self._near[frame.broadcast].of(frame.source))
+        lost, repeated = self._tried(frame, near) if context.judge_transmission else ({}, 0)
+        again_ns = repeated * (free_ns // frame.segments)
+        ends_ns.append(now_ns + wait_ns + free_ns + again_ns)
+        arrive = ports.Deliver(wait_ns + arrives_ns + again_ns)
+        for receiver, packets in lost.items():
+            lose(context, frame, receiver, packets, arrive)
+        context.settle_many(frame, [receiver for receiver in near if receiver not in lost], arrive)
         if frame.broadcast:
-            context.settle_many(frame, frame.among(near), arrive)
             context.settle_many(frame, None, ports.Drop("out_of_reach"))
-        else:
-            receiver, = frame.receivers
-            context.settle(frame, receiver, arrive if receiver in near
-                           else ports.Drop("out_of_range"))
+        elif not near:
+            context.settle(frame, frame.receivers[0], ports.Drop("out_of_range"))
+
+    def _tried(self, frame: ports.Frame, near: list[int]
+               ) -> tuple[dict[int, dict[str, list[int]]], int]:
+        """What rules take of it at those who are ``near``, the packets by reason; and how many
+        transmissions are repeated."""
+        judge, tries = self._context.judge_transmission, 1 if frame.broadcast else (
+            self._params.retries)
+        lost: dict[int, dict[str, list[int]]] = {}
+        repeated = 0
+        for receiver in near:
+            for number, size_bytes in enumerate(ports.packet_sizes(frame.size_bytes,
+                                                                   frame.segments)):
+                packet = frame._replace(receivers=(receiver,), size_bytes=size_bytes, segments=1)
+                failed = 0
+                while failed < tries and (drop := judge(packet, receiver)):
+                    failed += 1
+                repeated += min(failed, tries - 1)
+                if failed == tries:
+                    reason = drop.reason if frame.broadcast else "retry_limit"
+                    lost.setdefault(receiver, {}).setdefault(reason, []).append(number)
+        return lost, repeated
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
         """``ports.NetworkModel``: all or nothing."""
