@@ -42,8 +42,8 @@ class Medium(Account):
     __slots__ = ("name", "id", "model", "rules", "up", "attached", "frames", "_refuses", "_kernel",
                  "_after", "_send", "_streams", "_place", "positions", "_ids", "_open",
                  "_broadcasts", "_awaited", "_flying", "_reasons", "_switched", "_reach_m",
-                 "_separators", "_judges", "judge_transmission", "_gate", "_sending", "_sent",
-                 "_posting")
+                 "_separators", "_judges", "judge_transmission", "shared", "_gate", "_sending",
+                 "_sent", "_posting")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
@@ -57,7 +57,7 @@ class Medium(Account):
         self.attached: Sequence[int] = range(len(hosts))
         self.frames = 0
         self._kernel = kernel
-        self._after = kernel.after
+        self._after, self.shared = kernel.after, kernel.shared
         self._send = model.send
         self._streams = streams
         self._place = Nowhere(len(hosts)) if place is None else place
@@ -79,15 +79,11 @@ class Medium(Account):
         for number, rule in enumerate(self.rules):
             with below(f".rules.{number}"):
                 rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
-        trials = [rule for rule in self.rules if getattr(model, "judges_transmissions", False)
-                  and getattr(rule, "per_transmission", False)]
-        self._judges = [(rule, rule.judge) for rule in self.rules if rule not in trials]
+        transmissions = Transmissions(model, self.rules)
+        self.judge_transmission = transmissions.ask
+        self._reasons |= transmissions.reasons
+        self._judges = [(rule, rule.judge) for rule in transmissions.others]
         self._gate = Gate(self.count_drops)
-        self.judge_transmission = None
-        if trials:
-            transmissions = Transmissions(trials)
-            self.judge_transmission = transmissions.judge
-            self._reasons |= transmissions.reasons
         model.start(self, tuple(hosts))
 
     @property
@@ -108,9 +104,6 @@ class Medium(Account):
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._streams("medium", self.name, *name)
-
-    def shared(self, name: str, make: Callable[[], Any]) -> Any:
-        return self._kernel.shared(name, make)
 
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
         if type(verdict) is Drop and verdict.packets is not None \

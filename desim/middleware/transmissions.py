@@ -6,17 +6,22 @@ from collections.abc import Sequence
 
 from desim.errors import ModelError
 from desim.middleware.gate import class_of, undeclared
-from desim.ports import PASS, Drop, Frame, Pass, Rule
+from desim.ports import PASS, Drop, Frame, NetworkModel, Pass, Rule
 
 
 class Transmissions:
-    """Asks rules about single transmissions, for a model whose MAC repeats what is lost."""
+    """Asks those of a medium's rules that are ``per_transmission``, for a model whose MAC repeats
+    what is lost; ``others`` judge frames."""
 
-    def __init__(self, rules: Sequence[Rule]) -> None:
-        self._rules = rules
-        self.reasons = {reason for rule in rules for reason in rule.reasons}
+    def __init__(self, model: NetworkModel, rules: Sequence[Rule]) -> None:
+        judges = getattr(model, "judges_transmissions", False)
+        self._rules = [rule for rule in rules
+                       if judges and getattr(rule, "per_transmission", False)]
+        self.others = [rule for rule in rules if rule not in self._rules]
+        self.reasons = {reason for rule in self._rules for reason in rule.reasons}
+        self.ask = self._ask if self._rules else None
 
-    def judge(self, frame: Frame, receiver: int) -> Drop | None:
+    def _ask(self, frame: Frame, receiver: int) -> Drop | None:
         """``ports.Context.judge_transmission``. Raises ``ModelError`` for other verdicts."""
         for rule in self._rules:
             (verdict,) = rule.judge(frame, (receiver,)) or (PASS,)

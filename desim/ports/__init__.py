@@ -176,13 +176,11 @@ class Context(Protocol):
         """Random numbers by name, this medium's own."""
 
     def shared(self, name: str, make: Callable[[], Any]) -> Any:
-        """What all media of a run have in common under this name, such as a radio channel; who asks
-        first makes it. Media start one after another, before anything is sent."""
+        """What all media of a run have in common under this name; who asks first makes it."""
 
     judge_transmission: Callable[[Frame, int], Drop | None] | None
-    """For a model that ``judges_transmissions``: what the rules that act on transmissions say of
-    one transmission of a packet (a frame of its own) at a receiver. None: there are no such rules.
-    The model may drop for their reasons."""
+    """For a model that ``judges_transmissions``: what rules that are ``per_transmission`` say of a
+    packet (a frame of its own) at a receiver; it may drop for their reasons. None: no such rule."""
 
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
         """The fate of ``frame`` at one intended receiver: exactly once each, after any number of
