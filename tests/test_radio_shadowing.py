@@ -144,7 +144,7 @@ def test_coverage_knows_of_it():
     to_m = np.random.default_rng(3).uniform(-80, 80, (5000, 2))
     found = (model.signal(np.zeros(2), to_m).power_dbm - plain.signal(np.zeros(2), to_m).power_dbm)
     assert 4.5 < found.std() < 7.5
-    links = model._budget.links(np.array([(0.0, 0.0), (20.0, 5.0)]), room())
+    links = model.budget.links(np.array([(0.0, 0.0), (20.0, 5.0)]), room())
     assert 10 * np.log10(links.mw) == pytest.approx(
         model.signal(np.zeros(2), np.array([[20.0, 5.0]])).power_dbm[0])
 
