@@ -164,7 +164,7 @@ def test_without_such_a_rule_nobody_is_asked(monkeypatch):
 def test_rules_act_on_each_hop(cls):
     """On the way from host_1 to host_3, whom host_2 alone hears: never between those two."""
     own = {"routing": "static"} if cls is Multihop else {"interval": "100 ms"}
-    model = cls(cls.Params(hop="radio", radio={"rate": "6 Mb/s"}, **own))
+    model = cls(cls.Params(hop="radio", radio={"rate": "6 Mb/s", "preset": "ns3_3_44"}, **own))
     seen = []
     loss = rule("loss", probability=0.2)
     judge = loss.judge
