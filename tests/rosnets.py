@@ -9,11 +9,14 @@ from netmodels.rules.partition import Partition
 SYNS_S = (0, 1, 2, 3, 4, 5, 7, 11, 19, 35, 67)  # of one attempt, after its first
 GIVEN_UP_S = 131  # after it
 
+# Neither processes nor masters look only now and then, or ask before they register.
+AT_ONCE = {"poll": "0 s", "worker_poll": "0 s", "parameters": 0}
+
 
 def one_master(nodes, rules=(), **params):
     """Hosts 10 ms apart, a round trip of 20 ms, with one master, on host m if it is not said,
     timers that are exact, and addresses that are known."""
-    params = {"master": "m", "poll": "0 s"} | params
+    params = {"master": "m", **AT_ONCE} | params
     params["tcp"] = {"tick": "0 ns", "arp": "static"} | params.get("tcp", {})
     return Net(nodes, Ideal(Ideal.Params(delay="10 ms")), rules,
                middleware=Ros1(Ros1.Params(**params)))

@@ -2,7 +2,7 @@
 
 import pytest
 from graphs import Net, S, listener, silent, talker
-from rosnets import apart, beliefs, control, master, seen, stop
+from rosnets import AT_ONCE, apart, beliefs, control, master, seen, stop
 from tcphosts import Losing
 
 from desim.errors import InputError
@@ -16,7 +16,7 @@ GROOVY, NOETIC = "fkie_groovy", "fkie_noetic"
 
 
 def net(nodes, preset, rules=(), **params):
-    params = {"poll": "0 s", "start_jitter": "0 s", "sync_delay": "0 s"} | params
+    params = {**AT_ONCE, "start_jitter": "0 s", "sync_delay": "0 s"} | params
     return Net(nodes, Ideal(Ideal.Params(delay="10 ms")), rules,
                middleware=Multimaster(Multimaster.Params(preset=preset, **params)))
 

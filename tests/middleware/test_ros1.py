@@ -5,7 +5,9 @@ from graphs import S, listener, silent, talker
 from rosnets import GIVEN_UP_S, SYNS_S, apart, beliefs, control, seen, stop
 from rosnets import one_master as net
 
+from desim.middleware.ros.looper import Looper
 from desim.middleware.ros.master import Master, Registry, Uri, Workers
+from desim.middleware.ros.naps import Naps
 from desim.middleware.ros.sizes import CALLS
 from netmodels.rules.outage import Outage
 
@@ -104,8 +106,8 @@ def test_updates_are_not_blocked_where_no_worker_waits(monkeypatch):
 def test_updates_are_one_at_a_time_for_each_node():
     """The second task for a node waits, while those for others overtake it."""
     calls, done = [], []
-    told = Master(3, lambda task, over: (calls.append((task.topic, task.uri.host)),
-                                         done.append(over)))
+    told = Master(Naps(0, [0, 0, 0], int, None), lambda task, over: (
+        calls.append((task.topic, task.uri.host)), done.append(over)))
     for topic in ("/one", "/two"):
         for host in (1, 2):
             told.register_subscriber(topic, Uri(host, 1))
@@ -149,18 +151,58 @@ def test_roscpp_asks_once_and_rospy_again():
         *first, 10.06 + GIVEN_UP_S + 1])
 
 
-def test_an_answer_is_noticed_at_the_next_poll():
-    """By each process at a time of its own: in the mean half a period later."""
-    def delays_s(**params):
-        names = [f"b{i}" for i in range(40)]
-        polled = net({"a": talker([]), **{name: listener([]) for name in names}, "m": silent},
-                     **params).run(2 * S)
-        return [seen(polled, name)[0][0] - beliefs_of(polled, name) - 0.08 for name in names]
-    late = delays_s(poll="100 ms")
-    assert 0 <= min(late) < 0.02 and 0.08 < max(late) < 0.1
-    assert sum(late) / len(late) == pytest.approx(0.05, abs=0.02)
-    assert max(delays_s(poll="200 ms")) > 0.11
-    assert delays_s() == pytest.approx([0] * 40)
+def test_a_round_of_roscpp_ends_a_period_after_its_last_event():
+    """Rounds of 100 from 0 on. An event at 30 has the first one go on until 130, one at 110, behind
+    its period, ends it; then it is quiet; and one at the end of a round is in the next one."""
+    looper = Looper(100, 0)
+    assert [looper.looks(now) for now in (0, 60, 100, 101)] == [100, 100, 100, 200]
+    looper.event(30)
+    assert looper.looks(31) == 130
+    looper.event(110)
+    assert looper.looks(110) == 110 and looper.looks(111) == 210
+    looper.event(410)
+    assert looper.looks(411) == 510
+
+
+def test_a_link_takes_two_rounds_of_the_subscriber():
+    """From the update that tells it to the connection: the rest of a round, then one in which it is
+    answered."""
+    def connects_s(**params):
+        run = net({"a": talker([]), "b": listener([]), "m": silent}, **params).run(2 * S)
+        asked, linked = (next(row[0] for row in control(run, kind) if row[1] == "b")
+                         for kind in ("requestTopic", "tcpros"))
+        return round(linked - asked, 3)
+    assert 0.1 < connects_s(poll="100 ms") - connects_s() < 0.2
+    assert connects_s(poll="120 ms") != connects_s(poll="100 ms")
+
+
+def test_a_thread_of_the_master_looks_every_100_ms():
+    """Three that fell asleep at 0, 20 and 50: work that comes at 130 waits until 150, and more that
+    comes then until 200."""
+    calls, agenda, now = [], [], 130
+    naps = Naps(100, [0, 20, 50], lambda: now, lambda time, fn: agenda.append((time, fn)))
+    told = Master(naps, lambda task, over: calls.append((now, task.uri.host)))
+    for host in (1, 2):
+        told.register_subscriber("/one", Uri(host, 1))
+    told.register_publisher("/one", Uri(0, 1))
+    while agenda:
+        now, fn = agenda.pop(0)
+        fn()
+    assert calls == [(150, 1), (200, 2)]
+
+
+def test_rospy_ends_where_it_meets_no_master_and_roscpp_waits():
+    """Until TCP gives up."""
+    def heard(client, back_s):
+        log = []
+        run = net({"a": talker([(S, "one")], latch=True), "b": listener(log), "m": silent},
+                  client=client)
+        stop(run, "m", 0, back_s)
+        run.run((back_s + 10) * S)
+        return [text for *_, text in log], sorted(row[2] for row in run.rows("gave_up"))
+    assert heard("roscpp", GIVEN_UP_S + 5) == (["one"], [])
+    assert heard("rospy", GIVEN_UP_S + 5) == ([], ["a", "b"])
+    assert heard("rospy", 5) == (["one"], [])
 
 
 def beliefs_of(net, host):

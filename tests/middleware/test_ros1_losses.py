@@ -107,15 +107,15 @@ def test_a_master_that_comes_late_is_found_by_the_next_syn():
         (11.16, "10.5"), (13.01, "13")]
 
 
-@pytest.mark.parametrize(("client", "again_s"), [("roscpp", 131.05), ("rospy", 131.2)])
+@pytest.mark.parametrize(("client", "again_s"), [("roscpp", 131.05), ("rospy", None)])
 def test_an_unreachable_master_is_called_again_when_tcp_has_given_up(client, again_s):
     """Five times a second, 2 + 4 + ... + 64 s, then the library's own pause: no more than eleven
-    SYNs in two minutes."""
+    SYNs in two minutes. A rospy process ends then."""
     def check(**params):
         cut = net({"a": talker([]), "m": silent}, [apart("m")], client=client, **params)
         cut.run(200 * S)
         syns = [row[0] for row in control(cut, "registerPublisher")]
-        assert syns == [*SYNS_S, *(again_s + after for after in SYNS_S)]
+        assert syns == [*SYNS_S, *(again_s + after for after in SYNS_S if again_s)]
     check()
     with pytest.raises(AssertionError):
         check(tcp={"first_rto": "1.05 s"})

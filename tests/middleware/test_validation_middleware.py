@@ -7,10 +7,12 @@ from typing import NamedTuple
 
 import pytest
 
+from desim.middleware.ros import processes
+from desim.middleware.ros.looper import Looper
 from desim.middleware.zenoh import link
+from desim.middleware.zenoh import zenoh as zenoh_model
 from desim.middleware.zenoh.line import Line
-from desim.middleware.zenoh.router import Router
-from desim.validation import zenoh
+from desim.validation import ros1, zenoh
 
 
 class Twin(NamedTuple):
@@ -20,16 +22,24 @@ class Twin(NamedTuple):
     wrong: Callable
 
 
+def no_rounds(monkeypatch):
+    """Answers are noticed at once."""
+    monkeypatch.setattr(Looper, "looks", lambda looper, now_ns: now_ns)
+
+
+def no_questions(monkeypatch):
+    """Subscriptions are registered at once."""
+    schedules = processes.schedules
+    monkeypatch.setattr(processes, "schedules", lambda params: schedules(params)._replace(asks=0))
+
+
 def longer_keep_alives(monkeypatch):
     monkeypatch.setattr(link, "KEEP_ALIVE_BYTES", 30)
 
 
-def one_message_for_all_declarations(monkeypatch):
-    def opened(router):
-        wishes, router._wishes = router._wishes, None
-        router.declare([declaration for wish in wishes for declaration in wish])
-
-    monkeypatch.setattr(Router, "_open", opened)
+def short_tokens(monkeypatch):
+    """Names of topics, and nothing else."""
+    monkeypatch.setattr(zenoh_model, "token_bytes", lambda node, topic: 15 + len(topic))
 
 
 def no_drain(monkeypatch):
@@ -46,8 +56,10 @@ def zenoh_near_the_lease():
 
 
 TWINS = [
+    Twin(ros1.first_messages, no_rounds),
+    Twin(ros1.first_messages, no_questions),
     Twin(zenoh.at_rest, longer_keep_alives),
-    Twin(small_zenoh_fleet, one_message_for_all_declarations),
+    Twin(small_zenoh_fleet, short_tokens),
     Twin(zenoh_near_the_lease, no_drain),
 ]
 

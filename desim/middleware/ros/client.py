@@ -6,6 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from desim.middleware.ros.links import Link
+from desim.middleware.ros.looper import Looper
 from desim.middleware.ros.master import Uri
 from desim.middleware.ros.sizes import CALLS, REQUEST_TOPIC
 from desim.middleware.ros.xmlrpc import Call
@@ -46,7 +47,7 @@ class Process:
     they know."""
 
     __slots__ = ("uri", "host", "master", "all", "alive", "publications", "subscriptions",
-                 "_wanted", "_calls", "_held", "_phase_ns", "_heard")
+                 "looper", "_wanted", "_calls", "_held", "_met", "_ended", "_heard")
 
     def __init__(self, processes: Processes, uri: Uri, master: int) -> None:
         self.all = processes
@@ -59,9 +60,12 @@ class Process:
         self._wanted: dict[tuple[str, str], None] = {}  # method, topic
         self._calls: deque[tuple[str, str]] = deque()  # those to come; the first is under way
         self._held: list[Call] = []  # updates
-        poll_ns = processes.schedules.poll_ns
-        self._phase_ns = poll_ns and int(processes.context.stream(
-            "ros", self.all.context.hosts[self.host], uri.life).integers(poll_ns))
+        self._met = False  # the master, at least once
+        self._ended = False  # rospy, because it did not
+        schedules, context = processes.schedules, processes.context
+        started_ns = schedules.poll_ns and int(context.stream(
+            "ros", context.hosts[self.host], uri.life).integers(schedules.start_ns + 1))
+        self.looper = Looper(schedules.poll_ns, context.now_ns - started_ns)
         self._heard: dict[int, int] = {}  # links that are up, by publishing host
         processes.rpc.serve(self.host, uri.slave, self._serve)
         processes.tcp.listen(self.host, uri.tcpros, _nothing)
@@ -103,11 +107,14 @@ class Process:
     # newer than its answer (roscpp TopicManager holds subs_mutex_ meanwhile).
 
     def _register(self, method: str, topic: str) -> None:
-        if (method, topic) in self._wanted:
+        if self._ended or (method, topic) in self._wanted:
             return
         self._wanted[method, topic] = None
-        self._calls.append((method, topic))
-        if len(self._calls) == 1:
+        schedules = self.all.schedules
+        asks = schedules.asks if method == "registerSubscriber" else 0
+        first = not self._calls
+        self._calls.extend([("hasParam", topic)] * asks + [(method, topic)])
+        if first:
             self._call()
 
     def _call(self, _: Any = None) -> None:
@@ -118,10 +125,15 @@ class Process:
                           (method, topic, self.uri), self._registered)
 
     def _registered(self, ok: bool, answer: Any) -> None:
+        context = self.all.context
+        if not ok and self.all.schedules.client == "rospy" and not self._met:
+            self._ended = True  # ROSInitException
+            context.note("gave_up", self.host)
+            return
         if not ok:
-            context = self.all.context
             context.at(context.now_ns + self.all.schedules.master_retry_ns, self.host, self._call)
             return
+        self._met = True
         method, topic = self._calls.popleft()
         if method == "registerSubscriber":
             self._publishers(topic, answer)
@@ -134,6 +146,7 @@ class Process:
     # What others want.
 
     def _serve(self, call: Call) -> None:
+        self.looper.event(self.all.context.now_ns)
         method, *arguments = call.request
         if method == "requestTopic":
             sizes = REQUEST_TOPIC[self.all.schedules.client]
@@ -214,11 +227,6 @@ class Process:
         self._heard[publisher] = count
         if self.all.sees is not None and count == max(more, 0):
             self.all.sees(self.host, publisher, "online" if count else "offline")
-
-    def poll_ns(self) -> int:
-        """When it looks next whether requestTopic has been answered."""
-        now_ns, period_ns = self.all.context.now_ns, self.all.schedules.poll_ns
-        return now_ns + ((self._phase_ns - now_ns) % period_ns if period_ns else 0)
 
 
 def _nothing(_: Any) -> None:

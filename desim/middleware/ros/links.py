@@ -36,14 +36,16 @@ class Link:
         self._dropped = False
 
     def ask(self, _: Any = None) -> None:
-        """requestTopic, over a connection of its own."""
+        """requestTopic, over a connection of its own, which is called at once; the request waits
+        for the end of the looper's round."""
         self.asked = True
         self._timer = None
         all_ = self.process.all
         self._call = all_.rpc.call(
             self.process.host, self.uri.host, self.uri.slave, "requestTopic",
             REQUEST_TOPIC[all_.schedules.client].call, ("requestTopic", self), self._answered,
-            fresh=True)
+            fresh=True, held=True)
+        self._at_the_end_of_the_round(self._request)
 
     def drop(self) -> None:
         """The publisher is no longer listed, or this process has ended."""
@@ -73,9 +75,11 @@ class Link:
     def _answered(self, ok: bool, transport: str | None) -> None:
         if self._dropped:
             return
+        self._rest()
         if transport is not None:
-            step = self._connect if transport == "stream" else self._established
-            self._book(self.process.poll_ns(), step)
+            self.process.looper.event(self.process.all.context.now_ns)
+            self._at_the_end_of_the_round(
+                self._connect if transport == "stream" else self._established)
             return
         retries = self.process.all.schedules.requests
         if retries is not None and self._call.reason in retries.reasons:
@@ -137,6 +141,20 @@ class Link:
 
     def _book(self, time_ns: int, step: Callable[[Any], Any]) -> None:
         self._timer = self.process.all.context.at(time_ns, self.process.host, step)
+
+    def _at_the_end_of_the_round(self, step: Callable[[Any], Any]) -> None:
+        """``step`` when the looper looks; what comes meanwhile puts that off."""
+        now_ns = self.process.all.context.now_ns
+        due_ns = self.process.looper.looks(now_ns)
+        if due_ns <= now_ns:
+            self._timer = None
+            step(None)
+        else:
+            self._book(due_ns, lambda _: self._at_the_end_of_the_round(step))
+
+    def _request(self, _: Any) -> None:
+        self.process.looper.event(self.process.all.context.now_ns)  # the socket can be written
+        self._call.release()
 
     def _rest(self) -> None:
         if self._timer is not None:

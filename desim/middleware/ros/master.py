@@ -11,6 +11,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
+from desim.middleware.ros.naps import Naps
+
 
 class Uri(NamedTuple):
     """Where a host's nodes are called: each time the host starts they listen on a new port, so
@@ -91,42 +93,49 @@ Call = Callable[[Task, Callable[[], Any]], Any]
 
 
 class Workers:
-    """The master's calls, made by ``threads`` workers (rosmaster: 3) in order, but never two at a
-    time to the same node. ``call(task, done)`` has no timeout: a worker is busy until it is done.
+    """The master's calls, made by threads in order, but never two at a time to the same node.
+    ``call(task, done)`` has no timeout: a thread is busy until it is done. Then it looks for more
+    at once, and else takes naps.
     """
 
-    def __init__(self, threads: int, call: Call) -> None:
+    def __init__(self, naps: Naps, call: Call) -> None:
         self.waiting: deque[Task] = deque()
         self.busy: dict[Uri, Task] = {}
-        self._threads, self._call = threads, call
+        self._naps, self._call = naps, call
 
     def add(self, task: Task) -> None:
         self.waiting.append(task)
-        self._go_on()
+        self._naps.wake(self._work)
 
-    def _go_on(self) -> None:
+    def _work(self) -> bool:
+        """A thread takes the first task that may be done now. Whether there was one."""
         waiting, busy = self.waiting, self.busy
-        while len(busy) < self._threads:
-            for i, task in enumerate(waiting):
-                if task.uri not in busy:
-                    del waiting[i]
-                    break
-            else:
-                return
-            busy[task.uri] = task
-            self._call(task, partial(self._done, task.uri))
+        for i, task in enumerate(waiting):
+            if task.uri not in busy:
+                del waiting[i]
+                busy[task.uri] = task
+                self._call(task, partial(self._done, task.uri))
+                return True
+        return False
 
     def _done(self, uri: Uri) -> None:
         del self.busy[uri]
-        self._go_on()
+        if not self._work():
+            self._naps.begin()
+        if self.waiting:
+            self._naps.wake(self._work)
 
 
 class Master:
     """One master process, from its start to its end. ``call(task, done)`` makes its calls."""
 
-    def __init__(self, threads: int, call: Call) -> None:
+    def __init__(self, naps: Naps, call: Call) -> None:
         self.registry = Registry()
-        self.workers = Workers(threads, call)
+        self.workers = Workers(naps, call)
+
+    def has_parameter(self, _: str, __: Uri) -> tuple[Uri, ...]:
+        """None has been set."""
+        return ()
 
     def register_publisher(self, topic: str, uri: Uri) -> tuple[Uri, ...]:
         """Returns the subscribers; each of them is told all publishers."""

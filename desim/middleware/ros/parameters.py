@@ -48,10 +48,19 @@ class RosParams(ports.Params):
     connect_timeout_ns: Period | None = Field(None, description=(
         "patience with a connection (null: TCP's in roscpp; 30 s in rospy, tcpros_base.py)"))
     poll_ns: Duration = Field("100 ms", description=(
-        "how often a process looks whether requestTopic has been answered (roscpp "
-        "xmlrpc_manager.cpp); each process at its own time, 0 s: at once"))
+        "rounds of a roscpp process between which it sends requestTopic, and looks whether that "
+        "has been answered (xmlrpc_manager.cpp server_.work); 0 s: at once, as rospy does"))
+    parameters: int = Field(5, ge=0, description=(
+        "parameters that a roscpp process asks its master for, one after another, before it "
+        "registers a subscription (statistics.cpp)"))
+    start_ns: Duration = Field("10 ms", description=(
+        "the first round of a process begins up to so long before its nodes (ours, for hosts that "
+        "start in one instant)"))
     workers: int = Field(3, ge=1, description=(
         "threads that tell subscribers of new publishers (rosmaster master_api.py)"))
+    worker_poll_ns: Duration = Field("100 ms", description=(
+        "how often each of them looks whether there is something to tell, when it had nothing to "
+        "do (rosmaster threadpool.py)"))
     local_call_ns: Duration = Field("1 ms", description=(
         "an XML-RPC call within a host (ours)"))
     tcp_nodelay: bool = Field(False, description=(
@@ -67,7 +76,7 @@ class RosParams(ports.Params):
 
 class Schedules(NamedTuple):
     """The times that a client library keeps. ``requests``: of requestTopic (None: it is not tried
-    again)."""
+    again). ``asks``: calls before each subscription is registered."""
 
     client: str
     master_retry_ns: int
@@ -75,6 +84,8 @@ class Schedules(NamedTuple):
     connect_timeout_ns: int | None
     requests: Retries | None
     poll_ns: int
+    start_ns: int
+    asks: int
     nodelay: bool
 
 
@@ -93,4 +104,6 @@ def schedules(params: RosParams) -> Schedules:
         params.client, params.master_retry_ns or master_retry_ns,
         Retries(params.reconnect_first_ns or first_ns, params.reconnect_most_ns or most_ns,
                 reasons),
-        params.connect_timeout_ns or patience_ns, requests, params.poll_ns, params.tcp_nodelay)
+        params.connect_timeout_ns or patience_ns, requests,
+        params.poll_ns if params.client == "roscpp" else 0, params.start_ns,
+        params.parameters if params.client == "roscpp" else 0, params.tcp_nodelay)

@@ -9,6 +9,7 @@ from desim.errors import InputError
 from desim.middleware.context import Context
 from desim.middleware.ros.client import Process
 from desim.middleware.ros.master import Master, Task, Uri
+from desim.middleware.ros.naps import Naps
 from desim.middleware.ros.parameters import RosParams, schedules
 from desim.middleware.ros.sizes import CALLS
 from desim.middleware.ros.tcpros import Tcpros
@@ -21,7 +22,8 @@ Method = Callable[..., tuple[Uri, ...]]  # of a master: the addresses that it an
 
 
 _METHODS: dict[str, Method] = {"registerPublisher": Master.register_publisher,
-                               "registerSubscriber": Master.register_subscriber}
+                               "registerSubscriber": Master.register_subscriber,
+                               "hasParam": Master.has_parameter}
 
 
 class Processes:
@@ -38,7 +40,7 @@ class Processes:
         self.tcp = Tcp(context, params.tcp)
         self.rpc = XmlRpc(context, self.tcp, local_ns=params.local_call_ns)
         self.masters: dict[int, Master] = {}  # by host
-        self._workers = params.workers
+        self._params = params
         self._methods = _METHODS | (more or {})
         self._master_of = master_of
         self._processes: dict[int, Process] = {}
@@ -61,7 +63,7 @@ class Processes:
             self._lives[host] += 1
             if host in self._master_of:
                 self.masters[host] = Master(
-                    self._workers, lambda task, done: self._tell(host, task, done))
+                    self._naps(host), lambda task, done: self._tell(host, task, done))
                 self.rpc.serve(host, "master", self._serve)
             self.on(host)
             return
@@ -96,6 +98,15 @@ class Processes:
         return Udpros(graph.hosts[host], publication)
 
     # Masters.
+
+    def _naps(self, host: int) -> Naps:
+        """Of a master's threads, each at times of its own."""
+        context, params = self.context, self._params
+        luck = context.stream("rosmaster", context.hosts[host], self._lives[host])
+        asleep_ns = [context.now_ns + int(luck.integers(params.worker_poll_ns + 1))
+                     for _ in range(params.workers)]
+        return Naps(params.worker_poll_ns, asleep_ns, lambda: context.now_ns,
+                    lambda time_ns, fn: context.at(time_ns, host, lambda _: fn()))
 
     def _serve(self, call: Call) -> None:
         method, *arguments = call.request

@@ -20,6 +20,9 @@ class Sizes(NamedTuple):
 
 
 CALLS = {
+    # The five that a roscpp subscription asks for, /enable_statistics and /statistics_window_...:
+    # 311 to 324 and 390 to 403 B.
+    "hasParam": Sizes(320, 0, 399, 0),
     # 442 B of answer without subscribers, 906 B with eight.
     "registerPublisher": Sizes(422, 0, 442, 58),
     # 465 B of answer with one publisher.

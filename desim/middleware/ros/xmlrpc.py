@@ -23,10 +23,11 @@ class Call:
     the network sees sizes: with the HTTP header, without TCP and IP."""
 
     __slots__ = ("client", "server", "service", "kind", "request_bytes", "request", "done",
-                 "connection", "response", "reason", "over", "_fresh", "_rpc", "_timer", "_reused")
+                 "connection", "response", "reason", "over", "held", "_fresh", "_rpc", "_timer",
+                 "_reused")
 
     def __init__(self, rpc: XmlRpc, client: int, server: int, service: str, kind: str,
-                 request_bytes: int, request: Any, done: Done, fresh: bool) -> None:
+                 request_bytes: int, request: Any, done: Done, fresh: bool, held: bool) -> None:
         self.client, self.server, self.service = client, server, service
         self.kind = kind
         self.request_bytes, self.request = request_bytes, request
@@ -35,6 +36,7 @@ class Call:
         self.response: Any = None
         self.reason: str | None = None  # why its connection ended, if that is why it failed
         self.over = False  # nobody waits for the answer any more
+        self.held = held
         self._fresh = fresh
         self._rpc = rpc
         self._timer: Any = None
@@ -58,6 +60,12 @@ class Call:
         self.connection = connection
         self._reused = reused
         connection.send(self.client, self.request_bytes, self._rpc.received, self, self.kind)
+
+    def release(self) -> None:
+        """The request may go, now that its connection has been called."""
+        self.held = False
+        if not self.over:
+            self._rpc.connected(self)
 
     def broke(self) -> bool:
         """Its connection is over before it was answered. True if it goes on with a new one: a
@@ -127,13 +135,13 @@ class XmlRpc:
 
     def call(self, client: int, server: int, service: str, kind: str, request_bytes: int,
              request: Any, done: Done, *, timeout_ns: int | None = None,
-             fresh: bool = False) -> Call:
+             fresh: bool = False, held: bool = False) -> Call:
         """Call ``service`` on ``server``; ``done(ok, response)`` in the end, unless ``client``
         stops; never before this returns. Without ``timeout_ns`` it waits until TCP gives up, and
         for ever where the request was acknowledged: these connections are not kept alive. Bytes are
         discovery of ``kind``. ``fresh``: over a connection of its own, closed after the
-        answer (roscpp for requestTopic)."""
-        call = Call(self, client, server, service, kind, request_bytes, request, done, fresh)
+        answer (roscpp for requestTopic). ``held``: the request waits for ``Call.release``."""
+        call = Call(self, client, server, service, kind, request_bytes, request, done, fresh, held)
         self.calls.setdefault(client, {})[call] = None
         if timeout_ns is not None:
             call.wait(timeout_ns)
@@ -197,7 +205,14 @@ class XmlRpc:
             call.client, call.server, call.service, call.kind, opened=_nothing,
             closed=self._closed, nodelay=True, keepalive=False)
         connection.about = call
-        call.go(connection, False)
+        call.connection = connection
+        if not call.held:
+            call.go(connection, False)
+
+    def connected(self, call: Call) -> None:
+        """Its request need not wait any longer."""
+        if call.connection is not None:
+            call.go(call.connection, False)
 
     def _reap(self, key: Key) -> None:
         """Close what has rested for long. The last one to rest is the first one to work, so that
