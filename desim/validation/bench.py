@@ -19,6 +19,7 @@ from desim.streams import Streams
 from desim.trace import Names, Trace
 from desim.units import NS_PER_S
 
+KNOWN_ADDRESSES = {"arp": "static"}  # of TCP's parameters: how it was measured
 CHECK_SEQUENCE_BYTES = 4  # of an Ethernet packet; tcpdump does not see it
 
 

@@ -11,7 +11,7 @@ from statistics import mean
 
 from desim.middleware.ros.ros1 import Ros1
 from desim.ports.cases import Check
-from desim.validation.bench import Bench, Speaker, Word, within
+from desim.validation.bench import KNOWN_ADDRESSES, Bench, Speaker, Word, within
 
 # Who comes last, one-way delay: ms from its call to the first message.
 FIRST_MESSAGE_MS = {("subscriber", "50 us"): 210, ("publisher", "50 us"): 210,
@@ -38,6 +38,7 @@ def _first_ms(last: str, delay: str, seed: int) -> float:
     starts_s = {"master": 0, "publisher": 1, "subscriber": 1} | {last: 5}
     lives = {"master": lambda node: None, "publisher": publish,
              "subscriber": lambda node: node.listens("/map")}
-    bench = Bench(lives, Ros1(Ros1.Params(master="master")), delay=delay, seed=seed,
+    params = Ros1.Params(master="master", tcp=KNOWN_ADDRESSES)
+    bench = Bench(lives, Ros1(params), delay=delay, seed=seed,
                   starts_s=[starts_s[host] for host in lives]).run(10)
     return 1000 * bench.heard_after("subscriber", starts_s[last])

@@ -11,7 +11,7 @@ from typing import Any
 
 from desim.middleware.zenoh.zenoh import Zenoh
 from desim.ports.cases import Check
-from desim.validation.bench import Bench, Speaker, alike, within
+from desim.validation.bench import KNOWN_ADDRESSES, Bench, Speaker, alike, within
 
 # Preset, seconds of the cut: of each run how much later the second host started, how long after the
 # start of the first one the cut began, and from its end to the first message.
@@ -43,6 +43,10 @@ def checks() -> Iterator[Check]:
     yield from heard_again()
 
 
+def _zenoh(preset: str) -> Zenoh:
+    return Zenoh(Zenoh.Params(preset=preset, tcp=KNOWN_ADDRESSES))
+
+
 def discovery() -> Iterator[Check]:
     """The first 15 s of routers that start some 10 ms apart; the median of five of 8 without nodes,
     243 to 259 kB."""
@@ -53,7 +57,7 @@ def discovery() -> Iterator[Check]:
 
 
 def _first_15_s(lives: Lives) -> int:
-    return Bench(lives, Zenoh(Zenoh.Params(preset="zenoh")),
+    return Bench(lives, _zenoh("zenoh"),
                  starts_s=[0.05 * k for k in range(len(lives))]).run(15).tap.bytes
 
 
@@ -74,7 +78,7 @@ def _fleet(hosts: int) -> Lives:
 
 def at_rest() -> Iterator[Check]:
     """Keep-alives, scouts and hellos, from 15 to 45 s after the start."""
-    bench = Bench(_quiet(8), Zenoh(Zenoh.Params(preset="zenoh")),
+    bench = Bench(_quiet(8), _zenoh("zenoh"),
                   starts_s=[0.035 * k for k in range(8)]).run(15)
     before = bench.tap.bytes
     yield within(0.15, "Zenoh: 8 routers at rest", (bench.run(45).tap.bytes - before) / 30, 3426,
@@ -101,6 +105,6 @@ def _again(preset: str, cut_s: float, start_s: float, from_s: float) -> float:
         node.listens("/k0")
 
     until_s = from_s + cut_s
-    bench = Bench({"robot_0": speak, "robot_1": listen}, Zenoh(Zenoh.Params(preset=preset)),
+    bench = Bench({"robot_0": speak, "robot_1": listen}, _zenoh(preset),
                   cuts=[(from_s, until_s)], starts_s=[0, start_s]).run(until_s + 50)
     return bench.heard_after("robot_1", until_s)
