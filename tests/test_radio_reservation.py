@@ -13,20 +13,21 @@ import numpy as np
 import pytest
 from radio import air
 
-from netmodels.radio.dcf import DONE, DROPPED, NEVER, RECEIVED
+from netmodels.radio.dcf import DONE, DROPPED, NEVER, RECEIVED, Reception
 from netmodels.radio.standards import A
 
 STANDARD = replace(A, cw_min=0, cw_max=0)
+BY_THE_STANDARD = Reception()
 BROKEN, UNNOTICED, WELL = -80.0, -85.0, -50.0  # dBm of a frame at 54 Mb/s: 14 dB above the noise
 
 
-def scene(tries=1, **heard_dbm):
+def scene(tries=1, reception=BY_THE_STANDARD, **heard_dbm):
     """Stations that hear each other as ``_0_2=-50`` says: 0's signal comes to 2 with -50 dBm."""
     power_mw = np.zeros((6, 6))
     for pair, dbm in heard_dbm.items():
         source, hearer = map(int, pair[1:].split("_"))
         power_mw[source, hearer] = 10 ** (dbm / 10)
-    return air(STANDARD, power_mw, tries=tries)
+    return air(STANDARD, power_mw, tries=tries, reception=reception)
 
 
 def sends(stations, at_us, source, dest=-1, size_bytes=1064, mbps=54, rts=False):
@@ -64,6 +65,17 @@ def test_what_can_be_read_ends_eifs(reply_dbm, begins_us):
     stations = scene(_0_1=WELL, _1_0=WELL, _0_2=BROKEN, _1_2=reply_dbm)
     sends(stations, 0, 0, 1)
     sends(stations, 10, 2, size_bytes=28)
+    assert bystander_begins(stations) == begins_us
+
+
+@pytest.mark.parametrize(("in_ns3", "begins_us"), [(False, 280 + 94), (True, 280 + 34)])
+def test_eifs_begins_on_an_idle_medium_but_in_ns3(in_ns3, begins_us):
+    """A second frame makes the first one unreadable and lasts 100 us longer. In ns-3 EIFS has begun
+    with the end of the first one and is over by then."""
+    stations = scene(_0_2=BROKEN, _3_2=-60.0, reception=Reception(eifs_at_end=in_ns3))
+    sends(stations, 0, 0)
+    sends(stations, 10, 2, size_bytes=28)
+    sends(stations, 100, 3)
     assert bystander_begins(stations) == begins_us
 
 

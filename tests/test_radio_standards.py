@@ -1,5 +1,7 @@
 """Airtimes and interframe spaces against published ones."""
 
+from dataclasses import replace
+
 import pytest
 
 from netmodels.radio import Radio
@@ -22,7 +24,8 @@ def test_airtime(standard, mbps, size_bytes, us):
 
 @pytest.mark.parametrize(("standard", "mbps", "reply_mbps"), [
     (A, 6, 6), (A, 9, 6), (A, 12, 12), (A, 18, 12), (A, 24, 24), (A, 54, 24),
-    (B, 1, 1), (B, 2, 2), (B, 5.5, 2), (B, 11, 2), (G, 11, 2), (G, 6, 6), (G, 54, 24)])
+    (B, 1, 1), (B, 2, 2), (B, 5.5, 5.5), (B, 11, 11), (G, 11, 11), (G, 6, 6),
+    (G, 54, 24), (replace(B, basic_mbps=(1, 2)), 11, 2), (replace(A, basic_mbps=(24,)), 12, 6)])
 def test_replies_go_at_the_highest_basic_rate_not_above_the_frames(standard, mbps, reply_mbps):
     assert standard.rates[standard.reply_rate(standard.rate(mbps))].mbps == reply_mbps
 

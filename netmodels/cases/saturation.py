@@ -16,6 +16,7 @@ from netmodels.cases.packets import MOST_80211_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
 from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio import Radio
+from netmodels.radio.rates import chosen_standard
 from netmodels.radio.standards import STANDARDS
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured
@@ -41,6 +42,9 @@ class Saturation:
                                                                        "one each (ns-3 reference)")
         slot_ns: Period | None = Field(None, examples=["9 us"], description=(
             "of the backoff (the standard's: 9 us; 20 us with 11b and, where 11b may be, 11g)"))
+        basic_rates_bps: tuple[BitRate, ...] = Field((), examples=["2 Mb/s"], description=(
+            "of which acknowledgements have the highest that is not above the data's; can be given "
+            "again (the standard's mandatory ones)"))
         preset: Literal["ns3_3_44"] | None = Field("ns3_3_44", description=(
             "what the standard leaves open, and where receivers differ from it (ns-3 reference)"))
         duration_ns: Period | None = Field(None, examples=["10 s"], description=(
@@ -65,7 +69,7 @@ class Saturation:
         senders = numbered("sender", p.stations)
         receivers = (numbered("receiver", p.stations) if p.topology == "pairs"
                      else ("sink",) * p.stations)
-        standard = STANDARDS[p.standard]
+        standard = chosen_standard(p.standard, p.basic_rates_bps or None)
         radio = Radio(Radio.Params(preset=p.preset, standard=p.standard, rate=f"{rate_bps} b/s",
                                    path_loss=SAME_POWER),
                       replace(standard, slot_ns=p.slot_ns or standard.slot_ns))

@@ -11,58 +11,23 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.errors import InputError
-from desim.units import BitRate, ByteSize, Decibels, Level, Period
+from desim.units import BitRate, ByteSize, Level, Period
 from netmodels.ethernet import FULL_BYTES
 from netmodels.radio.air import Air, Airs, Member
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
-from netmodels.radio.dcf import Reception
 from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.fading import Fading
 from netmodels.radio.pathloss import PathLoss, PathLossParams, reach_m
 from netmodels.radio.presets import filled
 from netmodels.radio.ratecontrol import RateControl
-from netmodels.radio.rates import chosen_rates
+from netmodels.radio.rates import chosen_rates, chosen_standard
 from netmodels.radio.shadowing import Shadowing, Shadows
 from netmodels.radio.standards import MOST_BYTES, STANDARDS, Standard, psdu_bytes
+from netmodels.radio.thresholds import Thresholds
 from netmodels.radio.walls import Walls
 
-_THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
-
 _QUEUE_FULL = ports.Drop("queue_full")
-
-
-class Thresholds(ports.Params):
-    """What a receiver makes of what it hears."""
-
-    noise_figure_db: Decibels = Field("7 dB", description="noise of the receiver itself (ns-3; "
-                                                          "802.11-2016, 17.3.10.2, allows 15 dB)")
-    heard_dbm: Level = Field("-101 dBm", description="what is weaker is not even interference "
-                                                     "(ns-3: RxSensitivity; 7 dB below the noise)")
-    energy_dbm: Level = Field("-62 dBm", description=(
-        "whatever it is, it makes the medium busy (802.11-2016, 17.3.10.6; preset ns3_3_44: -82 "
-        "dBm)"))
-    preamble_dbm: Level | None = Field(None, description=(
-        "the least that a frame is found at, and makes the medium busy (null: none but "
-        "preamble_above, with which that is -90 dBm; 802.11-2016, 17.3.10.6, asks for -82 dBm or "
-        "better, and receivers are better; preset ns3_3_44: -82 dBm)"))
-    preamble_above_db: Decibels = Field("4 dB", description=(
-        "how far a frame must be above noise and interference to be found (ns-3)"))
-    unaware: bool = Field(False, description=(
-        "interference that began within 4 us of a frame does it no harm (no receiver is like that, "
-        "but ns-3's)"))
-
-    @property
-    def found_dbm(self) -> float:
-        """The least that a frame is found at where nobody else is on the air."""
-        above_noise_dbm = _THERMAL_DBM + self.noise_figure_db + self.preamble_above_db
-        if self.preamble_dbm is None:
-            return above_noise_dbm
-        return max(above_noise_dbm, self.preamble_dbm)
-
-    def for_stations(self) -> Reception:
-        return Reception(_THERMAL_DBM + self.noise_figure_db, self.energy_dbm, self.found_dbm,
-                         self.preamble_above_db, unaware=self.unaware)
 
 
 class Radio:
@@ -99,6 +64,10 @@ class Radio:
         rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
         broadcast_rate_bps: BitRate | None = Field(None, description=(
             "of broadcast frames (the lowest of the same modulation; ns-3: of all)"))
+        basic_rates_bps: tuple[BitRate, ...] | None = Field(None, min_length=1, description=(
+            "that everybody understands: replies go at the highest one of the same modulation that "
+            "is not above the frame's (the standard's mandatory ones: 802.11-2016, 10.7.6.5; as "
+            "ns-3, and as Linux does ad hoc)"))
         rate_control: RateControl | None = Field(None, description=(
             "learns from acknowledgements how fast to send to whom, of the rates of the same "
             "modulation as rate, which is the first (none: always rate)"))
@@ -125,6 +94,9 @@ class Radio:
         window_failures: int | None = Field(None, ge=1, le=255, description=(
             "failures in a row that let a sender's contention window start anew (as many as "
             "retries: when a frame is given up, 802.11-2016, 10.3.3; ns-3: 8)"))
+        difs_first: bool = Field(False, description=(
+            "a packet that comes while the medium is idle waits for DIFS all the same (as ns-3; "
+            "802.11-2016, 10.3.4.2: it goes at once where that has been idle for DIFS)"))
         rts_bytes: ByteSize | None = Field(None, description=(
             "packets on the air above this size ask first, those of a train if its first one does "
             "(null: none)"))
@@ -147,7 +119,7 @@ class Radio:
     def __init__(self, params: Params, standard: Standard | None = None) -> None:
         """``standard``: its numbers, where they are not those of the one in ``params``."""
         self.params = params
-        self.standard = standard or STANDARDS[params.standard]
+        self.standard = standard or chosen_standard(params.standard, params.basic_rates_bps)
         best_db = sum(slot.best_db for slot in (params.shadowing, params.fading) if slot)
         self.reach_m = reach_m(params.loss(),
                                params.power_dbm + best_db - params.reception.found_dbm)

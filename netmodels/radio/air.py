@@ -78,7 +78,8 @@ class Air:
                                  params.queue, params.retries,
                                  params.window_failures or params.retries, params.lifetime_ns,
                                  first_rate=params.rate_control and radio.rate,
-                                 judged=any(self._judged))
+                                 judged=any(self._judged), difs_first=params.difs_first)
+        self._unaware = params.reception.unaware
         self._arf = params.rate_control and Arf(params.rate_control, standard.alike(radio.rate),
                                                 radio.rate)
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
@@ -163,12 +164,13 @@ class Air:
         if obstacles.epoch != self._epoch or (
                 moved and now_ns >= self._looked_ns + self._update_ns):
             self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
-            everywhere = places[0] if len(places) == 1 else np.concatenate(places)
-            self._mean = self._budget.links(everywhere, obstacles)
+            self._everywhere = places[0] if len(places) == 1 else np.concatenate(places)
+            self._mean = self._budget.links(self._everywhere, obstacles)
         elif fades is None or now_ns < fades.until_ns:
             return
         self._links = links = self._mean if fades is None else fades.links(self._mean, now_ns)
-        self.stations.link(now_ns, links.first, links.hearer, links.mw)
+        self.stations.link(now_ns, links.first, links.hearer, links.mw,
+                           links.delays_ns(self._everywhere) if self._unaware else 0)
 
     def _tell(self, what: int, station: int, waiting: Waiting) -> None:
         frame, number = waiting.frame, station // self._hosts

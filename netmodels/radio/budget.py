@@ -14,6 +14,8 @@ from netmodels.radio.pathloss import PathLoss, reach_m
 from netmodels.radio.shadowing import Shadows
 from netmodels.radio.walls import Walls
 
+_LIGHT_M_PER_NS = 0.299792458
+
 
 class Links(NamedTuple):
     """Station i is heard by ``hearer[first[i]:first[i + 1]]`` (ascending) with ``mw``, and those
@@ -41,6 +43,11 @@ class Links(NamedTuple):
     def finders(self, station: int) -> list[int]:
         """Who can find a frame of this station's, ascending."""
         return self.finder[self.begin[station]:self.begin[station + 1]].tolist()
+
+    def delays_ns(self, places: np.ndarray) -> np.ndarray:
+        """[k] how long each signal is on the way; no time where places are not known."""
+        apart_m = np.hypot(*(places[self.source()] - places[self.hearer])[:, :2].T)
+        return np.nan_to_num(np.rint(apart_m / _LIGHT_M_PER_NS)).astype(np.int32)
 
 
 @dataclass(frozen=True)

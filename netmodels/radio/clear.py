@@ -15,7 +15,7 @@ from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
 from netmodels.radio.delivery import sensitivity_dbm
 from netmodels.radio.pathloss import reach_m
-from netmodels.radio.rates import chosen_rates
+from netmodels.radio.rates import chosen_rates, chosen_standard
 from netmodels.radio.shadowing import Shadows
 from netmodels.radio.standards import (
     ACK_BYTES,
@@ -74,7 +74,7 @@ class Clear:
     judges_transmissions = True
 
     def __init__(self, params: Radio.Params, open_air: bool) -> None:
-        standard = STANDARDS[params.standard]
+        standard = chosen_standard(params.standard, params.basic_rates_bps)
         self._params, self._lifetime_ns = params, params.lifetime_ns
         self._walls, self._shadowing = (None, None) if open_air else (params.walls,
                                                                       params.shadowing)

@@ -94,10 +94,10 @@ class Standard:
 
     def reply_rate(self, rate: int) -> int:
         """The rate of acknowledgements and CTS: the highest basic rate of the same modulation that
-        is not above the frame's."""
-        how = self.rates[rate]
-        return max(k for k in range(rate + 1)
-                   if self.rates[k].ofdm == how.ofdm and self.rates[k].mbps in self.basic_mbps)
+        is not above the frame's (10.7.6.5.2), the lowest one where there is none."""
+        basic = [k for k in self.alike(rate)
+                 if k <= rate and self.rates[k].mbps in self.basic_mbps]
+        return max(basic, default=self.lowest(rate))
 
 
 def psdu_bytes(size_bytes: int, segments: int) -> int:
@@ -108,11 +108,11 @@ def psdu_bytes(size_bytes: int, segments: int) -> int:
 
 A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24),
              channels_apart=4, band_hz=5e9, last_channel=196)
-B = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=31, rates=_DSSS, basic_mbps=(1, 2),
+B = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=31, rates=_DSSS, basic_mbps=(1, 2, 5.5, 11),
              channels_apart=5, band_hz=2.407e9, last_channel=14)
 # Without an access point, and where stations of 802.11b may be: their slots.
 G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
-             basic_mbps=(1, 2, 6, 12, 24), channels_apart=5, band_hz=2.407e9,
-             last_channel=14, extension_ns=6_000)
+             basic_mbps=(1, 2, 5.5, 11, 6, 12, 24), channels_apart=5,
+             band_hz=2.407e9, last_channel=14, extension_ns=6_000)
 
 STANDARDS = {"11a": A, "11b": B, "11g": G}

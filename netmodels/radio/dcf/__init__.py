@@ -36,7 +36,8 @@ class Reception:
     preamble_dbm: float = -82.0  # the least that a preamble is found at,
     preamble_db: float = 4.0  # and how much it must exceed noise and interference
     detection_ns: int = 4_000  # for how long it is looked for
-    unaware: bool = False  # that it misses interference which began with the frame (``arrive``)
+    unaware: bool = False  # that it misses interference which came just before (``arrive``)
+    eifs_at_end: bool = False  # that EIFS begins with the end of the frame, idle or not (``rest``)
 
 
 # What became of the frame at ``position`` in the queue of ``station``: time in ns, what, station,
@@ -81,13 +82,15 @@ class Stations:
     starts anew. A frame that has waited for ``lifetime_ns`` (None: any time) is not sent any more.
     Rates adapt if there is a ``first_rate``: unicast frames go at the one that was chosen for their
     receiver when they go on the air (``choose``), not at their own. Where transmissions are
-    ``judged``, whoever takes the outcomes says at once what was lost (``judge``, ``miss``).
+    ``judged``, whoever takes the outcomes says at once what was lost (``judge``, ``miss``). What
+    comes while the medium is idle waits for DIFS all the same if ``difs_first``.
     """
 
     def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,
                  reception: Reception = Reception(), limit: int = 500, tries: int = 7,
                  reset_at: int = 7, lifetime_ns: int | None = None,
-                 first_rate: int | None = None, judged: bool = False) -> None:
+                 first_rate: int | None = None, judged: bool = False,
+                 difs_first: bool = False) -> None:
         n, self._lifetime_ns = len(keys), lifetime_ns
         self._present, self._next_ns, self._taken_ns = 0, NEVER, -1
         first = np.zeros(n, records.STATION)
@@ -111,7 +114,8 @@ class Stations:
             _milliwatts(reception.noise_dbm), _milliwatts(reception.energy_dbm),
             _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
             errors.clear, errors.first_db, errors.step_db,
-            reception.unaware, judged, 0)], records.SETUP)
+            reception.unaware, reception.eifs_at_end, standard.difs_ns * difs_first, judged, 0)],
+            records.SETUP)
         self._outcomes = np.zeros(4 * n + 8 + (n * limit if lifetime_ns else 0), records.OUTCOME)
         self._locate()
 
@@ -124,11 +128,14 @@ class Stations:
         self._where = np.array([[(array.ctypes.data, *array.shape, 0)[:3] for array in arrays]
                                 for arrays in both], dtype=np.int64)
 
-    def link(self, now_ns: int, first: np.ndarray, hearer: np.ndarray, mw: np.ndarray) -> None:
-        """From now on station i is heard by ``hearer[first[i]:first[i + 1]]`` with ``mw``."""
+    def link(self, now_ns: int, first: np.ndarray, hearer: np.ndarray, mw: np.ndarray,
+             delay_ns: np.ndarray | int = 0) -> None:
+        """From now on station i is heard by ``hearer[first[i]:first[i + 1]]`` with ``mw``. What
+        takes time to propagate (``delay_ns``) comes no later for that, but tells who comes first of
+        those who send in the same slot (``arrive``)."""
         kernels.settle(self._where, self._present, now_ns)
         self._links = np.empty(len(hearer), records.LINK)
-        self._links["station"], self._links["mw"] = hearer, mw
+        self._links["station"], self._links["mw"], self._links["delay"] = hearer, mw, delay_ns
         stations = self._stations[self._present]
         stations["first"], stations["last"] = first[:-1], first[1:]
         self._locate()

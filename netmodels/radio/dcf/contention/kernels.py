@@ -43,7 +43,8 @@ def plan(setup, due, s):
 @lean(void(a_setup, a_station, _i8))
 def rest(setup, s, now):
     """The medium is idle: when slots begin to count. DIFS after the reservation, or EIFS after what
-    could not be made out, without regard to the reservation (802.11-2016, 10.3.2.3.7)."""
+    could not be made out, without regard to the reservation (802.11-2016, 10.3.2.3.7; in ns-3 EIFS
+    has begun with the end of that frame, whether or not the medium was idle then)."""
     if s.eifs == NEVER:
         s.eifs = now + setup.eifs_ns
     s.since = max(max(now, s.nav) + setup.difs_ns, s.eifs)

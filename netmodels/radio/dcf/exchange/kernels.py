@@ -61,8 +61,8 @@ def transmit(d, s, now):
         touch(d, r)
         if r.lock >= 0:
             account(setup, d.rates, d.table, r, stations[r.lock], now)
-        else:
-            arrive(setup, r, s.index, now, links[k].mw)
+        elif setup.unaware == 1:
+            arrive(d, r, s, now, links[k])
         r.heard += links[k].mw
         r.signals += 1
 
@@ -261,6 +261,7 @@ def finish(d, s, now):
             account(setup, d.rates, d.table, r, stations[r.lock], now)
         else:
             r.unaware = 0.0
+        r.lag = max(r.lag, s.lag + links[k].delay)
         r.signals -= 1
         r.heard = r.heard - links[k].mw if r.signals > 0 else 0.0
         if r.lock == s.index:
@@ -269,7 +270,7 @@ def finish(d, s, now):
                 r.eifs = 0
                 take(d, r, s, now)
             else:
-                r.eifs = NEVER
+                r.eifs = now + setup.eifs_ns if setup.eifs_at_end == 1 else NEVER
                 if s.to == -1:
                     tell(d, now, MISSED, s, r.index)
             if r.role == AWAITING:

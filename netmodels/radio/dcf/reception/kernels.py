@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import boolean, float64, int64, void
+from numba import boolean, float64, from_dtype, int64, void
 
 from netmodels.kernels import exp, lean, log, uniform
-from netmodels.radio.dcf.records.kernels import a_setup, a_station, a_table, all_rates
+from netmodels.radio.dcf.records.kernels import (
+    LINK,
+    a_dcf,
+    a_setup,
+    a_station,
+    a_table,
+    all_rates,
+)
 
-_i8, _f8, _b1 = int64, float64, boolean
+_i8, _f8, _b1, _a_link = int64, float64, boolean, from_dtype(LINK)
 
 
 @lean(_f8(a_setup, a_table, _i8, _f8))
@@ -42,22 +49,27 @@ def account(setup, rates, table, r, source, now):
         r.chance += bits * log_success(setup, table, source.rate, ratio)
 
 
-@lean(void(a_setup, a_station, _i8, _i8, _f8))
-def arrive(setup, r, i, now, mw):
-    """Station i's signal comes to station r, which receives nothing yet.
+@lean(void(a_dcf, a_station, a_station, _i8, _a_link))
+def arrive(d, r, s, now, link):
+    """Station s's signal comes to station r, which receives nothing yet; what ns-3 makes of it.
 
     ns-3 takes for the interference at a frame's beginning what was heard when the search for
     preambles began, and is right again from the next change on. Hence r is not aware of what came
-    during the search before its frame: of two frames sent at the same instant one may be read in
-    spite of the other.
+    during the search before its frame: of two frames sent in the same slot one may be read in spite
+    of the other, if the other comes first. Who comes first is decided by the ways: a sender's slots
+    began when the end of the last frame had come to it.
     """
     if now >= r.search:
-        r.search, r.before, r.strongest, r.power = now + setup.detection_ns, r.heard, -1, 0.0
-    r.unaware = 0.0
-    if mw > r.power:
-        r.strongest, r.power = i, mw
-        if setup.unaware == 1:
-            r.unaware = r.heard - r.before
+        r.search, r.strongest, r.power = now + d.setup[0].detection_ns, -1, 0.0
+        r.before = r.heard
+    came, first = s.lag + link.delay, False
+    if r.strongest >= 0 and d.stations[r.strongest].begun == now:
+        first = came < r.came or (came == r.came and s.lag < d.stations[r.strongest].lag)
+    if link.mw > r.power:
+        r.unaware = 0.0 if first else r.heard - r.before
+        r.strongest, r.power, r.came = s.index, link.mw, came
+    else:
+        r.unaware = r.unaware + link.mw if first else 0.0
 
 
 @lean(_b1(a_station, a_station))

@@ -30,6 +30,9 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     # preambles, what it heard before that, and which part of the interference it is not aware of.
     ("heard", "f8"), ("power", "f8"), ("chance", "f8"), ("until", "i8"), ("search", "i8"),
     ("before", "f8"), ("unaware", "f8"),
+    # By how many ns its slots come later than they would if nothing took time to propagate, and
+    # when the strongest of these signals came, so counted.
+    ("lag", "i8"), ("came", "i8"),
     # Contention: from when on slots count (before that the medium has to be idle for DIFS or EIFS);
     # for how long the medium was busy, while it is less the time when it became so; until when it
     # is reserved; until when EIFS lasts (``NEVER``: it begins when the medium is idle); since when
@@ -72,7 +75,8 @@ FRAME = np.dtype([("expires", "i8"), ("dest", "i4"), ("packets", "i4"), ("size_b
                   ("rts_ns", "i4"), ("cts_ns", "i4"), ("rate", "i1"), ("ack_rate", "i1"),
                   ("rts_rate", "i1")])
 
-LINK = np.dtype([("station", "i8"), ("mw", "f8")])  # who hears, and at which power
+# Who hears, how long it is on the way there, and at which power.
+LINK = np.dtype([("station", "i4"), ("delay", "i4"), ("mw", "f8")])
 
 # When header and payload begin, counted from the beginning, and the rate of the header. Of OFDM:
 # bits of a symbol, its time, silence behind the frame. Rate of the reply; airtimes of control
@@ -86,15 +90,16 @@ OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("posi
 
 # ``energy_mw`` makes the medium busy; a preamble is found above ``signal_mw`` and a ratio of
 # ``capture`` to noise and interference; above the ratio ``clear`` no bit has an error; the table
-# of errors begins at ``table_db``, in steps of ``step_db``. ``unaware``: see ``arrive``.
-# ``judged``: whether somebody judges what unicast
-# transmissions come to. ``outcomes``: how many were noted.
+# of errors begins at ``table_db``, in steps of ``step_db``. ``unaware``: see ``arrive``,
+# ``eifs_at_end``: ``rest``, ``pause_ns``: what is queued on an idle medium waits for. ``judged``:
+# whether somebody judges what unicast transmissions come to. ``outcomes``: how many were noted.
 SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("difs_ns", "i8"), ("eifs_ns", "i8"),
                   ("detection_ns", "i8"), ("cw_min", "i8"), ("cw_max", "i8"),
                   ("try_limit", "i8"), ("reset_at", "i8"), ("noise_mw", "f8"),
                   ("energy_mw", "f8"), ("signal_mw", "f8"), ("capture", "f8"),
                   ("clear", "f8"), ("table_db", "f8"), ("step_db", "f8"),
-                  ("unaware", "i8"), ("judged", "i8"), ("outcomes", "i8")])
+                  ("unaware", "i8"), ("eifs_at_end", "i8"), ("pause_ns", "i8"), ("judged", "i8"),
+                  ("outcomes", "i8")])
 
 
 class Dcf(NamedTuple):
