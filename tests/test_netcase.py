@@ -211,10 +211,10 @@ def test_the_standards_highest_rate_is_the_default():
 
 
 def test_radios_are_those_of_ns3_unless_they_shall_follow_the_standard():
-    """A frame that is given up leaves the window open in ns-3 only, which hidden stations feel."""
+    """Who sends 60 m away is hidden in ns-3, whose receivers find nothing below -82 dBm."""
     ns3, standard = (play(Hidden(Hidden.Params(spacing="30 m", duration="5 s", **preset)).setup())
                      for preset in ({}, {"preset": None}))
-    assert ns3["goodput_mbps"] > 1.2 * standard["goodput_mbps"]
+    assert standard["goodput_mbps"] > 2 * ns3["goodput_mbps"]
 
 
 def test_a_shorter_slot_carries_more():

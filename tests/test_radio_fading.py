@@ -1,5 +1,6 @@
-"""Fading against its laws: exponential (Rayleigh) and Rice's, in blocks that have nothing in
-common. Distributions by Kolmogorov and Smirnov at 0.1 %, shares within 3.3 standard errors."""
+"""Fading against its laws: exponential (Rayleigh) and Rice's, in Clarke's fades and in blocks that
+have nothing in common. Distributions by Kolmogorov and Smirnov at 0.1 %, shares within 3.3 standard
+errors."""
 
 import math
 
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from radio import LINKS
+from scipy.special import i0
 from scipy.stats import expon, kstest, ncx2, norm
 
 from desim.streams import Streams
@@ -15,9 +17,9 @@ from desim.testing import Bench, check_network
 from netmodels.radio import Radio
 from netmodels.radio.budget import Links
 from netmodels.radio.delivery import mean_delivery
-from netmodels.radio.fading import Fades, Fading
+from netmodels.radio.fading import Fading
 from netmodels.radio.ladder import Ladder
-from netmodels.radio.standards import A, B, G
+from netmodels.radio.standards import G
 
 MS = 1_000_000
 FRAMES = 10_000
@@ -31,8 +33,8 @@ def rice(k):
 
 
 def fades(hosts, seed=0, **params):
-    return Fades(Fading(coherence="1 ms", **params), tuple(f"robot_{i}" for i in range(hosts)),
-                 Streams(seed), 2.412e9, -82.0)
+    return Fading(**{"coherence": "1 ms"} | params).of(
+        tuple(f"robot_{i}" for i in range(hosts)), Streams(seed), 2.412e9, -82.0)
 
 
 def everybody(hosts):
@@ -131,15 +133,113 @@ def test_blocks_pairs_and_seeds_have_nothing_in_common(params):
     assert not uncorrelated(one, one + norm.rvs(size=one.size, random_state=1))
 
 
-@pytest.mark.parametrize(("standard", "channel", "block_ms"), [(G, 1, 18.545), (B, 6, 18.356),
-                                                               (A, 36, 8.635)])
-def test_a_block_is_as_long_as_rappaport_says(standard, channel, block_ms):
-    """9 / (16 pi f), f being 9.655 Hz for 1.2 m/s on 2412 MHz."""
-    def block_ns(speed):
-        return Fading(speed=speed).block_ns(standard.carrier_hz(channel))
+# ------------------------------------------------------------------------------------------ fades
 
-    assert block_ns("1.2 m/s") == pytest.approx(block_ms * MS, rel=1e-4)
-    assert block_ns("1.26 m/s") == pytest.approx(block_ms * MS / 1.05, rel=1e-4)
+DOPPLER_HZ = 1.2 * 2.412e9 / 299_792_458  # 9.655
+PAIRS, STEPS = 400, 4000  # 40 periods of the Doppler frequency for each of 400 pairs
+
+
+def course(factor=1.0, **params):
+    """[steps, pairs] gains, one step after the other. ``factor``: of the speed."""
+    hosts = 29
+    of_all = fades(hosts, coherence=None, speed=f"{1.2 * factor} m/s", **params)
+    links = everybody(hosts)
+    first = np.flatnonzero(links.source() < links.hearer)[:PAIRS]
+    step_ns = fades(2, coherence=None).step_ns
+    return np.array([of_all.links(links, step * step_ns).mw[first] for step in range(STEPS)])
+
+
+def fades_of(found, rho):
+    """How many a second there are and how long they last in s on average: of amplitudes below
+    ``rho`` times their root mean square, with the standard errors of many pairs."""
+    below = found < rho ** 2
+    seconds = STEPS * fades(2, coherence=None).step_ns / 1e9
+    begun = (below[1:] & ~below[:-1]).sum(axis=0) / seconds
+    share = below.mean(axis=0)
+    duration = share.mean() / begun.mean()
+    scatter = (share - duration * begun).std() / begun.mean() / math.sqrt(PAIRS)
+    return begun.mean(), begun.std() / math.sqrt(PAIRS), duration, scatter
+
+
+def rices(rho, k):
+    """A second, and s: sqrt(2 pi (K + 1)) f rho exp(-K - (K + 1) rho^2) I0(2 rho sqrt(K (K + 1)))
+    (Rice 1944; without a steady wave sqrt(2 pi) f rho exp(-rho^2), Rappaport 2002, 5.80), and the
+    share below over it."""
+    rate = (math.sqrt(2 * math.pi * (k + 1)) * DOPPLER_HZ * rho
+            * math.exp(-k - (k + 1) * rho ** 2) * i0(2 * rho * math.sqrt(k * (k + 1))))
+    return rate, rice(k).cdf(rho ** 2) / rate if k else (1 - math.exp(-rho ** 2)) / rate
+
+
+@pytest.mark.parametrize("k_db", [None, 3.0])
+def test_fades_are_as_frequent_and_as_long_as_rice_says(k_db):
+    """Within 3.3 standard errors and 2.5 %: the waves of a pair are 32, and not infinitely many,
+    and what is shorter than a step of 1 ms can be missed. With a speed that is 10 % off, not."""
+    params = {} if k_db is None else {"rician_k": f"{k_db} dB"}
+    k = 0.0 if k_db is None else 10 ** (k_db / 10)
+    levels = 10 ** (np.array([-20.0, -10.0, 0.0, 3.0]) / 20)
+
+    def agree(found):
+        close = []
+        for rho in levels:
+            rate, rate_error, duration, duration_error = fades_of(found, rho)
+            wanted_rate, wanted = rices(rho, k)
+            close += [abs(rate - wanted_rate) < ERRORS * rate_error + 0.025 * wanted_rate,
+                      abs(duration - wanted) < ERRORS * duration_error + 0.025 * wanted]
+        return all(close)
+
+    assert agree(course(**params)) and not agree(course(1.1, **params))
+
+
+def test_deep_fades_were_too_long_in_blocks():
+    """20 dB: 4.2 ms on average by Rice's formula, and in blocks of 9 / (16 pi f), 18.5 ms, at least
+    one of these."""
+    _, _, duration, _ = fades_of(course(), 0.1)
+    assert duration == pytest.approx(4.16e-3, rel=0.1)
+    assert 9 / (16 * math.pi * DOPPLER_HZ) / duration > 4
+
+
+def test_the_gain_at_any_moment_is_rayleighs_or_rices():
+    """Of all pairs of 200 hosts."""
+    for k_db in None, 7.0:
+        params = {} if k_db is None else {"rician_k": f"{k_db} dB"}
+        found = fades(200, coherence=None, **params).links(everybody(200), 123_456 * MS).mw
+        found = found.reshape(200, 199)[np.triu_indices(200, 1)[0], np.triu_indices(200, 1)[1] - 1]
+        law = expon if k_db is None else rice(10 ** (k_db / 10))
+        assert kstest(found, law.cdf).pvalue > 0.001
+        assert kstest(1.05 * found, law.cdf).pvalue < 0.001
+
+
+@given(st.integers(2, 12), st.integers(0, 10**14), st.integers(0, 5),
+       st.sampled_from([{}, {"rician_k": "3 dB"}]))
+def test_clarkes_fades_are_alike_in_both_directions_and_whoever_asks(hosts, now_ns, more, params):
+    def square(count, *before):
+        of_all, out = fades(count, coherence=None, **params), np.zeros((count, count))
+        for earlier_ns in before:
+            of_all.links(everybody(count), earlier_ns)
+        out[~np.eye(count, dtype=bool)] = of_all.links(everybody(count), now_ns).mw
+        assert now_ns < of_all.until_ns <= now_ns + of_all.step_ns
+        return out
+
+    found = square(hosts + more)
+    assert np.array_equal(found, found.T)
+    assert np.array_equal(found[:hosts, :hosts], square(hosts, now_ns // 2, 3 * now_ns))
+
+
+def test_frames_are_lost_in_fades_on_the_radio():
+    """At a mean 10 dB above the threshold, 500 frames a second: there are as many bursts of losses
+    as fades, and they are as long."""
+    air = bench(-72.0, {"speed": "1.2 m/s"})
+    every_ns, frames = 2 * MS, 12_000
+    for k in range(frames):
+        air.send(k * every_ns, "host_1", ["host_2"], 100, label=k, broadcast=True)
+    lost = np.zeros(frames, bool)
+    for _, label, *_, fate in air.run():
+        lost[label] = fate != "arrived"
+    bursts = (lost[1:] & ~lost[:-1]).sum()
+    rate, duration = rices(10 ** -0.5, 0.0)
+    seconds = frames * every_ns / 1e9
+    assert bursts == pytest.approx(rate * seconds, rel=4 / math.sqrt(rate * seconds))
+    assert lost.sum() * every_ns / 1e9 / bursts == pytest.approx(duration, rel=0.2)
 
 
 # ----------------------------------------------------------------------------------- on the radio

@@ -46,7 +46,7 @@ class Radio:
     Rules of loss and jamming act on each transmission of data, so that it is repeated; what they
     take is like what has errors. Acknowledgements and RTS get through.
 
-    Where links fade (``fading``), their gains change at the beginning of a block, also for what is
+    Where links fade (``fading``), their gains change from step to step of 1 ms, also for what is
     on the air then. With ``rate_control`` a rate belongs to a sender and a receiver, and packets
     have it from the attempt on that follows the change.
 
@@ -82,8 +82,8 @@ class Radio:
         walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
         shadowing: Shadowing | None = Field(None, description="log-normal, of what is not drawn "
                                                               "(none; ns-3)")
-        fading: Fading | None = Field(None, description="by echoes, Rayleigh or Rician, in blocks "
-                                                        "(none; ns-3)")
+        fading: Fading | None = Field(None, description="by echoes, Rayleigh or Rician (none; "
+                                                        "ns-3)")
         reception: Thresholds = Field(Thresholds(), description="of receivers (802.11-2016)")
         queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender, "
                                                               "a train being one (ns-3: packets)")

@@ -11,7 +11,6 @@ from desim import ports
 from desim.errors import InputError, ModelError
 from netmodels.radio.dcf import ACKED, EXPIRED, FAILED, HEARD, NEVER, RECEIVED, Stations
 from netmodels.radio.errors import error_table
-from netmodels.radio.fading import Fades
 from netmodels.radio.fates import Waiting
 from netmodels.radio.ratecontrol import Arf
 from netmodels.radio.shadowing import Shadows
@@ -67,8 +66,8 @@ class Air:
                 shadows=params.shadowing and Shadows(params.shadowing, everybody, context.stream))
         self._hosts, self._context, self._budget = len(hosts), context, budget
         self._update_ns = params.update_ns
-        self._fades = params.fading and Fades(
-            params.fading, everybody, context.stream, standard.carrier_hz(params.channel),
+        self._fades = params.fading and params.fading.of(
+            everybody, context.stream, standard.carrier_hz(params.channel),
             params.reception.found_dbm)
         keys = np.array([member.context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
                          for member in self.members for host in hosts], np.uint64)

@@ -39,7 +39,7 @@ def delivery(power_dbm: np.ndarray | float, standard: Standard, rate: int, psdu_
 
 def mean_delivery(power_dbm: np.ndarray | float, standard: Standard, rate: int, psdu_bytes: int,
                   reception: Reception, fading: Fading | None) -> np.ndarray:
-    """The same where ``power_dbm`` is a mean that fades: over all blocks."""
+    """The same where ``power_dbm`` is a mean that fades: over all gains."""
     if fading is None:
         return delivery(power_dbm, standard, rate, psdu_bytes, reception)
     shares = _faded(standard, rate, psdu_bytes, reception, fading)
