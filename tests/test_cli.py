@@ -170,6 +170,19 @@ def test_the_gauge_reads_what_happened_since_it_was_read_before(hello, tmp_path)
 # ---------------------------------------------------------------------------- looking at a run
 
 
+def test_messages_are_found_by_topic_fate_and_time(run_path):
+    table = desim.Run(run_path).table("messages")
+    scans = sorted(set(table["number"][table["topic"] == "/robot_0/scan"].tolist()))
+    lines = desim_("trace", run_path, "--topic", "/robot_0/sc*n").splitlines()
+    assert lines[0].strip().startswith("message    published at")
+    assert [int(line.split()[0]) for line in lines[1:41]] == scans[:40]
+    assert lines[41] == f"and {len(scans) - 40} more"
+    (under_way,) = {line.split()[1] for line in
+                    desim_("trace", run_path, "--topic", "*/scan", "--at", "2 s").splitlines()[1:]}
+    assert under_way == "2.000000"
+    assert desim_("trace", run_path, "--dropped").startswith("none of ")
+
+
 def test_the_story_of_a_message_is_the_same_kept_or_run_again(hello, run_path, tmp_path):
     desim_("run", hello, "--until", "4 s", "--set", "trace.keep=all", "--out", tmp_path, "--quiet")
     table = desim.Run(run_path).table("messages")

@@ -66,6 +66,17 @@ def command_line() -> str:
 
 
 @contextmanager
+def compiling_inside(quiet: bool) -> Iterator[None]:
+    """Around a simulation that may import kernels of its own while it is built, as a radio does:
+    says so where some have to be compiled, which takes half a minute."""
+    from desim.report.compiling import announced
+
+    with announced(lambda: None if quiet else typer.echo(
+            "compiling numerical kernels (first run with these models only)...", err=True)):
+        yield
+
+
+@contextmanager
 def compiling(quiet: bool) -> Iterator[None]:
     """Around the first import of kernels: says so where some have to be compiled."""
     from desim.report.compiling import announced

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from desim.commands.ending import compiling, exits
+from desim.commands.ending import compiling, compiling_inside, exits
 from desim.errors import InputError
 
 
@@ -52,7 +52,7 @@ def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
         params = options.parsed(words, plugins.parameters("case", case), ("seed", "json"))
     from desim.report.live import how_far
 
-    with options.as_options(), how_far(Console(stderr=True)) as watch:
+    with options.as_options(), compiling_inside(as_json), how_far(Console(stderr=True)) as watch:
         measures = play(plugins.load("case", case)(params).setup(), seed, watch)
     settings = params.model_dump(mode="json", by_alias=True)
     if as_json:
@@ -128,8 +128,9 @@ def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_d
                  help="the name of a medium (the first)", show_default=False)] = None,
              overrides: Annotated[list[str], typer.Option(
                  "--set", metavar="A.B.C=VALUE", help="another value; can be given again")] = [],  # noqa: B006
-             to: Annotated[Path, typer.Option(help="file to write, png, pdf or svg")] = Path(
-                 "coverage.png")) -> None:
+             to: Annotated[Path | None, typer.Option(
+                 help="file to write, png, pdf or svg (default: results/<name>/coverage.png)",
+                 show_default=False)] = None) -> None:
     """A picture of what a radio reaches in a scenario's terrain, from one place and between the
     hosts at the start."""
     with exits():
@@ -138,11 +139,15 @@ def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_d
         with compiling(False):
             loaded = load(scenario, overrides)
             from desim.report.coverage import draw
+        target = to or Path("results") / loaded.scenario.name / "coverage.png"
+        if to is None:
+            target.parent.mkdir(parents=True, exist_ok=True)
         try:
-            said = draw(loaded.scenario, at, medium, to)
+            with compiling_inside(False):
+                said = draw(loaded.scenario, at, medium, target)
         except InputError as error:
             raise loaded.placed(error) from error
-        typer.echo(f"{said}\n{to}")
+        typer.echo(f"{said}\n{target}")
 
 
 def validate(only: Annotated[list[str], typer.Option(
@@ -154,7 +159,8 @@ def validate(only: Annotated[list[str], typer.Option(
         with compiling(as_json):
             from desim.report import validating
         groups = validating.chosen(only)
-        rows = validating.compared(groups, _say_nothing if as_json else typer.echo)
+        with compiling_inside(as_json):
+            rows = validating.compared(groups, _say_nothing if as_json else typer.echo)
         failed = sum(not row["holds"] for row in rows)
         if as_json:
             _echo_json({"checks": len(rows), "failed": failed, "rows": rows})

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from desim.commands.ending import command_line, compiling, exits
+from desim.commands.ending import command_line, compiling, compiling_inside, exits
 
 RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False)]
 
@@ -52,7 +52,8 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
 
             finished, parted = checked(loaded, out, watch, command_line())
         else:
-            finished = api.run(loaded, out=out, watch=watch, command=command_line())
+            with compiling_inside(quiet):
+                finished = api.run(loaded, out=out, watch=watch, command=command_line())
         if not quiet:
             _show(finished, console)
         if check and parted:
@@ -78,14 +79,25 @@ def _show(finished: Any, console: Any) -> None:
 
 
 def trace(path: RunPath,
-          message: Annotated[int, typer.Option(
-              min=1, help="the number of a message between hosts, from 1 (messages.parquet)")],
+          message: Annotated[int | None, typer.Option(
+              min=1, show_default=False,
+              help="the number of a message between hosts, from 1")] = None,
+          topic: Annotated[str | None, typer.Option(
+              show_default=False, help="list messages of this topic; * and ? stand for letters")]
+          = None,
+          dropped: Annotated[bool, typer.Option("--dropped", help="list what was lost")] = False,
+          at: Annotated[str | None, typer.Option(
+              metavar="TIME", show_default=False,
+              help="list what was under way then, e.g. 63s")] = None,
           ) -> None:
-    """The story of one message: every row about it, in order, and where the time went."""
+    """The story of one message: every row about it, in order, and where the time went. Without a
+    number: a list of messages to choose from."""
     with exits():
+        at_ns = None if at is None else _instant(at)
         with compiling(False):
-            from desim.report.following import told
-        typer.echo(told(path, message))
+            from desim.report import following
+        typer.echo(following.told(path, message) if message is not None
+                   else following.listed(path, topic, dropped, at_ns))
 
 
 def diff(first: RunPath, second: RunPath) -> None:

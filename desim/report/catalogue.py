@@ -40,8 +40,9 @@ def description(name: str) -> str:
         return _about(name, "plug-in", cls)
     if not kinds:
         known = [known for kind in plugins.GROUPS for known in plugins.available(kind)]
-        raise InputError(f"unknown plug-in {name!r}{did_you_mean(name, known)}; known: "
-                         f"{', '.join(known)}, or a dotted path 'package.module:Class'")
+        near = did_you_mean(name, known)
+        raise InputError(f"unknown plug-in {name!r}{near}; desim plugins lists all {len(known)}, "
+                         "or write a dotted path 'package.module:Class'")
     return "\n\n".join(_about(name, kind, plugins.load(kind, name)) for kind in kinds)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import pyarrow.compute as pc
@@ -14,6 +15,7 @@ from desim.experiment.messagelog import DELIVERED
 from desim.report.rows import Step, story
 
 _MESSAGES = "messages.parquet"
+_LISTED = 40
 
 
 def told(path: Path, number: int) -> str:
@@ -28,6 +30,28 @@ def told(path: Path, number: int) -> str:
             raise InputError(f"{path}: no message {number}; a run's messages between hosts have "
                              f"the numbers 1 to {_last(rows)}")
     return "\n".join([*_lines(steps), *about])
+
+
+def listed(path: Path, topic: str | None, dropped: bool, at_ns: int | None) -> str:
+    """The first messages of the run in ``path`` that are of ``topic``, dropped, or under way at
+    ``at_ns``, a line for each receiver. Raises ``InputError`` where messages were not kept."""
+    run = Run(path)
+    if not run.has(_MESSAGES):
+        raise InputError(f"{path}: its messages were not kept; run it with trace.keep: messages")
+    rows = pq.read_table(run.file(_MESSAGES)).to_pylist()
+    found = [row for row in rows
+             if (topic is None or fnmatchcase(row["topic"], topic))
+             and (not dropped or row["fate"] != DELIVERED)
+             and (at_ns is None or row["born_ns"] <= at_ns <= row["end_ns"])]
+    found.sort(key=lambda row: (row["number"], row["destination"]))
+    lines = [f"{row['number']:>8}  {row['born_ns'] / 1e9:12.6f} s  "
+             f"{(row['end_ns'] - row['born_ns']) / 1e6:12.3f} ms  {row['topic']}  {row['source']} "
+             f"-> {row['destination']}  {row['reason'] or row['fate']}" for row in found[:_LISTED]]
+    head = [f"{'message':>8}  {'published at':>14}  {'after':>15}  topic, from -> to, fate"]
+    more = [f"and {len(found) - _LISTED} more"] if len(found) > _LISTED else []
+    return "\n".join([*head, *lines, *more] if found else [
+        f"none of {len(rows)} messages; topics are "
+        f"{', '.join(sorted({row['topic'] for row in rows})[:_LISTED])}"])
 
 
 def _last(rows) -> int:

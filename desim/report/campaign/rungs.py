@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.report.campaign import wording
+from desim.report.campaign.contrasts import FEWEST_SEEDS
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.study import Study
 from desim.report.campaign.tables import Shown, Table
@@ -79,8 +80,11 @@ def sentences(study: Study, metric: str, found: list[Rung]) -> list[str]:
     if not turned:
         held = [rung.name for rung in below if rung.kendall and not rung.flips
                 and rung.kendall.tau is not None]
+        fewest = min(rung.seeds for rung in found)
+        hint = "" if fewest >= FEWEST_SEEDS else (
+            f" With {wording.counted(fewest, 'seed')} that is no more than a hint.")
         out.append(f"The ranking by {wording.titled(metric)} on {highest.name} holds on "
-                   f"{wording.listed(held)}.")
+                   f"{wording.listed(held)}.{hint}")
     for rung in turned:
         pairs = wording.listed([
             f"{labels[flip.i]} and {labels[flip.j]} "
