@@ -17,6 +17,7 @@ GROOVY, NOETIC = "fkie_groovy", "fkie_noetic"
 
 def net(nodes, preset, rules=(), **params):
     params = {**AT_ONCE, "start_jitter": "0 s", "sync_delay": "0 s"} | params
+    params["tcp"] = {"tick": "0 ns", "arp": "static"} | params.get("tcp", {})
     return Net(nodes, Ideal(Ideal.Params(delay="10 ms")), rules,
                middleware=Multimaster(Multimaster.Params(preset=preset, **params)))
 
@@ -33,7 +34,8 @@ def registered(net, host, side="publishers"):
 def test_the_whole_log_of_a_cold_start():
     """Heartbeats at 0 s; 0.1 s later each asks the other who it is. What nodes registered by 1 ms
     is noticed by the look at 1 s and told by the heartbeat of 1 s; a's is fetched by b, and b's by
-    a, over the connections of the first fetch. a's master then makes b ask a."""
+    a. Each call has a connection of its own; the first fetch comes between two questions after
+    methods, and checksums are asked for behind each. a's sync then makes b ask a."""
     cold = net({"a": talker([]), "b": listener([])}, GROOVY).run(S * 5 // 4)
     rows = [row for row in control(cold) if row[3] not in ("ack", "heartbeat")]
     calls = {kind: [row for row in rows if row[3] == kind] for kind in ("masterContacts",
@@ -41,15 +43,22 @@ def test_the_whole_log_of_a_cold_start():
     assert [row for row in calls["masterContacts"] if row[1] == "a"] == [
         (0.11, "a", "b", "masterContacts", 78), (0.12, "a", "b", "masterContacts", 78),
         (0.13, "a", "b", "masterContacts", 70), (0.13, "a", "b", "masterContacts", 370),
-        (0.14, "a", "b", "masterContacts", 570)]
+        (0.14, "a", "b", "masterContacts", 570), (0.15, "a", "b", "masterContacts", 71),
+        (0.16, "a", "b", "masterContacts", 71)]
     # One registration on each side: 345 + 162 B; before there is any, 345 B.
-    assert [row for row in calls["masterInfo"] if row[1] == "a"] == [
-        (0.15, "a", "b", "masterInfo", 376), (0.16, "a", "b", "masterInfo", 345 + 70),
-        (1.01, "a", "b", "masterInfo", 376), (1.02, "a", "b", "masterInfo", 345 + 162 + 70)]
+    assert [(row[0], row[-1]) for row in calls["masterInfo"] if row[1] == "a" and row[-1] > 78] == [
+        (0.21, 376), (0.22, 345 + 70), (1.03, 376), (1.04, 345 + 162 + 70)]
+    asked = [(row[0], row[3], row[-1]) for row in rows if row[1] == "a" and row[-1] > 78
+             and row[3] in ("listMethods", "md5Sums", "publisherUpdate")]
+    assert asked == [(0.17, "listMethods", 334), (0.18, "listMethods", 865),
+                     (0.25, "listMethods", 334), (0.26, "listMethods", 865),
+                     (0.29, "md5Sums", 360 + 70), (0.3, "md5Sums", 278 + 70),
+                     (1.07, "md5Sums", 360 + 48 + 70), (1.071, "publisherUpdate", 459 + 56 + 70),
+                     (1.08, "md5Sums", 278 + 158 + 70)]
     assert seen(cold) == [(0.15, "a", "online")]
     assert seen(cold, "a") == [(0.15, "b", "online")]
     # Own master 1 ms, b's list another one.
-    assert beliefs(cold) == [(1.032, "b", "a", "/talk", 1)]
+    assert beliefs(cold) == [(1.052, "b", "a", "/talk", 1)]
     assert registered(cold, "b") == {"/talk": [0]}
     assert registered(cold, "a", "subscribers") == {"/talk": [1]}
 
@@ -229,7 +238,7 @@ def haunted():
 
 
 HAUNTED = ([({"/talk": [0]}, 1), ({}, 0)],
-           [(1.032, "b", "a", "/talk", 1), (311.002, "b", "a", "/talk", 0)],
+           [(1.052, "b", "a", "/talk", 1), (311.002, "b", "a", "/talk", 0)],
            [(0.15, "a", "online"), (18, "a", "offline"), (311, "a", "removed")])
 
 
@@ -265,12 +274,12 @@ def test_a_reconnect_tears_all_links_down_and_builds_them_anew():
         assert len(links) == 1 + (len(expected) > 1)
 
     # Forgotten 2 ms after the beat; the call is a round trip and the answer's way to the nodes.
-    check([1.032, 40.512, 40.552])
-    check([1.032], resync_on_reconnect=False)
-    check([1.032], resync_on_reconnect_timeout="13 s")
-    check([1.032, 40.512, 40.552], resync_on_reconnect_timeout="12 s")
+    check([1.052, 40.512, 40.552])
+    check([1.052], resync_on_reconnect=False)
+    check([1.052], resync_on_reconnect_timeout="13 s")
+    check([1.052, 40.512, 40.552], resync_on_reconnect_timeout="12 s")
     with pytest.raises(AssertionError):
-        check([1.032, 40.512, 40.552], timeout_factor=1.4 * 1.15)
+        check([1.052, 40.512, 40.552], timeout_factor=1.4 * 1.15)
 
 
 def test_a_restarted_robot_is_copied_with_its_new_address():
@@ -320,8 +329,11 @@ def test_topics_may_be_left_out():
 
 def test_the_delay_of_a_fetch_is_drawn_between_zero_and_two_seconds():
     many = net({f"h{i}": silent for i in range(12)}, GROOVY, sync_delay="2 s").run(3 * S)
-    starts = [row[0] - 0.15 for row in control(many, "masterInfo") if row[-1] == 376]
-    assert len(starts) >= 12 * 11
-    first = sorted(starts)[:12 * 11]
+    starts = {}
+    for time_s, who, whom, _, size_bytes in control(many, "listMethods"):
+        if size_bytes == 264 + 70:
+            starts.setdefault((who, whom), time_s - 0.17)
+    first = sorted(starts.values())
+    assert len(first) == 12 * 11
     assert 0 <= first[0] < first[-1] <= 2.001
     assert sum(first) / len(first) == pytest.approx(1, abs=0.15)

@@ -152,7 +152,7 @@ class Discovery:
         call = self._processes.rpc.call(
             self._host, remote.host, "monitor", "masterContacts", CONTACTS.call,
             ("masterContacts",), lambda ok, _: self._contacted(remote, ok, call.reason),
-            timeout_ns=self._params.contact_timeout_ns)
+            timeout_ns=self._params.contact_timeout_ns, fresh=True)
 
     def _contacted(self, remote: Remote, ok: bool, reason: str | None) -> None:
         if self.remotes.get(remote.host) is not remote:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,7 @@ from desim.middleware.multimaster.discovery import Discovery, Registration, Stat
 from desim.middleware.multimaster.parameters import MultimasterParams
 from desim.middleware.multimaster.remote import Remote
 from desim.middleware.multimaster.timers import Timers
-from desim.middleware.ros.sizes import Sizes
+from desim.middleware.ros.sizes import CALLS, Sizes
 from desim.middleware.ros.xmlrpc import Call
 
 if TYPE_CHECKING:
@@ -18,12 +19,19 @@ if TYPE_CHECKING:
 
 # masterInfoFiltered; estimated from getPublishedTopics, 306 B and 3585 B for 20 topics.
 MASTER_INFO = Sizes(306, 0, 345, 162)
+# Counted from the formats of xmlrpc.client and of multimaster_fkie 1.3.2's server, which has eleven
+# methods: which of them there are, asked twice of each remote master; and the checksums of types,
+# each for a name like std_msgs/String.
+LIST_METHODS = Sizes(264, 0, 795, 0)
+MD5_SUMS = Sizes(360, 48, 278, 158)
+_ASKED = {"listMethods": LIST_METHODS, "md5Sums": MD5_SUMS}
+TELL_TIMEOUT_NS = 3_000_000_000  # sync_thread.py setdefaulttimeout
 
 
 class Copy:
     """Of one remote master: what of it stands in the own one, and as of which of its changes."""
 
-    __slots__ = ("registrations", "changed_ns", "restarts", "timer", "asking")
+    __slots__ = ("registrations", "changed_ns", "restarts", "timer", "asking", "known")
 
     def __init__(self) -> None:
         self.registrations: dict[Registration, None] = {}
@@ -31,6 +39,7 @@ class Copy:
         self.restarts = 0
         self.timer: Any = None
         self.asking = False
+        self.known = False  # which methods its server has
 
 
 class Sync:
@@ -50,7 +59,12 @@ class Sync:
         self._timers.stop()
 
     def serve(self, call: Call) -> None:
-        """masterInfoFiltered: what nodes of this host have registered."""
+        """masterInfoFiltered: what nodes of this host have registered; and what is only asked."""
+        method, *arguments = call.request
+        if method != "masterInfo":
+            sizes = _ASKED[method]
+            call.reply(sizes.answer + sizes.answer_each * sum(arguments), True)
+            return
         state = self.discovery.state
         call.reply(MASTER_INFO.answer + MASTER_INFO.answer_each * len(state.registrations), state)
 
@@ -98,10 +112,14 @@ class Sync:
         remote, copy = what
         self._rest(copy)
         copy.asking = True
-        self._processes.rpc.call(
-            self._host, remote.host, "monitor", "masterInfo", MASTER_INFO.call, ("masterInfo",),
-            lambda ok, state: self._fetched(remote, copy, state),
-            timeout_ns=self._params.sync_timeout_ns)
+        if copy.known:
+            self._fetch_state(remote, copy)
+        else:
+            self._ask("listMethods", remote, 0, lambda ok, _: self._fetch_state(remote, copy))
+
+    def _fetch_state(self, remote: Remote, copy: Copy) -> None:
+        self._call("masterInfo", remote, MASTER_INFO.call, (),
+                   lambda ok, state: self._fetched(remote, copy, state))
 
     def _fetched(self, remote: Remote, copy: Copy, state: State | None) -> None:
         """What could not be fetched waits for the next change or poll."""
@@ -109,23 +127,61 @@ class Sync:
         if state is None or self._copies.get(remote.host) is not copy:
             return
         copy.changed_ns = state.changed_ns
-        self._write(copy, tuple(one for one in state.registrations if self._copied(one)))
+        fresh = self._write(copy, tuple(one for one in state.registrations if self._copied(one)))
+        if copy.known:
+            self._ask("md5Sums", remote, fresh, _done)
+        else:
+            copy.known = True
+            self._ask("listMethods", remote, 0,
+                      lambda ok, _: self._ask("md5Sums", remote, fresh, _done))
         self._want(remote, copy)
+
+    def _ask(self, method: str, remote: Remote, count: int,
+             done: Callable[[bool, Any], Any]) -> None:
+        """What makes no difference here but its bytes."""
+        sizes = _ASKED[method]
+        self._call(method, remote, sizes.call + sizes.call_each * count, (count,), done)
+
+    def _call(self, method: str, remote: Remote, size_bytes: int, arguments: tuple[int, ...],
+              done: Callable[[bool, Any], Any]) -> None:
+        """Of the remote discovery's server, which speaks HTTP/1.0: a connection for each."""
+        self._processes.rpc.call(
+            self._host, remote.host, "monitor", method, size_bytes, (method, *arguments), done,
+            timeout_ns=self._params.sync_timeout_ns, fresh=True)
 
     def _copied(self, registration: Registration) -> bool:
         topic = registration[1]
         return not any(fnmatchcase(topic, ignored) for ignored in self._params.ignore_topics)
 
-    def _write(self, copy: Copy, wanted: tuple[Registration, ...]) -> None:
-        """One MultiCall to the own master: unregister what is gone, register what is new. For a
-        remote subscriber of what is published already, a dummy publisher comes and goes, which
-        makes the own master tell it who publishes."""
+    def _write(self, copy: Copy, wanted: tuple[Registration, ...]) -> int:
+        """One MultiCall to the own master: unregister what is gone, register what is new. Who
+        subscribes anew to what is published already is then told by whom, one after another.
+        Returns how many are new."""
         old, copy.registrations = copy.registrations, dict.fromkeys(wanted)
         gone = [one for one in old if one not in copy.registrations]
         new = [one for one in copy.registrations if one not in old]
         if gone or new:
             self._processes.rpc.call(self._host, self._host, "master", "multicall", 0,
-                                     ("multicall", gone, new), _done)
+                                     ("multicall", gone, new),
+                                     lambda ok, _: self._tell([one for one in new
+                                                               if one[0] == "subscriber"]))
+        return len(new)
+
+    def _tell(self, subscribers: list[Registration]) -> None:
+        """publisherUpdate as if from the master (sync_thread.py 1.3.2; earlier versions made it
+        say so by a dummy publisher)."""
+        registry = self._processes.masters[self._host].registry
+        while subscribers:
+            _, topic, uri = subscribers.pop(0)
+            publishers = registry.of(registry.publishers, topic)
+            if publishers:
+                sizes = CALLS["publisherUpdate"]
+                self._processes.rpc.call(
+                    self._host, uri.host, uri.slave, "publisherUpdate",
+                    sizes.call + sizes.call_each * len(publishers),
+                    ("publisherUpdate", topic, publishers),
+                    lambda ok, _: self._tell(subscribers), timeout_ns=TELL_TIMEOUT_NS, fresh=True)
+                return
 
     def _rest(self, copy: Copy) -> None:
         if copy.timer is not None:
@@ -137,7 +193,6 @@ class Sync:
 def multicall(master: Master, gone: list[Registration], new: list[Registration]
               ) -> tuple[Uri, ...]:
     """What ``Sync`` wants of its own master: a method of this one."""
-    registry = master.registry
     for side, topic, uri in gone:
         if side == "publisher":
             master.unregister_publisher(topic, uri)
@@ -148,12 +203,8 @@ def multicall(master: Master, gone: list[Registration], new: list[Registration]
             master.register_publisher(topic, uri)
         else:
             master.register_subscriber(topic, uri)
-    for topic in dict.fromkeys(topic for side, topic, _ in new if side == "subscriber"):
-        if registry.of(registry.publishers, topic):
-            master.notify(topic)
-            master.notify(topic)
     return ()
 
 
 def _done(ok: bool, _: Any) -> None:
-    """The own master does what it is told."""
+    """Whatever was answered."""
