@@ -83,6 +83,10 @@ class Switch:
         self._timers: list[Any] = [None] * count
         self._loads: list[Load] = [(0, 0, 0)] * count  # of exits that nothing in the queues is for
         self._coming = [0] * count  # frames in the queues that are for this exit
+        # A frame that is the only one in its port's line and the only one for its exit, with its
+        # flow; and the port of such a frame, by exit. The queues need not know of it.
+        self._alone: list[tuple[Waiting, Hashable] | None] = [None] * count
+        self._alone_for: list[int | None] = [None] * count
         engine = Packets if self._params.per_segment else Compiled
         self._engine: Packets | Compiled = engine(count, self._hop_ns, self._limit_ns)
 
@@ -115,6 +119,9 @@ class Switch:
         """``ports.NetworkModel``: for how long there was something on the wire, preambles and gaps
         included, in either direction of each port of ``hosts``."""
         now_ns = self._context.now_ns
+        for port, alone in enumerate(self._alone):
+            if alone is not None:
+                self._join(port)
         self._engine.run(now_ns)
         ports_ = sorted({self._port[host] for host in hosts})
         into = [self._booked_ns[port] - max(self._free_ns[port] - now_ns, 0) for port in ports_]
@@ -156,6 +163,8 @@ class Switch:
         """A frame joins those of its port."""
         self._queued[port] += 1
         if self._fair:
+            if self._alone[port] is not None:
+                self._join(port)
             self._engine.run(self._context.now_ns)
             self._put(waiting, port, self._context.flow(waiting[0]))
         elif self._inside[port]:
@@ -164,29 +173,62 @@ class Switch:
             self._put(waiting, port, None)
 
     def _put(self, waiting: Waiting, port: int, flow: Hashable) -> None:
-        """The queues have a frame more to look after."""
+        """The queues have a frame more to look after, unless it is alone."""
         frame, exits, begin_ns, train = waiting
-        engine, coming = self._engine, self._coming
-        for exit_, _ in exits:
-            if not coming[exit_]:
-                engine.load(exit_, self._loads[exit_])
-            coming[exit_] += 1
         self._inside[port] += 1
-        engine.put(port, begin_ns, flow, train, [exit_ for exit_, _ in exits], (frame, port, exits))
-        timer = self._timers[port]
-        if timer is None:
-            self._look_again(port)
-        elif self._context.now_ns + train.total_ns < self._due_ns[port]:
-            timer.cancel()
-            self._look_again(port)
+        if self._inside[port] == 1 and self._is_alone(exits, begin_ns, train):
+            self._alone[port] = waiting, flow
+            self._alone_for[exits[0][0]] = port
+            self._coming[exits[0][0]] = 1
+            self._look_at(port, begin_ns + train.total_ns)
+            return
+        self._enter(exits)
+        self._engine.put(port, begin_ns, flow, train, [exit_ for exit_, _ in exits],
+                         (frame, port, exits))
+        if (self._timers[port] is None
+                or self._context.now_ns + train.total_ns < self._due_ns[port]):
+            self._look_at(port, self._engine.due_ns(port))
 
-    def _look_again(self, port: int) -> None:
-        self._due_ns[port] = due_ns = self._engine.due_ns(port)
+    def _enter(self, exits: Exits) -> None:
+        """A frame comes to ``exits``."""
+        coming = self._coming
+        for exit_, _ in exits:
+            alone_port = self._alone_for[exit_]
+            if alone_port is not None:
+                self._join(alone_port)
+            elif not coming[exit_]:
+                self._engine.load(exit_, self._loads[exit_])
+            coming[exit_] += 1
+
+    def _is_alone(self, exits: Exits, begin_ns: int, train: Train) -> bool:
+        """Nothing else is for a frame's one exit, and there is room."""
+        exit_ = exits[0][0]
+        if self._params.per_segment or len(exits) > 1 or self._coming[exit_]:
+            return False
+        wait_ns = self._loads[exit_][0] - (begin_ns + train.long_ns + self._hop_ns)
+        return wait_ns <= 0 or wait_ns + train.long_ns <= self._limit_ns
+
+    def _join(self, port: int) -> None:
+        """The frame of a port is not alone any more."""
+        (frame, exits, begin_ns, train), flow = self._alone[port]
+        exit_ = exits[0][0]
+        self._alone[port] = self._alone_for[exit_] = None
+        self._engine.load(exit_, self._loads[exit_])
+        self._engine.put(port, begin_ns, flow, train, [exit_], (frame, port, exits))
+
+    def _look_at(self, port: int, due_ns: int) -> None:
+        timer = self._timers[port]
+        if timer is not None:
+            timer.cancel()
+        self._due_ns[port] = due_ns
         self._timers[port] = self._context.at(due_ns, self._look, port)
 
     def _look(self, port: int) -> None:
         """A frame may have been sent."""
         self._timers[port] = None
+        if self._alone[port] is not None:
+            self._arrive_alone(port)
+            return
         engine, loads, coming = self._engine, self._loads, self._coming
         engine.run(self._context.now_ns)
         finished = engine.finished()
@@ -198,12 +240,24 @@ class Switch:
                 if not coming[exit_]:
                     loads[exit_] = engine.loaded(exit_)
         if self._inside[port]:
-            self._look_again(port)
+            self._look_at(port, engine.due_ns(port))
         elif self._queued[port]:
             self._go_on(port)
         for (frame, _, exits), outcomes in finished:
             for (_, receivers), outcome in zip(exits, outcomes, strict=True):
                 self._settle(frame, receivers, outcome)
+
+    def _arrive_alone(self, port: int) -> None:
+        """A frame that met nobody is in the switch."""
+        (frame, exits, begin_ns, train), _ = self._alone[port]
+        exit_ = exits[0][0]
+        self._alone[port] = self._alone_for[exit_] = None
+        self._coming[exit_] = self._inside[port] = 0
+        self._queued[port] -= 1
+        delay_ns = self._foresee(exit_, begin_ns, train)
+        if self._queued[port]:
+            self._go_on(port)
+        self._context.settle_many(frame, exits[0][1], _deliver(delay_ns))
 
     def _go_on(self, port: int) -> None:
         """The first of a line is sent, and all that will be in the switch soon."""
