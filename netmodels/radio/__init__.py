@@ -10,7 +10,6 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from desim import ports
-from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Level, Period
 from netmodels.ethernet import FULL_BYTES
 from netmodels.radio.air import Air, Airs, Member
@@ -23,7 +22,7 @@ from netmodels.radio.presets import filled
 from netmodels.radio.ratecontrol import RateControl
 from netmodels.radio.rates import chosen_rates, chosen_standard
 from netmodels.radio.shadowing import Shadowing, Shadows
-from netmodels.radio.standards import MOST_BYTES, STANDARDS, Standard, psdu_bytes
+from netmodels.radio.standards import STANDARDS, Standard, psdu_bytes, train_bytes
 from netmodels.radio.thresholds import Thresholds
 from netmodels.radio.walls import Walls
 
@@ -200,14 +199,10 @@ class Radio:
 
     def send(self, frame: ports.Frame) -> None:
         """Raises ``InputError`` for a packet that 802.11 has no frame for."""
-        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
-        if sizes[0] > MOST_BYTES:
-            raise InputError(f"a packet of {sizes[0]} B is too long for 802.11; at most "
-                             f"{MOST_BYTES} B with Ethernet's headers")
-        size_bytes = psdu_bytes(sizes[0], 1)
+        size_bytes, last_bytes = train_bytes(frame.size_bytes, frame.segments)
         rate, rts = self._broadcast_rate, False
         if not frame.broadcast:
             limit = self.params.rts_bytes
             rate, rts = self.rate, limit is not None and size_bytes > limit
-        if not self._air.send(self._number, frame, size_bytes, psdu_bytes(sizes[-1], 1), rate, rts):
+        if not self._air.send(self._number, frame, size_bytes, last_bytes, rate, rts):
             self._context.settle_many(frame, frame.receivers, _QUEUE_FULL)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -83,18 +84,22 @@ class Air:
                                                 radio.rate)
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
+        self._seen: list[np.ndarray] = []
 
     def send(self, number: int, frame: ports.Frame, size_bytes: int, last_bytes: int, rate: int,
              rts: bool) -> bool:
         """The member of that ``number`` has a frame of packets of so many bytes on the air. Returns
         whether there is room for it."""
-        self.catch_up()
+        now_ns = self._context.now_ns
+        if self._settled_ns != now_ns:
+            self._settle(now_ns)
         first = number * self._hosts
         station = first + frame.source
         position = self.stations.enqueue(
-            self._context.now_ns, station, -1 if frame.broadcast else first + frame.receivers[0],
+            now_ns, station, -1 if frame.broadcast else first + frame.receivers[0],
             size_bytes, rate, frame.segments, last_bytes, rts)
-        self._book_look()
+        if not self._look_booked:
+            self._book_look()
         if position is None:
             return False
         self._waiting[station, position] = Waiting(frame)
@@ -108,9 +113,8 @@ class Air:
 
     def _book_look(self) -> None:
         """Once for all that is sent in this instant, also by those who are told something now."""
-        if not self._look_booked:
-            self._look_booked = True
-            self._context.at(self._context.now_ns, self._look_ahead)
+        self._look_booked = True
+        self._context.at(self._context.now_ns, self._look_ahead)
 
     def _look_ahead(self, _: Any) -> None:
         """Be there when the next frame's fate is decided."""
@@ -128,7 +132,8 @@ class Air:
     def _wake_up(self, _: Any) -> None:
         self._wake, self._wake_ns = None, NEVER
         self._settle(self._context.now_ns)
-        self._book_look()
+        if not self._look_booked:
+            self._book_look()
 
     def _settle(self, now_ns: int) -> None:
         """Take what has been decided, see who is where, then tell. (Whoever is told may send again
@@ -156,20 +161,25 @@ class Air:
 
     def _look_around(self, now_ns: int) -> None:
         """Links from where the hosts are, if that may have changed and it is time."""
-        obstacles, fades = self._context.obstacles, self._fades
-        places = [member.context.positions(now_ns) for member in self.members]
-        moved = self._places is None or any(
-            now is not then for now, then in zip(places, self._places, strict=True))
+        places, obstacles, fades = self._where(now_ns), self._context.obstacles, self._fades
         if obstacles.epoch != self._epoch or (
-                moved and now_ns >= self._looked_ns + self._update_ns):
+                places is not self._places and now_ns >= self._looked_ns + self._update_ns):
             self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
-            self._everywhere = places[0] if len(places) == 1 else np.concatenate(places)
-            self._mean = self._budget.links(self._everywhere, obstacles)
+            self._mean = self._budget.links(places, obstacles)
         elif fades is None or now_ns < fades.until_ns:
             return
         self._links = links = self._mean if fades is None else fades.links(self._mean, now_ns)
         self.stations.link(now_ns, links.first, links.hearer, links.mw,
-                           links.delays_ns(self._everywhere) if self._unaware else 0)
+                           links.delays_ns(self._places) if self._unaware else 0)
+
+    def _where(self, now_ns: int) -> np.ndarray:
+        """[stations, 2] m, the same object until somebody moves."""
+        if len(self.members) == 1:
+            return self._context.positions(now_ns)
+        places = [member.context.positions(now_ns) for member in self.members]
+        if any(now is not then for now, then in zip_longest(places, self._seen)):
+            self._seen, self._together = places, np.concatenate(places)
+        return self._together
 
     def _tell(self, what: int, station: int, waiting: Waiting) -> None:
         frame, number = waiting.frame, station // self._hosts

@@ -26,14 +26,16 @@ class Waiting:
 
     def note(self, what: int, receiver: int, packet: int) -> bool:
         """An outcome. Returns whether the frame has left the queue."""
+        if what == RECEIVED:
+            if not self.frame.broadcast:
+                return True
+            self.got[receiver] = self.got.get(receiver, 0) | 1 << packet
+            return False
         if what == DROPPED:
             self.given_up.append(packet)
             return packet == self.frame.segments - 1
         if what == MISSED:
             self.lose("channel_error", receiver, packet)
-            return False
-        if what == RECEIVED and self.frame.broadcast:
-            self.got[receiver] = self.got.get(receiver, 0) | 1 << packet
             return False
         return True
 
@@ -51,7 +53,10 @@ class Waiting:
     def tell(self, context: ports.Context) -> None:
         """The unicast frame is over: what was given up is lost."""
         frame = self.frame
-        lose(context, frame, frame.receivers[0], {"retry_limit": self.given_up})
+        if self.given_up:
+            lose(context, frame, frame.receivers[0], {"retry_limit": self.given_up})
+        else:
+            context.settle(frame, frame.receivers[0], _ARRIVED)
 
     def tell_all(self, context: ports.Context, finders: Sequence[int]) -> None:
         """The broadcast is over. Where ``finders`` have found nothing of it, others were louder."""

@@ -7,8 +7,11 @@ and 10.3 for the interframe spaces. Nothing is aggregated and no station has QoS
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
+from desim.errors import InputError
+from desim.ports import packet_sizes
 from netmodels.ethernet import ETHERNET_BYTES
 
 MSDU_BYTES = 2304  # the most that one packet carries (9.2.4.7.1), LLC included
@@ -104,6 +107,17 @@ def psdu_bytes(size_bytes: int, segments: int) -> int:
     """A packet on the air, from a frame of ``segments`` packets with Ethernet's headers: 1000 B of
     UDP are 1064 B."""
     return -(-size_bytes // segments) - ETHERNET_BYTES + LLC_BYTES + MAC_BYTES
+
+
+@lru_cache(1 << 10)
+def train_bytes(size_bytes: int, segments: int) -> tuple[int, int]:
+    """The first packet of a train on the air, and the last one. Raises ``InputError`` for a packet
+    that 802.11 has no frame for."""
+    sizes = packet_sizes(size_bytes, segments)
+    if sizes[0] > MOST_BYTES:
+        raise InputError(f"a packet of {sizes[0]} B is too long for 802.11; at most {MOST_BYTES} B "
+                         "with Ethernet's headers")
+    return psdu_bytes(sizes[0], 1), psdu_bytes(sizes[-1], 1)
 
 
 A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24),
