@@ -74,21 +74,43 @@ class Tap:
         self.bytes += frame.size_bytes - CHECK_SEQUENCE_BYTES * frame.segments
 
 
+class Lossy:
+    """A rule that loses each packet with ``probability`` from an instant on."""
+
+    Params = ports.Params
+
+    def __init__(self, probability: float, from_s: float) -> None:
+        loss = plugins.load("rule", "loss")
+        self._loss = loss(loss.Params(probability=probability))
+        self._from_ns = round(from_s * NS_PER_S)
+        self.reasons = self._loss.reasons
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+        self._loss.start(context, hosts)
+
+    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
+        if self._context.now_ns < self._from_ns:
+            return None
+        return self._loss.judge(frame, receivers)
+
+
 class Bench:
     """``lives``: what each host's one node does; the k-th host of them starts at ``starts_s[k]``
     (default: all at once). In each of ``cuts``, (from, until) in s, the first host hears nobody and
-    nobody hears it."""
+    nobody hears it. ``rules`` act on all."""
 
     def __init__(self, lives: Mapping[str, Callable[[Speaker], Any]], middleware: Middleware, *,
                  delay: str = "50 us", cuts: Sequence[tuple[float, float]] = (),
-                 starts_s: Sequence[float] = (), seed: int = 0) -> None:
+                 starts_s: Sequence[float] = (), rules: Sequence[ports.Rule] = (),
+                 seed: int = 0) -> None:
         self.kernel, names, streams = Kernel(), Names(), Streams(seed)
         trace = Trace(names)
         self.graph = Graph(self.kernel, names, trace, streams, middleware, lives)
         self.tap = Tap()
         ideal = plugins.load("network", "ideal")
         hosts = [host.name for host in self.graph.hosts]
-        rules = [self.tap, *(_apart(next(iter(lives)), *cut) for cut in cuts)]
+        rules = [self.tap, *(_apart(next(iter(lives)), *cut) for cut in cuts), *rules]
         self.graph.attach(Medium(
             "lan", ideal(ideal.Params(delay=delay)), rules, kernel=self.kernel, names=names,
             streams=streams, hosts=hosts, place=Nowhere(len(hosts))))

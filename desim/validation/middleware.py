@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from desim.ports.cases import Check, Play
-from desim.validation import multimaster, ros1, zenoh
+from desim.validation import dds, multimaster, ros1, zenoh
 
 # One line a family.
 FAMILIES: tuple[Callable[[], Iterator[Check]], ...] = (
+    dds.checks,
     multimaster.checks,
     ros1.checks,
     zenoh.checks,
@@ -19,7 +20,7 @@ class MiddlewareAsMeasured:
     """What real middleware does between network namespaces that an Ethernet switch joins."""
 
     source = ("measured in November 2026, Linux 6.18: ROS 1 (roscpp, rospy 1.15.15), "
-              "multimaster_fkie 1.3.2, Zenoh 1.10.2")
+              "multimaster_fkie 1.3.2, Cyclone DDS 11.0.1, Fast DDS 2.9.1, Zenoh 1.10.2")
 
     def checks(self, play: Play) -> Iterator[Check]:
         for family in FAMILIES:

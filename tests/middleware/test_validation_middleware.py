@@ -7,13 +7,17 @@ from typing import NamedTuple
 
 import pytest
 
+from desim.middleware.dds import parameters
+from desim.middleware.dds.participant import Participant
+from desim.middleware.dds.reliable import ReliableLink
+from desim.middleware.dds.riding import WhenFull
 from desim.middleware.multimaster.sync import Sync
 from desim.middleware.ros import processes
 from desim.middleware.ros.looper import Looper
 from desim.middleware.zenoh import link
 from desim.middleware.zenoh import zenoh as zenoh_model
 from desim.middleware.zenoh.line import Line
-from desim.validation import multimaster, ros1, zenoh
+from desim.validation import dds, multimaster, ros1, zenoh
 
 
 class Twin(NamedTuple):
@@ -61,10 +65,50 @@ def zenoh_near_the_lease():
     return zenoh.heard_again([("zenoh", 8)])
 
 
+def small_fleet_of_fast_dds():
+    return dds.discovery("fastdds_2_9", [(2, 10, 77.8), (4, 0, 226)])
+
+
+def announced_by_multicast_alone(monkeypatch):
+    whole = Participant._announce_to_all
+    monkeypatch.setattr(Participant, "_announce_to_all",
+                        lambda self, times, known: whole(self, times, []))
+
+
+def fleet_of_cyclone_dds():
+    return dds.discovery("cyclonedds_11_0", [(2, 10, 37.5), (8, 10, 1253)])
+
+
+def greeted_one_by_one(monkeypatch):
+    monkeypatch.setitem(parameters.CYCLONEDDS, "greets_all", False)
+
+
+def nobody_says_that_it_lives(monkeypatch):
+    monkeypatch.setitem(parameters.CYCLONEDDS, "liveliness_period", "0 ns")
+
+
+def large_samples():
+    return dds.losses([dds.LOSSES[1]], 300)
+
+
+def trains_are_lost_whole(monkeypatch):
+    monkeypatch.setattr(ReliableLink, "arrived_in_part", lambda self, token, receiver, lost:
+                        self.lost(token, receiver, next(iter(lost.values()))))
+
+
+def a_heartbeat_on_every_sample(monkeypatch):
+    monkeypatch.setattr(WhenFull, "new", lambda self, sizes: (True,) * len(sizes))
+
+
 TWINS = [
     Twin(multimaster.discovery, no_checksums),
     Twin(ros1.first_messages, no_rounds),
     Twin(ros1.first_messages, no_questions),
+    Twin(small_fleet_of_fast_dds, announced_by_multicast_alone),
+    Twin(fleet_of_cyclone_dds, greeted_one_by_one),
+    Twin(dds.at_rest, nobody_says_that_it_lives),
+    Twin(large_samples, trains_are_lost_whole),
+    Twin(dds.all_kept, a_heartbeat_on_every_sample),
     Twin(zenoh.at_rest, longer_keep_alives),
     Twin(small_zenoh_fleet, short_tokens),
     Twin(zenoh_near_the_lease, no_drain),
