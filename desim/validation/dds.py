@@ -70,6 +70,7 @@ def _fleet(hosts: int, topics: int, preset: str, seed: int, **params: Any) -> Be
 Loss = tuple[str, int, int, int, float, tuple[float | None, ...]]
 LOSSES: tuple[Loss, ...] = (
     ("cyclonedds_11_0", 1000, 10, 10, 0.1, (17.4, None, 100.5)),
+    ("cyclonedds_11_0", 100_000, 1, 10, 0.01, (8.2, None, None)),
     ("cyclonedds_11_0", 100_000, 1, 10, 0.1, (133.5, 101.6, 301.5)),
     ("fastdds_2_9", 1000, 10, 10, 0.1, (20.3, None, 110.9)),
     ("fastdds_2_9", 1000, 10, 100, 0.1, (22.7, None, 111)),
@@ -78,8 +79,8 @@ LOSSES: tuple[Loss, ...] = (
 
 
 def losses(rows: Sequence[Loss] = LOSSES, length_s: int = 1000) -> Iterator[Check]:
-    """A sample's way takes 50 us here. In the laboratory it took 0.4 ms, 1.2 ms where Python reads
-    100 kB, and a median below 1 ms says nothing else."""
+    """A sample's way takes 50 us here. In the laboratory it took 0.4 ms, and 1.2 ms where Python
+    reads 100 kB (taken off the 9.4 ms of 1 % loss); a median below 1.2 ms says nothing else."""
     for preset, size_bytes, rate_hz, depth, loss, measured in rows:
         delays = _delays_ms(preset, size_bytes, rate_hz, depth, loss, length_s)
         for what, simulated, real in zip(

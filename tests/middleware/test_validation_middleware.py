@@ -88,7 +88,7 @@ def nobody_says_that_it_lives(monkeypatch):
 
 
 def large_samples():
-    return dds.losses([dds.LOSSES[1]], 300)
+    return dds.losses([dds.LOSSES[2]], 300)
 
 
 def trains_are_lost_whole(monkeypatch):
