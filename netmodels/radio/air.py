@@ -84,6 +84,7 @@ class Air:
                                                 radio.rate)
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
+        self._alone = len(self.members) == 1
         self._seen: list[np.ndarray] = []
 
     def send(self, number: int, frame: ports.Frame, size_bytes: int, last_bytes: int, rate: int,
@@ -139,20 +140,20 @@ class Air:
         """Take what has been decided, see who is where, then tell. (Whoever is told may send again
         at once, and a new frame may have the place of one in question.)"""
         self._settled_ns = now_ns
-        decided = []
+        decided, hosts = [], self._hosts
         for _, what, station, position, hearer, packet in self.stations.advance(now_ns):
             if what in _ATTEMPTS:
                 self.stations.choose(station, hearer, _ATTEMPTS[what](self._arf, station, hearer))
                 continue
-            number, receiver = station // self._hosts, hearer % self._hosts
-            if hearer >= 0 and hearer // self._hosts != number:
+            number = station // hosts
+            if hearer >= 0 and hearer // hosts != number:
                 continue  # a broadcast of another radio's, or what is left of it
             waiting = self._waiting[station, position]
             if what == HEARD or what == RECEIVED and self._judged[number]:
-                if not self._passes(waiting, station, what, receiver, packet):
+                if not self._passes(waiting, station, what, hearer % hosts, packet):
                     continue
                 what = RECEIVED
-            if waiting.note(what, receiver, packet):
+            if waiting.note(what, hearer % hosts, packet):
                 del self._waiting[station, position]
                 decided.append((what, station, waiting))
         self._look_around(now_ns)
@@ -161,7 +162,8 @@ class Air:
 
     def _look_around(self, now_ns: int) -> None:
         """Links from where the hosts are, if that may have changed and it is time."""
-        places, obstacles, fades = self._where(now_ns), self._context.obstacles, self._fades
+        places = self._context.positions(now_ns) if self._alone else self._where(now_ns)
+        obstacles, fades = self._context.obstacles, self._fades
         if obstacles.epoch != self._epoch or (
                 places is not self._places and now_ns >= self._looked_ns + self._update_ns):
             self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
@@ -173,9 +175,7 @@ class Air:
                            links.delays_ns(self._places) if self._unaware else 0)
 
     def _where(self, now_ns: int) -> np.ndarray:
-        """[stations, 2] m, the same object until somebody moves."""
-        if len(self.members) == 1:
-            return self._context.positions(now_ns)
+        """[stations, 2] m of several radios, the same object until somebody moves."""
         places = [member.context.positions(now_ns) for member in self.members]
         if any(now is not then for now, then in zip_longest(places, self._seen)):
             self._seen, self._together = places, np.concatenate(places)
