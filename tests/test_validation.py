@@ -13,6 +13,7 @@ from desim.ports.cases import Check
 from netmodels import aloha, bus, link
 from netmodels.cases import chain
 from netmodels.radio import Thresholds, delivery, errors, pathloss
+from netmodels.radio.budget import Links
 from netmodels.radio.errors import bit_error
 from netmodels.radio.presets import PRESETS
 from netmodels.radio.standards import STANDARDS
@@ -27,6 +28,7 @@ from netmodels.validation.chain import Chains, repaired
 from netmodels.validation.chance import Bursts, Delays, Spells
 from netmodels.validation.disk import DiskOfRadio
 from netmodels.validation.fading import Outage
+from netmodels.validation.many_senders import DelaysOfRadio, ManyPairs, Mixes, RelayedFlows
 from netmodels.validation.places import HiddenTerminals, Pairs
 from netmodels.validation.propagation import PacketErrors, Propagation
 from netmodels.validation.queues import FiniteQueue, PeriodicSenders, Waiting
@@ -168,6 +170,19 @@ def longer_disks(monkeypatch):
     monkeypatch.setattr(delivery, "bit_error", lambda mbps, ratio: bit_error(mbps, 1.05 * ratio))
 
 
+def carrier_sense_of_the_standard(monkeypatch):
+    monkeypatch.setitem(PRESETS["ns3_3_44"]["reception"], "energy", "-62 dBm")
+
+
+def nothing_on_the_way(monkeypatch):
+    """Nobody knows which of two frames of one slot comes first."""
+    monkeypatch.setattr(Links, "delays_ns", lambda self, places: 0)
+
+
+def no_pause(monkeypatch):
+    monkeypatch.setitem(PRESETS["ns3_3_44"], "difs_first", False)
+
+
 class Repairs:
     """The second half of ``Chains``."""
 
@@ -188,7 +203,9 @@ TWINS = [
     (RadioOfGazebo, 36, more_loss_in_gazebo), (RadioOfGazebo, 36, more_noise_in_gazebo),
     (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
     (Delays, 8, more_jitter), (Outage, 1, deafer_receivers),
-    (FallbackOfRates, 2, longer_symbols),
+    (FallbackOfRates, 2, longer_symbols), (ManyPairs, 2, carrier_sense_of_the_standard),
+    (RelayedFlows, 4, nothing_on_the_way), (Mixes, 1, carrier_sense_of_the_standard),
+    (DelaysOfRadio, 4, no_pause),
 ]
 
 
