@@ -163,7 +163,7 @@ def test_nothing_sent_has_no_shares():
 def test_a_broadcast_counts_at_each_receiver():
     """b hears it, c is too far away; a broadcast is not given up."""
     setup = Setup(Radio(Radio.Params(standard="11a", broadcast_rate="6 Mb/s")),
-                  {"a": (0.0, 0.0), "b": (10.0, 0.0), "c": (90.0, 0.0)},
+                  {"a": (0.0, 0.0), "b": (10.0, 0.0), "c": (190.0, 0.0)},
                   [Flow("a", ("b", "c"), 246, 200, "zero", 100 * MS, broadcast=True)], 999 * MS)
     found = play(setup)
     assert (found["frames"], found["delivered"], found["lost"], found["drop_rate"]) == (
