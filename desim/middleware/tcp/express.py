@@ -79,7 +79,7 @@ class Express:
             self.flight = flight
             self._since_ns = now_ns
             self._joined.clear()
-            if now_ns - sender.sent_ns > self._patience_ns:
+            if now_ns - sender.sent_ns > self._patience_ns or sender.cwnd >= sender.ssthresh:
                 sender.wake()
         else:
             self.more.append(flight)

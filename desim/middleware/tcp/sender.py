@@ -110,9 +110,7 @@ class Sender(Window):
 
     def wake(self) -> None:
         """Nothing is on its way, and something is to be sent."""
-        idle_ns = self._kernel.now_ns - self.sent_ns
-        if idle_ns > self.rto_ns and self.cwnd > self.initial:
-            self.rest(idle_ns)
+        self.rest(self._kernel.now_ns - self.sent_ns)
 
     def join(self) -> None:
         """What is on its way by express becomes a part of the stream."""
@@ -320,11 +318,13 @@ class Sender(Window):
         """The message of every day: one in one segment, behind all that was sent."""
         now_ns = self._kernel.now_ns
         if start == self.una:
-            if self.cwnd > self.initial:
+            if self.cwnd != self.initial:
                 self.wake()
             self.timer.expect(now_ns + self.rto_ns)
         else:
             self._trains.append((start, self.sent_ns))
+            if self.watch.uneasy:
+                self.watch.postpone()
         self.sent_ns = now_ns
         self.nxt = end
         size_bytes = end - start
@@ -350,6 +350,8 @@ class Sender(Window):
             self.timer.expect(now_ns + self.rto_ns)
         else:
             self._trains.append((start, self.sent_ns))
+            if self.watch.uneasy:
+                self.watch.postpone()
         self.nxt = end
         if (end - start) % MSS_BYTES:
             self._small = end

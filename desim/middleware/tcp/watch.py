@@ -52,7 +52,8 @@ class Watch:
         if end > sender.una and sender.open:
             self.uneasy = True
             self._hidden = max(self._hidden, end)
-            self._probe_soon(sender.sent_ns)
+            if not self._probed:
+                self._probe_soon(sender.sent_ns)
 
     def heard(self, number: int, now_ns: int) -> None:
         """All before ``number`` is there, which is news."""
@@ -60,10 +61,16 @@ class Watch:
         self._silent_ns = -1
         if self._probed and number >= self._probed:
             self._probe_heard(number)
-        if self._hidden > number:
+        if self._hidden > number and not self._probed:
             self._probe_soon(now_ns)
         elif not self._probed:
             self.uneasy = False
+
+    def postpone(self) -> None:
+        """New bytes go behind a probe that was not answered: Linux then waits as if for another
+        one, which it does not send."""
+        if self._probed:
+            self._probe_soon(self._sender.now_ns)
 
     def heard_again(self) -> None:
         """No news: both copies of a probe have come, so that nothing had been lost."""
@@ -96,12 +103,17 @@ class Watch:
         """Linux tcp_schedule_loss_probe: two round trips after what was sent or heard last, and no
         later than the timeout."""
         sender, params = self._sender, self._params
-        if sender.srtt_ns < 0 or self._probed or not self._orderly():
+        if sender.srtt_ns < 0 or not self._orderly():
             return
         delay_ns = 2 * sender.srtt_ns + (
             params.rto_min_ns if sender.nxt - sender.una <= MSS_BYTES else 2 * params.tick_ns)
-        left_ns = sender.head_ns + whole_ticks(sender.rto_ns, params.tick_ns) - since_ns
+        left_ns = self._left_ns(since_ns)
         self._aim_at(PROBE, left_ns if 0 < left_ns < delay_ns else delay_ns, since_ns)
+
+    def _left_ns(self, since_ns: int) -> int:
+        """Until the timeout of the first bytes (Linux tcp_rto_delta_us)."""
+        sender = self._sender
+        return sender.head_ns + whole_ticks(sender.rto_ns, self._params.tick_ns) - since_ns
 
     def _orderly(self) -> bool:
         """Whether nothing is known to be missing (Linux TCP_CA_Open)."""
@@ -136,6 +148,8 @@ class Watch:
         if self._aim == LATE and sender.repair is not None:
             self.timer.expect(now_ns + sender.rto_ns)
             sender.repair.look_again(now_ns)
+        elif self._aim == PROBE and self._probed:
+            self._aim_at(AGAIN, max(self._left_ns(now_ns), 1))
         elif not self._probed and not self._backoff and sender.srtt_ns >= 0 and self._orderly():
             self._doubtful = not sender.probe()
             self._probed = sender.nxt

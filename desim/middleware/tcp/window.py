@@ -97,7 +97,8 @@ class Window:
         self._cubic.forget()
 
     def rest(self, idle_ns: int) -> None:
-        """Nothing was sent for longer than a timeout: the window halves for each (RFC 2861)."""
-        self.ssthresh = max(self.ssthresh, self.cwnd * 3 // 4)
-        self.cwnd = max(self.cwnd >> min(idle_ns // self.rto_ns, 40), self.initial)
+        """Nothing was sent for so long. For each timeout of it the window halves (RFC 2861)."""
         self._cubic.rested(idle_ns)
+        if idle_ns > self.rto_ns and self.cwnd > self.initial:
+            self.ssthresh = max(self.ssthresh, self.cwnd * 3 // 4)
+            self.cwnd = max(self.cwnd >> min(idle_ns // self.rto_ns, 40), self.initial)
