@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from desim.ports.cases import Check, Play
-from desim.validation import dds, multimaster, ros1, zenoh
+from desim.validation import dds, multimaster, ros1, tcp, zenoh
 
 # One line a family.
 FAMILIES: tuple[Callable[[], Iterator[Check]], ...] = (
+    tcp.checks,
     dds.checks,
     multimaster.checks,
     ros1.checks,

@@ -1,0 +1,207 @@
+"""TCP: what repairs cost, how late a link wakes after a cut, and what Nagle's algorithm does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from statistics import mean, median
+from typing import Any, NamedTuple
+
+from desim import plugins
+from desim.kernel import Kernel, Phase
+from desim.middleware.direct import Direct
+from desim.middleware.graph import Graph
+from desim.middleware.medium import Medium
+from desim.middleware.place import Nowhere
+from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.tcp import Tcp, TcpParams
+from desim.ports.cases import Check
+from desim.streams import Streams
+from desim.trace import Names, Trace
+from desim.units import NS_PER_S
+from desim.validation.bench import Bench, Speaker, alike, within
+
+
+class Word:
+    """A message as TCP sees one."""
+
+    def __init__(self, seq: int) -> None:
+        self.seq = seq
+        self.first_ns = self.last_ns = -1
+
+
+class Socket:
+    """One connection over a wire that loses packets by chance, both ways."""
+
+    def __init__(self, rate_mbps: float, way_ms: float, loss: float, seed: int) -> None:
+        self.kernel, names, streams = Kernel(), Names(), Streams(seed)
+        link, chance = plugins.load("network", "link"), plugins.load("rule", "loss")
+        graph = Graph(self.kernel, names, Trace(names), streams, Direct(Direct.Params()),
+                      ("a", "b"))
+        graph.attach(Medium(
+            "wire", link(link.Params(rate=f"{rate_mbps} Mb/s", latency=f"{way_ms} ms")),
+            [chance(chance.Params(probability=loss))], kernel=self.kernel, names=names,
+            streams=streams, hosts=["a", "b"], place=Nowhere(2)))
+        for host in graph.hosts:
+            host.start()
+        tcp = Tcp(graph.context, TcpParams(arp="static"))
+        tcp.listen(1, "bench", lambda connection: None)
+        self.sender = tcp.connect(0, 1, "bench", "bench", opened=lambda connection: None,
+                                  closed=lambda connection, reason: None,
+                                  keepalive=False).sender(0)
+        self.said_ns: list[int] = []
+        self.heard_ns: list[int] = []
+
+    def say(self, size_bytes: int) -> None:
+        self.said_ns.append(self.kernel.now_ns)
+        self.sender.send(size_bytes, self._heard, Word(len(self.said_ns)), None)
+
+    def _heard(self, _: Any) -> None:
+        self.heard_ns.append(self.kernel.now_ns)
+
+    def late_ms(self, size_bytes: int, every_ns: int, seconds: int) -> list[float]:
+        """How late each of the messages is that are said ``every_ns``, but for the first two."""
+        for time_ns in range(NS_PER_S, (seconds + 1) * NS_PER_S, every_ns):
+            self.kernel.at(time_ns, Phase.NETWORK, 0, lambda _: self.say(size_bytes))
+        self.kernel.run((seconds + 60) * NS_PER_S)
+        return [(heard - said) / 1e6 for said, heard
+                in zip(self.said_ns, self.heard_ns, strict=True)][2:]
+
+    def goodput_mbps(self, size_bytes: int, seconds: int) -> float:
+        """What gets through where there is always room for more to say."""
+        def fill() -> None:
+            while self.sender.room:
+                self.say(size_bytes)
+            self.sender.when_room(fill)
+        self.kernel.at(NS_PER_S, Phase.NETWORK, 0, lambda _: fill())
+        self.kernel.run((seconds + 1) * NS_PER_S)
+        first, *rest = self.heard_ns
+        return len(rest) * size_bytes * 8e3 / (rest[-1] - first)
+
+
+class Loss(NamedTuple):
+    """Messages over a wire that loses packets: how late they are in the mean (ms)."""
+
+    what: str
+    size_bytes: int
+    every_ms: int
+    rate_mbps: float
+    way_ms: float
+    loss: float
+    measured_ms: float  # the median of runs of 120 to 180 s
+
+
+class Bulk(NamedTuple):
+    """A connection that is always busy, and what it carries."""
+
+    what: str
+    rate_mbps: float
+    way_ms: float
+    loss: float
+    measured_mbps: float
+
+
+class Cut(NamedTuple):
+    """How long after a cut of ``cut_s`` a link of ten messages of 1 kB a second is heard again, one
+    run after another."""
+
+    what: str
+    arp: str
+    ways_us: tuple[int, ...]  # one run after another
+    cut_s: int
+    measured_s: tuple[float, ...]
+
+
+LOSSY = (
+    Loss("160 kB at 1 Hz, 20 ms, 10 Mb/s, 1 %", 160_000, 1000, 10, 20, 0.01, 490),
+    Loss("160 kB at 0.5 Hz, 2 ms, 54 Mb/s, 5 %", 160_000, 2000, 54, 2, 0.05, 285),
+    Loss("40 kB at 2 Hz, 5 ms, 20 Mb/s, 3 %", 40_000, 500, 20, 5, 0.03, 81),
+    Loss("40 kB at 2 Hz, 5 ms, 20 Mb/s, 10 %", 40_000, 500, 20, 5, 0.1, 343),
+    Loss("1 kB at 10 Hz, 20 ms, 10 Mb/s, 5 %", 1000, 100, 10, 20, 0.05, 65),
+    Loss("1 kB at 10 Hz, 2 ms, 54 Mb/s, 5 %", 1000, 100, 54, 2, 0.05, 23),
+)
+BUSY = (
+    Bulk("20 ms, 10 Mb/s, 0 %", 10, 20, 0.0, 9.42),
+    Bulk("20 ms, 10 Mb/s, 0.3 %", 10, 20, 0.003, 5.19),
+    Bulk("20 ms, 10 Mb/s, 1 %", 10, 20, 0.01, 2.95),
+    Bulk("20 ms, 10 Mb/s, 3 %", 10, 20, 0.03, 1.31),
+    Bulk("5 ms, 50 Mb/s, 1 %", 50, 5, 0.01, 10.3),
+)
+NEAR = (50,)
+# The machine was busy: intervals between retransmissions show timeouts of 61 ticks in some runs, of
+# 62 in others, that is, round trips of 40.4 to 48 ms.
+FAR = 20_200, 22_200
+CUTS = (
+    Cut("static ARP, a LAN", "static", NEAR, 5, (1.69,)),
+    Cut("static ARP, a LAN", "static", NEAR, 30, (23.1, 23.2, 24.1)),
+    Cut("static ARP, a LAN", "static", NEAR, 60, (48.3, 48.0, 46.7)),
+    Cut("static ARP, a LAN", "static", NEAR, 120, (93.0,)),
+    Cut("static ARP, 40 ms", "static", FAR, 5, (3.33, 3.36, 3.47, 3.39)),
+    Cut("static ARP, 40 ms", "static", FAR, 30, (2.58, 1.93, 2.65, 1.94)),
+    Cut("static ARP, 40 ms", "static", FAR, 60, (6.11, 5.34, 5.21, 6.42)),
+    Cut("static ARP, 40 ms", "static", FAR, 120, (8.05,)),
+    Cut("ARP, a LAN", "natural", NEAR, 5, (1.72,)),
+    Cut("ARP, a LAN", "natural", NEAR, 30, (24.5,)),
+    Cut("ARP, a LAN", "natural", NEAR, 60, (47.3, 20.4, 19.8, 19.8, 21.2, 47.2, 48.2)),
+    Cut("ARP, a LAN", "natural", NEAR, 100, (7.64, 7.95, 7.94)),
+)
+
+
+def checks() -> Iterator[Check]:
+    yield from nagle()
+    yield from cuts(CUTS)
+    yield from bulk(BUSY)
+    yield from lossy(LOSSY)
+
+
+def lossy(rows: Iterable[Loss], seeds: int = 5, seconds: int = 150) -> Iterator[Check]:
+    for row in rows:
+        means = [mean(Socket(row.rate_mbps, row.way_ms, row.loss, seed).late_ms(
+            row.size_bytes, row.every_ms * 1_000_000, seconds)) for seed in range(seeds)]
+        yield within(0.2, f"TCP {row.what}: mean", median(means), row.measured_ms, "ms")
+
+
+def bulk(rows: Iterable[Bulk], seeds: int = 3, seconds: int = 120) -> Iterator[Check]:
+    for row in rows:
+        goodput = [Socket(row.rate_mbps, row.way_ms, row.loss, seed).goodput_mbps(160_000, seconds)
+                   for seed in range(seeds if row.loss else 1)]
+        yield within(0.15, f"TCP bulk, {row.what}", median(goodput), row.measured_mbps, "Mb/s")
+
+
+def nagle() -> Iterator[Check]:
+    """Of a one-way link of TCPROS with Nagle's algorithm: on a LAN messages do not wait (measured
+    with what the programs take, 0.4 to 0.8 ms), far away each other one does."""
+    for rate_hz, measured_ms, way_us in ((25, 0.4, 50), (30, 0.49, 50), (50, 0.8, 50),
+                                         (25, 45.0, 20_000)):
+        heard = _talk(Ros1(Ros1.Params(master="a")), 30, 797, rate_hz, way_us).speaker(
+            "b").heard[rate_hz * 5:]
+        late_ms = mean(at - born for at, _, _, born in heard) * 1000
+        far = way_us > 50
+        yield Check(f"TCPROS, 801 B at {rate_hz} Hz, {'40 ms' if far else 'a LAN'}: mean", late_ms,
+                    measured_ms, 0.2 * measured_ms if far else 0.8, "ms")
+
+
+def cuts(rows: Iterable[Cut], runs: int = 9) -> Iterator[Check]:
+    for row in rows:
+        what = f"heard again after {row.cut_s} s, {row.what}"
+        simulated = [_woken_s(row, seed) for seed in range(runs)]
+        if len(row.measured_s) > 1:
+            yield from alike(what, simulated, row.measured_s, "s")
+        else:
+            yield within(0.15, f"{what}: median", median(simulated), row.measured_s[0], "s")
+
+
+def _woken_s(row: Cut, seed: int) -> float:
+    begin_s = 20.03 + 1.237 * seed  # at any time between ticks, of which the longest are 2 s apart
+    end_s = begin_s + row.cut_s
+    return _talk(Ros1(Ros1.Params(master="a", tcp={"arp": row.arp})), end_s + 1.5 * row.cut_s, 1000,
+                 10, row.ways_us[seed % len(row.ways_us)], seed=seed,
+                 cuts=[(begin_s, end_s)]).heard_after("b", end_s)
+
+
+def _talk(ros1: Ros1, until_s: float, size_bytes: int, rate_hz: int, way_us: int,
+          **bench: Any) -> Bench:
+    """b, which hears a, is the first host: it is the one that is cut off."""
+    def speaks(node: Speaker) -> None:
+        node.says("/talk", size_bytes, rate_hz, queue=10)
+    return Bench({"b": lambda node: node.listens("/talk", 2000), "a": speaks}, ros1,
+                 delay=f"{way_us} us", **bench).run(until_s)

@@ -1,0 +1,71 @@
+"""The rows of TCP in ``desim validate --only middleware``: a few that are quick, each with a twin
+in which a constant or a mechanism of TCP is wrong."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import pytest
+
+from desim.middleware.tcp.cubic import Cubic
+from desim.middleware.tcp.receiver import Receiver
+from desim.middleware.tcp.scoreboard import Scoreboard
+from desim.middleware.tcp.watch import Watch
+from desim.middleware.tcp.window import Window
+from desim.validation import tcp
+
+
+class Twin(NamedTuple):
+    """Some rows, and what is made wrong."""
+
+    rows: Callable
+    wrong: Callable
+
+
+def delayed_acknowledgements(monkeypatch):
+    """As RFC 1122 lets them wait, whoever answers."""
+    monkeypatch.setattr(Receiver, "pingpong", property(lambda receiver: True,
+                                                       lambda receiver, answers: None))
+
+
+def longer_timeouts(monkeypatch):
+    """By 8 %."""
+    sample = Window.sample
+
+    def slower(window, rtt_ns, now_ns):
+        sample(window, rtt_ns, now_ns)
+        window.rto_ns = window.rto_ns * 108 // 100
+
+    monkeypatch.setattr(Window, "sample", slower)
+
+
+def no_word_of_addresses(monkeypatch):
+    """RFC 6069 is unknown."""
+    monkeypatch.setattr(Watch, "unresolved", lambda watch, start: None)
+
+
+def half_the_window(monkeypatch):
+    """Reno's loss in place of CUBIC's."""
+    monkeypatch.setattr(Cubic, "less", lambda cubic, window: max(window // 2, 2))
+
+
+def no_selective_acknowledgements(monkeypatch):
+    hear = Scoreboard.hear
+    monkeypatch.setattr(Scoreboard, "hear", lambda board, una, ranges, *rest: hear(
+        board, una, (), *rest))
+
+
+TWINS = [
+    Twin(tcp.nagle, delayed_acknowledgements),
+    Twin(lambda: tcp.cuts(tcp.CUTS[1:2]), longer_timeouts),
+    Twin(lambda: tcp.cuts(tcp.CUTS[10:11]), no_word_of_addresses),
+    Twin(lambda: tcp.bulk(tcp.BUSY[1:2], seeds=1, seconds=60), half_the_window),
+    Twin(lambda: tcp.lossy(tcp.LOSSY[2:3], seeds=1), no_selective_acknowledgements),
+]
+
+
+@pytest.mark.parametrize("twin", TWINS, ids=lambda twin: twin.wrong.__name__)
+def test_rows_agree_and_their_twin_does_not(monkeypatch, twin):
+    rows = list(twin.rows())
+    assert rows and [check for check in rows if not check.holds] == []
+    twin.wrong(monkeypatch)
+    assert not all(check.holds for check in twin.rows())
