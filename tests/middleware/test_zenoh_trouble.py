@@ -127,7 +127,7 @@ def test_a_fate_has_the_instants_of_the_first_and_the_last_frame():
         discovery="connect", connect=["b"]).run(60 * S)
     assert [(reason, *(time_ns // MS for time_ns in times))
             for _, _, _, reason, *times in star.fates] == [
-        ("delivered", 5000, 5207), ("link_closed", 7000, 13_386)]
+        ("delivered", 5000, 5206), ("link_closed", 7000, 13_366)]
 
 
 def test_a_stream_that_blocks_a_link_closes_it():
