@@ -169,11 +169,12 @@ class Endpoints:
         """Heartbeats ride on what is repeated, to all (see ``riding.Spent``)."""
         if self._spent is None:
             return
-        resent = self._me.resent
+        resent, riding = self._me.resent, 0
         for item in items:
             resent.bytes += wire.TIME_BYTES + item.size_bytes
-            if self._spent[wire.is_reader(item)].over(resent.bytes):
-                self._offer(self._me.direct(), 1, directed=False)
+            riding += self._spent[wire.is_reader(item)].over(resent.bytes)
+        if riding:
+            self._offer(self._me.direct(), 1, directed=False, times=riding)
 
     def _tell(self, kind: str, remote: Remote, chunks: list[wire.Chunk], heard: Callable[..., Any],
               *what: Any) -> None:
@@ -215,9 +216,11 @@ class Endpoints:
                        params.discovery_heartbeat_period_ns
                        << min(16, max(0, self._beats - 2))))
 
-    def _offer(self, remotes: list[Remote], writers: int, *, directed: bool) -> None:
+    def _offer(self, remotes: list[Remote], writers: int, *, directed: bool, times: int = 1
+               ) -> None:
+        """Heartbeats of so many writers, several ``times`` in one train."""
         if remotes:
-            self._tell_all("sedp_heartbeat", remotes, [self._wire.heartbeats(writers)],
+            self._tell_all("sedp_heartbeat", remotes, [self._wire.heartbeats(writers)] * times,
                            self._me.dds.offered, lambda remote: (
                                remote.series, remote.told, writers, directed))
 
