@@ -79,6 +79,7 @@ def _missing(contract: Any, cls: Any) -> list[str]:
     return [f"{name}()" for name, stub in stubs.items() if getattr_static(cls, name, stub) is stub]
 
 
+@cache
 def parameters(kind: str, name: str) -> type[ports.Params]:
     """The parameter block of the plug-in called ``name``. Raises ``InputError``."""
     block = getattr(load(kind, name), "Params", None)

@@ -91,6 +91,17 @@ def test_nothing_is_written_through_a_link(hello, path):
     assert sorted(os.listdir(mine)) == before
 
 
+def test_what_a_link_in_the_folder_leads_to_stays(hello, path):
+    mine = path.parent / "mine"
+    (path / "map").rename(mine)
+    (mine / "mine.txt").write_text("mine")
+    (path / "map").symlink_to(mine)
+    before = {file.name: file.read_bytes() for file in mine.iterdir()}
+    run = again(hello, path)
+    assert {file.name: file.read_bytes() for file in mine.iterdir()} == before
+    assert run.map is not None and not (path / "map").is_symlink()
+
+
 @pytest.mark.parametrize("name", [".lock", "map"])
 def test_nor_through_one_in_a_folder_that_was_cut_off(hello, path, name):
     mine = path.parent / "mine"

@@ -8,11 +8,10 @@ from typing import Any
 
 from desim import plugins
 from desim.campaign.design import LoadedDesign
-from desim.errors import InputError
-from desim.ports import BesideScenario
 from desim.scenario.environment import BUILT_IN_TERRAINS
 from desim.scenario.merge import choice_at
 from desim.scenario.places import Path, split, steps
+from desim.scenario.pluginchoices import file_keys
 
 # Of the scenario; others are parameters of plug-ins, and what these are named by.
 _FILES = (("environment", "terrain"), ("environment", "terrain", "map"), ("fleet", "start", "file"))
@@ -73,18 +72,8 @@ class FilePaths:
         kind, key = choice
         if place[-1] == key:
             return ":" in text
-        return any(place[-1] in _files(kind, name)
+        return any(place[-1] in file_keys(kind, name)
                    for name in (*plugins.available(kind), *self._named))
-
-
-def _files(kind: str, name: str) -> list[str]:
-    """The parameters of a plug-in that are paths of files."""
-    try:
-        fields = plugins.parameters(kind, name).model_fields
-    except InputError:  # it is something else, or wrong, which others say
-        return []
-    return [info.alias or field for field, info in fields.items()
-            if any(isinstance(mark, BesideScenario) for mark in info.metadata)]
 
 
 def _leaves(data: Any, path: Path) -> Iterator[tuple[Path, str]]:

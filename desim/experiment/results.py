@@ -212,7 +212,7 @@ class RunFolder:
 def _files(folder: Path) -> Iterator[str]:
     """The names of the files of a run's folder."""
     for entry in folder.iterdir():
-        if entry.name == MAPS and entry.is_dir():
+        if entry.name == MAPS and entry.is_dir() and not entry.is_symlink():
             yield from (f"{MAPS}/{below.name}" for below in entry.iterdir())
         else:
             yield entry.name
@@ -221,8 +221,10 @@ def _files(folder: Path) -> Iterator[str]:
 def _clear(folder: Path, written: Collection[str]) -> None:
     """Remove what desim has written, and the folder if nothing else is in it. Raises ``OSError``.
     """
+    elsewhere = f"{MAPS}/" if (folder / MAPS).is_symlink() else None
     for name in written:
-        (folder / name).unlink(missing_ok=True)
+        if elsewhere is None or not name.startswith(elsewhere):
+            (folder / name).unlink(missing_ok=True)
     for empty in (folder / MAPS, folder):
         with suppress(OSError):
             empty.rmdir()

@@ -85,7 +85,8 @@ def split(path: str) -> Path:
 
 def _has(data: Any, path: Path) -> bool:
     for step in path:
-        if step not in steps(data):
+        if not (step in data if isinstance(data, dict) else
+                isinstance(data, list) and isinstance(step, int) and step < len(data)):
             return False
         data = data[step]
     return True

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 from desim import plugins
 from desim.errors import InputError
-from desim.ports import BesideScenario
+from desim.ports import BesideScenario, Params
 from desim.scenario.communication import Medium, PluginChoice, RuleChoice
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.merge import CHOICES
@@ -61,15 +62,25 @@ def files(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any], str]]:
     """Path, mapping and key of every parameter of a plug-in that is the path of a file."""
     for path, kind, name_key, block, choice in _written(data):
         name = choice.get(name_key, block.model_fields[name_key].default)
-        try:
-            fields = plugins.parameters(kind, name).model_fields if isinstance(name, str) else {}
-        except InputError:
-            continue  # ``complaints`` has it
-        for field, info in fields.items():
-            key = info.alias or field
-            marked = any(isinstance(mark, BesideScenario) for mark in info.metadata)
-            if marked and isinstance(choice.get(key), str):
+        for key in file_keys(kind, name) if isinstance(name, str) else ():
+            if isinstance(choice.get(key), str):
                 yield path, choice, key
+
+
+def file_keys(kind: str, name: str) -> tuple[str, ...]:
+    """The parameters of a plug-in that are paths of files; none where it is no plug-in, which
+    ``complaints`` says."""
+    try:
+        return _file_keys(plugins.parameters(kind, name))
+    except InputError:
+        return ()
+
+
+@cache
+def _file_keys(block: type[Params]) -> tuple[str, ...]:
+    fields = block.model_fields
+    return tuple(info.alias or field for field, info in fields.items()
+                 if any(isinstance(mark, BesideScenario) for mark in info.metadata))
 
 
 def has_fidelity(medium: Medium) -> bool:

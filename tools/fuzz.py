@@ -1,0 +1,490 @@
+"""Gives desim what nobody would: `python tools/fuzz.py [--count 500] [--seed 1] [--only KIND]`.
+
+In turns a scenario, a design, a run's folder and a campaign's folder are damaged: mutated text and
+values, files that are cut, turned, removed, or replaced by folders, links, FIFOs and devices, files
+of somebody else in all places. Then commands are given that meet it. None may end in a traceback,
+hang, or leave with another exit code than 0, 1 or 2; what desim has not written must still be
+there, with every run that was whole; nothing outside the folder may be written; a campaign that ends well
+has the table of the undamaged one. Exit code 1, with what to repeat, where this does not hold.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+from typer.testing import CliRunner
+
+import desim
+from desim.campaign import probes
+from desim.campaign.work import Row, Task, work
+from desim.cli import app
+from desim.report import sweeping
+
+SCENARIO = """\
+name: small
+environment: {terrain: {size: [12 m, 12 m], drawing: {cell: 4 m, lines: [
+  "+--+--+--+", "|     |  |", "+  +  +  +", "|  |     |",
+  "+  +--+  +", "|        |", "+--+--+--+"]}}}
+fleet: {size: 2, start: {from: [-4 m, 4 m], step: [2 m, 0 m]}}
+robot: {laser: {beams: 20}}
+network: {media: {lan: {model: switch, rate: 10 Mb/s, rules: [{rule: loss, probability: 1 %}]}}}
+stop: {elapsed: 50 ms}
+"""
+DESIGN = """\
+name: d
+base: small.yaml
+question: Why?
+parameters:
+  robots: {key: fleet.size, values: [1, 2]}
+  rate: {key: network.media.lan.rate, from: 1 Mb/s, to: 2 Mb/s, count: 2}
+vectors: all
+iterations: 2
+metrics: {half: explored / 2}
+report: {metrics: [explored], against: robots}
+"""
+MINE = "mine, whatever desim does"
+LONGEST_S = 120
+_MOST_RUNS = 16  # of a mutated design that is carried out
+_MEMORY_BYTES = 6 * 2**30
+
+
+class Template(NamedTuple):
+    """What is damaged: a folder with a scenario, a design, a run and a campaign, all of them in
+    order; ``table`` is that of the campaign."""
+
+    folder: Path
+    resolved: str
+    table: bytes
+
+
+class Here:
+    """Workers of this process, in the place of a ``Crew``; they end a campaign that is too long."""
+
+    has_room, is_busy = True, False
+
+    def __init__(self, *_: Any) -> None:
+        self._tasks: list[Task] = []
+        self._begun = 0
+
+    def __enter__(self) -> Here:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+    def begin(self, task: Task) -> None:
+        self._begun += 1
+        if self._begun > _MOST_RUNS:
+            raise KeyboardInterrupt
+        self._tasks.append(task)
+        self.has_room, self.is_busy = False, True
+
+    def finished(self) -> list[tuple[Task, Row]]:
+        task = self._tasks.pop()
+        self.has_room, self.is_busy = True, False
+        return [(task, work(task))]
+
+
+class Wrong(Exception):
+    """What desim did."""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--count", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
+    parser.add_argument("--only", choices=[kind.__name__ for kind in KINDS])
+    arguments = parser.parse_args()
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_BYTES, _MEMORY_BYTES))
+    kinds = [kind for kind in KINDS if arguments.only in (None, kind.__name__)]
+    wrong = fuzz(arguments.seed, range(arguments.first, arguments.first + arguments.count), kinds)
+    print(f"{arguments.count} cases, {wrong} wrong")
+    return 1 if wrong else 0
+
+
+def fuzz(seed: int, numbers: range, kinds: list[Kind] | None = None) -> int:
+    """Play these cases; how many went wrong, each of which is printed."""
+    kinds = kinds or KINDS
+    wrong, before = 0, os.getcwd()
+    with tempfile.TemporaryDirectory() as name, _patched():
+        template = _template(Path(name) / "template")
+        for number in numbers:
+            kind = kinds[number % len(kinds)]
+            place = Path(name) / "case"
+            shutil.copytree(template.folder, place, symlinks=True)
+            outside = _outside(Path(name) / "outside")
+            os.chdir(place)
+            case = Case(template, place, random.Random(f"{seed} {number}"))
+            try:
+                kind(case)
+                _require(_seen(outside.folder) == outside.seen, "something outside was changed")
+                _require(case.mine <= _texts(place), "a file that is not desim's is lost")
+            except Wrong as error:
+                wrong += 1
+                print(f"--seed {seed} --first {number} --count 1 --only {kind.__name__}: {error}\n"
+                      + "\n".join(f"    {line}" for line in case.log), flush=True)
+            finally:
+                os.chdir(before)
+                for folder in (place, outside.folder):
+                    shutil.rmtree(folder)
+    return wrong
+
+
+class Case:
+    """One: ``folder`` is a copy of the template's, and the current one; ``log`` says what was done
+    and ``mine`` are texts of files that desim has not written."""
+
+    def __init__(self, template: Template, folder: Path, luck: random.Random) -> None:
+        self.template, self.folder, self.luck = template, folder, luck
+        self.log: list[str] = []
+        self.mine: set[str] = set()
+
+    def told(self, *words: str) -> int:
+        """Give a command. Raises ``Wrong`` where it ends as no command may."""
+        self.log.append(f"desim {' '.join(words)}")
+        with _limited():
+            result = CliRunner().invoke(app, [*words])
+        self.log.append(f"{result.exit_code}: {result.output.strip()[:2000]}")
+        _require(result.exception is None or isinstance(result.exception, SystemExit),
+                 f"raised {result.exception!r}")
+        _require("Traceback" not in result.output and "desim failed" not in result.output,
+                 "a traceback")
+        _require(result.exit_code in (0, 1, 2) or
+                 result.exit_code == 130 and words[0] == "sweep", "another exit code")
+        _require(result.exit_code != 2 or bool(result.output.strip()), "no word of what is wrong")
+        return result.exit_code
+
+    def put(self, path: Path) -> None:
+        """A file of somebody else."""
+        if path.parent.is_dir() and not path.parent.is_symlink() and not os.path.lexists(path):
+            text = f"{MINE} {self.luck.random()}"
+            path.write_text(text)
+            self.mine.add(text)
+            self.log.append(f"put {path.relative_to(self.folder)}")
+
+
+Kind = Callable[[Case], None]
+
+
+def scenario(case: Case) -> None:
+    """A text or a value in a scenario is changed."""
+    text = case.luck.choice([SCENARIO, case.template.resolved])
+    (case.folder / "s.yaml").write_bytes(mutated(text, case))
+    case.told("run", "s.yaml", "--quiet", "--out", "out", *(
+        ["--until", "20 ms"] if case.luck.random() < 0.7 else []))
+
+
+def design(case: Case) -> None:
+    """The same in a design."""
+    (case.folder / "d.yaml").write_bytes(mutated(DESIGN, case))
+    (case.folder / "x1").write_text(MINE)
+    if case.told("sweep", "d.yaml", "--dry-run", "--out", "out") == 0:
+        case.told("sweep", "d.yaml", "--quiet", "--out", "out")
+        case.told("sweep", "d.yaml", "--quiet", "--out", "out")
+
+
+def run_folder(case: Case) -> None:
+    """A finished run's folder is damaged, looked at, and made again."""
+    run = next((case.folder / "results" / "small").iterdir())
+    for _ in range(case.luck.choice([1, 1, 2, 3])):
+        harm(case, run.parent, run)
+    sound = sorted((case.folder / "campaign" / "runs" / "small").iterdir())[0]
+    command = case.luck.choice([("trace", str(run), "--message", "1"), ("figure", str(run)),
+                                ("diff", str(run), str(sound)), ("diff", str(run), str(run)),
+                                ("graph", str(run)), ("diff", str(sound), str(run))])
+    case.told(*command)
+    if case.told("run", "small.yaml", "--set", "trace.keep=all", "--quiet") == 0:
+        _require(bool(desim.Run(run).metrics), "the run is not whole")
+
+
+def campaign_folder(case: Case) -> None:
+    """A finished campaign's folder is damaged, and the campaign goes on."""
+    out = case.folder / "campaign"
+    runs = {path: (path / "manifest.json").stat().st_mtime_ns
+            for path in (out / "runs" / "small").iterdir()}
+    for _ in range(case.luck.choice([1, 1, 2, 3])):
+        touched = harm(case, out, case.luck.choice(sorted(runs)))
+        runs = {path: time_ns for path, time_ns in runs.items()
+                if touched != path and touched not in path.parents and path not in touched.parents}
+    if case.luck.random() < 0.2:
+        case.told("report", str(out), "--quiet")
+    case.told("sweep", "design.yaml", "--dry-run", "--out", str(out))
+    code = case.told("sweep", "design.yaml", "--quiet", "--out", str(out))
+    for path, time_ns in runs.items():
+        _require((path / "manifest.json").is_file(), f"{path.name} is lost")
+        _require((path / "manifest.json").stat().st_mtime_ns == time_ns,
+                 f"{path.name}, which was whole, was made again")
+    if code == 0:
+        _require((out / "runs.parquet").read_bytes() == case.template.table, "another table")
+
+
+KINDS: list[Kind] = [scenario, design, run_folder, campaign_folder]
+
+VALUES = [None, True, 0, -1, 3, 1.5, 10**30, float("nan"), "", "x1", "5 m", "10 Mb/s",
+          "1e400 s", "-1 s", "a\0b", "\x1b[31m", "[/x]", "$x", "../../outside", "/dev/zero", "module:thing", "sys:exit",
+          "os:getpid", "é", "x" * 5000, [], {}, [[]], {"a": 1}, [None], {"": {}}, "small.yaml",
+          [1] * 50, "no", "null", "*", "0x10", "2026-01-01", "true: false", "\ud800"]
+TEXTS = ["\0", "\t", "\ufeff", "&a [*a]", "*b", "!!python/object:os.system x", "<<: {}", "---\n",
+         "%YAML 1.1\n", "[" * 2000, "{a: " * 300, "? ", "|\n", "'", '"', "\x80", "\x1b", ": ", "- ",
+         "&a", "\r", "\u2028"]
+
+
+def mutated(text: str, case: Case) -> bytes:
+    """As text, as bytes, or by its values."""
+    luck = case.luck
+    for _ in range(luck.choice([1, 1, 1, 2, 4])):
+        how = luck.randrange(5)
+        if how < 3:
+            try:
+                data = yaml.safe_load(text)
+                text = yaml.safe_dump(_changed(data, case), sort_keys=False)
+                continue
+            except (yaml.YAMLError, UnicodeError, TypeError, ValueError):
+                how = 3
+        lines = text.splitlines(keepends=True) or [""]
+        at = luck.randrange(len(lines))
+        if how == 3:
+            lines[at:at + 1] = luck.choice([[], [lines[at]] * 2, [lines[at][::-1]],
+                                            [" " + lines[at]], [luck.choice(lines)]])
+            text = "".join(lines)
+        else:
+            at = luck.randrange(len(text) + 1)
+            text = text[:at] + luck.choice(TEXTS) + text[at + luck.choice([0, 0, 1, 30]):]
+    raw = text.encode(errors="surrogatepass")
+    if luck.random() < 0.05:
+        at = luck.randrange(len(raw) + 1)
+        raw = raw[:at] + bytes([luck.randrange(256)]) + raw[at + 1:]
+    case.log.append(f"{raw[:1500]!r}")
+    return raw
+
+
+def _changed(data: Any, case: Case) -> Any:
+    """With another value, key or item somewhere."""
+    luck = case.luck
+    if isinstance(data, dict) and data and luck.random() < 0.85:
+        key = luck.choice(list(data))
+        return {**data, key: _changed(data[key], case)}
+    if isinstance(data, list) and data and luck.random() < 0.85:
+        at = luck.randrange(len(data))
+        return [*data[:at], _changed(data[at], case), *data[at + 1:]]
+    if isinstance(data, dict) and luck.random() < 0.5:
+        return {**data, str(luck.choice(VALUES))[:40]: luck.choice(VALUES)}
+    return luck.choice(VALUES)
+
+
+FOREIGN = ["mine.txt", "figure.png", ".DS_Store", "map/mine.txt", "summary.json.bak",
+           "notes.partial", ".index.jsonl.new", "extra.parquet"]
+
+
+def harm(case: Case, top: Path, run: Path) -> Path:
+    """Something below ``top`` is damaged; ``run`` is one of its runs, which it often is. What was
+    touched."""
+    luck = case.luck
+    if luck.random() < 0.3:
+        path = luck.choice([top, run, run.parent, run.parent.parent]) / luck.choice(FOREIGN)
+        case.put(path)
+        return case.folder / "nothing that was whole"
+    if luck.random() < 0.15:
+        return _beside(case, run)
+    places = [path for path in sorted(top.rglob("*")) if ".lock" not in path.name or
+              luck.random() < 0.3]
+    inside = [path for path in places if run in path.parents] or [run]
+    path = luck.choice(inside if luck.random() < 0.6 else places or [run])
+    how = luck.choice(HARMS)
+    if path.is_dir() and not path.is_symlink():
+        if any(run in (path, *path.parents) for run in [run]) or luck.random() < 0.3:
+            how = luck.choice([_gone, _a_file, _a_link, _a_pipe])
+        else:
+            return case.folder / "nothing that was whole"
+    if case.mine & _texts(path):
+        return case.folder / "nothing that was whole"
+    case.log.append(f"{how.__name__} {path.relative_to(case.folder)}")
+    if os.path.lexists(path):
+        how(case, path)
+    return path
+
+
+def _beside(case: Case, run: Path) -> Path:
+    """Where desim itself will want to write."""
+    place = run.with_name(run.name + case.luck.choice([".partial", ".old"]))
+    if not os.path.lexists(place):
+        how = case.luck.choice(["folder", "link", "file", "pipe"])
+        case.log.append(f"{how} {place.relative_to(case.folder)}")
+        if how == "folder":
+            place.mkdir()
+            case.put(place / "mine.txt")
+            (place / "samples.parquet").write_text("half")
+        elif how == "link":
+            place.symlink_to(case.luck.choice(["../../../../outside", "/nowhere"]))
+        elif how == "file":
+            case.put(place)
+        else:
+            os.mkfifo(place)
+    return run  # which cannot be made again now, or is
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink()
+
+
+def _gone(case: Case, path: Path) -> None:
+    _remove(path)
+
+
+def _emptied(case: Case, path: Path) -> None:
+    _replaced(path, b"")
+
+
+def _cut(case: Case, path: Path) -> None:
+    raw = path.read_bytes() if path.is_file() else b""
+    _replaced(path, raw[:case.luck.randrange(len(raw) + 1)])
+
+
+def _turned(case: Case, path: Path) -> None:
+    raw = bytearray(path.read_bytes() if path.is_file() else b"x") or bytearray(b"x")
+    raw[case.luck.randrange(len(raw))] ^= 1 << case.luck.randrange(8)
+    _replaced(path, bytes(raw))
+
+
+def _garbage(case: Case, path: Path) -> None:
+    _replaced(path, case.luck.randbytes(case.luck.randrange(2000)))
+
+
+def _json(case: Case, path: Path) -> None:
+    """JSON of another shape, or with another value."""
+    try:
+        lines = path.read_text().split("\n") if path.suffix == ".jsonl" else [path.read_text()]
+        at = case.luck.randrange(len(lines))
+        lines[at] = json.dumps(_changed(json.loads(lines[at]), case))
+        _replaced(path, "\n".join(lines).encode())
+    except (OSError, ValueError):
+        _replaced(path, case.luck.choice([b"[]", b"{}", b"null", b"[" * 100_000, b'{"a": NaN}']))
+
+
+def _a_file(case: Case, path: Path) -> None:
+    _remove(path)
+    case.put(path)
+
+
+def _a_folder(case: Case, path: Path) -> None:
+    _remove(path)
+    path.mkdir()
+    case.put(path / "mine.txt")
+
+
+def _a_pipe(case: Case, path: Path) -> None:
+    _remove(path)
+    os.mkfifo(path)
+
+
+def _a_link(case: Case, path: Path) -> None:
+    _remove(path)
+    outside = case.folder.parent / "outside"
+    path.symlink_to(case.luck.choice([outside, outside / "file.txt", "/dev/zero", "/nowhere",
+                                      path.parent, path.name]))
+
+
+def _another(case: Case, path: Path) -> None:
+    """In its place, another file of the campaign."""
+    others = [other for other in sorted(case.folder.rglob("*")) if other.is_file()]
+    _replaced(path, case.luck.choice(others).read_bytes())
+
+
+def _replaced(path: Path, raw: bytes) -> None:
+    _remove(path)
+    path.write_bytes(raw)
+
+
+HARMS = [_gone, _emptied, _cut, _turned, _garbage, _json, _json, _a_folder, _a_pipe, _a_link,
+         _another]
+
+
+class _Outside(NamedTuple):
+    folder: Path
+    seen: dict[str, Any]
+
+
+def _outside(folder: Path) -> _Outside:
+    """Where nobody may write."""
+    folder.mkdir()
+    (folder / "file.txt").write_text("not yours")
+    (folder / "deep").mkdir()
+    (folder / "deep" / "summary.json").write_text("{}")
+    return _Outside(folder, _seen(folder))
+
+
+def _seen(folder: Path) -> dict[str, Any]:
+    return {str(path): (path.lstat().st_mtime_ns, path.read_bytes() if path.is_file() else None)
+            for path in (folder, *sorted(folder.rglob("*")))}
+
+
+def _texts(place: Path) -> set[str]:
+    """Of all files of somebody else below it."""
+    found = set()
+    for path in (place, *place.rglob("*")) if place.is_dir() else [place]:
+        if path.is_file() and not path.is_symlink() and path.stat().st_size < 100:
+            found.add(path.read_bytes().decode(errors="replace"))
+    return {text for text in found if text.startswith(MINE)}
+
+
+def _template(folder: Path) -> Template:
+    folder.mkdir()
+    (folder / "small.yaml").write_text(SCENARIO)
+    (folder / "design.yaml").write_text(DESIGN)
+    run = desim.run(folder / "small.yaml", overrides=["trace.keep=all"], out=folder / "results")
+    done = CliRunner().invoke(app, ["sweep", str(folder / "design.yaml"), "--quiet", "--out",
+                                    str(folder / "campaign")])
+    _require(done.exit_code == 0, f"the undamaged campaign fails: {done.output}")
+    return Template(folder, (run.path / "scenario.resolved.yaml").read_text(),
+                    (folder / "campaign" / "runs.parquet").read_bytes())
+
+
+@contextmanager
+def _patched() -> Iterator[None]:
+    """Runs are made in this process, and predictions cost little."""
+    before = sweeping.Crew, probes.BUDGET_S
+    sweeping.Crew, probes.BUDGET_S = Here, 0.1
+    try:
+        yield
+    finally:
+        sweeping.Crew, probes.BUDGET_S = before
+
+
+@contextmanager
+def _limited() -> Iterator[None]:
+    def hangs(*_: Any) -> None:
+        raise Wrong(f"no end after {LONGEST_S} s")
+
+    before = signal.signal(signal.SIGALRM, hangs)
+    signal.alarm(LONGEST_S)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _require(holds: bool, text: str) -> None:
+    if not holds:
+        raise Wrong(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
