@@ -4,8 +4,9 @@ In turns a scenario, a design, a run's folder and a campaign's folder are damage
 values, files that are cut, turned, removed, or replaced by folders, links, FIFOs and devices, files
 of somebody else in all places. Then commands are given that meet it. None may end in a traceback,
 hang, or leave with another exit code than 0, 1 or 2; what desim has not written must still be
-there, with every run that was whole; nothing outside the folder may be written; a campaign that ends well
-has the table of the undamaged one. Exit code 1, with what to repeat, where this does not hold.
+there, with every run that was whole; nothing outside the folder may be written; a campaign that
+ends well has the table of the undamaged one. Exit code 1, with what to repeat, where this does not
+hold.
 """
 
 from __future__ import annotations
@@ -235,7 +236,8 @@ def campaign_folder(case: Case) -> None:
 KINDS: list[Kind] = [scenario, design, run_folder, campaign_folder]
 
 VALUES = [None, True, 0, -1, 3, 1.5, 10**30, float("nan"), "", "x1", "5 m", "10 Mb/s",
-          "1e400 s", "-1 s", "a\0b", "\x1b[31m", "[/x]", "$x", "../../outside", "/dev/zero", "module:thing", "sys:exit",
+          "1e400 s", "-1 s", "a\0b", "\x1b[31m", "[/x]", "$x", "../../outside", "/dev/zero",
+          "module:thing", "sys:exit",
           "os:getpid", "é", "x" * 5000, [], {}, [[]], {"a": 1}, [None], {"": {}}, "small.yaml",
           [1] * 50, "no", "null", "*", "0x10", "2026-01-01", "true: false", "\ud800"]
 TEXTS = ["\0", "\t", "\ufeff", "&a [*a]", "*b", "!!python/object:os.system x", "<<: {}", "---\n",
