@@ -152,3 +152,15 @@ def test_a_sender_tries_again_a_difs_after_it_knows_that_it_has_failed():
     sends(stations, 0, 0, 1)
     sends(stations, 182, 2, size_bytes=28)
     assert when(stations, 0, DROPPED) == 210 + 34 + 180 + 45
+
+
+@pytest.mark.parametrize(("gives_up", "begins_us"), [(False, 186 + 94), (True, 20 + 34)])
+def test_a_receiver_of_ns3_gives_up_a_frame_whose_header_it_cannot_read(gives_up, begins_us):
+    """Another frame begins 6 us after the first one, too late to be found. In ns-3 the medium is
+    idle from the end of the broken header on, though both are on the air."""
+    stations = scene(_0_2=BROKEN, _3_2=-60.0,
+                     reception=Reception(energy_dbm=-82.0, gives_up=gives_up))
+    sends(stations, 0, 0)
+    sends(stations, 6, 3)
+    sends(stations, 12, 2, size_bytes=28)
+    assert bystander_begins(stations) == begins_us

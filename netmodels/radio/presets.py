@@ -1,7 +1,7 @@
 """Sets of parameters under one name.
 
 ``ns3_3_44`` is what ns-3 3.44 does with the error model of NIST and without QoS. It differs from
-the defaults in six rules, which were found by comparing small layouts and reading its traces.
+the defaults in seven rules, which were found by comparing small layouts and reading its traces.
 
 - Energy of Wi-Fi's frames makes the medium busy from -82 dBm on (``CcaSensitivity``), whether or
   not a preamble was found; by 802.11-2016 (17.3.10.6) a found preamble does from -82 dBm on, and
@@ -10,6 +10,8 @@ the defaults in six rules, which were found by comparing small layouts and readi
   first (``reception.unaware``): two pairs 20 m apart carry 27.0 instead of 25.3 Mb/s at 54 Mb/s.
 - EIFS begins with the end of the frame that could not be made out (``reception.eifs``), and not
   when the medium is idle after it.
+- A frame whose header has errors is given up, and the medium taken for idle until something new
+  comes (``reception.gives_up``).
 - A frame that comes while the medium is idle waits for DIFS (``difs_first``).
 - A frame that is given up leaves the contention window as wide as it was (``window_failures``):
   thirty saturated stations carry 1.5 % more.
@@ -26,7 +28,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "path_loss": {"model": "log_distance", "exponent": 3, "reference": "46.6777 dB"},
         "reception": {"noise_figure": "7 dB", "heard": "-101 dBm", "energy": "-82 dBm",
                       "preamble": "-82 dBm", "preamble_above": "4 dB", "unaware": True,
-                      "eifs": "frame"},
+                      "eifs": "frame", "gives_up": True},
         "queue": 500, "retries": 7, "window_failures": 8, "difs_first": True,
     },
 }

@@ -32,6 +32,9 @@ class Thresholds(ports.Params):
     unaware: bool = Field(False, description=(
         "interference that came less than 4 us before a stronger frame does it no harm (no "
         "receiver is like that, but ns-3's)"))
+    gives_up: bool = Field(False, description=(
+        "a frame whose header has errors is given up, and the medium taken for idle until "
+        "something new comes (no receiver is like that, but ns-3's)"))
     eifs: Literal["idle", "frame"] = Field("idle", description=(
         "who could not make out a frame waits for EIFS when the medium is idle, or from the end of "
         "that frame (802.11-2016, 10.3.2.3.7; ns-3: frame)"))
@@ -46,5 +49,5 @@ class Thresholds(ports.Params):
 
     def for_stations(self) -> Reception:
         return Reception(_THERMAL_DBM + self.noise_figure_db, self.energy_dbm, self.found_dbm,
-                         self.preamble_above_db, unaware=self.unaware,
+                         self.preamble_above_db, unaware=self.unaware, gives_up=self.gives_up,
                          eifs_at_end=self.eifs == "frame")

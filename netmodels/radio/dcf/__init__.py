@@ -37,6 +37,7 @@ class Reception:
     preamble_db: float = 4.0  # and how much it must exceed noise and interference
     detection_ns: int = 4_000  # for how long it is looked for
     unaware: bool = False  # that it misses interference which came just before (``arrive``)
+    gives_up: bool = False  # that it does not follow a frame whose header has errors
     eifs_at_end: bool = False  # that EIFS begins with the end of the frame, idle or not (``rest``)
 
 
@@ -114,7 +115,8 @@ class Stations:
             _milliwatts(reception.noise_dbm), _milliwatts(reception.energy_dbm),
             _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
             errors.clear, errors.first_db, errors.step_db,
-            reception.unaware, reception.eifs_at_end, standard.difs_ns * difs_first, judged, 0)],
+            reception.unaware, reception.eifs_at_end, reception.gives_up,
+            standard.difs_ns * difs_first, judged, 0)],
             records.SETUP)
         self._outcomes = np.zeros(4 * n + 8 + (n * limit if lifetime_ns else 0), records.OUTCOME)
         self._locate()

@@ -54,7 +54,7 @@ def rest(setup, s, now):
 def sense(setup, due, s, now):
     """Station s looks at the medium. If it has become busy, the counter stops; only whole idle
     slots count, and a station that was to begin at this very instant has not noticed."""
-    busy = s.on == 1 or s.lock >= 0 or s.heard >= setup.energy_mw
+    busy = s.on == 1 or s.lock >= 0 or (s.heard >= setup.energy_mw and s.deaf == 0)
     if busy and s.busy == 0:
         s.busy = 1
         s.occupied -= now

@@ -25,6 +25,7 @@ from netmodels.radio.dcf.records.kernels import (
     END,
     EXPIRED,
     FAILED,
+    HEADER,
     HEARD,
     IDLE,
     KINDS,
@@ -96,13 +97,15 @@ def detect(d, s, now):
     """The beginning of station s's preamble is over: who hears it well enough, and was not sending
     when it came, receives it. Not before now does anybody know that the medium is busy."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    s.air = s.ends * KINDS + END
+    header = s.begun + d.rates[s.rate].payload_ns
+    s.air = header * KINDS + HEADER if setup.gives_up == 1 else s.ends * KINDS + END
     schedule(due, s)
     for k in range(s.first, s.last):
         r, power = stations[links[k].station], links[k].mw
         if power < setup.signal_mw and r.heard < setup.energy_mw:
             continue  # to it this is noise
         touch(d, r)
+        r.deaf = 0
         found = power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0))
         if found and power >= setup.signal_mw and r.lock < 0 and r.ends <= s.begun:
             r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
@@ -111,6 +114,25 @@ def detect(d, s, now):
             if r.strongest != s.index:
                 r.unaware = 0.0
         sense(setup, due, r, now)
+
+
+@lean(void(a_dcf, a_station, _i8))
+def read_header(d, s, now):
+    """The header of station s's frame is over. A receiver of ns-3 gives the frame up if that has
+    errors, and takes the medium for idle from then on, until something new comes."""
+    setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
+    s.air = s.ends * KINDS + END
+    schedule(due, s)
+    for k in range(s.first, s.last):
+        r = stations[links[k].station]
+        if r.lock == s.index:
+            touch(d, r)
+            unaware = r.unaware
+            account(setup, d.rates, d.table, r, s, now)
+            r.unaware = unaware  # nothing has changed
+            if not survives(r, s):
+                r.lock, r.deaf = -1, 1
+                sense(setup, due, r, now)
 
 
 @lean(void(a_dcf, _i8, _i8, a_station, _i8))
@@ -312,6 +334,8 @@ def happen(d, s, now, what):
         finish(d, s, now)
     elif what == DETECT:
         detect(d, s, now)
+    elif what == HEADER:
+        read_header(d, s, now)
     elif what == ANSWER:
         s.answer = NEVER
         schedule(d.due, s)

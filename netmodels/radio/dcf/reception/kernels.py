@@ -74,7 +74,8 @@ def arrive(d, r, s, now, link):
 
 @lean(_b1(a_station, a_station))
 def survives(r, source):
-    """Whether what station r was receiving has no error."""
+    """Whether what station r has received so far has no error; true of the whole only if it was of
+    each part before."""
     if r.chance == 0.0:
         return True
     key = r.key ^ (source.key << np.uint64(1))

@@ -14,7 +14,7 @@ NEVER = np.int64(1) << 62
 
 # What may be due, in the order of what happens first in one instant. A time and what is due then
 # are one number, ``time_ns * KINDS + kind``, so that the smallest comes next.
-END, TIMEOUT, ANSWER, START, DETECT, KINDS = 0, 1, 2, 3, 4, 8
+END, TIMEOUT, ANSWER, START, DETECT, HEADER, KINDS = 0, 1, 2, 3, 4, 5, 8
 
 BLOCK = 32  # stations whose next events have a common minimum
 
@@ -40,7 +40,8 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     # announced, and its reservation if it is.
     ("since", "i8"), ("occupied", "i8"), ("nav", "i8"), ("eifs", "i8"), ("ready", "i8"),
     ("doubt", "i8"), ("announced", "i8"),
-    # What is due next: of its contention (START, TIMEOUT), its transmission (DETECT, END), and the
+    # What is due next: of its contention (START, TIMEOUT), its transmission
+    # (DETECT, HEADER, END), and the
     # answer that it owes.
     ("contention", "i8"), ("air", "i8"), ("answer", "i8"),
     # When its transmission has begun and will end.
@@ -64,6 +65,8 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     # row. Whether its receiver has the present packet.
     ("busy", "i1"), ("role", "i1"), ("tries", "i2"), ("failed", "i2"), ("got", "i1"),
     # Whether it is on the air, with what, at which rate; what to answer.
+    # Whether it takes no notice of energy until something new comes.
+    ("deaf", "i1"),
     ("on", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply", "i1"),
 ])
 
@@ -91,14 +94,16 @@ OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("posi
 # ``energy_mw`` makes the medium busy; a preamble is found above ``signal_mw`` and a ratio of
 # ``capture`` to noise and interference; above the ratio ``clear`` no bit has an error; the table
 # of errors begins at ``table_db``, in steps of ``step_db``. ``unaware``: see ``arrive``,
-# ``eifs_at_end``: ``rest``, ``pause_ns``: what is queued on an idle medium waits for. ``judged``:
+# ``gives_up``: ``read_header``, ``eifs_at_end``: ``rest``,
+# ``pause_ns``: what is queued on an idle medium waits for. ``judged``:
 # whether somebody judges what unicast transmissions come to. ``outcomes``: how many were noted.
 SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("difs_ns", "i8"), ("eifs_ns", "i8"),
                   ("detection_ns", "i8"), ("cw_min", "i8"), ("cw_max", "i8"),
                   ("try_limit", "i8"), ("reset_at", "i8"), ("noise_mw", "f8"),
                   ("energy_mw", "f8"), ("signal_mw", "f8"), ("capture", "f8"),
                   ("clear", "f8"), ("table_db", "f8"), ("step_db", "f8"),
-                  ("unaware", "i8"), ("eifs_at_end", "i8"), ("pause_ns", "i8"), ("judged", "i8"),
+                  ("unaware", "i8"), ("eifs_at_end", "i8"), ("gives_up", "i8"),
+                  ("pause_ns", "i8"), ("judged", "i8"),
                   ("outcomes", "i8")])
 
 
