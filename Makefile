@@ -3,14 +3,24 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test bench
+.PHONY: run test quick validate bench
 
 run: $(VENV)/.installed
 	$(BIN)/desim run scenarios/maze_30.yaml
 
 test: $(VENV)/.installed-test
 	$(BIN)/ruff check .
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 -m "not validation"
+
+# What a change is tried with while it is written: under a minute.
+quick: $(VENV)/.installed-test
+	$(BIN)/ruff check .
+	$(BIN)/pytest -n 2 -m "not slow and not validation"
+
+# The models against everything measured elsewhere: network models and middleware.
+validate: $(VENV)/.installed-test
+	$(BIN)/desim validate
+	$(BIN)/pytest -n 2 -m validation
 
 bench: $(VENV)/.installed
 	$(BIN)/python tools/bench.py

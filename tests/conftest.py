@@ -26,3 +26,14 @@ def reference(repository) -> Path:
     if not folder.is_dir():
         pytest.skip("the reference data folder is not beside the repository")
     return folder
+
+
+def pytest_collection_modifyitems(items):
+    """Mark what ``slow.txt`` names, a file or a test of it a line."""
+    folder = Path(__file__).parent
+    named = tuple(line.strip() for line in (folder / "slow.txt").read_text().splitlines()
+                  if line.strip() and not line.startswith("#"))
+    for item in items:
+        place = f"{item.path.relative_to(folder).as_posix()}::{item.name}"
+        if place.startswith(named):
+            item.add_marker(pytest.mark.slow)

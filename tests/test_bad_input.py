@@ -100,8 +100,8 @@ WRONG = {
     "missing map with parameters": ("environment: {terrain: {map: no.yaml, offset: [1 m, 1 m]}}", [
         "2:30: environment.terrain.map: no such map: no.yaml"]),
     "no shape of terrain": ("environment: {terrain: 3}", [
-        "2:24: environment.terrain: must be text, or a mapping with map, image, offset, or a "
-        "mapping with size, rectangles, walls, drawing, got 3"]),
+        "2:24: environment.terrain: must be text, or a mapping with map, image, offset, material, "
+        "or a mapping with size, rectangles, walls, drawing, got 3"]),
     "one complaint for a union": ("environment: {terrain: {size: [1 m, 1 m], wals: []}}", [
         "2:43: environment.terrain.wals: unknown key (did you mean 'walls'?); allowed: size, "
         "rectangles, walls, drawing"]),

@@ -50,9 +50,9 @@ def test_a_damaged_folder_is_named(run, tmp_path):
     (copy / "robots.parquet").write_bytes(b"PAR1")
     (copy / "summary.json").write_text("{")
     damaged = desim.Run(copy)
-    with pytest.raises(InputError, match=r"robots\.parquet: damaged: "):
+    with pytest.raises(InputError, match=r"damaged: robots\.parquet is not what "):
         damaged.table("robots")
-    with pytest.raises(InputError, match=r"summary\.json: damaged: "):
+    with pytest.raises(InputError, match=r"damaged: summary\.json is not what "):
         damaged.metrics  # noqa: B018 - reading it is the test
 
 

@@ -163,7 +163,8 @@ WRONG = PARAMETERS | {
     "stop when raises": ("stop: {when: 'bad_functions:raises_q'}",
         "2:7: base: a run fails at once: ValueError: oh no"),
     "measure": ("measure: {evry: 5 s}",
-        "3:17: measure.evry: unknown key (did you mean 'every'?); allowed: every, on"),
+        "3:17: measure.evry: unknown key (did you mean 'every'?); allowed: every, on, "
+        "safety_scale"),
     "set": ("set: {robot.laser: 5}",
         "3:20: robot.laser: must be text, or a mapping with beams, field_of_view, max_range, "
         "rate, noise, pose, got 5"),
@@ -175,7 +176,7 @@ WRONG = PARAMETERS | {
     "start in wall": ("set: {fleet.start: {from: [-6 m, 6 m], step: [0 m, 0 "
         "m]}}",
         "3:20: fleet.start: the start of robot_0 at (-6, 6) m lies outside the terrain; "
-        "allowed: x from -6 to 6 m, y from -6 to 6 m"),
+        "allowed: x between -6 and 6 m, y between -6 and 6 m, the edges themselves left out"),
 }
 
 WHOLE = {

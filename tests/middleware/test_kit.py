@@ -9,7 +9,7 @@ import pytest
 from toys import Late, Naive
 
 from desim.middleware.direct import Direct
-from desim.middleware.transports import Datagram, Stream
+from desim.middleware.transports import Datagram, Stream, StreamLink
 from desim.testing import Patience, check_discovery
 
 S = 10**9
@@ -111,10 +111,16 @@ class Sulking(Twice):
     """A stream that lost a frame sends nothing any more."""
 
     def transport(self, offer):
+        class Silent(StreamLink):
+            __slots__ = ()
+
+            def _wait(self, until_ns):
+                """It does not come back to it."""
+
         class Stuck(Stream):
             def send(self, message, only=None):
                 for link in self._links.values():
-                    link._rto_ns = 10_000 * S
+                    link.__class__ = Silent
                 super().send(message, only)
 
         return carried(self.context, offer, Stuck)
