@@ -88,7 +88,8 @@ class Ledger:
         self.fates: dict[tuple[int, int], str | None] = {}
         self.delivered = Counter()  # by topic
         self.dropped: dict[str, Counter] = {}  # by topic and reason
-        self.flights = []  # message, receiver, ns from its last frame's sending to its arrival
+        self.flights = []  # message, receiver, ns from its first frame's sending to its arrival
+        self.missed = Counter()  # receivers whom broadcasts missed together, by reason
         self.rows = Counter()  # by kind
         self.frame_bytes = 0
         self._batches = []
@@ -105,12 +106,14 @@ class Ledger:
             return
         assert message.born_ns <= first_ns <= last_ns <= time_ns
         self.delivered[message.topic] += 1
-        self.flights.append((message, receiver, time_ns - last_ns))
+        self.flights.append((message, receiver, time_ns - first_ns))
 
     def fold(self, names) -> None:
         """Sum up the rows; ``names`` of the run's trace."""
         for batch in self._batches:
-            for kind in batch["kind"].tolist():
+            for kind, count in zip(batch["kind"].tolist(), batch["c"].tolist(), strict=True):
                 self.rows[kind] += 1
+                self.missed[kind] += count
             self.frame_bytes += int(batch["c"][batch["kind"] == names.id("frame")].sum())
+        self.missed = Counter({names[kind]: count for kind, count in self.missed.items()})
         self.rows = Counter({names[kind]: count for kind, count in self.rows.items()})

@@ -20,6 +20,8 @@ from desim.cli import app
 from desim.errors import InputError
 
 MAZE = "allowed: x from -40 to 40 m, y from -40 to 40 m"
+AREA = ("allowed: x between -40 and 40 m, y between -40 and 40 m, the edges themselves "
+        "left out")
 IN_WALL = ("m lies in a wall or closer to one than its radius of 0.26 m; allowed: a free place, or "
            "start.snap: true to move it to the nearest one")
 APART = ("allowed: at least 0.52 m apart, or start.snap: true to move it to the nearest free place")
@@ -47,10 +49,10 @@ WORLDS = {
         f"{APART}"),
     "start outside": (
         "fleet: {start: {from: [-41 m, 38 m]}}",
-        f"2:16: fleet.start: the start of robot_0 at (-41, 38) m lies outside the terrain; {MAZE}"),
+        f"2:16: fleet.start: the start of robot_0 at (-41, 38) m lies outside the terrain; {AREA}"),
     "a fleet longer than the terrain": (
         "fleet: {size: 41}",
-        f"2:1: fleet.start: the start of robot_39 at (-38, -40) m lies outside the terrain; {MAZE}"
+        f"2:1: fleet.start: the start of robot_39 at (-38, -40) m lies outside the terrain; {AREA}"
     ),
     "the paper's start in another terrain": (
         "environment: {terrain: {size: [20 m, 20 m]}}",
@@ -154,7 +156,7 @@ GOOD_MAP = {"image": "room.pgm", "resolution": "0.5", "origin": "[-5, -5, 0]", "
             "occupied_thresh": "0.65", "free_thresh": "0.196"}
 WHOLE_MAPS = {
     "a list": ("- a\n", ": not a map_server file; its keys are image, resolution, origin, negate, "
-                        "occupied_thresh, free_thresh, mode"),
+                        "occupied_thresh, free_thresh, mode, materials"),
     "no YAML": ("image: [\n", ": cannot be read as YAML: while parsing a flow node expected the "
                               "node content, but found '<stream end>' in \"<unicode string>\", "
                               "line 2, column 1: ^"),
@@ -235,7 +237,7 @@ def test_what_an_override_spoils_is_said_of_the_override(here):
     (here / "case.yaml").write_text("name: x\n")
     assert complaint_about("--set", "fleet.start.from=[-41 m, 0 m]") == (
         "--set fleet.start.from=[-41 m, 0 m]: fleet.start: the start of robot_0 at (-41, 0) m lies "
-        f"outside the terrain; {MAZE}\n")
+        f"outside the terrain; {AREA}\n")
 
 
 def test_a_strategy_that_cannot_be_made_is_said_at_its_place(here, monkeypatch):
