@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 import typer
@@ -16,13 +17,13 @@ _UsageError = typer.BadParameter.__base__  # of click, or of what typer has take
 class Commands(TyperGroup):
     """The commands. What typer would draw a box around takes a line here; exit code 2."""
 
-    def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
+    def main(self, args: Sequence[str] | None = None, *more: Any, standalone_mode: bool = True,
+             **extra: Any) -> Any:
+        words = [word for word in (sys.argv[1:] if args is None else args) if word != TRACEBACK]
         if not standalone_mode:
-            return super().main(*args, standalone_mode=False, **extra)
-        if not args and "args" not in extra:
-            args = ([word for word in sys.argv[1:] if word != TRACEBACK],)
+            return super().main(words, *more, standalone_mode=False, **extra)
         try:
-            code = super().main(*args, standalone_mode=False, **extra)
+            code = super().main(words, *more, standalone_mode=False, **extra)
         except _UsageError as error:
             _tell(error)
             code = error.exit_code
