@@ -241,7 +241,7 @@ MIDDLEWARE = {"direct": ["model=direct"], "ros1": ["model=ros1"],
               "dds, fastdds, acks implied": ["model=dds", "acks=implied"],
               "dds, cyclonedds, acks implied": ["model=dds", "preset=cyclonedds", "acks=implied"],
               "zenoh, acks implied": ["model=zenoh", "tcp.acks=implied"]}
-PRESETS = ("fkie_groovy", "fkie_noetic")
+PRESETS = ("fkie_1_3_groovy", "fkie_1_3")
 
 
 def middleware() -> list[Row]:

@@ -17,6 +17,7 @@ from desim.ports.middleware import Endpoint, Middleware, Offer, Transport
 if TYPE_CHECKING:
     from desim.middleware.graph import Graph
     from desim.middleware.medium import Medium
+    from desim.middleware.neighbours import Neighbours
 
 
 ACKS = "ack"  # the kind of TCP's acknowledgements, of which those of messages are no discovery
@@ -29,6 +30,7 @@ class Context:
     Each of these frames is a trace row ``control`` (entity: the source; a: the receiver, or the
     medium of a multicast; b: the kind; c: its bytes). One that gets lost leaves none: it is in the
     medium's account. Those in ``watchers`` are called with each host that starts or stops.
+    ``neighbours``: who knows whose address; None: all are known (TCP says which).
     """
 
     def __init__(self, graph: Graph, middleware: Middleware) -> None:
@@ -41,6 +43,7 @@ class Context:
         informed = getattr(middleware, "informed", None)
         self.beliefs = None if informed is None else Beliefs(
             informed, self.note, [host.id for host in graph.hosts], graph.names.id)
+        self.neighbours: Neighbours | None = None
         self.watchers: list[Callable[[int, bool], Any]] = []
         self.changed = graph.changed
         self._control = graph.names.id("control")
@@ -117,7 +120,16 @@ class Context:
             for receivers_ in [tuple(group)] if multicast else [(one,) for one in group]:
                 to = medium.id if multicast else self.graph.hosts[receivers_[0]].id
                 self.book(kind, source, to, size_bytes)
-                medium.transmit(source, receivers_, size_bytes, segments, multicast, carrier, token)
+                self.sends(medium, source, receivers_)(
+                    source, receivers_, size_bytes, segments, multicast, carrier, token)
+
+    def sends(self, medium: Medium, source: int, receivers: Sequence[int]
+              ) -> Callable[..., int | None]:
+        """What a datagram of ``source`` leaves by, called as ``Medium.transmit``: one that is for a
+        single host needs its address."""
+        if self.neighbours is None or len(receivers) > 1:
+            return medium.transmit
+        return self.neighbours.of(medium, source, receivers[0]).transmit
 
     def book(self, kind: str, source: int, to: int, size_bytes: int) -> None:
         """Account for a frame of the middleware's own that ``source`` sends; ``to`` is a trace
@@ -152,6 +164,9 @@ class _Heard:
         """Nobody is told."""
 
     def missed(self, token: Any, receivers: Collection[int], reason: str, medium: Medium) -> None:
+        """Nobody is told."""
+
+    def unresolved(self, token: Any) -> None:
         """Nobody is told."""
 
     def repeated(self, token: Any, receiver: int) -> None:

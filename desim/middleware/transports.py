@@ -279,8 +279,9 @@ class Datagram:
             graph.trace.row(graph.kernel.now_ns, graph.FRAME, source.id, to, message.seq,
                             size_bytes)
             self._flying += len(group)
-            medium.transmit(source.index, group, size_bytes, segments, self._broadcast, self,
-                            message)
+            sends = medium.transmit if self._broadcast else graph.context.sends(
+                medium, source.index, group)
+            sends(source.index, group, size_bytes, segments, self._broadcast, self, message)
         for receiver in unrouted:
             graph.drop(message, receiver, "no_route")
 
@@ -294,6 +295,9 @@ class Datagram:
     def lost(self, message: Message, receiver: int, reason: str) -> None:
         self._flying -= 1
         self._graph.drop(message, receiver, reason, message.born_ns, message.born_ns)
+
+    def unresolved(self, message: Message) -> None:
+        """It could not leave. Its sender does not mind."""
 
     def repeated(self, message: Message, receiver: int) -> None:
         """UDP does not know what it has already: the message arrives again."""

@@ -129,10 +129,11 @@ class Bench:
         """The node of a host that has started."""
         return self.graph.host(host).nodes[0]
 
-    def heard_after(self, host: str, time_s: float) -> float:
-        """How long after this instant ``host`` heard something, in s; NaN: never."""
-        return next((at - time_s for at, *_ in self.speaker(host).heard if at > time_s),
-                    float("nan"))
+    def heard_after(self, host: str, time_s: float, of: str | None = None) -> float:
+        """How long after this instant ``host`` heard something (``of`` this topic), in s; NaN:
+        never."""
+        return next((at - time_s for at, topic, *_ in self.speaker(host).heard
+                     if at > time_s and of in (None, topic)), float("nan"))
 
 
 def _apart(host: str, from_s: float, until_s: float) -> ports.Rule:

@@ -24,7 +24,7 @@ def checks() -> Iterator[Check]:
 def discovery() -> Iterator[Check]:
     """Heartbeats, calls between masters, links."""
     for hosts, measured in FIRST_40_S.items():
-        params = Multimaster.Params(preset="fkie_groovy", tcp=KNOWN_ADDRESSES)
+        params = Multimaster.Params(preset="fkie_1_3_groovy", tcp=KNOWN_ADDRESSES)
         bench = Bench({f"h{me}": _life(me, hosts) for me in range(hosts)}, Multimaster(params))
         yield within(0.15, f"multimaster: first 40 s of {hosts} quiet hosts",
                      bench.run(40).tap.bytes, measured, "B")

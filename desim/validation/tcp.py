@@ -105,13 +105,14 @@ class Bulk(NamedTuple):
 
 class Cut(NamedTuple):
     """How long after a cut of ``cut_s`` a link of ten messages of 1 kB a second is heard again, one
-    run after another."""
+    run after another; ``beside``: both also send two datagrams a second."""
 
     what: str
     arp: str
     ways_us: tuple[int, ...]  # one run after another
     cut_s: int
     measured_s: tuple[float, ...]
+    beside: bool = False
 
 
 LOSSY = (
@@ -146,6 +147,9 @@ CUTS = (
     Cut("ARP, a LAN", "natural", NEAR, 30, (24.5,)),
     Cut("ARP, a LAN", "natural", NEAR, 60, (47.3, 20.4, 19.8, 19.8, 21.2, 47.2, 48.2)),
     Cut("ARP, a LAN", "natural", NEAR, 100, (7.64, 7.95, 7.94)),
+    Cut("ARP, a LAN, datagrams beside", "natural", NEAR, 30, (25.0, 24.0), True),
+    Cut("ARP, a LAN, datagrams beside", "natural", NEAR, 60, (19.8, 20.7), True),
+    Cut("ARP, a LAN, datagrams beside", "natural", NEAR, 120, (13.1, 14.1), True),
 )
 
 
@@ -198,13 +202,23 @@ def _woken_s(row: Cut, seed: int) -> float:
     end_s = begin_s + row.cut_s
     return _talk(Ros1(Ros1.Params(master="a", tcp={"arp": row.arp})), end_s + 1.5 * row.cut_s, 1000,
                  10, row.ways_us[seed % len(row.ways_us)], seed=seed,
-                 cuts=[(begin_s, end_s)]).heard_after("b", end_s)
+                 cuts=[(begin_s, end_s)], beside=row.beside).heard_after("b", end_s, "/talk")
 
 
 def _talk(ros1: Ros1, until_s: float, size_bytes: int, rate_hz: int, way_us: int,
-          **bench: Any) -> Bench:
+          beside: bool = False, **bench: Any) -> Bench:
     """b, which hears a, is the first host: it is the one that is cut off."""
     def speaks(node: Speaker) -> None:
         node.says("/talk", size_bytes, rate_hz, queue=10)
-    return Bench({"b": lambda node: node.listens("/talk", 2000), "a": speaks}, ros1,
-                 delay=f"{way_us} us", **bench).run(until_s)
+        beats(node, "/a", "/b")
+
+    def listens(node: Speaker) -> None:
+        node.listens("/talk", 2000)
+        beats(node, "/b", "/a")
+
+    def beats(node: Speaker, own: str, other: str) -> None:
+        if beside:
+            node.says(own, 24, 2, transport="datagram")
+            node.listens(other)
+
+    return Bench({"b": listens, "a": speaks}, ros1, delay=f"{way_us} us", **bench).run(until_s)

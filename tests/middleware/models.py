@@ -39,8 +39,8 @@ MODELS = {
     "rospy": Model(Ros1, ANY._replace(stops=(1, 2, 3)), {"master": HOSTS[0], "client": "rospy"}),
     "ros1, acknowledgements implied": Model(
         Ros1, ANY._replace(stops=(1, 2, 3)), {"master": HOSTS[0], "tcp": {"acks": "implied"}}),
-    "fkie_groovy": Model(Multimaster, params={"preset": "fkie_groovy"}),
-    "fkie_noetic": Model(Multimaster, params={"preset": "fkie_noetic"}),
+    "fkie_1_3_groovy": Model(Multimaster, params={"preset": "fkie_1_3_groovy"}),
+    "fkie_1_3": Model(Multimaster, params={"preset": "fkie_1_3"}),
     "fastdds": Model(Dds, params={"preset": "fastdds"}),
     "fastdds, served": Model(Dds, params={"preset": "fastdds", **_SERVED}),
     "cyclonedds": Model(Dds, params={"preset": "cyclonedds"}),

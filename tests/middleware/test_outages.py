@@ -157,7 +157,7 @@ def test_a_walk_over_outages_ends_well(name):
 
 @pytest.mark.parametrize("name", MODELS)
 def test_a_walk_over_a_rough_network_ends_well(name):
-    walk(MODELS[name], RoughWalk, 40 if name == "fkie_groovy" else 6)
+    walk(MODELS[name], RoughWalk, 40 if name == "fkie_1_3_groovy" else 6)
 
 
 @pytest.mark.parametrize("cls", [Twice, Sulking, Final])

@@ -40,17 +40,17 @@ def one_master(client):
     return Ros1(Ros1.Params(master="m", client=client))
 
 
-def fkie_groovy(client):
-    return Multimaster(Multimaster.Params(preset="fkie_groovy", client=client))
+def groovy(client):
+    return Multimaster(Multimaster.Params(preset="fkie_1_3_groovy", client=client))
 
 
-def fkie_noetic(client):
-    return Multimaster(Multimaster.Params(preset="fkie_noetic", client=client))
+def noetic(client):
+    return Multimaster(Multimaster.Params(preset="fkie_1_3", client=client))
 
 
 @settings(max_examples=12, deadline=None)
 @given(CUTS, FAULTS, st.sampled_from(["roscpp", "rospy"]),
-       st.sampled_from([one_master, fkie_groovy, fkie_noetic]))
+       st.sampled_from([one_master, groovy, noetic]))
 def test_every_message_has_one_fate_and_all_come_to_rest(cuts, faults, client, middleware):
     net = Net(dict.fromkeys(HOSTS, chatter), Link(Link.Params(rate="10 Mb/s", latency="2 ms")),
               [cut(*one) for one in cuts], middleware=middleware(client))
@@ -72,7 +72,7 @@ def quiet(node):
 
 @settings(max_examples=12, deadline=None)
 @given(CUTS, st.lists(st.tuples(st.sampled_from("abc"), TENTHS, TENTHS), max_size=3),
-       st.sampled_from([one_master, fkie_groovy, fkie_noetic]))
+       st.sampled_from([one_master, groovy, noetic]))
 def test_what_breaks_for_half_a_minute_heals(cuts, faults, middleware):
     """As long as the one master runs: everybody hears everybody after ten minutes."""
     net = Net(dict.fromkeys(HOSTS, quiet), Link(Link.Params(rate="10 Mb/s", latency="2 ms")),
@@ -84,7 +84,7 @@ def test_what_breaks_for_half_a_minute_heals(cuts, faults, middleware):
     assert [link.up for link in links(net)] == 12 * [True]
 
 
-@pytest.mark.parametrize("middleware", [one_master, fkie_groovy, fkie_noetic])
+@pytest.mark.parametrize("middleware", [one_master, groovy, noetic])
 def test_without_faults_all_links_are_up(middleware):
     net = Net(dict.fromkeys(HOSTS, chatter), middleware=middleware("roscpp")).run(10 * S)
     assert [link.up for link in links(net)] == 2 * 4 * 3 * [True]

@@ -107,7 +107,7 @@ def test_a_congested_link(transport, queue, lost):
     heard = []
     says = [(5 * S + k * 100 * MS, str(k)) for k in range(100)]
     net = net_of({"a": talker(says, size_bytes=100_000, transport=transport, queue=queue),
-                  "b": listener(heard)}, link(rate="1 Mb/s"), lease="60 s",
+                  "b": listener(heard)}, link(rate="1 Mb/s", queue="100 kB"), lease="60 s",
                  wait_before_close="5 s")
     net.run(120 * S)
     counts = net.counts("/talk")

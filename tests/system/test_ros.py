@@ -10,8 +10,8 @@ MULTI = "middleware={model: desim.middleware.multimaster.multimaster:Multimaster
 MIDDLEWARE = {
     "roscpp, master on the base": f"{ROS1}, master: base}}",
     "rospy, master on a robot": f"{ROS1}, client: rospy, master: b}}",
-    "multimaster of groovy": f"{MULTI}, preset: fkie_groovy}}",
-    "multimaster of noetic": f"{MULTI}, preset: fkie_noetic, leave: true}}",
+    "multimaster of groovy": f"{MULTI}, preset: fkie_1_3_groovy}}",
+    "multimaster of noetic": f"{MULTI}, preset: fkie_1_3, leave: true}}",
 }
 CUT = ("network.media.lan={model: switch, rules: [{rule: partition, groups: [[robot_0, base]], "
        "from: 8 s, until: 20 s}]}")

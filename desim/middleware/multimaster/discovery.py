@@ -32,11 +32,13 @@ class State(NamedTuple):
 
 
 class Beat(NamedTuple):
-    """A heartbeat of ``host``. ``what``: beat, request (answer by yours) or leave."""
+    """A heartbeat of ``host``. ``what``: beat, request (answer by yours) or leave. It tells when
+    the state there has changed, and when the master has, be it by what sync copied."""
 
     host: int
     what: str
     changed_ns: int
+    stirred_ns: int
 
 
 class Discovery:
@@ -55,6 +57,7 @@ class Discovery:
         self._timers = Timers(context, host)
         self._firsts = 0 if self._watch.counted else params.first_notifications
         self._looked = -1  # changes of the own master at the last look
+        self._stirred_ns = context.now_ns  # when one was seen last
         self.state = State(context.now_ns, ())
         self.remotes: dict[int, Remote] = {}
         start_ns = int(context.stream("discovery", context.hosts[host], processes.on(
@@ -94,11 +97,12 @@ class Discovery:
         if changes == self._looked:
             return
         self._looked = changes
+        self._stirred_ns = self._context.now_ns
         registrations = tuple(self._own())
         if registrations != self.state.registrations:
             self.state = State(self._context.now_ns, registrations)
-            if not self._watch.counted:
-                self._send("beat")
+        if not self._watch.counted:
+            self._send("beat")
 
     def _own(self) -> list[Registration]:
         registry = self._processes.masters[self._host].registry
@@ -108,7 +112,7 @@ class Discovery:
                 for topic, known in topics.items() if self._host in known]
 
     def _send(self, what: str, to: int | None = None) -> None:
-        beat = Beat(self._host, what, self.state.changed_ns)
+        beat = Beat(self._host, what, self.state.changed_ns, self._stirred_ns)
         heard = self._hear
         if to is not None:
             self._context.tell("heartbeat", self._host, [to], HEARTBEAT_BYTES, heard, beat)
@@ -137,13 +141,13 @@ class Discovery:
             self._timers.after(self._params.contact_after_ns, self._contact, remote)
         else:
             remote.heard(now_ns)
-            if remote.known and not remote.online:
-                remote.online = True
-                self._say("online", remote)
-        if beat.changed_ns != remote.changed_ns:
-            remote.changed_ns = beat.changed_ns
-            if remote.known:
-                self._told("changed", remote)
+        news = (beat.changed_ns, beat.stirred_ns) != (remote.changed_ns, remote.stirred_ns)
+        remote.changed_ns, remote.stirred_ns = beat.changed_ns, beat.stirred_ns
+        if remote.known and not remote.online:
+            remote.online = True
+            self._say("online", remote)
+        elif remote.known and news:
+            self._told("changed", remote)
 
     def _contact(self, remote: Remote) -> None:
         """Ask whoever is new who it is."""
@@ -161,9 +165,9 @@ class Discovery:
             remote.known = remote.online = True
             self._say("online", remote)
         else:
-            watch = self._watch
-            self._timers.after(watch.unreachable_retry_ns if reason == "unreachable"
-                               else watch.contact_retry_ns, self._contact, remote)
+            params = self._params
+            self._timers.after(params.unreachable_retry_ns if reason == "unreachable"
+                               else params.contact_retry_ns, self._contact, remote)
 
     def _look_at(self, remote: Remote) -> None:
         verdict = remote.judged(self._context.now_ns, self._watch, self._params)

@@ -15,12 +15,17 @@ MIN_HZ = Fraction(3, 10)  # slower heartbeats do not tell who is there (MIN_HZ_F
 
 class MultimasterParams(RosParams):
     """Of ``multimaster``: master_discovery and master_sync. Where a source is not named it is
-    master_discovery (noetic)."""
+    master_discovery (noetic).
 
-    preset: Literal["fkie_groovy", "fkie_noetic"] = Field("fkie_groovy", description=(
-        "whose heartbeats: multimaster_fkie of the paper's time or of ROS noetic"))
+    Presets are named after the version that was measured, multimaster_fkie 1.3.2: ``fkie_1_3`` is
+    as ROS noetic ships it; ``fkie_1_3_groovy`` is the same with the heartbeats of groovy's time
+    (heartbeat_hz 2, timeout_factor 1.4), for multimaster_fkie of groovy itself was not measured.
+    """
+
+    preset: Literal["fkie_1_3_groovy", "fkie_1_3"] = Field("fkie_1_3_groovy", description=(
+        "heartbeats of multimaster_fkie 1.3 as in ROS groovy, the paper's time, or its own"))
     heartbeat_hz: Frequency | None = Field(None, description=(
-        "own heartbeats (null: 2 Hz in groovy, 0.02 Hz in noetic)"))
+        "own heartbeats (null: 2 Hz in groovy, 0.02 Hz in fkie_1_3)"))
     rosmaster_hz: Frequency = Field("1 Hz", description=(
         "how often the own master is asked for changes, and the others are looked after "
         "(rosmaster_hz)"))
@@ -28,12 +33,12 @@ class MultimasterParams(RosParams):
         "heartbeats are counted over so many seconds, or periods if these are longer "
         "(measurement_intervals)"))
     timeout_factor: float | None = Field(None, gt=0, le=1e6, description=(
-        "silence of so many times that long means offline (null: 1.4 in groovy, 10 in noetic)"))
+        "silence of so many times that long means offline (null: 1.4 in groovy, 10 in fkie_1_3)"))
     remove_after_ns: Period = Field("300 s", description=(
         "silence after which a master is forgotten (remove_after)"))
     active_request_after_ns: Duration | None = Field(None, description=(
         "silence after which a master with slow heartbeats is asked whether it is there; 0 s: "
-        "never (null: never in groovy, 60 s in noetic)"))
+        "never (null: never in groovy, 60 s in fkie_1_3)"))
     offline_after_requests: int = Field(5, ge=1, description=(
         "so many unanswered requests mean offline (OFFLINE_AFTER_REQUEST_COUNT)"))
     first_notifications: int = Field(3, ge=1, description=(
@@ -43,11 +48,9 @@ class MultimasterParams(RosParams):
         "from a first heartbeat to the call that asks its sender who it is"))
     contact_timeout_ns: Period = Field("10 s", description=(
         "patience with the answer (general knowledge: the default timeout of sockets in noetic)"))
-    contact_retry_ns: Pace | None = Field(None, description=(
-        "a failed call is made again after (null: 5 s in noetic; 1 s in groovy, from general "
-        "knowledge)"))
-    unreachable_retry_ns: Pace | None = Field(None, description=(
-        "the same where there is no way, EHOSTUNREACH (null: 30 s in noetic, 1 s in groovy)"))
+    contact_retry_ns: Pace = Field("5 s", description="a failed call is made again after")
+    unreachable_retry_ns: Pace = Field("30 s", description=(
+        "the same where there is no way, EHOSTUNREACH"))
     multicast: bool = Field(True, description="heartbeats are multicast (send_mcast)")
     robot_hosts: list[str] = Field([], description=(
         "hosts that get each heartbeat by unicast, too (none)"))
@@ -90,13 +93,11 @@ class Watch(NamedTuple):
     window_ns: int
     timeout_ns: int
     request_after_ns: int
-    contact_retry_ns: int
-    unreachable_retry_ns: int
 
 
 def watch(params: MultimasterParams) -> Watch:
     """``params`` with its preset in it."""
-    groovy = params.preset == "fkie_groovy"
+    groovy = params.preset == "fkie_1_3_groovy"
     hz = params.heartbeat_hz or (Fraction(2) if groovy else Fraction(1, 50))
     factor = params.timeout_factor or (1.4 if groovy else 10.0)
     asked_ns = params.active_request_after_ns
@@ -106,5 +107,4 @@ def watch(params: MultimasterParams) -> Watch:
     told_hz = Fraction(int(hz * 10), 10)  # as in the heartbeat: 0.02 Hz is 0
     return Watch(int(NS_PER_S / hz), told_hz >= MIN_HZ, float(told_hz * window_ns / NS_PER_S),
                  int(NS_PER_S / params.rosmaster_hz), window_ns, round(window_ns * factor),
-                 asked_ns, params.contact_retry_ns or (1 if groovy else 5) * NS_PER_S,
-                 params.unreachable_retry_ns or (1 if groovy else 30) * NS_PER_S)
+                 asked_ns)

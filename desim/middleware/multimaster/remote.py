@@ -11,14 +11,15 @@ class Remote:
     """The master of ``host``. ``known``: it has said who it is. ``quality``: percent of the
     heartbeats that should have come, 0 where these are too slow to tell."""
 
-    __slots__ = ("host", "known", "online", "changed_ns", "heard_ns", "offline_ns", "requests",
-                 "quality", "_beats")
+    __slots__ = ("host", "known", "online", "changed_ns", "stirred_ns", "heard_ns", "offline_ns",
+                 "requests", "quality", "_beats")
 
     def __init__(self, host: int) -> None:
         self.host = host
         self.known = False
         self.online = False
         self.changed_ns = -1  # when its state did, as its last heartbeat said
+        self.stirred_ns = -1  # when anything in its master did
         self.heard_ns = 0
         self.offline_ns = 0  # when it became so
         self.requests = 0  # unanswered

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 # answers; which ranges behind it are here, too.
 Ack = tuple[int, int, tuple[tuple[int, int], ...]]
 
+_BATCH_BYTES = 26 * MSS_BYTES  # half of the window that a peer offers at first (measured)
+_PIECE_BYTES = 832  # of memory beside the bytes (SKB_TRUESIZE(0), measured)
+
 
 class Sender(Window):
     """Bytes ``una`` to ``nxt`` are on their way, up to ``written`` they are to be sent. ``peer`` is
@@ -147,8 +150,28 @@ class Sender(Window):
 
     @property
     def room(self) -> bool:
-        """Whether the send buffer takes another message now."""
-        return self.pending < self.room_bytes
+        """Whether poll() says that the send buffer takes something: where a third of it is free
+        (Linux sk_stream_is_writeable). Who has waited for that may go on as long as it
+        ``takes``."""
+        pending = self.pending
+        return 3 * pending < self.memory_bytes or 3 * (
+            pending + _PIECE_BYTES * self._pieces()) <= 2 * self.memory_bytes
+
+    @property
+    def takes(self) -> bool:
+        """Whether write() takes something. Linux fills what waits up to ``_BATCH_BYTES`` in one
+        piece, and begins another one as long as memory is left (tcp_sendmsg,
+        tcp_xmit_size_goal)."""
+        if self.room:
+            return True
+        flying = self.nxt - self.una
+        left = self.memory_bytes - flying - _PIECE_BYTES * self._pieces()
+        pieces = max(-(-left // (_BATCH_BYTES + _PIECE_BYTES)), 0)
+        return self.pending < flying + pieces * _BATCH_BYTES
+
+    def _pieces(self) -> int:
+        """How many there are on their way, about."""
+        return len(self._trains) + 1
 
     def when_room(self, fn: Callable[[], Any]) -> None:
         """Call ``fn()`` once, when an acknowledgement has made room (now, if there is some)."""

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from desim.kernel import pair
 from desim.middleware.context import ACKS
+from desim.middleware.neighbours import Neighbour, Neighbours
 from desim.middleware.tcp.connection import Closed, Connection
 from desim.middleware.tcp.end import End
-from desim.middleware.tcp.neighbours import REACHABLE_NS, REDRAW_NS, Known, Neighbour
 from desim.middleware.tcp.parameters import TcpParams
 from desim.middleware.timers import Timers
 
@@ -25,6 +24,16 @@ class Nothing:
         """It gets nowhere."""
 
 
+class Known:
+    """How to send to a peer whose address is known for good."""
+
+    __slots__ = ("transmit", "confirmed_ns")
+
+    def __init__(self, transmit: Callable[..., int | None]) -> None:
+        self.transmit = transmit
+        self.confirmed_ns = 0
+
+
 class Tcp:
     """Between the hosts of ``context``. Within a host there is none: ``client`` and ``server`` are
     different hosts."""
@@ -38,8 +47,8 @@ class Tcp:
         context.discovery_bytes.setdefault(ACKS, 0)
         context.discovery_frames.setdefault(ACKS, 0)
         self._calls = 0
-        self._neighbours: dict[tuple[Medium | Nothing, int, int], Neighbour] = {}
-        self._reachable: dict[tuple[int, int], int] = {}  # ns, by host and how often it was drawn
+        if params.arp == "natural":
+            context.neighbours = Neighbours(context, params.tick_ns)
         self._listeners: dict[tuple[int, str], Callable[[Connection], Any]] = {}
         self._opened: dict[Connection, Callable[[Connection], Any]] = {}
         self._ends: dict[int, dict[End, None]] = {}
@@ -78,9 +87,8 @@ class Tcp:
         if not up:
             for end in list(self._ends.get(host, ())):
                 end.vanish()
-            for (_, owner, _), neighbour in self._neighbours.items():
-                if owner == host:
-                    neighbour.forget()
+            if self.context.neighbours is not None:
+                self.context.neighbours.forget(host)
             for listener in [key for key in self._listeners if key[0] == host]:
                 del self._listeners[listener]
 
@@ -88,28 +96,9 @@ class Tcp:
 
     def way(self, medium: Medium | Nothing, host: int, peer: int) -> Known | Neighbour:
         """How ``host`` sends to ``peer``."""
-        if self.params.arp == "static" or isinstance(medium, Nothing):
+        if self.context.neighbours is None or isinstance(medium, Nothing):
             return Known(medium.transmit)
-        return self.neighbour(medium, host, peer)
-
-    def neighbour(self, medium: Medium, host: int, peer: int) -> Neighbour:
-        """What ``host`` knows of where ``peer`` is."""
-        known = self._neighbours.get((medium, host, peer))
-        if known is None:
-            hosts = self.context.graph.hosts
-            known = self._neighbours[medium, host, peer] = Neighbour(
-                self, medium, host, peer, pair(hosts[host].id, hosts[peer].id))
-        return known
-
-    def reachable_ns(self, host: int) -> int:
-        """For how long ``host`` takes an address for good that was confirmed: it draws 0.5 to 1.5
-        times the base, now and then (Linux neigh_rand_reach_time)."""
-        context = self.context
-        drawn = host, context.now_ns // REDRAW_NS
-        if drawn not in self._reachable:
-            luck = context.stream("arp", context.graph.hosts[host].name, drawn[1])
-            self._reachable[drawn] = REACHABLE_NS // 2 + int(luck.integers(REACHABLE_NS))
-        return self._reachable[drawn]
+        return self.context.neighbours.of(medium, host, peer)
 
     def listening(self, host: int, service: str) -> bool:
         return (host, service) in self._listeners

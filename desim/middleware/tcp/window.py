@@ -11,9 +11,9 @@ _LONG_NS = 1 << 62
 
 class Window:
     """Congestion control of RFC 5681 with CUBIC's growth, in bytes, and Linux's timeout; only a
-    window that is used grows. ``room_bytes``: the send buffer, which grows with the window."""
+    window that is used grows. ``memory_bytes``: the send buffer, which grows with the window."""
 
-    __slots__ = ("params", "cwnd", "ssthresh", "rto_ns", "room_bytes", "initial", "srtt_ns",
+    __slots__ = ("params", "cwnd", "ssthresh", "rto_ns", "memory_bytes", "initial", "srtt_ns",
                  "least_rtt_ns", "near", "_cubic", "_deviation_ns", "_worst_ns", "_variance_ns",
                  "_round_ns", "_least_ns", "_most_ns")
 
@@ -22,7 +22,7 @@ class Window:
         self.cwnd = self.initial = params.initial_window * MSS_BYTES
         self.ssthresh = params.window_bytes
         self.rto_ns = params.first_rto_ns
-        self.room_bytes = 2 * self.cwnd
+        self.memory_bytes = 2 * params.initial_window * params.segment_bytes
         self.srtt_ns = -1  # no round trip has been measured
         self.least_rtt_ns = _LONG_NS
         self.near = False  # the first round trip was below ``near_ns``, and nothing was lost since
@@ -77,7 +77,9 @@ class Window:
         elif flying + max(MSS_BYTES, min(self.burst_bytes(), self.cwnd // 3)) > self.cwnd:
             self.cwnd += MSS_BYTES * self._cubic.more(
                 self.cwnd // MSS_BYTES or 1, -(-acked // MSS_BYTES), now_ns, self.least_rtt_ns)
-        self.room_bytes = min(max(self.room_bytes, 2 * self.cwnd), self.params.buffer_bytes)
+        params = self.params
+        self.memory_bytes = min(max(self.memory_bytes, 2 * self.cwnd // MSS_BYTES
+                                    * params.segment_bytes), params.buffer_bytes)
 
     def burst_bytes(self) -> int:
         """What goes as one train: as much as ``burst_ns`` brings at twice the window a round trip,

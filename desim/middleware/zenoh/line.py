@@ -66,7 +66,7 @@ class Line:
         size_bytes = self._size(parcel)
         if self._flushed is not None:
             parcel.drop("link_closed")
-        elif not self._writing and self._sender.room:
+        elif not self._writing and self._sender.takes:
             self._go(parcel, size_bytes)
         elif not self._writing:
             self._writing.append((parcel, size_bytes))
@@ -119,7 +119,7 @@ class Line:
     def _room(self) -> None:
         """The socket takes more."""
         self._asked = False
-        while self._writing and self._sender.room:
+        while self._writing and self._sender.takes:
             self._go(*self._writing.popleft())
             if not self._writing:
                 self._next_batch()

@@ -4,15 +4,14 @@ states and times of Linux (net/core/neighbour.c, net/ipv4/arp.c)."""
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from desim.kernel import Phase
+from desim.kernel import Phase, pair
 from desim.middleware.ticks import fires_ns
 
 if TYPE_CHECKING:
+    from desim.middleware.context import Context
     from desim.middleware.medium import Medium
-    from desim.middleware.tcp.stack import Tcp
 
 _S = 10**9  # ns
 ARP_BYTES = 64  # 28 B in the shortest frame of Ethernet, with its check sequence
@@ -31,37 +30,62 @@ QUESTION, ANSWER = range(2)
 Frame = tuple[int, tuple[int, ...], int, int, bool, Any, Any]  # arguments of Medium.transmit
 
 
-class Known:
-    """A peer whose address is known for good."""
+class Neighbours:
+    """What each host knows of the others, whoever sends there: TCP, or a carrier of datagrams."""
 
-    __slots__ = ("transmit", "confirmed_ns")
+    def __init__(self, context: Context, tick_ns: int) -> None:
+        self.context = context
+        self.tick_ns = tick_ns
+        self._known: dict[tuple[Medium, int, int], Neighbour] = {}
+        self._reachable: dict[tuple[int, int], int] = {}  # ns, by host and how often it was drawn
 
-    def __init__(self, transmit: Callable[..., int | None]) -> None:
-        self.transmit = transmit
-        self.confirmed_ns = 0
+    def of(self, medium: Medium, host: int, peer: int) -> Neighbour:
+        """What ``host`` knows of where ``peer`` is."""
+        known = self._known.get((medium, host, peer))
+        if known is None:
+            hosts = self.context.graph.hosts
+            known = self._known[medium, host, peer] = Neighbour(
+                self, medium, host, peer, pair(hosts[host].id, hosts[peer].id))
+        return known
+
+    def forget(self, host: int) -> None:
+        """It has stopped."""
+        for (_, owner, _), neighbour in self._known.items():
+            if owner == host:
+                neighbour.forget()
+
+    def reachable_ns(self, host: int) -> int:
+        """For how long ``host`` takes an address for good that was confirmed: it draws 0.5 to 1.5
+        times the base, now and then (Linux neigh_rand_reach_time)."""
+        context = self.context
+        drawn = host, context.now_ns // REDRAW_NS
+        if drawn not in self._reachable:
+            luck = context.stream("arp", context.graph.hosts[host].name, drawn[1])
+            self._reachable[drawn] = REACHABLE_NS // 2 + int(luck.integers(REACHABLE_NS))
+        return self._reachable[drawn]
 
 
 class Neighbour:
-    """What one host knows of where another one is. Its connections send through ``transmit`` and
-    say in ``confirmed_ns`` when an acknowledgement of theirs came last. What is sent while the
-    address is asked for waits; when there was no answer, it is lost, and each sender is told
+    """What one host knows of where another one is. All that it sends there goes through
+    ``transmit``; TCP says in ``confirmed_ns`` when an acknowledgement came last. What is sent while
+    the address is asked for waits; when there was no answer, it is lost, and each sender is told
     (``unresolved``). The question of the peer tells this host as well as an answer."""
 
-    __slots__ = ("confirmed_ns", "used_ns", "_state", "_queue", "_probes", "_call", "_tcp",
+    __slots__ = ("confirmed_ns", "used_ns", "_state", "_queue", "_probes", "_call", "_all",
                  "_medium", "_transmit", "_host", "_peer", "_entity", "_kernel", "_tick_ns")
 
-    def __init__(self, tcp: Tcp, medium: Medium, host: int, peer: int, entity: int) -> None:
+    def __init__(self, all_: Neighbours, medium: Medium, host: int, peer: int, entity: int) -> None:
         self.confirmed_ns = self.used_ns = -DELAY_NS - REACHABLE_NS
         self._state = NONE
         self._queue: deque[Frame] = deque()
         self._probes = 0
         self._call: Any = None
-        self._tcp = tcp
+        self._all = all_
         self._medium, self._transmit = medium, medium.transmit
         self._host, self._peer = host, peer
         self._entity = entity
-        self._kernel = tcp.context.graph.kernel
-        self._tick_ns = tcp.params.tick_ns
+        self._kernel = all_.context.graph.kernel
+        self._tick_ns = all_.tick_ns
 
     def transmit(self, *frame: Any) -> int | None:
         """As ``Medium.transmit``."""
@@ -85,9 +109,9 @@ class Neighbour:
 
     def arrived(self, what: int, receiver: int) -> None:
         if what == QUESTION:
-            self._tcp.neighbour(self._medium, self._peer, self._host).asked()
+            self._all.of(self._medium, self._peer, self._host).asked()
         else:
-            self._tcp.neighbour(self._medium, self._peer, self._host).found(REACHABLE)
+            self._all.of(self._medium, self._peer, self._host).found(REACHABLE)
 
     def asked(self) -> None:
         """The peer wants to know where this host is, and says where it is itself."""
@@ -101,7 +125,7 @@ class Neighbour:
         self._state = state
         if state == REACHABLE:
             self.confirmed_ns = self._kernel.now_ns
-            self._look_after(self._tcp.reachable_ns(self._host))
+            self._look_after(self._all.reachable_ns(self._host))
         queue, self._queue = self._queue, deque()
         for frame in queue:
             self.transmit(*frame)
@@ -125,7 +149,7 @@ class Neighbour:
         self._call = None
         now_ns, state = self._kernel.now_ns, self._state
         if state == REACHABLE:
-            late_ns = now_ns - self.confirmed_ns - self._tcp.reachable_ns(self._host)
+            late_ns = now_ns - self.confirmed_ns - self._all.reachable_ns(self._host)
             if late_ns < 0:
                 self._look_after(-late_ns)
             elif now_ns <= self.used_ns + DELAY_NS:
@@ -135,7 +159,7 @@ class Neighbour:
                 self._state = STALE
         elif state == DELAY and now_ns <= self.confirmed_ns + DELAY_NS:
             self._state = REACHABLE
-            self._look_after(self._tcp.reachable_ns(self._host))
+            self._look_after(self._all.reachable_ns(self._host))
         elif state == DELAY:
             self._ask(PROBE)
         elif self._probes < PROBES:
@@ -164,7 +188,7 @@ class Neighbour:
         self._say(QUESTION)
 
     def _say(self, what: int) -> None:
-        context = self._tcp.context
+        context = self._all.context
         broadcast = what == QUESTION and self._state == INCOMPLETE
         context.book("arp", self._host, context.graph.hosts[self._peer].id, ARP_BYTES)
         self._transmit(self._host, (self._peer,), ARP_BYTES, 1, broadcast, self, what)
