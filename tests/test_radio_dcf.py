@@ -205,17 +205,6 @@ def relayed(stations, seconds):
     return counts.failures.sum() / counts.transmitted.sum()
 
 
-def test_ns3_waits_for_difs_on_an_idle_medium():
-    """1000 B at 6 Mb/s arrive after 1.478 ms and not 1.444 ms; a frame between takes no DIFS away
-    from it."""
-    arrives_ns = {}
-    for difs_first in (False, True):
-        stations = air(A, same_power(2), difs_first=difs_first)
-        stations.enqueue(1_000_000, 0, 1, UDP, A.rate(6))
-        arrives_ns[difs_first] = everything(stations)[0][0] - 1_000_000
-    assert arrives_ns == {False: 1_444_000, True: 1_478_000}
-
-
 def single_pair(distance_m, mbps, noise_dbm=NS3.noise_dbm):
     stations = air(A, by_distance((0, 0), (distance_m, 0)),
                    reception=replace(NS3, noise_dbm=noise_dbm))

@@ -18,7 +18,7 @@ from netmodels.radio import Radio
 from netmodels.radio.dcf import ACKED, FAILED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.ladder import Ladder
-from netmodels.radio.ratecontrol import Arf, RateControl
+from netmodels.radio.ratecontrol import RateControl
 from netmodels.radio.standards import ACK_BYTES, CTS_BYTES, RTS_BYTES, A, B, G
 from netmodels.validation import rate_control
 
@@ -28,7 +28,7 @@ MS = 1_000_000
 
 def played(outcomes, first=5, **params):
     """The rate after each of so many acknowledgements (+) or failures (-)."""
-    arf = Arf(RateControl(**params), RATES, first)
+    arf = RateControl(**params).of(RATES, first)
     return [(arf.acknowledged if outcome == "+" else arf.failed)(0, 1) for outcome in outcomes]
 
 
@@ -58,9 +58,52 @@ def test_after_fifteen_attempts_the_faster_rate_is_tried_in_any_case():
     assert played(3 * "+++-" + "+++", timer=16) == 15 * [5]
 
 
-@given(st.text("+-", max_size=300))
-def test_it_goes_step_by_step_and_knows_its_ends(outcomes):
-    rates = [5, *played(outcomes)]
+# What became of the attempts of one of five saturated senders in ns-3 3.44 (802.11a, every pair at
+# -50 dBm), and at which rate each was, from the slowest on.
+TRACED = ("-++-+-+++++-++++++-+++++--++++++++-+-++++-++++++--+++---++-++-++-+-++++++++"
+          "++++++++++++-+++++++++-+++-+++-+-+--++++++---+++++--+-++++++--++---+--+++++",
+          "000000000000000111111111110000000000000001000000000000000000000000000001111"
+          "111111222222222222222333333333333333222222221111111100000000000000000000000")
+
+
+@pytest.mark.parametrize(("model", "same"), [("arf_ns3", True), ("arf", False)])
+def test_rates_of_one_among_five_are_those_of_ns3(model, same):
+    outcomes, rates = TRACED
+    arf = RateControl(model=model).of(range(8), 0)
+    found = [0] + [(arf.acknowledged if outcome == "+" else arf.failed)(0, 1)
+                   for outcome in outcomes]
+    assert (found[:-1] == [int(rate) for rate in rates]) == same
+
+
+def test_ns3_goes_on_at_the_rate_that_it_fell_back_to_until_something_gets_through():
+    assert played(10 * "+" + 5 * "-", model="arf_ns3") == 9 * [5] + [6] + 5 * [5]
+    assert played(10 * "+" + 5 * "-") == 9 * [5] + [6, 5, 5, 4, 4, 4]
+    assert played(10 * "+" + 5 * "-" + "+--", model="arf_ns3")[-1] == 4
+
+
+@pytest.mark.parametrize(("model", "tried"), [("arf", 6), ("arf_ns3", 5)])
+def test_the_timer_of_ns3_is_of_no_use_if_its_last_attempt_fails(model, tried):
+    assert played(5 * "++-" + "+", model=model) == 15 * [5] + [tried]
+    assert played(5 * "++-" + "+", model=model, timer=16)[-1] == 6
+
+
+@pytest.mark.parametrize(("model", "last"), [("arf", [4, 5, 5]), ("arf_ns3", [4, 4, 5])])
+def test_each_failure_but_the_first_in_a_row_sets_the_timer_of_ns3_anew(model, last):
+    assert played("---" + 3 * "+++-" + "+++", model=model)[-3:] == last
+
+
+def test_the_preset_counts_as_ns3():
+    def model(**params):
+        return Radio.Params(**params).rate_control.model
+
+    assert model(rate_control={}) == "arf"
+    assert model(rate_control={}, preset="ns3_3_44") == "arf_ns3"
+    assert model(rate_control={"model": "arf"}, preset="ns3_3_44") == "arf"
+
+
+@given(st.text("+-", max_size=300), st.sampled_from(["arf", "arf_ns3"]))
+def test_it_goes_step_by_step_and_knows_its_ends(outcomes, model):
+    rates = [5, *played(outcomes, model=model)]
     assert set(rates) <= set(RATES) and abs(np.diff(rates)).max(initial=0) <= 1
     for before, after, outcome in zip(rates, rates[1:], outcomes, strict=False):
         assert after == before or (after > before) == (outcome == "+")
@@ -68,7 +111,7 @@ def test_it_goes_step_by_step_and_knows_its_ends(outcomes):
 
 @given(st.lists(st.tuples(st.sampled_from("+-"), st.integers(0, 2)), max_size=200))
 def test_receivers_have_nothing_to_do_with_each_other(outcomes):
-    arf, last = Arf(RateControl(), RATES, 5), {}
+    arf, last = RateControl().of(RATES, 5), {}
     for outcome, receiver in outcomes:
         last[receiver] = (arf.acknowledged if outcome == "+" else arf.failed)(9, receiver)
     for receiver, rate in last.items():

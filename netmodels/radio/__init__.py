@@ -94,8 +94,9 @@ class Radio:
             "failures in a row that let a sender's contention window start anew (as many as "
             "retries: when a frame is given up, 802.11-2016, 10.3.3; ns-3: 8)"))
         difs_first: bool = Field(False, description=(
-            "a packet that comes while the medium is idle waits for DIFS all the same (as ns-3; "
-            "802.11-2016, 10.3.4.2: it goes at once where that has been idle for DIFS)"))
+            "a packet that comes while the medium is idle waits for DIFS from then on, and needs "
+            "no backoff if that becomes busy (as ns-3; 802.11-2016, 10.3.4.2: it goes when that "
+            "has been idle for DIFS, perhaps at once, and with a backoff if it is busy before)"))
         rts_bytes: ByteSize | None = Field(None, description=(
             "packets on the air above this size ask first, those of a train if its first one does "
             "(null: none)"))

@@ -13,13 +13,11 @@ from desim.errors import InputError, ModelError
 from netmodels.radio.dcf import ACKED, EXPIRED, FAILED, HEARD, NEVER, RECEIVED, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.fates import Waiting
-from netmodels.radio.ratecontrol import Arf
 from netmodels.radio.shadowing import Shadows
 
 if TYPE_CHECKING:
     from netmodels.radio import Radio
 
-_ATTEMPTS = {ACKED: Arf.acknowledged, FAILED: Arf.failed}
 _EXPIRED = ports.Drop("expired")
 # What may differ between radios that share the air.
 _OWN = ("rate_bps", "broadcast_rate_bps", "rts_bytes", "channel", "channels", "preset", "fidelity")
@@ -80,8 +78,10 @@ class Air:
                                  first_rate=params.rate_control and radio.rate,
                                  judged=any(self._judged), difs_first=params.difs_first)
         self._unaware = params.reception.unaware
-        self._arf = params.rate_control and Arf(params.rate_control, standard.alike(radio.rate),
-                                                radio.rate)
+        self._attempts = {}
+        if params.rate_control:
+            arf = params.rate_control.of(standard.alike(radio.rate), radio.rate)
+            self._attempts = {ACKED: arf.acknowledged, FAILED: arf.failed}
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
         self._alone = len(self.members) == 1
@@ -142,8 +142,8 @@ class Air:
         self._settled_ns = now_ns
         decided, hosts = [], self._hosts
         for _, what, station, position, hearer, packet in self.stations.advance(now_ns):
-            if what in _ATTEMPTS:
-                self.stations.choose(station, hearer, _ATTEMPTS[what](self._arf, station, hearer))
+            if what in self._attempts:
+                self.stations.choose(station, hearer, self._attempts[what](station, hearer))
                 continue
             number = station // hosts
             if hearer >= 0 and hearer // hosts != number:

@@ -17,7 +17,8 @@ class RateControl(ports.Params):
     probe: if it fails, back at once. A request to send (RTS) without an answer says nothing about
     rates."""
 
-    model: Literal["arf"] = Field("arf", description="(Kamerman and Monteban)")
+    model: Literal["arf", "arf_ns3"] = Field("arf", description=(
+        "arf_ns3: counts as ns-3's ArfWifiManager, which the preset has (Kamerman and Monteban)"))
     up_after: int = Field(10, ge=1, le=1000, description=(
         "acknowledgements in a row before the next faster rate (Kamerman and Monteban)"))
     down_after: int = Field(2, ge=1, le=1000, description=(
@@ -25,6 +26,11 @@ class RateControl(ports.Params):
     timer: int = Field(15, ge=1, le=100_000, description=(
         "attempts since the rate last rose or fell before the next faster one is tried in any case "
         "(ns-3: ArfWifiManager)"))
+
+    def of(self, rates: Sequence[int], first: int) -> Arf:
+        """``rates`` [k] are indices of the standard's, the slowest first; ``first`` is the one to
+        begin with."""
+        return {"arf": Arf, "arf_ns3": ArfOfNs3}[self.model](self, rates, first)
 
 
 class Pair:
@@ -40,8 +46,7 @@ class Pair:
 
 
 class Arf:
-    """For each sender and receiver by itself. ``rates`` [k] are indices of the standard's, the
-    slowest first; ``first`` is the one to begin with."""
+    """For each sender and receiver by itself."""
 
     def __init__(self, params: RateControl, rates: Sequence[int], first: int) -> None:
         self._params, self._rates, self._first = params, rates, rates.index(first)
@@ -81,3 +86,31 @@ class Arf:
         pair.step = max(pair.step + by, 0)
         pair.acknowledged = pair.failed = pair.attempts = 0
         pair.probing = False
+
+
+class ArfOfNs3(Arf):
+    """Where the paper leaves open what counts. A probe that fails lowers the rate, and nothing does
+    after it until something gets through. The timer is of no use if the attempt at which it ends
+    fails, and begins anew with each failure but the first one in a row."""
+
+    def acknowledged(self, sender: int, receiver: int) -> int:
+        pair, params = self._pair(sender, receiver), self._params
+        pair.attempts += 1
+        pair.acknowledged += 1
+        pair.failed, pair.probing = 0, False
+        if pair.step < len(self._rates) - 1 and (pair.acknowledged == params.up_after
+                                                 or pair.attempts == params.timer):
+            self._change(pair, 1)
+            pair.probing = True
+        return self._rates[pair.step]
+
+    def failed(self, sender: int, receiver: int) -> int:
+        pair, down_after = self._pair(sender, receiver), self._params.down_after
+        pair.attempts += 1
+        pair.failed += 1
+        pair.acknowledged = 0
+        if pair.probing and pair.failed == 1 or not (pair.probing or pair.failed % down_after):
+            pair.step = max(pair.step - 1, 0)
+        if pair.probing or pair.failed >= down_after:
+            pair.attempts = 0
+        return self._rates[pair.step]

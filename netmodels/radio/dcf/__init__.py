@@ -84,7 +84,8 @@ class Stations:
     Rates adapt if there is a ``first_rate``: unicast frames go at the one that was chosen for their
     receiver when they go on the air (``choose``), not at their own. Where transmissions are
     ``judged``, whoever takes the outcomes says at once what was lost (``judge``, ``miss``). What
-    comes while the medium is idle waits for DIFS all the same if ``difs_first``.
+    comes while the medium is idle waits for DIFS all the same if ``difs_first``, and goes without a
+    backoff then, whatever comes in between.
     """
 
     def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,

@@ -137,8 +137,8 @@ def enqueue(where, present, now, expires, i, dest, packets, size_bytes, last_byt
         s.ready = now
         if (s.busy == 1 or now < s.nav) and s.count == 0:
             draw(s)
-        elif s.busy == 0 and now >= s.since + s.count * setup.slot_ns:
-            s.ready, s.count = now + setup.pause_ns, 0
+        elif s.busy == 0 and (s.count == 0 or now >= s.since + s.count * setup.slot_ns):
+            s.ready, s.count, s.direct = now + setup.pause_ns, 0, setup.pause_ns == 0
         plan(setup, d.due, s)
     return position
 

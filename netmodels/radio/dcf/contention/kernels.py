@@ -23,6 +23,7 @@ _i8 = int64
 @lean(void(a_station))
 def draw(s):
     """A new backoff, uniform in 0..window."""
+    s.direct = 0
     s.count = np.int64(uniform(s.key, np.uint64(s.draws)) * (s.window + 1))
     s.draws += 1
 
@@ -53,14 +54,17 @@ def rest(setup, s, now):
 @lean(void(a_setup, all_due, a_station, _i8))
 def sense(setup, due, s, now):
     """Station s looks at the medium. If it has become busy, the counter stops; only whole idle
-    slots count, and a station that was to begin at this very instant has not noticed."""
+    slots count, and a station that was to begin at this very instant has not noticed. Who was to
+    begin without a backoff needs one now (802.11-2016, 10.3.4.2)."""
     busy = s.on == 1 or s.lock >= 0 or (s.heard >= setup.energy_mw and s.deaf == 0)
     if busy and s.busy == 0:
         s.busy = 1
         s.occupied -= now
         if s.contention % KINDS == START and s.contention // KINDS == now and s.role == IDLE:
             return
-        if now > s.since:
+        if s.direct == 1:
+            draw(s)
+        elif now > s.since:
             s.count = max(s.count - (now - s.since) // setup.slot_ns, 0)
         plan(setup, due, s)
     elif s.busy == 1 and not busy:

@@ -347,7 +347,7 @@ def happen(d, s, now, what):
         else:
             if d.choices.size > 0 and frame.dest >= 0:
                 tune(d.rates, frame, d.choices[s.index, frame.dest], frame.rts_ns > 0)
-            s.role, s.contention = SENDING, NEVER
+            s.role, s.contention, s.direct = SENDING, NEVER, 0
             send(d, s, now, RTS if frame.rts_ns > 0 else DATA)
     else:
         s.contention = NEVER

@@ -64,9 +64,10 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     # Whether the medium is busy; what it does. Failures of the present packet; of the station in a
     # row. Whether its receiver has the present packet.
     ("busy", "i1"), ("role", "i1"), ("tries", "i2"), ("failed", "i2"), ("got", "i1"),
+    # Whether it takes no notice of energy until something new comes; whether it goes without a
+    # backoff if the medium stays idle.
+    ("deaf", "i1"), ("direct", "i1"),
     # Whether it is on the air, with what, at which rate; what to answer.
-    # Whether it takes no notice of energy until something new comes.
-    ("deaf", "i1"),
     ("on", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply", "i1"),
 ])
 
