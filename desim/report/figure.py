@@ -19,6 +19,7 @@ from desim.api import Run
 from desim.errors import InputError
 from desim.experiment.maps import OccupancyMap
 from desim.experiment.metrics import EXPLORED
+from desim.report.ticks import plain
 
 NAMED = 10  # up to so many robots have a line each in the legend, more share a colour bar
 
@@ -179,6 +180,7 @@ def _traffic(axes: Axes, run: Run) -> None:
     axes.grid(alpha=0.3)
     if any(samples[name].max() > 0.0 for name in families):
         axes.set_yscale("symlog", linthresh=0.1)
+        plain(axes.yaxis)
         axes.set_ylim(0.0, 3e-3 * max(samples[name].max() for name in families))
         _legend_below(axes, ncols=3)
     else:

@@ -14,6 +14,7 @@ from desim.report.campaign.knees import Bend
 from desim.report.campaign.lines import Line, Panel
 from desim.report.campaign.study import Axis, Study
 from desim.report.campaign.style import INK, WIDTH_IN, colour, marker
+from desim.report.ticks import plain
 
 _MOST_DOTS = 800  # in a figure
 _LABELLED = 14  # up to so many levels each has its name at the axis
@@ -135,6 +136,7 @@ class _Painter:
             axes.axhline(self._limit, color=INK, linewidth=0.8, linestyle="--", alpha=0.6)
         if self._log:
             axes.set_yscale("log")
+            plain(axes.yaxis)
         along(axes, axis)
 
     def keys(self, with_knee: bool) -> list[Line2D]:
@@ -211,6 +213,7 @@ def along(axes: Axes, axis: Axis | None) -> None:
     axes.set_xlabel(axis.name if len(axis.labels) <= _LABELLED else axis.title)
     if axis.log:
         axes.set_xscale("log")
+        plain(axes.xaxis)
     if len(axis.labels) <= _LABELLED:  # all of them at the axis
         axes.set_xticks(range(len(axis.labels)) if axis.numbers is None else axis.numbers,
                         axis.labels)
