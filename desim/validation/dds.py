@@ -22,6 +22,9 @@ DISCOVERY = {
     "cyclonedds_11_0": ((2, 0, 19.7), (2, 1, 21.9), (2, 10, 37.5), (3, 3, 76.7), (4, 0, 122),
                         (4, 1, 132), (4, 10, 231), (6, 1, 351), (8, 0, 525), (8, 10, 1253)),
 }
+# Of fastdds_2_9: hosts, topics, s from one start to the next, kB: the median of two or three runs,
+# which differ by up to 14 %.
+ONE_BY_ONE = ((4, 10, 1, 416), (8, 0, 0.5, 1115), (8, 10, 0.5, 2433))
 EVERYTHING_BY_MULTICAST = ((2, 0, 18.3), (2, 1, 20.1), (2, 10, 34.8), (4, 10, 158.6))
 SEEDS = range(2)
 
@@ -30,6 +33,7 @@ def checks() -> Iterator[Check]:
     for preset, rows in DISCOVERY.items():
         yield from discovery(preset, rows)
     yield from discovery("cyclonedds_11_0", EVERYTHING_BY_MULTICAST, allow_multicast="all")
+    yield from one_by_one()
     yield from at_rest()
     yield from losses()
     yield from all_kept()
@@ -46,6 +50,16 @@ def discovery(preset: str, rows: Sequence[tuple[int, int, float]], **params: Any
                      bytes_ / 1000, kb, "kB")
 
 
+def one_by_one() -> Iterator[Check]:
+    """Hosts that start one after another."""
+    for hosts, topics, pause_s, kb in ONE_BY_ONE:
+        starts_s = [pause_s * k for k in range(hosts)]
+        bytes_ = mean(_fleet(hosts, topics, "fastdds_2_9", seed, starts_s).run(15).tap.bytes
+                      for seed in SEEDS)
+        yield within(0.15, f"fastdds_2_9: first 15 s of {hosts} hosts, {topics} topics, started "
+                     f"{pause_s} s apart", bytes_ / 1000, kb, "kB")
+
+
 def at_rest() -> Iterator[Check]:
     """From 15 to 31 s after the start, of two hosts."""
     for preset, bps, params in (("fastdds_2_9", 735, {}), ("cyclonedds_11_0", 263, {}),
@@ -56,14 +70,15 @@ def at_rest() -> Iterator[Check]:
                      (bench.run(31).tap.bytes - before) / 16, bps, "B/s")
 
 
-def _fleet(hosts: int, topics: int, preset: str, seed: int, **params: Any) -> Bench:
+def _fleet(hosts: int, topics: int, preset: str, seed: int, starts_s: Sequence[float] = (),
+           **params: Any) -> Bench:
     def begin(node: Speaker) -> None:
         for topic in range(topics):
             node.says(f"/t{topic}", 0, 0, queue=10)
             node.listens(f"/t{topic}", queue=10)
 
     return Bench({f"robot_{k}": begin for k in range(hosts)},
-                 Dds(Dds.Params(preset=preset, **params)), seed=seed)
+                 Dds(Dds.Params(preset=preset, **params)), seed=seed, starts_s=starts_s)
 
 
 # Preset, B of a sample, Hz, depth, loss of a packet: mean, median and 90 % in ms.

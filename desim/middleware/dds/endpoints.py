@@ -141,16 +141,21 @@ class Endpoints:
 
     def _tell_known(self, remote: Remote, numbers: Sequence[int]) -> None:
         """Items of these numbers, which it has asked for."""
-        out, beats = remote.out, not self._wire.apart
-        most_bytes, train = self._params.repeated_message_bytes, TRAIN
-        if not beats:
-            numbers, train = sorted(numbers, key=lambda n: wire.is_reader(out[n])), len(numbers)
-        for start in range(0, len(numbers), train):
-            part = numbers[start:start + train]
-            last = beats and start + train >= len(numbers)
+        out, most_bytes = remote.out, self._params.repeated_message_bytes
+        if self._wire.apart:
+            numbers = sorted(numbers, key=lambda n: wire.is_reader(out[n]))
+            parts = self._parted([out[number] for number in numbers])
+            letters = [letter for part in parts if part
+                       for letter in self._wire.known_endpoints(part, most_bytes, False)]
+            self._send([remote], numbers, letters, None)
+            if len(parts) > 1:
+                self._offer(self._me.direct(), 1, directed=False, times=len(parts) - 1)
+            return
+        for start in range(0, len(numbers), TRAIN):
+            part = numbers[start:start + TRAIN]
+            last = start + TRAIN >= len(numbers)
             letters = self._wire.known_endpoints([out[number] for number in part], most_bytes, last)
             self._send([remote], part, letters, remote.told if last else None)
-        self._count_resent([out[number] for number in numbers])
 
     def _send(self, remotes: list[Remote], numbers: Sequence[int], letters: list[wire.Letter],
               known: int | None) -> None:
@@ -165,16 +170,21 @@ class Endpoints:
         self._tell_all("sedp", remotes, [chunk for chunk, _ in letters], self._me.dds.told,
                        lambda remote: (remote.series, tuple(told)))
 
-    def _count_resent(self, items: list[Item]) -> None:
-        """Heartbeats ride on what is repeated, to all (see ``riding.Spent``)."""
+    def _parted(self, items: list[Item]) -> list[list[Item]]:
+        """What is repeated, cut where a heartbeat to all rides (see ``riding.Spent``): that one is
+        a message of its own, and ends the one before it."""
+        parts: list[list[Item]] = [[]]
         if self._spent is None:
-            return
-        resent, riding = self._me.resent, 0
+            return [items]
+        resent = self._me.resent
         for item in items:
-            resent.bytes += wire.TIME_BYTES + item.size_bytes
-            riding += self._spent[wire.is_reader(item)].over(resent.bytes)
-        if riding:
-            self._offer(self._me.direct(), 1, directed=False, times=riding)
+            resent.bytes += wire.TIME_BYTES + item.size_bytes + (
+                0 if parts[-1] else self._wire.head_bytes)
+            parts[-1].append(item)
+            if self._spent[wire.is_reader(item)].over(resent.bytes):
+                resent.bytes += self._wire.head_bytes + wire.HEARTBEAT_BYTES
+                parts.append([])
+        return parts
 
     def _tell(self, kind: str, remote: Remote, chunks: list[wire.Chunk], heard: Callable[..., Any],
               *what: Any) -> None:
@@ -220,7 +230,9 @@ class Endpoints:
                ) -> None:
         """Heartbeats of so many writers, several ``times`` in one train."""
         if remotes:
-            self._tell_all("sedp_heartbeat", remotes, [self._wire.heartbeats(writers)] * times,
+            chunks = [self._wire.heartbeats(writers)] if directed or not self._wire.apart \
+                else [self._wire.heartbeat_to_all()] * writers
+            self._tell_all("sedp_heartbeat", remotes, chunks * times,
                            self._me.dds.offered, lambda remote: (
                                remote.series, remote.told, writers, directed))
 

@@ -134,6 +134,11 @@ class Wire:
         packets = -(-(size_bytes + 8) // IP_PAYLOAD_BYTES)
         return Chunk(size_bytes + UDP_BYTES + (packets - 1) * FRAGMENT_BYTES, packets)
 
+    @property
+    def head_bytes(self) -> int:
+        """Of a message without what it says."""
+        return HEADER_BYTES + self.trailer_bytes
+
     # Samples.
 
     def messages(self, size_bytes: int, fragment_bytes: int, most: int) -> tuple[int, ...]:
