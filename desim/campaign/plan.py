@@ -14,7 +14,7 @@ from desim.campaign.quantities import quantity
 from desim.campaign.vectors import Combination, combinations
 from desim.errors import did_you_mean
 from desim.experiment.identity import Identity, source
-from desim.scenario.load import Change, Loaded, varied
+from desim.scenario.load import Change, Loaded, Variants
 from desim.scenario.places import Place
 from desim.units import NS_PER_S
 
@@ -66,10 +66,11 @@ class Plan:
             raise loaded.wrong(("iterations",), f"{len(chosen):,} vectors of "
                                f"{self.most_iterations:,} iterations; at most {MOST_RUNS:,} runs")
         self.vectors: list[Vector] = []
+        self._variants = Variants(loaded.base)
         hashed = cache(source)
         for number, levels in enumerate(chosen):
             changes = _changes(loaded, levels)
-            scenario = varied(loaded.base, changes).scenario
+            scenario = self._variants.of(changes).scenario
             self.vectors.append(Vector(
                 number, levels, changes, Identity(scenario, hashed).run_id, scenario.fleet.size,
                 scenario.stop.elapsed_ns / NS_PER_S))
@@ -103,7 +104,7 @@ class Plan:
 
     def scenario(self, vector: Vector, iteration: int) -> Loaded:
         """Of the run."""
-        loaded = varied(self.loaded.base, vector.changes)
+        loaded = self._variants.of(vector.changes)
         return replace(loaded, scenario=loaded.scenario.model_copy(
             update={"seed": self.seed(vector, iteration)}))
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from desim.errors import InputError
-from desim.scenario import check, merge, pluginchoices
+from desim.scenario import check, merge, parts, pluginchoices
 from desim.scenario.complaints import Complaint, lines, validated
 from desim.scenario.complete import complete
 from desim.scenario.fleet import StartFile
@@ -71,13 +71,30 @@ def load(path: str | os.PathLike, overrides: Sequence[str] = (), seed: int | Non
     return _loaded(_overridden(document, overrides, seed))
 
 
-def varied(base: merge.Document, changes: Sequence[Change]) -> Loaded:
-    """The scenario of a document (``merge.extended`` reads one) with changes laid over it, in their
-    order; the document can be used again. Raises ``InputError`` as ``load`` does."""
-    document = copy.deepcopy(base[0]), base[1]
-    for change in changes:
-        document = merge.changed(document, split(change.path), change.value, change.place)
-    return _loaded(document)
+class Variants:
+    """Scenarios of one document (``merge.extended`` reads one), each with changes of its own laid
+    over it. What one has in common with that before it is not done again."""
+
+    def __init__(self, base: merge.Document) -> None:
+        self._base = base
+        self._laid: list[tuple[str, merge.Document]] = []  # of the last one, change by change
+
+    def of(self, changes: Sequence[Change]) -> Loaded:
+        """The scenario with these changes, in their order. Raises ``InputError`` as ``load`` does.
+        """
+        told = [repr(change) for change in changes]  # 1 and true are equal, but not the same
+        same = 0
+        for before, now in zip(self._laid, told, strict=False):
+            if before[0] != now:
+                break
+            same += 1
+        del self._laid[same:]
+        for change, text in zip(changes[same:], told[same:], strict=True):
+            self._laid.append((text, merge.changed(
+                self._laid[-1][1] if self._laid else self._base, split(change.path), change.value,
+                change.place)))
+        data, places = self._laid[-1][1] if self._laid else self._base
+        return _loaded((merge.copied(data), places))
 
 
 def from_mapping(data: Mapping[str, Any], overrides: Sequence[str] = (),
@@ -109,7 +126,7 @@ def _loaded(document: merge.Document) -> Loaded:
         return os.path.dirname(place.source) if place.line else ""
 
     pluginchoices.place(data, folder)
-    result = validated(Scenario, data)
+    result = parts.scenario(data)
     found = pluginchoices.complaints(data)
     wrong: list[Complaint] = result if isinstance(result, list) else []
     scenario = _rest(data, wrong) if wrong else result

@@ -90,6 +90,13 @@ def without_removed(document: Document) -> Document:
     return data, places
 
 
+def copied(data: Any) -> Any:
+    """What YAML gives, to be changed."""
+    if isinstance(data, dict):
+        return {key: copied(value) for key, value in data.items()}
+    return [copied(item) for item in data] if isinstance(data, (list, tuple)) else data
+
+
 def choice_at(path: Path) -> tuple[str, str, type[PluginChoice]] | None:
     """The kind of plug-in chosen at ``path``, the key that names it, and its block."""
     for pattern, choice in CHOICES.items():

@@ -21,11 +21,13 @@ class Place(NamedTuple):
 
 
 class Places:
-    """Path to the places of a key and of its value."""
+    """Path to the places of a key and of its value; of what is not its own, those ``below``, as far
+    as it is still in the data."""
 
-    def __init__(self, root: Place) -> None:
+    def __init__(self, root: Place, below: tuple[Places, Any] | None = None) -> None:
         self.root = root
         self._of: dict[Path, tuple[Place, Place]] = {}
+        self._below = below
 
     def put(self, path: Path, key: Place, value: Place) -> None:
         """Note where the key (or list item) and the value at ``path`` stand."""
@@ -39,7 +41,7 @@ class Places:
 
     def __contains__(self, path: Path) -> bool:
         """Whether somebody wrote what is at ``path``."""
-        return path in self._of
+        return self._at(path) is not None
 
     def key(self, path: Path) -> Place:
         """The place of the key at ``path``, or of the nearest thing around it."""
@@ -47,19 +49,28 @@ class Places:
 
     def value(self, path: Path) -> Place:
         """The place of the value at ``path``, or of the nearest thing around it (its key)."""
-        return self._of[path][1] if path in self._of else self._nearest(path[:-1], 0)
+        found = self._at(path)
+        return found[1] if found else self._nearest(path[:-1], 0)
 
     def _nearest(self, path: Path, which: int) -> Place:
-        while path and path not in self._of:
-            path = path[:-1]
-        return self._of[path][which] if path else self.root
+        for end in range(len(path), 0, -1):
+            if (found := self._at(path[:end])) is not None:
+                return found[which]
+        return self.root
+
+    def _at(self, path: Path) -> tuple[Place, Place] | None:
+        found = self._of.get(path)
+        if found is None and self._below is not None:
+            lower, data = self._below
+            return lower._at(path) if _has(data, path) else None
+        return found
 
     def under(self, top: Places, data: Any) -> Places:
-        """The places of ``data``, which came about by laying ``top`` over this."""
-        merged = Places(top.root)
-        merged._of = {path: places for path, places in self._of.items() if _has(data, path)}
-        merged._of.update(top._of)
-        return merged
+        """The places of ``data``, which came about by laying ``top`` over this. They are looked for
+        when somebody asks: most scenarios of a campaign are right."""
+        laid = Places(top.root, (self, data))
+        laid._of = top._of
+        return laid
 
     def where(self, path: str) -> str:
         """``file:line:column: path`` for a dotted path such as ``faults.0.at``."""

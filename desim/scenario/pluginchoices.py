@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
+from pydantic import ValidationError
+
 from desim import plugins
 from desim.errors import InputError
 from desim.ports import BesideScenario, Params
+from desim.scenario import parts
 from desim.scenario.communication import Medium, PluginChoice, RuleChoice
 from desim.scenario.complaints import Complaint, validated
-from desim.scenario.merge import CHOICES
+from desim.scenario.merge import CHOICES, copied
 from desim.scenario.places import Folder, Path
 from desim.scenario.schema import Scenario
 from desim.scenario.shapes import keys
@@ -31,11 +35,14 @@ def complaints(data: dict[str, Any]) -> list[Complaint]:
         own = keys(block)
         theirs = {key: value for key, value in choice.items() if key not in own}
         try:
-            result = validated(plugins.parameters(kind, name), theirs, path, tuple(own))
+            params = plugins.parameters(kind, name)
         except InputError as error:
-            result = [Complaint((*path, key), str(error))]
-        if isinstance(result, list):
-            found += result
+            found.append(Complaint((*path, key), str(error)))
+            continue
+        try:
+            parts.parameters(params, json.dumps(theirs))
+        except ValidationError:
+            found += validated(params, theirs, path, tuple(own))
     return found + [Complaint((*path, key), f"{mapping[key]} is no regular file")
                     for path, mapping, key in files(data)
                     if os.path.exists(mapping[key]) and not os.path.isfile(mapping[key])]
@@ -102,8 +109,8 @@ def spelled_out(scenario: Scenario) -> Scenario:
 
 
 def _spelled(kind: str, name: str, choice: PluginChoice) -> PluginChoice:
-    params = validated(plugins.parameters(kind, name), choice.parameters())
-    return choice.model_copy(update=params.model_dump(mode="json", by_alias=True))
+    return choice.model_copy(update=copied(parts.parameters(
+        plugins.parameters(kind, name), json.dumps(choice.parameters()))))
 
 
 def _written(data: dict[str, Any]) -> Iterator[tuple[Path, str, str, type[PluginChoice], dict]]:
