@@ -215,7 +215,23 @@ def test_failed_runs_are_counted_and_left_out(tmp_path):
     page = made(campaign(tmp_path, robots, 4, outcome), design(robots, iterations=4))
     assert "6 runs finished 2 failed" in page.text
     assert "2 × the <model> broke" in page.text
+    assert "2 of 8 runs failed: the <model> broke." in page.text
+    assert "reached the aim." not in page.text  # nothing of those that failed
     assert "200 [0, 448.4] 3" in page.text
+
+
+def test_failing_is_not_missing_the_aim(tmp_path):
+    robots = {"robots": [1, 2, 3]}
+
+    def outcome(levels, iteration):
+        if levels["robots"] == 3:
+            return {"error": "no room" if iteration else "no link (robot_2, 2.35 s)"}
+        return timed(None if levels["robots"] == 2 else 100.0 + iteration)
+
+    page = made(campaign(tmp_path, robots, 4, outcome), design(robots, iterations=4))
+    assert "4 of 12 runs failed, for 2 causes; the most frequent one, of 3: no room." in page.text
+    assert "All runs failed in 1 of 3 vectors: robots = 3." in page.text
+    assert "No run that finished reached the aim in 1 of 3 vectors: robots = 2." in page.text
 
 
 def test_one_vector_without_parameters(tmp_path):
@@ -239,6 +255,8 @@ def test_no_finished_run(tmp_path):
                 design(robots, iterations=2))
     assert "0 runs finished 4 failed" in page.text
     assert "4 × no room" in page.text
+    assert "All 4 runs failed: no room." in page.text
+    assert "reached the aim." not in page.text
 
 
 def test_a_word_as_the_axis_compares_all_of_its_levels(tmp_path):

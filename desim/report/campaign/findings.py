@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
+from desim.blame import cause_of
 from desim.report.campaign import wording
 from desim.report.campaign.contrasts import Contrast, strongest
 from desim.report.campaign.estimates import Estimate, Estimates
@@ -53,12 +56,37 @@ def _mean(one: Estimate) -> str:
     return f"{wording.at_least(wording.number(one.mean, 3), one.late)} (n = {one.n})"
 
 
+def failed(study: Study) -> list[str]:
+    """How many runs failed, and why most of them did; where all did."""
+    causes = causes_of(study)
+    if not causes:
+        return []
+    count, total = causes.total(), int(study.once.sum())
+    cause, often = causes.most_common(1)[0]
+    many = f"All {total} runs" if count == total else f"{count} of {total} runs"
+    told = [f"{many if total > 1 else 'The run'} failed: {cause}." if len(causes) == 1 else
+            f"{many} failed, for {len(causes)} causes; the most frequent one, of {often}: {cause}."]
+    none = [vector for vector in study.vectors if study.failed[vector.rows].all()]
+    if none and len(none) < len(study.vectors):
+        told.append(f"All runs failed in {len(none)} of "
+                    f"{wording.counted(len(study.vectors), 'vector')}: {_named(study, none)}.")
+    return told
+
+
+def causes_of(study: Study) -> Counter[str]:
+    """Why runs failed, whichever host it was and when."""
+    return Counter(cause_of(error or "no reason is known") for error in
+                   study.text("error")[study.once & study.failed])
+
+
 def starved(study: Study) -> list[str]:
-    """Where no run reached the aim."""
-    never = [vector for vector in study.vectors if not study.reached[vector.rows].any()]
-    if len(never) == len(study.vectors):
-        return ["No run reached the aim."]
-    return [f"No run reached the aim in {len(never)} of "
+    """Where no run reached the aim, of those that finished."""
+    tried = [vector for vector in study.vectors if not study.failed[vector.rows].all()]
+    never = [vector for vector in tried if not study.reached[vector.rows].any()]
+    which = "run that finished" if study.failed.any() else "run"
+    if never and len(never) == len(tried):
+        return [f"No {which} reached the aim."]
+    return [f"No {which} reached the aim in {len(never)} of "
             f"{wording.counted(len(study.vectors), 'vector')}: {_named(study, never)}."] \
         if never else []
 

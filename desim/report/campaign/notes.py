@@ -3,16 +3,13 @@ there, vectors that are not known well enough."""
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 from scipy import stats
 
-from desim.blame import cause_of
 from desim.campaign.agenda import is_narrow, rule_of
 from desim.campaign.design import Until
 from desim.campaign.remarks import told_raised
-from desim.report.campaign import page, wording
+from desim.report.campaign import findings, page, wording
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.groups import Group
 from desim.report.campaign.study import Study, Vector
@@ -25,8 +22,7 @@ _FEWEST_RESIDUALS = 15
 
 def failures(study: Study) -> str:
     """How many runs failed for which reasons, as HTML."""
-    errors = Counter(cause_of(error or "no reason is known") for error in
-                     study.text("error")[study.once & study.failed])
+    errors = findings.causes_of(study)
     if not errors:
         return ""
     return page.paragraph(

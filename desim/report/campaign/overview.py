@@ -22,14 +22,12 @@ def all_metrics(study: Study, estimates: Estimates) -> Table:
     means = {name: _means(study, estimates, name) for name in (*presented, *others)}
     names = [*presented, *(others if len(study.vectors) <= _WIDE_FOR else [])]
     head, exact_head = _head(study), _exact_head(study)
-    rows, exact = [], []
-    for i, vector in enumerate(study.vectors):
-        rows.append([*_begin(study, vector), *(
-            Shown(_with_half(*(column[i] for column in means[name])), means[name].mean[i])
-            for name in names)])
-        exact.append([*_exact_begin(study, vector), *(
-            _exact(column[i]) for name, found in means.items()
-            for column in found[:len(_endings(name))])])
+    rows = [[*_begin(study, vector), *(
+        Shown(_with_half(*(column[i] for column in means[name])), means[name].mean[i])
+        for name in names)] for i, vector in enumerate(study.vectors)]
+    columns = [column for name, found in means.items() for column in found[:len(_endings(name))]]
+    exact = ([*_exact_begin(study, vector), *(_exact(column[i]) for column in columns)]
+             for i, vector in enumerate(study.vectors))  # a file's rows, one at a time
     return Table("metrics_by_vector", "All metrics by vector: mean ± half of the 95 % interval; "
                  "times are restricted to the time limit; ≥ where runs that were not there by then "
                  "count with it.",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import html
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,14 +26,14 @@ _THOUSANDS = re.compile(r"(?<=\d) (?=\d{3}(?!\d))")  # thin, and no place to bre
 
 class Table(NamedTuple):
     """``rows`` are what people read, numbers as numbers; ``exact_head`` and ``exact_rows`` what
-    programs read."""
+    programs read, once: of many vectors they need not be in memory together."""
 
     name: str
     caption: str
     head: Sequence[str]
     rows: Sequence[Sequence[Cell]]
     exact_head: Sequence[str]
-    exact_rows: Sequence[Sequence[Cell]]
+    exact_rows: Iterable[Sequence[Cell]]
 
 
 class Shown(NamedTuple):

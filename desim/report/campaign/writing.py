@@ -126,7 +126,7 @@ class _Report:
                 said += rungs.sentences(study, metric, self._rungs(metric))
         for group in self._groups:
             said += self._onsets[group][1]
-        said += findings.starved(study) + findings.differing(self._found)
+        said += findings.failed(study) + findings.starved(study) + findings.differing(self._found)
         if study.is_sampled:
             said += [sentence for metric in self._single
                      for sentence in sensitivity.sentences(study, self._estimates, metric)]
