@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
 import subprocess
 import sys
 from contextlib import contextmanager
@@ -463,3 +464,14 @@ def test_validate_knows_its_groups():
     assert said.startswith("--only: there is no group 'wating' (did you mean 'waiting'?); known: "
                            "aloha, broadcast, bursts, bus, chain, chains, collisions, "
                            "delays, ")
+
+
+def test_too_little_address_space_is_an_error_and_no_wait(hello):
+    """With half of what it wants: OpenBLAS would wait for ever."""
+    done = subprocess.run(
+        ["bash", "-c", 'ulimit -v 550000; exec "$@"', "-", sys.executable, "-m", "desim.cli", "run",
+         hello, "--until", "5 s"], capture_output=True, text=True, check=False,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+    assert done.returncode == 2
+    assert done.stderr == ("a process may have 550000 kB of address space (ulimit -v); desim wants "
+                           "585937 kB at least\n")

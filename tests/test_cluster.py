@@ -29,6 +29,7 @@ needs_dask = pytest.mark.skipif(
     any(importlib.util.find_spec(name) is None for name in ("distributed", "dask_jobqueue")),
     reason="Dask is not installed: pip install 'desim[cluster]'")
 
+S = 10**9
 DESIGN = """
 name: clustered
 base: {base}
@@ -164,6 +165,26 @@ def test_what_a_killed_campaign_still_writes_is_waited_for(plan, folder, monkeyp
     assert finished.stat().st_mtime_ns == written_ns  # it was not run again
     assert cluster.carried_out(run, os.getcwd())["digest"] == row["digest"]
     assert finished.stat().st_mtime_ns > written_ns  # nobody held the lock: it was
+
+
+@needs_dask
+def test_a_run_that_takes_too_long_has_failed(plan, folder, monkeypatch):
+    """On a worker, too; the next run has a process again."""
+    from desim.campaign import cluster, crew
+
+    run, now_s = task(plan, folder), [0.0]
+    begin = Crew.begin
+
+    def begun(self, *arguments):
+        begin(self, *arguments)
+        now_s[0] += 601.0 if now_s[0] == 0.0 else 0.0
+
+    monkeypatch.setattr(crew, "monotonic", lambda: now_s[0])
+    monkeypatch.setattr(Crew, "begin", begun)
+    with cluster._child(os.getcwd(), 600 * S):
+        late, made = (cluster.carried_out(run, os.getcwd(), 600 * S) for _ in range(2))
+    assert late["error"] == "ended after 600 s of clock time (limits.wall)"
+    assert made["status"] == "finished"
 
 
 @needs_dask

@@ -20,6 +20,7 @@ from typing import IO, Any
 from distributed import Client, Future, KilledWorker
 
 from desim import api
+from desim.campaign.crew import Crew
 from desim.campaign.work import Row, Task, Unwritable, failure, folder_of, row_of, work
 from desim.errors import InputError
 from desim.experiment.identity import Identity
@@ -32,10 +33,12 @@ _alone = Lock()
 
 class Cluster:
     """The workers of ``client``'s cluster, whose death costs a run one retry; ``up`` is told how
-    many there are when that changes."""
+    many there are when that changes. A run may take ``wall_ns`` of clock time (None: as long as it
+    likes)."""
 
-    def __init__(self, client: Client, up: Callable[[int], Any] = lambda count: None) -> None:
-        self._client, self._up = client, up
+    def __init__(self, client: Client, up: Callable[[int], Any] = lambda count: None,
+                 wall_ns: int | None = None) -> None:
+        self._client, self._up, self._wall_ns = client, up, wall_ns
         self._folder = os.getcwd()
         self._done: SimpleQueue[Future] = SimpleQueue()
         self._tasks: dict[Future, Task] = {}
@@ -55,7 +58,8 @@ class Cluster:
 
     def begin(self, task: Task) -> None:
         """Send a run to the cluster."""
-        future = self._client.submit(carried_out, task, self._folder, pure=False)
+        future = self._client.submit(carried_out, task, self._folder, self._wall_ns,
+                                     pure=False)
         self._tasks[future] = task
         future.add_done_callback(self._done.put)
 
@@ -101,7 +105,7 @@ def _outcome(task: Task, future: Future) -> Row | Exception:
                           f"{type(error).__name__}: {error}")
 
 
-def carried_out(task: Task, folder: str) -> Row:
+def carried_out(task: Task, folder: str, wall_ns: int | None = None) -> Row:
     """On a worker: the run as if it were made in ``folder``, where the campaign was started.
 
     Raises ``InputError`` where this worker's runs would not be those of the campaign.
@@ -121,7 +125,24 @@ def carried_out(task: Task, folder: str) -> Row:
                              "package than the machine that runs the campaign; its results would "
                              "be others")
         _freeze_modules()
-        return _left_behind(task) or work(task)
+        return _left_behind(task) or (work(task) if wall_ns is None else
+                                      _ended_in_time(task, _child(folder, wall_ns)))
+
+
+def _ended_in_time(task: Task, child: Crew) -> Row:
+    child.begin(task)
+    while True:
+        for _, outcome in child.finished():
+            if isinstance(outcome, Exception):
+                raise outcome
+            return outcome
+
+
+@cache
+def _child(_: str, wall_ns: int) -> Crew:
+    """A process in the current folder that the worker can end, which no thread of its own allows.
+    It stays for the next run, and leaves with the worker."""
+    return Crew(1, wall_ns)
 
 
 @cache

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 
 import typer
 
+from desim.addressspace import refuse_small
 from desim.errors import InputError
 
 TRACEBACK = "--traceback"
@@ -22,6 +23,7 @@ def exits() -> Iterator[None]:
     """2 for wrong input, 130 for Ctrl-C, 1 for a failure with the way to repeat it, and with its
     traceback where the fault is ours or ``--traceback`` was given."""
     try:
+        refuse_small()
         yield
     except typer.Exit:
         raise

@@ -99,9 +99,6 @@ class Told:
         limits = sweep.plan.design.limits
         where = f"{jobs} at a time" if cluster is None else f"{cluster.where}"
         self._console.print(f"{total} runs, {done} done already; {where}, in {sweep.out}")
-        if limits.wall_ns is not None and cluster is not None:
-            self._console.print("limits.wall does not hold on a cluster: limit the time of its "
-                                "jobs")
         with self._progress() as progress, ExitStack() as stack:
             bar = progress.add_task("runs", total=total, completed=done, failed=_failed(failed),
                                     to_go="")
@@ -110,7 +107,8 @@ class Told:
             if cluster is None:
                 workers: Workers = stack.enter_context(Crew(jobs, limits.wall_ns))
             else:
-                workers = stack.enter_context(self._clustered(cluster, progress, bar))
+                workers = stack.enter_context(self._clustered(
+                    cluster, progress, bar, limits.wall_ns))
 
             def heard(row: Row) -> None:
                 done, failed, total = sweep.progress
@@ -159,7 +157,8 @@ class Told:
                             " is made again")
 
     @contextmanager
-    def _clustered(self, settings: Settings, progress: Progress, bar: TaskID) -> Iterator[Workers]:
+    def _clustered(self, settings: Settings, progress: Progress, bar: TaskID,
+                   wall_ns: int | None) -> Iterator[Workers]:
         """Dask is imported only here: few have it, and it takes its time."""
         from desim.campaign.cluster import Cluster
         from desim.campaign.schedulers import connected
@@ -171,7 +170,7 @@ class Told:
                 self._console.print(text)
 
         with connected(settings, _cores()) as client:
-            yield Cluster(client, up)
+            yield Cluster(client, up, wall_ns)
 
     def _progress(self) -> Progress:
         return Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),

@@ -1,0 +1,35 @@
+"""Whether a process may have as much address space as numba and its libraries want.
+
+numba imports scipy.linalg when it loads its first kernel, whatever this calls; OpenBLAS in there
+waits for ever for a buffer that it cannot have, and others abort the process. So it is asked first.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+
+from desim.errors import InputError
+
+# The least with which scenarios/hello.yaml comes to its end (numba 0.68, scipy 1.17, pyarrow on
+# x86_64 Linux): 575 000 kB with one thread of OpenBLAS, 650 000 kB with two.
+_LEAST_BYTES = 600_000_000
+_THREAD_BYTES = 90_000_000
+
+
+def refuse_small() -> None:
+    """Raises ``InputError`` where the limit is too small."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    wanted = _LEAST_BYTES + _THREAD_BYTES * (_threads() - 1)
+    if limit != resource.RLIM_INFINITY and limit < wanted:
+        raise InputError(f"a process may have {limit // 1024} kB of address space (ulimit -v); "
+                         f"desim wants {wanted // 1024} kB at least"
+                         + (", less with OPENBLAS_NUM_THREADS=1" if _threads() > 1 else ""))
+
+
+def _threads() -> int:
+    """Of OpenBLAS."""
+    for name in "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS":
+        if os.environ.get(name, "").isdecimal():
+            return max(int(os.environ[name]), 1)
+    return len(os.sched_getaffinity(0))
