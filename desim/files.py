@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import stat
 from collections.abc import Iterator
@@ -14,17 +15,13 @@ from typing import BinaryIO
 def content(path: str | os.PathLike, most_bytes: int) -> bytes:
     """All of a file. Raises ``OSError``, also for what would keep a reader waiting (a FIFO, a
     device) and for a file that is larger, and ``ValueError`` for a path that cannot be one."""
-    with opened(path) as file:
-        size_bytes = os.fstat(file.fileno()).st_size
-        if size_bytes > most_bytes:
-            raise OSError(errno.EFBIG, f"has {size_bytes / 1e6:.1f} MB; at most "
-                                       f"{most_bytes / 1e6:.0f} MB", os.fspath(path))
+    with opened(path, most_bytes) as file:
         return file.read()
 
 
 @contextmanager
-def opened(path: str | os.PathLike) -> Iterator[BinaryIO]:
-    """A file to read. Raises ``OSError`` for what is no regular one."""
+def opened(path: str | os.PathLike, most_bytes: float = math.inf) -> Iterator[BinaryIO]:
+    """A file to read. Raises ``OSError`` for what is no regular one, and for a larger one."""
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # else a FIFO waits for a writer
     try:
         mode = os.fstat(descriptor).st_mode
@@ -32,6 +29,10 @@ def opened(path: str | os.PathLike) -> Iterator[BinaryIO]:
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
         if not stat.S_ISREG(mode):
             raise OSError(errno.EINVAL, "is no regular file", os.fspath(path))
+        size_bytes = os.fstat(descriptor).st_size
+        if size_bytes > most_bytes:
+            raise OSError(errno.EFBIG, f"has {size_bytes / 1e6:.1f} MB; at most "
+                                       f"{most_bytes / 1e6:.0f} MB", os.fspath(path))
         with open(descriptor, "rb", closefd=False) as file:
             yield file
     finally:

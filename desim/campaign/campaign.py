@@ -17,7 +17,7 @@ from typing import Any, Protocol
 from desim.campaign.agenda import Agenda, Rows
 from desim.campaign.design import LoadedDesign
 from desim.campaign.folders import Folders
-from desim.campaign.index import Index, is_current, read
+from desim.campaign.index import Index, read, recovered
 from desim.campaign.metrics import Metrics
 from desim.campaign.plan import Plan, Vector
 from desim.campaign.remarks import remarks
@@ -25,7 +25,7 @@ from desim.campaign.stored import refuse_another, store
 from desim.campaign.table import write_table
 from desim.campaign.work import Row, Task
 from desim.errors import InputError, did_you_mean
-from desim.experiment.results import FAILED, FINISHED
+from desim.experiment.results import FAILED
 from desim.files import refuse_link
 
 INDEX, TABLE = "index.jsonl", "runs.parquet"
@@ -188,9 +188,9 @@ def foreseen(plan: Plan, metrics: Metrics, out: Path, only: tuple[str, ...] = ()
         rows = read(out / INDEX)[0]
     except OSError as error:
         raise InputError(f"cannot read {out / INDEX}: {error.strerror or error}") from error
-    folders = Folders(out / "runs", _scenario_of(plan))
-    rows = {run_id: row for run_id, row in rows.items() if row["status"] != FINISHED
-            or is_current(row, folders.likeness(run_id), metrics.functions)}
+    folders, functions = Folders(out / "runs", _scenario_of(plan)), metrics.functions
+    rows, _ = recovered(rows, folders.present(), folders.likeness,
+                        lambda run_id: folders.row(run_id, functions), functions)
     return _agenda(plan, metrics, rows, only, retry_failed)
 
 

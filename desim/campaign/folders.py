@@ -4,12 +4,15 @@ made."""
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 from desim import api
 from desim.campaign.work import Row, folder_of, row_of
 from desim.errors import InputError
 from desim.experiment.seal import damage, likeness
+
+_ID = re.compile(r"[0-9a-f]{12}")
 
 
 class Folders:
@@ -20,9 +23,12 @@ class Folders:
 
     def present(self) -> list[str]:
         """The ids of runs that may be finished. Raises ``OSError``."""
-        with os.scandir(self._runs / self._scenario) as entries:
-            return sorted(entry.name for entry in entries
-                          if "." not in entry.name and entry.is_dir())
+        try:
+            with os.scandir(self._runs / self._scenario) as entries:
+                return sorted(entry.name for entry in entries
+                              if _ID.fullmatch(entry.name) and entry.is_dir())
+        except FileNotFoundError:  # nothing has been run yet
+            return []
 
     def likeness(self, run_id: str) -> str | None:
         """What a row of the run has for ``folder``; None where there is none."""

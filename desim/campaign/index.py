@@ -49,27 +49,15 @@ class Index:
 
     def recover(self, present: Iterable[str], like: Callable[[str], str | None],
                 again: Callable[[str], Row], functions: tuple[str, ...] = ()) -> dict[str, str]:
-        """Bring it in line with the folders of runs that are ``present``: forget runs whose folder
-        is gone, and read ``again`` those whose folder is not ``like`` it was, and those of which
-        it lacks one of the ``functions``, or one raised: it may have been mended. What cannot be
-        read is forgotten, and returned with the reason."""
-        known = dict.fromkeys(present)
-        for run_id in [run_id for run_id, row in self.rows.items()
-                       if run_id not in known and row["status"] == FINISHED]:
-            del self.rows[run_id]
+        """Bring it in line with the folders, as ``recovered`` tells. What cannot be read is
+        forgotten, and returned with the reason."""
+        rows, wrong = recovered(self.rows, present, like, again, functions)
+        made = [row for run_id, row in rows.items() if row != self.rows.get(run_id)]
+        self.rows = rows
         if self.damaged:
             self._rewrite()
-        wrong: dict[str, str] = {}
-        for run_id in known:
-            if is_current(self.rows.get(run_id), like(run_id), functions):
-                continue
-            try:
-                row = again(run_id)
-            except InputError as error:
-                wrong[run_id] = str(error)
-                self.rows.pop(run_id, None)
-                continue
-            if row != self.rows.get(run_id):
+        else:
+            for row in made:
                 self.add(row)
         return wrong
 
@@ -84,6 +72,28 @@ class Index:
             file.flush()
         self._file.close()
         self._file = open(self._path, "ab", buffering=0)  # noqa: SIM115
+
+
+def recovered(rows: dict[str, Row], present: Iterable[str], like: Callable[[str], str | None],
+              again: Callable[[str], Row], functions: tuple[str, ...] = (),
+              ) -> tuple[dict[str, Row], dict[str, str]]:
+    """The rows in line with the folders of runs that are ``present``: without finished runs whose
+    folder is gone, and with those read ``again`` whose folder is not ``like`` it was, and those of
+    which it lacks one of the ``functions``, or one raised: it may have been mended. And why others
+    cannot be read."""
+    known = dict.fromkeys(present)
+    found = {run_id: row for run_id, row in rows.items()
+             if run_id in known or row["status"] != FINISHED}
+    wrong: dict[str, str] = {}
+    for run_id in known:
+        if is_current(found.get(run_id), like(run_id), functions):
+            continue
+        try:
+            found[run_id] = again(run_id)
+        except InputError as error:
+            wrong[run_id] = str(error)
+            found.pop(run_id, None)
+    return found, wrong
 
 
 def is_current(row: Row | None, folder: str | None, functions: tuple[str, ...] = ()) -> bool:

@@ -74,7 +74,8 @@ def _sizes(folder: Path) -> Iterator[tuple[str, int]]:
     try:
         with os.scandir(folder) as entries:
             for entry in entries:
-                yield entry.name, -1 if entry.is_dir() else entry.stat().st_size
+                yield entry.name, (-1 if entry.is_dir() else
+                                   entry.stat(follow_symlinks=False).st_size)
     except (FileNotFoundError, NotADirectoryError):
         return
 

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from desim import plugins
 from desim.errors import InputError
+from desim.files import opened
 from desim.ports import BesideScenario, Params
 from desim.scenario import parts
 from desim.scenario.communication import Medium, PluginChoice, RuleChoice
@@ -20,6 +21,8 @@ from desim.scenario.merge import CHOICES, copied
 from desim.scenario.places import Folder, Path
 from desim.scenario.schema import Scenario
 from desim.scenario.shapes import keys
+
+MOST_BYTES = 100_000_000  # of a plug-in's file, or a map's image
 
 
 def complaints(data: dict[str, Any]) -> list[Complaint]:
@@ -43,9 +46,14 @@ def complaints(data: dict[str, Any]) -> list[Complaint]:
             parts.parameters(params, json.dumps(theirs))
         except ValidationError:
             found += validated(params, theirs, path, tuple(own))
-    return found + [Complaint((*path, key), f"{mapping[key]} is no regular file")
-                    for path, mapping, key in files(data)
-                    if os.path.exists(mapping[key]) and not os.path.isfile(mapping[key])]
+    for path, mapping, key in files(data):
+        if os.path.exists(mapping[key]):  # what is not there is for the plug-in to say
+            try:
+                with opened(mapping[key], MOST_BYTES):
+                    pass
+            except OSError as error:
+                found.append(Complaint((*path, key), f"{mapping[key]}: {error.strerror}"))
+    return found
 
 
 def place(data: dict[str, Any], folder: Folder) -> None:

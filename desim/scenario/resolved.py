@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from desim.errors import InputError
+from desim.files import content
 from desim.scenario import pluginchoices, yaml12
 from desim.scenario.environment import MapFile
 from desim.scenario.schema import Scenario
@@ -30,8 +31,7 @@ def scenario_id(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[in
     with."""
     digest, data = hashlib.sha256(), _dumped(scenario)
     for file in _files(scenario, data):
-        with open(file, "rb") as content:
-            digest.update(hashlib.sha256(content.read()).digest())
+        digest.update(hashlib.sha256(_content(file)).digest())
     digest.update(json.dumps({**_data(scenario, data, os.path.basename), "seed": 0}).encode())
     digest.update(repr(sorted(versions.items())).encode())
 
@@ -41,6 +41,13 @@ def scenario_id(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[in
         return complete.hexdigest()[:12]
 
     return with_seed
+
+
+def _content(file: str) -> bytes:
+    try:
+        return content(file, pluginchoices.MOST_BYTES)
+    except OSError as error:
+        raise InputError(f"{file}: {error.strerror}") from error
 
 
 def _dumped(scenario: Scenario) -> dict[str, Any]:

@@ -320,7 +320,7 @@ def test_damage_is_named_and_healed(tmp_path, whole, damage, with_index):
     if not with_index:
         lost_index(out)
     plan = planned(tmp_path, TEXT)
-    assert campaign.foreseen(plan, Metrics(plan), out).progress[0] == (5 if with_index else 0)
+    assert campaign.foreseen(plan, Metrics(plan), out).progress[0] == 5
     sweep, begun = run(tmp_path, out)
     assert begun == [one.name] and table(out) == table(whole)
     assert [*sweep.damaged_runs] == ([] if damage is a_file else [one.name])

@@ -62,8 +62,10 @@ def contrasts(study: Study, estimates: Estimates, metric: str) -> list[Contrast]
 def by_iteration(study: Study, estimates: Estimates, metric: str, vector: Vector,
                   ) -> dict[int, float]:
     """Times count up to the limit."""
-    found = estimates.of(metric, vector)
-    return dict(zip(study.iterations[found.rows].tolist(), found.values.tolist(), strict=True))
+    values = estimates.column(metric)[0][vector.rows]
+    there = np.isfinite(values)
+    return dict(zip(study.iterations[vector.rows[there]].tolist(), values[there].tolist(),
+                    strict=True))
 
 
 def _pairs(study: Study) -> Iterator[tuple[Axis, Vector, Vector]]:

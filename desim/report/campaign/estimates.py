@@ -79,7 +79,7 @@ class Estimates:
         self._study = study
         self.limit, self.ends = cache(self._limit), cache(self._ends)
         self.bounds = cache(self._bounds)
-        self.watched = cache(self._watched)
+        self.watched, self.column = cache(self._watched), cache(self._column)
         self._known: dict[tuple[str, int], Estimate] = {}
         draws = sum(len(vector.rows) for vector in study.vectors
                     if len(vector.rows) >= BOOTSTRAP_FROM) * len(study.design.report.metrics)
@@ -97,7 +97,7 @@ class Estimates:
         """Of all vectors at once, by t: a hundred thousand runs are many. Times count up to the
         limit."""
         study = self._study
-        column, late = self._column(metric)
+        column, late = self.column(metric)
         order = np.concatenate([vector.rows for vector in study.vectors])
         sizes = [len(vector.rows) for vector in study.vectors]
         begins = np.cumsum([0, *sizes[:-1]])
