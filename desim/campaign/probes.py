@@ -19,16 +19,18 @@ from desim.units import NS_PER_S
 
 BUDGET_S = 20.0
 _MOST_PROBES = 8
+_SHARE = 10  # runs for each probe: what predicts takes about a tenth of what it predicts
 _GOLDEN = 0.6180339887  # its multiples, modulo 1, fill the interval evenly
 
 
 def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
            told: Callable[[int, int], Any] = lambda done, total: None) -> dict[int, list[Cost]]:
     """Runs of a few vectors that are spread over the design, small fleets first, made for nothing
-    else. Together they take ``budget_s``: each one is stopped when its share of what is left is
-    used up. What fails has no cost."""
-    vectors = _spread([plan.vectors[number] for number in dict.fromkeys(
-        vector.number for vector, _, _ in agenda.runs)])
+    else; of few runs one. Together they take ``budget_s``: each one is stopped when its share of
+    what is left is used up. What fails has no cost."""
+    left = [vector.number for vector, _, run_id in agenda.runs if run_id not in agenda.rows]
+    vectors = _spread([plan.vectors[number] for number in dict.fromkeys(left)],
+                      min(_MOST_PROBES, max(len(left) // _SHARE, 1)))
     costs: dict[int, list[Cost]] = {}
     for done, vector in enumerate(vectors):
         told(done, len(vectors))
@@ -87,9 +89,12 @@ def _start_s(cpu_s: float, simulated_s: float, marks: list[tuple[float, float]])
     return max(cpu_s - rate * simulated_s, 0.0)
 
 
-def _spread(vectors: list[Vector]) -> list[Vector]:
-    """Some of them, by ascending fleet; the largest one is among them."""
-    count = min(_MOST_PROBES, len(vectors))
-    places = sorted({int(i * _GOLDEN % 1 * len(vectors)) for i in range(1, count)}
+def _spread(vectors: list[Vector], most: int) -> list[Vector]:
+    """Some of them, by ascending fleet; the largest one is among them. One alone is of the middle
+    fleet."""
+    if most == 1:
+        return [sorted(vectors, key=lambda vector: vector.robots)[len(vectors) // 2]]
+    count = min(most, len(vectors))
+    places = sorted({int(i * _GOLDEN % 1 * len(vectors)) for i in range(1, count - 1)}
                     | {0, max(range(len(vectors)), key=lambda i: vectors[i].robots)})
     return sorted((vectors[place] for place in places), key=lambda vector: vector.robots)

@@ -67,13 +67,14 @@ class Told:
         source = f"from {sum(map(len, costs.values()))} finished runs"
         if not costs:
             with self._progress() as progress:
-                bar = progress.add_task(f"probing, about {probes.BUDGET_S:.0f} s", failed="",
+                bar = progress.add_task(f"probing, {probes.BUDGET_S:.0f} s at most", failed="",
                                         to_go="")
                 costs = probes.probed(plan, agenda, told=lambda done, total: progress.update(
                     bar, completed=done, total=total))
             found = [cost for own in costs.values() for cost in own]
-            source = (f"from {len(found)} probes of {sum(cost.cpu_s for cost in found):.0f} s, "
-                      f"{sum(cost.ended for cost in found)} of them to their end")
+            source = (f"from {len(found)} probe{'s' * (len(found) > 1)} of "
+                      f"{sum(cost.cpu_s for cost in found):.1f} s, "
+                      f"{sum(cost.ended for cost in found)} of them to the end")
         if not costs:
             self._console.print("no prediction: every probe has failed")
             return

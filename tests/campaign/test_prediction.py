@@ -3,6 +3,7 @@
 import pytest
 from designs import planned, row
 
+from desim.campaign import probes
 from desim.campaign.agenda import Agenda
 from desim.campaign.prediction import Cost, Model, finished_costs, forecast
 from desim.campaign.probes import _start_s, probed
@@ -75,7 +76,7 @@ def test_probes_are_real_runs_and_leave_nothing(plan, tmp_path, monkeypatch):
     before = sorted(tmp_path.iterdir())
     plan = planned(tmp_path, TEXT.replace("100 s", "100 ms").replace("2, 4]", "2, 3]"))
     costs = probed(plan, Agenda(plan, {}))
-    assert len(costs) == 6
+    assert [plan.vectors[number].robots for number in costs] == [2]
     assert all(cost.ended and cost.simulated_s == 0.1 for own in costs.values() for cost in own)
     assert sorted(tmp_path.iterdir()) == before
 
@@ -86,3 +87,13 @@ def test_a_probe_that_takes_too_long_is_stopped(tmp_path):
     (cost,), = probed(plan, Agenda(plan, {}), budget_s=0.2).values()
     assert not cost.ended and 0 < cost.simulated_s < 100_000
     assert 0 <= cost.start_s < cost.cpu_s
+
+
+@pytest.mark.parametrize("iterations, most", [(1, 1), (3, 1), (5, 3), (10, 6)])
+def test_probes_are_a_tenth_of_the_runs(tmp_path, monkeypatch, iterations, most):
+    """A prediction that takes longer than what it predicts is none."""
+    monkeypatch.setattr(probes, "_probe", lambda plan, vector, budget_s: Cost(1, 1, True))
+    plan = planned(tmp_path, TEXT.replace("iterations: 2", f"iterations: {iterations}"))
+    costs = probed(plan, Agenda(plan, {}))
+    assert len(costs) <= most and len(costs) >= min(most, 2)
+    assert most == 1 or max(plan.vectors[number].robots for number in costs) == 4
