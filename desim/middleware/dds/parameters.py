@@ -8,10 +8,11 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.middleware.dds import wire
+from desim.middleware.presets import Preset, filled
 from desim.units import DURATION, NS_PER_S, ByteSize, Duration, Pace
 
 # What Cyclone DDS has different (src/core/ddsi/defconfig.c, docs/manual/options.md).
-CYCLONEDDS: dict[str, Any] = {
+CYCLONEDDS: Preset = {
     "lease": "10 s", "initial_announcements": 1, "first_times": 2,
     "announcement_period": None, "announces_when_found": False, "responses": 4,
     "liveliness_period": None, "initial_heartbeat": "5 ms", "greets_all": True,
@@ -164,9 +165,7 @@ class DdsParams(ports.Params):
     @model_validator(mode="before")
     @classmethod
     def _filled(cls, given: Any) -> Any:
-        if isinstance(given, dict) and given.get("preset") in CYCLONE:
-            return {**CYCLONEDDS, **given}
-        return given
+        return filled(given, "preset", "fastdds", dict.fromkeys(CYCLONE, CYCLONEDDS))
 
     @model_validator(mode="after")
     def _sound(self) -> DdsParams:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
+from desim.middleware.presets import Preset, filled
 from desim.middleware.ros.parameters import RosParams
 from desim.units import NS_PER_S, Duration, Frequency, Pace, Period
 
+PRESETS: dict[str, Preset] = {"fkie_1_3": {
+    "heartbeat": "0.02 Hz", "timeout_factor": 10, "active_request_after": "60 s"}}
 MIN_HZ = Fraction(3, 10)  # slower heartbeats do not tell who is there (MIN_HZ_FOR_QUALITY)
 
 
@@ -24,21 +27,21 @@ class MultimasterParams(RosParams):
 
     preset: Literal["fkie_1_3_groovy", "fkie_1_3"] = Field("fkie_1_3_groovy", description=(
         "heartbeats of multimaster_fkie 1.3 as in ROS groovy, the paper's time, or its own"))
-    heartbeat_hz: Frequency | None = Field(None, description=(
-        "own heartbeats (null: 2 Hz in groovy, 0.02 Hz in fkie_1_3)"))
+    heartbeat_hz: Frequency = Field("2 Hz", description=(
+        "own heartbeats (groovy 2 Hz, fkie_1_3 0.02 Hz)"))
     rosmaster_hz: Frequency = Field("1 Hz", description=(
         "how often the own master is asked for changes, and the others are looked after "
         "(rosmaster_hz)"))
     measurement_intervals: int = Field(5, ge=1, le=10**6, description=(
         "heartbeats are counted over so many seconds, or periods if these are longer "
         "(measurement_intervals)"))
-    timeout_factor: float | None = Field(None, gt=0, le=1e6, description=(
-        "silence of so many times that long means offline (null: 1.4 in groovy, 10 in fkie_1_3)"))
+    timeout_factor: float = Field(1.4, gt=0, le=1e6, description=(
+        "silence of so many times that long means offline (groovy 1.4, fkie_1_3 10)"))
     remove_after_ns: Period = Field("300 s", description=(
         "silence after which a master is forgotten (remove_after)"))
-    active_request_after_ns: Duration | None = Field(None, description=(
+    active_request_after_ns: Duration = Field("0 s", description=(
         "silence after which a master with slow heartbeats is asked whether it is there; 0 s: "
-        "never (null: never in groovy, 60 s in fkie_1_3)"))
+        "never (groovy never, fkie_1_3 60 s)"))
     offline_after_requests: int = Field(5, ge=1, description=(
         "so many unanswered requests mean offline (OFFLINE_AFTER_REQUEST_COUNT)"))
     first_notifications: int = Field(3, ge=1, description=(
@@ -74,6 +77,11 @@ class MultimasterParams(RosParams):
     ignore_topics: list[str] = Field([], description=(
         "names or patterns with * and ? of topics that are not copied (none)"))
 
+    @model_validator(mode="before")
+    @classmethod
+    def _filled(cls, given: Any) -> Any:
+        return filled(given, "preset", "fkie_1_3_groovy", PRESETS)
+
     @model_validator(mode="after")
     def _is_visible(self) -> MultimasterParams:
         if not self.multicast and not self.robot_hosts:
@@ -96,15 +104,10 @@ class Watch(NamedTuple):
 
 
 def watch(params: MultimasterParams) -> Watch:
-    """``params`` with its preset in it."""
-    groovy = params.preset == "fkie_1_3_groovy"
-    hz = params.heartbeat_hz or (Fraction(2) if groovy else Fraction(1, 50))
-    factor = params.timeout_factor or (1.4 if groovy else 10.0)
-    asked_ns = params.active_request_after_ns
-    if asked_ns is None:
-        asked_ns = 0 if groovy else 60 * NS_PER_S
+    """What follows from ``params``."""
+    hz, factor = params.heartbeat_hz, params.timeout_factor
     window_ns = int(params.measurement_intervals * NS_PER_S / min(hz, Fraction(1)))
     told_hz = Fraction(int(hz * 10), 10)  # as in the heartbeat: 0.02 Hz is 0
     return Watch(int(NS_PER_S / hz), told_hz >= MIN_HZ, float(told_hz * window_ns / NS_PER_S),
                  int(NS_PER_S / params.rosmaster_hz), window_ns, round(window_ns * factor),
-                 asked_ns)
+                 params.active_request_after_ns)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
 from desim import ports
+from desim.middleware.presets import Preset, filled
 from desim.middleware.tcp import TcpParams
 from desim.middleware.tcp.parameters import in_order
-from desim.units import Duration, Pace, Period
+from desim.units import NS_PER_S, Duration, Pace, Period
 
 
 class Retries(NamedTuple):
@@ -25,6 +26,9 @@ class Retries(NamedTuple):
         return min(2 * period_ns, self.most_ns) if period_ns else self.first_ns
 
 
+CLIENTS: dict[str, Preset] = {"rospy": {
+    "master_retry": "200 ms", "reconnect_first": "1 s", "reconnect_most": "32 s",
+    "connect_timeout": "30 s", "poll": "0 s", "parameters": 0}}
 # What rospy tries again: ENETUNREACH, ETIMEDOUT, EHOSTUNREACH and the like, but no refusal and no
 # reset (tcpros_base.py).
 _UNREACHED = ("timeout", "unreachable")
@@ -36,23 +40,22 @@ class RosParams(ports.Params):
 
     client: Literal["roscpp", "rospy"] = Field("roscpp", description=(
         "whose schedules: that of C++ or of Python nodes (noetic)"))
-    master_retry_ns: Pace | None = Field(None, description=(
-        "a registration that failed is tried again after (null: 50 ms in roscpp, master.cpp; "
-        "200 ms in rospy, registration.py)"))
-    reconnect_first_ns: Pace | None = Field(None, description=(
-        "a link that broke is tried again after (null: 0.1 s in roscpp, "
-        "transport_publisher_link.cpp; 1 s in rospy, tcpros_base.py)"))
-    reconnect_most_ns: Pace | None = Field(None, description=(
-        "longest time between two such tries, to which they double (null: 20 s in roscpp, 32 s "
-        "in rospy)"))
+    master_retry_ns: Pace = Field("50 ms", description=(
+        "a registration that failed is tried again after (roscpp 50 ms, master.cpp; rospy 200 ms, "
+        "registration.py)"))
+    reconnect_first_ns: Pace = Field("0.1 s", description=(
+        "a link that broke is tried again after (roscpp 0.1 s, transport_publisher_link.cpp; "
+        "rospy 1 s, tcpros_base.py)"))
+    reconnect_most_ns: Pace = Field("20 s", description=(
+        "longest time between two such tries, to which they double (roscpp 20 s, rospy 32 s)"))
     connect_timeout_ns: Period | None = Field(None, description=(
-        "patience with a connection (null: TCP's in roscpp; 30 s in rospy, tcpros_base.py)"))
+        "patience with a connection (null: TCP's; roscpp null, rospy 30 s, tcpros_base.py)"))
     poll_ns: Duration = Field("100 ms", description=(
         "rounds of a roscpp process between which it sends requestTopic, and looks whether that "
-        "has been answered (xmlrpc_manager.cpp server_.work); 0 s: at once, as rospy does"))
+        "has been answered (xmlrpc_manager.cpp server_.work; rospy 0 s: at once)"))
     parameters: int = Field(5, ge=0, description=(
         "parameters that a roscpp process asks its master for, one after another, before it "
-        "registers a subscription (statistics.cpp)"))
+        "registers a subscription (statistics.cpp; rospy 0)"))
     start_ns: Duration = Field("10 ms", description=(
         "the first round of a process begins up to so long before its nodes (ours, for hosts that "
         "start in one instant)"))
@@ -67,10 +70,15 @@ class RosParams(ports.Params):
         "subscribers ask for links without Nagle's algorithm (roscpp default)"))
     tcp: TcpParams = Field(default_factory=TcpParams, description="see docs/middleware/tcp.md")
 
+    @model_validator(mode="before")
+    @classmethod
+    def _of_client(cls, given: Any) -> Any:
+        return filled(given, "client", "roscpp", CLIENTS)
+
     @model_validator(mode="after")
     def _retries_in_order(self) -> RosParams:
-        connections = schedules(self).connections
-        in_order("reconnect_first", connections.first_ns, "reconnect_most", connections.most_ns)
+        in_order("reconnect_first", self.reconnect_first_ns, "reconnect_most",
+                 self.reconnect_most_ns)
         return self
 
 
@@ -89,21 +97,13 @@ class Schedules(NamedTuple):
     nodelay: bool
 
 
-_S = 1_000_000_000
-
-
 def schedules(params: RosParams) -> Schedules:
-    """Those of ``params.client``, with what ``params`` says in place of it."""
-    if params.client == "roscpp":
-        master_retry_ns, first_ns, most_ns, patience_ns = _S // 20, _S // 10, 20 * _S, None
-        reasons, requests = None, None
-    else:
-        master_retry_ns, first_ns, most_ns, patience_ns = _S // 5, _S, 32 * _S, 30 * _S
-        reasons, requests = _UNREACHED, Retries(_S, 32 * _S, (*_UNREACHED, "reset", "fin"))
-    return Schedules(
-        params.client, params.master_retry_ns or master_retry_ns,
-        Retries(params.reconnect_first_ns or first_ns, params.reconnect_most_ns or most_ns,
-                reasons),
-        params.connect_timeout_ns or patience_ns, requests,
-        params.poll_ns if params.client == "roscpp" else 0, params.start_ns,
-        params.parameters if params.client == "roscpp" else 0, params.tcp_nodelay)
+    """What follows from ``params``."""
+    connections = Retries(params.reconnect_first_ns, params.reconnect_most_ns, None)
+    requests = None
+    if params.client == "rospy":
+        connections = connections._replace(reasons=_UNREACHED)
+        requests = Retries(NS_PER_S, 32 * NS_PER_S, (*_UNREACHED, "reset", "fin"))
+    return Schedules(params.client, params.master_retry_ns, connections,
+                     params.connect_timeout_ns, requests, params.poll_ns, params.start_ns,
+                     params.parameters, params.tcp_nodelay)

@@ -7,22 +7,18 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from desim import ports
+from desim.middleware.presets import Preset, filled
 from desim.middleware.tcp.parameters import TcpParams, in_order
 from desim.units import PACE, ByteSize, Duration, Pace, Period
 
-# What the presets differ in.
-PRESETS: dict[str, dict[str, Any]] = {
-    "zenoh": {"lease": "10 s", "keep_alive": 4, "open_timeout": "10 s", "wait_before_close": "5 s"},
-    "rmw_zenoh": {"lease": "60 s", "keep_alive": 2, "open_timeout": "60 s",
-                  "wait_before_close": "60 s"},
-    "rmw_zenoh_2024": {"lease": "10 s", "keep_alive": 4, "open_timeout": "10 s",
-                       "wait_before_close": "5 s"},
-}
+_ZENOH = {"lease": "10 s", "keep_alive": 4, "open_timeout": "10 s", "wait_before_close": "5 s"}
+PRESETS: dict[str, Preset] = {"zenoh": _ZENOH, "rmw_zenoh": {}, "rmw_zenoh_2024": _ZENOH}
 
 
 class ZenohParams(ports.Params):
-    """``preset`` gives the defaults of lease, keep_alive, open_timeout and wait_before_close. What
-    is "measured" was seen between routers of zenoh 1.10.2."""
+    """Defaults are those of ``rmw_zenoh``; another ``preset`` changes lease, keep_alive,
+    open_timeout and wait_before_close. What is "measured" was seen between routers of zenoh 1.10.2.
+    """
 
     preset: Literal["zenoh", "rmw_zenoh", "rmw_zenoh_2024"] = Field("rmw_zenoh", description=(
         "the defaults of zenoh (DEFAULT_CONFIG.json5), of rmw_zenoh, or of rmw_zenoh as of October "
@@ -91,7 +87,4 @@ class ZenohParams(ports.Params):
     @model_validator(mode="before")
     @classmethod
     def _from_preset(cls, values: Any) -> Any:
-        if not isinstance(values, dict):
-            return values
-        preset = values.get("preset", "rmw_zenoh")
-        return {**PRESETS.get(preset, {}), **values} if isinstance(preset, str) else values
+        return filled(values, "preset", "rmw_zenoh", PRESETS)
