@@ -76,6 +76,32 @@ def test_what_a_latched_topic_says_again_is_not_lost(name):
     assert counts.published == account(net) == 2
 
 
+def unseen(net):
+    """What a says ten times a second to each host that it does not know of then."""
+    said = {"b": 0, "c": 0}
+    for host in said:
+        known = [(row[0], row[4] == "online") for row in net.rows("sees")
+                 if row[2:4] == ("a", host)]
+        for k in range(SAID):
+            said[host] += not any([now for at, now in known if at <= k * S // 10][-1:])
+    return sum(said.values())
+
+
+@pytest.mark.parametrize(("preset", "missed"), [("fastdds", 56), ("cyclonedds", 181)])
+def test_dds_says_it_to_nobody_from_the_end_of_a_lease_until_they_meet_again(monkeypatch, preset,
+                                                                             missed):
+    """Cut off from 20 s to 45 s. A writer of Fast DDS forgets b when its lease of 20 s ends, and
+    knows it again with its next announcement; one of Cyclone DDS after 10 s, and 3 s later. Until
+    then samples wait in the writer's history and are overwritten. The twin's lease outlasts the
+    cut."""
+    net = played(preset)
+    assert net.counts("/talk").unmatched == unseen(net) == missed + 3  # and at the start
+    monkeypatch.setitem(MIDDLEWARE, "patient",
+                        lambda: Dds(Dds.Params(preset=preset, lease="60 s")))
+    patient = played("patient")
+    assert patient.counts("/talk").unmatched == unseen(patient) == 3
+
+
 def test_the_twin_does_not_see_who_listens(monkeypatch):
     monkeypatch.setattr(Publisher, "count_unmatched", lambda self: None)
     net = played("zenoh")
