@@ -15,10 +15,11 @@ from desim.middleware.dds.dds import Dds
 from desim.ports.cases import Check
 from desim.validation.bench import Bench, Lossy, Speaker, within
 
-# Preset: hosts, topics, kB in the first 15 s; of Cyclone DDS with AllowMulticast spdp.
+# Preset: hosts, topics, kB in the first 15 s; of Cyclone DDS with AllowMulticast spdp. Runs differ
+# by what the machine has to do: Fast DDS with 4 hosts and 10 topics took 397, 414, 415 and 478 kB.
 DISCOVERY = {
     "fastdds_2_9": ((2, 0, 43.8), (2, 1, 46.7), (2, 10, 77.8), (3, 3, 143.3), (4, 0, 226),
-                    (4, 1, 246), (4, 10, 478), (6, 1, 650), (8, 0, 1178), (8, 10, 2329)),
+                    (4, 1, 246), (4, 10, 415), (6, 1, 650), (8, 0, 1178), (8, 10, 2329)),
     "cyclonedds_11_0": ((2, 0, 19.7), (2, 1, 21.9), (2, 10, 37.5), (3, 3, 76.7), (4, 0, 122),
                         (4, 1, 132), (4, 10, 231), (6, 1, 351), (8, 0, 525), (8, 10, 1253)),
 }

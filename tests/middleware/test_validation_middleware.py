@@ -121,3 +121,8 @@ def test_rows_agree_and_their_twin_does_not(monkeypatch, twin):
     assert rows and [check for check in rows if not check.holds] == []
     twin.wrong(monkeypatch)
     assert not all(check.holds for check in twin.rows())
+
+
+def test_heard_again_over_masters_that_fetch_in_half_the_time_is_too_soon():
+    assert all(check.holds for check in multimaster.heard_again())
+    assert not any(check.holds for check in multimaster.heard_again(sync_delay="1 s"))

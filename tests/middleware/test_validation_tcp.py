@@ -57,7 +57,7 @@ def no_selective_acknowledgements(monkeypatch):
 TWINS = [
     Twin(tcp.nagle, delayed_acknowledgements),
     Twin(lambda: tcp.cuts(tcp.CUTS[1:2]), longer_timeouts),
-    Twin(lambda: tcp.cuts(tcp.CUTS[10:11]), no_word_of_addresses),
+    Twin(lambda: tcp.cuts(tcp.CUTS[11:12]), no_word_of_addresses),
     Twin(lambda: tcp.bulk(tcp.BUSY[1:2], seeds=1, seconds=60), half_the_window),
     Twin(lambda: tcp.lossy(tcp.LOSSY[2:3], seeds=1), no_selective_acknowledgements),
 ]
