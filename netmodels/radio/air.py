@@ -85,6 +85,7 @@ class Air:
         self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
         self._alone = len(self.members) == 1
+        self._plain = self._alone and not any(self._judged)  # whoever hears a frame may have it
         self._seen: list[np.ndarray] = []
 
     def send(self, number: int, frame: ports.Frame, size_bytes: int, last_bytes: int, rate: int,
@@ -140,21 +141,18 @@ class Air:
         """Take what has been decided, see who is where, then tell. (Whoever is told may send again
         at once, and a new frame may have the place of one in question.)"""
         self._settled_ns = now_ns
-        decided, hosts = [], self._hosts
+        decided, attempts, queued, plain = [], self._attempts, self._waiting, self._plain
         for _, what, station, position, hearer, packet in self.stations.advance(now_ns):
-            if what in self._attempts:
-                self.stations.choose(station, hearer, self._attempts[what](station, hearer))
+            if what in attempts:
+                self.stations.choose(station, hearer, attempts[what](station, hearer))
                 continue
-            number = station // hosts
-            if hearer >= 0 and hearer // hosts != number:
-                continue  # a broadcast of another radio's, or what is left of it
-            waiting = self._waiting[station, position]
-            if what == HEARD or what == RECEIVED and self._judged[number]:
-                if not self._passes(waiting, station, what, hearer % hosts, packet):
+            waiting = queued[station, position]
+            if not plain:
+                if not self._concerns(waiting, station, what, hearer, packet):
                     continue
-                what = RECEIVED
-            if waiting.note(what, hearer % hosts, packet):
-                del self._waiting[station, position]
+                what, hearer = RECEIVED if what == HEARD else what, hearer % self._hosts
+            if waiting.note(what, hearer, packet):
+                del queued[station, position]
                 decided.append((what, station, waiting))
         self._look_around(now_ns)
         for what, station, waiting in decided:
@@ -192,6 +190,16 @@ class Air:
                                        if first <= finder < first + self._hosts])
         else:
             waiting.tell(context)
+
+    def _concerns(self, waiting: Waiting, station: int, what: int, hearer: int, packet: int
+                  ) -> bool:
+        """Whether an outcome is one of this frame's own radio, and no rule has anything against it.
+        """
+        number = station // self._hosts
+        if hearer >= 0 and hearer // self._hosts != number:
+            return False  # a broadcast of another radio's, or what is left of it
+        return not (what == HEARD or what == RECEIVED and self._judged[number]) or self._passes(
+            waiting, station, what, hearer % self._hosts, packet)
 
     def _passes(self, waiting: Waiting, station: int, what: int, receiver: int, packet: int
                 ) -> bool:

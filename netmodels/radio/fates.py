@@ -62,9 +62,15 @@ class Waiting:
         """The broadcast is over. Where ``finders`` have found nothing of it, others were louder."""
         frame, got = self.frame, self.got
         among, whole = frame.among, (1 << frame.segments) - 1
-        fates = [(_ARRIVED, among(host for host in sorted(got) if got[host] == whole))]
-        fates += [(ports.Drop(reason), among(host for host in sorted(packets)
-                                             if packets[host] == whole))
+
+        def at(packets: dict[int, int]) -> list[int]:
+            """At whom this is the fate of all packets."""
+            hosts = sorted(packets)
+            return among(hosts if whole == 1 else [
+                host for host in hosts if packets[host] == whole])
+
+        fates = [(_ARRIVED, at(got))]
+        fates += [(ports.Drop(reason), at(packets))
                   for reason, packets in sorted(self.lost.items())]
         known = {host for _, hosts in fates for host in hosts}
         if frame.segments > 1:
@@ -72,7 +78,7 @@ class Waiting:
             parted = among(sorted(found - known))
             self._tell_in_part(context, parted)
             known.update(parted)
-        fates.append((_COLLISION, among(host for host in finders if host not in known)))
+        fates.append((_COLLISION, among([host for host in finders if host not in known])))
         for fate, receivers in fates:
             if receivers:
                 context.settle_many(frame, receivers, fate)

@@ -23,7 +23,7 @@ RTS, CTS, DATA, ACK = range(4)
 RECEIVED, MISSED, DONE, DROPPED, EXPIRED, ACKED, FAILED, HEARD = range(8)  # outcomes
 
 
-STATION = np.dtype([  # kept small, for the future is tried out on copies
+STATION = np.dtype([  # 256 B, for the future is tried out on copies
     ("key", "u8"),  # of its random numbers
     # Its reception: what it hears in mW; at what power what it receives, without error with which
     # chance so far (its log), interference accounted for until when. Until when it looks for
@@ -40,35 +40,34 @@ STATION = np.dtype([  # kept small, for the future is tried out on copies
     # announced, and its reservation if it is.
     ("since", "i8"), ("occupied", "i8"), ("nav", "i8"), ("eifs", "i8"), ("ready", "i8"),
     ("doubt", "i8"), ("announced", "i8"),
-    # What is due next: of its contention (START, TIMEOUT), its transmission
-    # (DETECT, HEADER, END), and the
-    # answer that it owes.
+    # What is due next: of its contention (START, TIMEOUT), its transmission (DETECT, HEADER, END),
+    # and the answer that it owes.
     ("contention", "i8"), ("air", "i8"), ("answer", "i8"),
     # When its transmission has begun and will end.
     ("begun", "i8"), ("ends", "i8"),
     # Counters: transmissions of data, failed ones (no reply), packets given up.
-    ("transmitted", "i8"), ("failures", "i8"), ("dropped", "i8"),
+    ("transmitted", "i4"), ("failures", "i4"), ("dropped", "i4"),
     ("index", "i4"),  # its number
     ("first", "i4"), ("last", "i4"),  # links[first:last] are those that hear it
     # How many signals it hears, whose it receives (-1: none), and whose is the strongest that came
     # since it looks for preambles.
     ("signals", "i4"), ("lock", "i4"), ("strongest", "i4"),
-    # Slots that are left; the window that they are drawn from; how many draws there were.
-    ("count", "i4"), ("window", "i4"), ("draws", "i8"),
-    # Its queue, a ring: the first frame's position, how many there are, how many packets of the
-    # first are done.
-    ("head", "i4"), ("length", "i4"), ("part", "i4"),
+    # How many draws there were of slots that are left, of a window.
+    ("draws", "i4"), ("count", "i2"), ("window", "i2"),
+    # Its queue, a ring: how many packets of the first frame are done, its position, how many frames
+    # there are.
+    ("part", "i4"), ("head", "i2"), ("length", "i2"),
     # To whom it transmits (-1: all), for how long after that the medium is reserved; how many
     # transmissions there were. Whom to answer.
     ("to", "i4"), ("reserve", "i4"), ("number", "i4"), ("peer", "i4"),
-    # Whether the medium is busy; what it does. Failures of the present packet; of the station in a
-    # row. Whether its receiver has the present packet.
-    ("busy", "i1"), ("role", "i1"), ("tries", "i2"), ("failed", "i2"), ("got", "i1"),
-    # Whether it takes no notice of energy until something new comes; whether it goes without a
-    # backoff if the medium stays idle.
-    ("deaf", "i1"), ("direct", "i1"),
+    # Failures of the present packet; of the station in a row.
+    ("tries", "u1"), ("failed", "u1"),
+    # Whether the medium is busy; what it does; whether its receiver has the present packet. Whether
+    # it takes no notice of energy until something new comes; whether it goes without a backoff if
+    # the medium stays idle.
+    ("busy", "i1"), ("role", "i1"), ("got", "i1"), ("deaf", "i1"), ("direct", "i1"),
     # Whether it is on the air, with what, at which rate; what to answer.
-    ("on", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply", "i1"),
+    ("on", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply", "i1"), ("_", "i1"),
 ])
 
 # A frame in a queue: until when it may begin, receiver (-1: all), how many packets, size of each
