@@ -56,6 +56,14 @@ def told(error: BaseException) -> str:
     return kind if line == kind else f"{kind}: {line}"
 
 
+def printable(text: str) -> str:
+    """What somebody else wrote, without what a terminal would take for commands."""
+    if text.isprintable():
+        return text
+    return "".join(letter if letter.isprintable() or letter == "\n" else repr(letter)[1:-1]
+                   for letter in text)
+
+
 def did_you_mean(word: str, known) -> str:
     """`` (did you mean 'rate'?)`` for the nearest of ``known``, or an empty string."""
     import difflib

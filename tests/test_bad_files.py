@@ -70,6 +70,39 @@ def test_a_key_gives_a_terminal_no_commands(said, tmp_path):
     assert code == 2 and "\x1b" not in lines[0] and r"\x1b[31mred: unknown key" in lines[0]
 
 
+LOUD = """
+from desim import ports
+
+
+class Loud:
+    class Params(ports.Params):
+        pass
+
+    def __init__(self, params):
+        pass
+
+    def choose(self, view):
+        raise ValueError("\\x1b[31mred")
+"""
+
+
+def test_nor_do_labels_and_errors_of_plug_ins(said, tmp_path):
+    """Commands of the terminal: ESC and CSI, which may also move its title or its cursor."""
+    (tmp_path / "loud.py").write_text(LOUD)
+    (tmp_path / "s.yaml").write_text("name: s\nstop: {elapsed: 1 s}\n"
+                                     "coordination: {strategy: 'loud:Loud'}\n")
+    (tmp_path / "d.yaml").write_text(
+        'name: d\nbase: s.yaml\niterations: 1\n'
+        'parameters: {fleet: {levels: {"\\e[31mred": {fleet.size: 1}, "\\e]0;t\\a": '
+        '{fleet.size: 2}}}}\n')
+    for code, words in ((1, ("run", "s.yaml")), (0, ("sweep", "d.yaml", "--dry-run")),
+                        (1, ("sweep", "d.yaml", "--jobs", "1")), (0, ("report", "results/d"))):
+        done, lines = said(*words)
+        assert done == code and not any("\x1b" in line or "\x9b" in line or "\a" in line
+                                        for line in lines), lines
+    assert any(r"fleet=\x1b[31mred" in line for line in said("sweep", "d.yaml", "--dry-run")[1])
+
+
 def test_a_stop_condition_that_leaves(said, tmp_path):
     (tmp_path / "f.yaml").write_text("name: f\nstop: {when: 'sys:exit', elapsed: 10 s}\n")
     code, lines = said("run", "f.yaml", "--quiet")

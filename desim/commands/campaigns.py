@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from desim.commands.ending import compiling, ended_in_order, exits
+from desim.commands.ending import compiling, ended_in_order, exits, say
 
 DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False,
                                             help="a design's YAML file")]
@@ -82,7 +82,7 @@ def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_def
         chosen = read_design(str(design))[0] if design else Campaign(campaign).design
         page = write(campaign, chosen, out)
         if not quiet:
-            typer.echo(f"report: {page}")
+            say(f"report: {page}")
 
 
 def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
@@ -123,6 +123,6 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
         page = write(folder, plan.design)
         if not quiet:
             tell(folder, plan.design)
-            typer.echo(f"report: {page}")
+            say(f"report: {page}")
         if failed:
             raise typer.Exit(1)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from desim.commands.campaigns import DesignPath
-from desim.commands.ending import compiling, exits
+from desim.commands.ending import compiling, exits, say
 
 
 def add_to(app: typer.Typer) -> None:
@@ -42,6 +42,6 @@ def deploy(design: DesignPath,
             plan = Told(as_json).planned(load_design(design))
         deployment = deploying.planned(plan, cluster)
         if as_json:
-            typer.echo(json.dumps(deployment, indent=2))
+            say(json.dumps(deployment, indent=2))
             return
         deploying.show(deployment)

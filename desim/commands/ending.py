@@ -13,7 +13,7 @@ from contextlib import contextmanager
 import typer
 
 from desim.addressspace import refuse_small
-from desim.errors import InputError
+from desim.errors import InputError, printable
 
 TRACEBACK = "--traceback"
 
@@ -28,11 +28,11 @@ def exits() -> Iterator[None]:
     except typer.Exit:
         raise
     except InputError as error:
-        typer.echo(printable(str(error)), err=True)
+        say(str(error), err=True)
         raise typer.Exit(2) from None
     except KeyboardInterrupt as stopped:
         kept = f"; what there is until then: {stopped}" if str(stopped) else ""
-        typer.echo(f"interrupted{kept}", err=True)
+        say(f"interrupted{kept}", err=True)
         raise typer.Exit(130) from None
     except BrokenPipeError:
         raise typer.Exit(1) from None
@@ -41,16 +41,15 @@ def exits() -> Iterator[None]:
 
         found = blame(error)
         if not found.stranger or TRACEBACK in sys.argv:
-            traceback.print_exc()
-        typer.echo(f"{found.line}\nthis repeats it:\n  {command_line()}" if found.stranger
-                   else f"desim failed; this repeats it:\n  {command_line()}", err=True)
+            say(traceback.format_exc().rstrip(), err=True)
+        say(f"{found.line}\nthis repeats it:\n  {command_line()}" if found.stranger
+            else f"desim failed; this repeats it:\n  {command_line()}", err=True)
         raise typer.Exit(1) from None
 
 
-def printable(text: str) -> str:
-    """What somebody else wrote, without what a terminal would take for commands."""
-    return "".join(letter if letter.isprintable() or letter == "\n" else repr(letter)[1:-1]
-                   for letter in text)
+def say(text: str, err: bool = False) -> None:
+    """A line, or several, on the terminal; what somebody else wrote is text there."""
+    typer.echo(printable(text), err=err)
 
 
 @contextmanager
@@ -73,7 +72,7 @@ def compiling_inside(quiet: bool) -> Iterator[None]:
     says so where some have to be compiled, which takes half a minute."""
     from desim.report.compiling import announced
 
-    with announced(lambda: None if quiet else typer.echo(
+    with announced(lambda: None if quiet else say(
             "compiling numerical kernels (first run with these models only)...", err=True)):
         yield
 
@@ -85,14 +84,14 @@ def compiling(quiet: bool) -> Iterator[None]:
 
     begin_s = None
 
-    def say() -> None:
+    def told() -> None:
         nonlocal begin_s
         begin_s = time.perf_counter()
         if not quiet:
-            typer.echo("compiling numerical kernels (first run only)...", err=True)
+            say("compiling numerical kernels (first run only)...", err=True)
 
     try:
-        with announced(say):
+        with announced(told):
             yield
     except RuntimeError as error:
         if "cannot cache function" not in str(error):
@@ -100,4 +99,4 @@ def compiling(quiet: bool) -> Iterator[None]:
         raise InputError("compiled kernels can be kept neither beside desim nor in the home "
                          "folder; set NUMBA_CACHE_DIR to a folder that can be written") from error
     if begin_s is not None and not quiet:
-        typer.echo(f"compiled in {time.perf_counter() - begin_s:.1f} s", err=True)
+        say(f"compiled in {time.perf_counter() - begin_s:.1f} s", err=True)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from desim.commands.ending import compiling, compiling_inside, exits
+from desim.commands.ending import compiling, compiling_inside, exits, say
 from desim.errors import InputError
 
 
@@ -32,7 +32,7 @@ def net(context: typer.Context,
 
         if usage or case is None:
             with compiling(False):
-                typer.echo(cases.overview() if case is None else cases.usage(case))
+                say(cases.overview() if case is None else cases.usage(case))
         elif case == cases.FLEET:
             _net_fleet(context.args, seed, as_json)
         elif case == cases.LAYOUT:
@@ -42,31 +42,29 @@ def net(context: typer.Context,
 
 
 def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
-    from rich.console import Console
-
     from desim import options, plugins
     from desim.report import cases
+    from desim.report.terminal import Terminal
 
     with compiling(as_json):
         from desim.experiment.netcase import play
         params = options.parsed(words, plugins.parameters("case", case), ("seed", "json"))
     from desim.report.live import how_far
 
-    with options.as_options(), compiling_inside(as_json), how_far(Console(stderr=True)) as watch:
+    with options.as_options(), compiling_inside(as_json), how_far(Terminal(stderr=True)) as watch:
         measures = play(plugins.load("case", case)(params).setup(), seed, watch)
     settings = params.model_dump(mode="json", by_alias=True)
     if as_json:
         _echo_json({"case": case, "seed": seed, "settings": settings, **measures})
         return
-    typer.echo(cases.title(case, seed, settings))
-    Console().print(cases.measures_table(measures))
+    say(cases.title(case, seed, settings))
+    Terminal().print(cases.measures_table(measures))
 
 
 def _net_layout(words: list[str], seed: int, as_json: bool) -> None:
-    from rich.console import Console
-
     from desim import plugins
     from desim.report import cases
+    from desim.report.terminal import Terminal
     from desim.scenario import blockfile
 
     with compiling(as_json):
@@ -75,7 +73,7 @@ def _net_layout(words: list[str], seed: int, as_json: bool) -> None:
     from desim.report.live import how_far
 
     try:
-        with how_far(Console(stderr=True)) as watch:
+        with how_far(Terminal(stderr=True)) as watch:
             measures = play(plugins.load("case", cases.LAYOUT)(written.params).setup(), seed, watch)
     except InputError as error:
         raise written.placed(error) from error
@@ -83,8 +81,8 @@ def _net_layout(words: list[str], seed: int, as_json: bool) -> None:
         settings = written.params.model_dump(mode="json", by_alias=True)
         _echo_json({"case": cases.LAYOUT, "seed": seed, "settings": settings, **measures})
         return
-    typer.echo(cases.layout_title(written.params, seed))
-    Console().print(cases.measures_table(measures))
+    say(cases.layout_title(written.params, seed))
+    Terminal().print(cases.measures_table(measures))
 
 
 def _only_file(words: list[str]) -> str:
@@ -115,8 +113,8 @@ def _net_fleet(words: list[str], seed: int | None, as_json: bool) -> None:
                     "settings": question.model_dump(mode="json", by_alias=True), **found,
                     "carries": carries, "verdict": said})
         return
-    typer.echo(f"{loaded.scenario.name}, seed {loaded.scenario.seed}: {fleetload.told(found)}")
-    typer.echo(said)
+    say(f"{loaded.scenario.name}, seed {loaded.scenario.seed}: {fleetload.told(found)}")
+    say(said)
 
 
 def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
@@ -147,7 +145,7 @@ def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_d
                 said = draw(loaded.scenario, at, medium, target)
         except InputError as error:
             raise loaded.placed(error) from error
-        typer.echo(f"{said}\n{target}")
+        say(f"{said}\n{target}")
 
 
 def validate(only: Annotated[list[str], typer.Option(
@@ -165,7 +163,7 @@ def validate(only: Annotated[list[str], typer.Option(
         if as_json:
             _echo_json({"checks": len(rows), "failed": failed, "rows": rows})
         else:
-            typer.echo(f"{len(rows) - failed} of {len(rows)} within tolerance")
+            say(f"{len(rows) - failed} of {len(rows)} within tolerance")
         if failed:
             raise typer.Exit(1)
 
@@ -177,4 +175,4 @@ def _say_nothing(_: str) -> None:
 def _echo_json(value: Any) -> None:
     import json
 
-    typer.echo(json.dumps(value, indent=2))
+    say(json.dumps(value, indent=2))

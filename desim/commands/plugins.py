@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from desim.commands.ending import exits
+from desim.commands.ending import exits, say
 
 
 def add_to(app: typer.Typer) -> None:
@@ -20,7 +20,7 @@ def plugins() -> None:
     with exits():
         from desim.report.catalogue import listing
 
-        typer.echo(listing())
+        say(listing())
 
 
 def describe(plugin: Annotated[str, typer.Argument(
@@ -30,7 +30,7 @@ def describe(plugin: Annotated[str, typer.Argument(
     with exits():
         from desim.report.catalogue import description
 
-        typer.echo(description(plugin))
+        say(description(plugin))
 
 
 def schema() -> None:
@@ -40,4 +40,4 @@ def schema() -> None:
 
         from desim.scenario.schema import Scenario
 
-        typer.echo(json.dumps(Scenario.model_json_schema(by_alias=True), indent=2))
+        say(json.dumps(Scenario.model_json_schema(by_alias=True), indent=2))

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from desim.commands.ending import command_line, compiling, compiling_inside, exits
+from desim.commands.ending import command_line, compiling, compiling_inside, exits, say
 
 RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False)]
 
@@ -41,11 +41,10 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
             # Complaints about the scenario come before anything is compiled but its plug-ins.
             loaded = load(scenario, changes, seed)
             from desim import api
-        from rich.console import Console
-
         from desim.report.live import watching
+        from desim.report.terminal import Terminal
 
-        console = Console()
+        console = Terminal()
         watch = None if quiet else watching(console)
         if check:
             from desim.report.checking import checked
@@ -57,10 +56,10 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
         if not quiet:
             _show(finished, console)
         if check and parted:
-            typer.echo(f"the run does not repeat itself:\n{parted}", err=True)
+            say(f"the run does not repeat itself:\n{parted}", err=True)
             raise typer.Exit(1)
         if check and not quiet:
-            typer.echo("run twice: every row of the trace is the same")
+            say("run twice: every row of the trace is the same")
 
 
 def _show(finished: Any, console: Any) -> None:
@@ -69,13 +68,12 @@ def _show(finished: Any, console: Any) -> None:
     manifest = finished.manifest
     console.print(result_table(finished.metrics, manifest))
     console.print(f"digest {manifest['digest']}\nresults in {finished.path}", highlight=False,
-                  soft_wrap=True)
+                  markup=False, soft_wrap=True)
     for warning in finished.metrics["warnings"]:
-        typer.echo(f"warning: {warning}", err=True)
+        say(f"warning: {warning}", err=True)
     if "differs_from_earlier" in manifest:
-        typer.echo("warning: an earlier run of the same scenario, seed and versions had the "
-                   f"digest {manifest['differs_from_earlier']}; desim run --check tells more",
-                   err=True)
+        say("warning: an earlier run of the same scenario, seed and versions had the digest "
+            f"{manifest['differs_from_earlier']}; desim run --check tells more", err=True)
 
 
 def trace(path: RunPath,
@@ -96,8 +94,8 @@ def trace(path: RunPath,
         at_ns = None if at is None else _instant(at)
         with compiling(False):
             from desim.report import following
-        typer.echo(following.told(path, message) if message is not None
-                   else following.listed(path, topic, dropped, at_ns))
+        say(following.told(path, message) if message is not None
+            else following.listed(path, topic, dropped, at_ns))
 
 
 def diff(first: RunPath, second: RunPath) -> None:
@@ -106,7 +104,7 @@ def diff(first: RunPath, second: RunPath) -> None:
         with compiling(False):
             from desim.report.checking import difference
         text = difference(first, second)
-        typer.echo(text or "the traces are equal")
+        say(text or "the traces are equal")
         if text:
             raise typer.Exit(1)
 
@@ -122,7 +120,7 @@ def figure(path: RunPath,
             from desim.report.figure import draw
         target = to or path / "figure.png"
         draw(Run(path), target)
-        typer.echo(str(target))
+        say(str(target))
 
 
 def graph(path: RunPath,
@@ -155,13 +153,13 @@ def graph(path: RunPath,
 
             draw(known, to)
         if as_json:
-            typer.echo(json.dumps(report.as_json(known), indent=2))
+            say(json.dumps(report.as_json(known), indent=2))
         elif to is not None:
-            typer.echo(f"{report.headline(known)}\n{to}")
+            say(f"{report.headline(known)}\n{to}")
         else:
-            from rich.console import Console
+            from desim.report.terminal import Terminal
 
-            report.show(known, Console())
+            report.show(known, Terminal())
 
 
 def _instant(text: str) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from desim.commands.ending import TRACEBACK
+from desim.commands.ending import TRACEBACK, say
 
 _UsageError = typer.BadParameter.__base__  # of click, or of what typer has taken from it
 
@@ -35,4 +35,4 @@ def _tell(error: Any) -> None:
     context, wrong = error.ctx, error.format_message()
     if wrong:
         command = "desim" if context.parent is None else f"desim {context.info_name}"
-        typer.echo(f"{wrong.rstrip('.')}; allowed: see {command} --help", err=True)
+        say(f"{wrong.rstrip('.')}; allowed: see {command} --help", err=True)

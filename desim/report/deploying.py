@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from pydantic import Field
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -15,6 +14,7 @@ from desim.campaign.imagecopy import round_ends_ns
 from desim.campaign.plan import Plan
 from desim.errors import below
 from desim.ports import Params, natural_key
+from desim.report.terminal import Terminal
 from desim.units import BIT_RATE, BYTE_SIZE, NS_PER_S, BitRate, ByteSize
 
 _WORDS = {
@@ -67,7 +67,7 @@ def _copied(rounds: testbed.Rounds, cluster: Cluster) -> dict[str, Any]:
 
 def show(deployment: dict[str, Any]) -> None:
     """Print it."""
-    console = Console(highlight=False, soft_wrap=True, markup=False, emoji=False)
+    console = Terminal(highlight=False, soft_wrap=True, markup=False, emoji=False)
     nodes = deployment["nodes"]
     machines, per_node = deployment["virtual_machines"], deployment["robots_per_node"]
     console.print(f"{deployment['design']}: {len(nodes)} node{'s' * (len(nodes) != 1)} for "

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from desim.campaign.design import Design
@@ -13,11 +12,12 @@ from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.study import Study
 from desim.report.campaign.tables import Table as Written
 from desim.report.campaign.tables import text_of
+from desim.report.terminal import Terminal
 
 
 def tell(folder: Path, design: Design) -> None:
     """The table of the rungs, and whether the ranking holds."""
-    console = Console(highlight=False, markup=False)  # [s] is a unit
+    console = Terminal(highlight=False, markup=False)  # [s] is a unit
     study = Study(folder, design)
     metric = design.report.metrics[0]
     found = rungs.compared(study, Estimates(study), metric)

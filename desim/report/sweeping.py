@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -28,6 +27,7 @@ from desim.campaign.plan import Plan
 from desim.campaign.prediction import finished_costs, forecast
 from desim.campaign.work import Row
 from desim.experiment.results import FAILED
+from desim.report.terminal import Terminal
 
 LINE_EVERY_S = 10.0  # where there is no terminal
 _AGAIN_S = 3.0
@@ -40,7 +40,7 @@ class Told:
     """What people are told while a campaign is planned and run; nothing if ``quiet``."""
 
     def __init__(self, quiet: bool) -> None:
-        self._console = Console(quiet=quiet, highlight=False, soft_wrap=True, markup=False,
+        self._console = Terminal(quiet=quiet, highlight=False, soft_wrap=True, markup=False,
                                 emoji=False)  # labels are text
 
     def planned(self, loaded: LoadedDesign) -> Plan:
@@ -183,7 +183,7 @@ class Told:
 class _Lines:
     """A line now and then, for logs."""
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: Terminal) -> None:
         self._console, self._next_s = console, time.monotonic() + LINE_EVERY_S
 
     def tell(self, text: str) -> None:

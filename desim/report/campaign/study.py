@@ -16,7 +16,7 @@ from desim.campaign.columns import FIXED
 from desim.campaign.design import Design, LatinHypercube, Saltelli, Sobol
 from desim.campaign.quantities import SUFFIXES
 from desim.campaign.table import RAISED
-from desim.errors import InputError, did_you_mean
+from desim.errors import InputError, did_you_mean, printable
 from desim.experiment.results import FAILED
 
 # Instants that a run may be stopped before: null is later than ``simulated_s``.
@@ -102,8 +102,9 @@ class Study:
         return column
 
     def words(self, name: str) -> np.ndarray:
-        """A column [runs] of text or None."""
-        return np.array(self._table[name].to_pylist(), object)
+        """A column [runs] of text that can be printed, or None."""
+        return np.array([printable(text) if isinstance(text, str) else text
+                         for text in self._table[name].to_pylist()], object)
 
     def has(self, name: str) -> bool:
         """Whether a run has a number of this metric."""
