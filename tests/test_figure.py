@@ -34,6 +34,33 @@ def test_four_panels_are_drawn(run, tmp_path):
             assert len(np.unique(panel, axis=0)) > 20
 
 
+def test_ways_are_bent_as_robots_turn():
+    """A quarter of a circle of 1 m: on it to 4.3 cm, where a straight line is 29 cm off."""
+    yaw_rad = np.array([np.pi / 2, np.pi])
+    x_m, y_m = figure.bent(np.array([1.0, 0.0]), np.array([0.0, 1.0]), yaw_rad)
+    assert (x_m[0], y_m[0], x_m[-1], y_m[-1]) == pytest.approx((1.0, 0.0, 0.0, 1.0))
+    assert np.abs(np.hypot(x_m, y_m) - 1.0).max() < 0.043
+    x_m, y_m = figure.bent(np.array([0.0, 2.0, 2.0]), np.zeros(3), np.array([0.0, 0.0, 2.0]))
+    assert (np.diff(x_m) >= 0).all() and not y_m.any()  # ahead, then a turn on the spot
+    assert len(figure.bent(np.ones(1), np.ones(1), np.ones(1))[0]) == 1
+
+
+def test_a_split_is_shaded_and_named(run, tmp_path, monkeypatch):
+    found = []
+    monkeypatch.setattr(figure, "save", lambda drawn, path: found.append(drawn))
+    split = {"count": 2, "total_s": 3.0, "longest_s": 2.0, "most_parts": 2,
+             "episodes_s": [[1.0, 3.0], [5.0, 6.0]]}
+    monkeypatch.setitem(run.metrics, "partitions", split)
+    figure.draw(run, tmp_path / "figure.png")
+    *_, explored, traffic = found[0].axes
+    for axes in explored, traffic:
+        shaded = [patch.get_extents().transformed(axes.transData.inverted())
+                  for patch in axes.patches]
+        assert [(round(box.x0, 6), round(box.x1, 6)) for box in shaded] == [(1.0, 3.0), (5.0, 6.0)]
+        assert "fleet split, 2 times, 3 s in all" in [
+            text.get_text() for text in axes.get_legend().get_texts()]
+
+
 @pytest.mark.parametrize(("file", "complaint"), [
     ("figure.txt", "{} does not end like a picture; allowed: .png, .pdf, .svg"),
     ("no/figure.png", "{} cannot be written: No such file or directory"),

@@ -24,7 +24,8 @@ from desim.report.ticks import plain
 NAMED = 10  # up to so many robots have a line each in the legend, more share a colour bar
 
 _UNKNOWN, _FREE, _SOLID, _WRONG = "#c9cdd2", "#ffffff", "#2b2f36", "#d62728"
-_DOOR, _MOVER = "#f2b705", "#000000"
+_DOOR, _MOVER, _SPLIT = "#f2b705", "#000000", "#b8a3d9"
+_BENDS = 12  # pieces that the way of a second is drawn in
 _PREFIX = "bytes_per_s:"
 
 
@@ -94,13 +95,34 @@ def _ways(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> list[Artist]:
     for name, colour in colours.items():
         own = rows["robot"] == name
         x_m, y_m = rows["x_m"][own], rows["y_m"][own]
-        keys += axes.plot(x_m, y_m, color=colour, linewidth=1.0, label=name)
+        keys += axes.plot(*bent(x_m, y_m, rows["yaw_rad"][own]), color=colour, linewidth=1.0,
+                          label=name)
         for at, (marker, size) in zip((0, -1), ends.values(), strict=True):
             axes.plot(x_m[at], y_m[at], marker, color=colour, markersize=size,
                       markeredgecolor="black", markeredgewidth=0.5)
     return [Line2D([], [], linestyle="none", marker=marker, markersize=size, label=label,
                    markerfacecolor="white", markeredgecolor="black")
             for label, (marker, size) in ends.items()] + (keys if len(keys) <= NAMED else [])
+
+
+def bent(x_m: np.ndarray, y_m: np.ndarray, yaw_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """[n] points and headings as a line that has these headings there: a cubic Hermite spline.
+
+    Results have a pose a second. Straight lines between them are off the true way by up to 19 cm in
+    the maze at 1.2 m/s, and cut corners; this is off by 6 cm at most, as straight lines between
+    poses at 2 Hz would be, and costs a run nothing.
+    """
+    if len(x_m) < 2:
+        return x_m, y_m
+    s = np.arange(_BENDS) / _BENDS
+    at = np.stack([2 * s**3 - 3 * s**2 + 1, s**3 - 2 * s**2 + s, 3 * s**2 - 2 * s**3, s**3 - s**2])
+    length_m = np.hypot(np.diff(x_m), np.diff(y_m))
+
+    def through(place: np.ndarray, along: np.ndarray) -> np.ndarray:
+        ends = [place[:-1], length_m * along[:-1], place[1:], length_m * along[1:]]
+        return np.append(np.stack(ends, axis=1) @ at, place[-1])
+
+    return through(x_m, np.cos(yaw_rad)), through(y_m, np.sin(yaw_rad))
 
 
 def _doors(axes: Axes, run: Run) -> list[Artist]:
@@ -163,7 +185,17 @@ def _explored(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> None:
              ylabel="share of the reachable area [%]", ylim=(0.0, 103.0),
              xlim=(0.0, max(metrics["simulated_s"], 1e-9)))
     axes.grid(alpha=0.3)
+    _split(axes, run)
     _legend_below(axes, ncols=2)
+
+
+def _split(axes: Axes, run: Run) -> None:
+    """When not every robot could be reached over some others, shaded."""
+    split = run.metrics["partitions"]
+    times = "once" if split["count"] == 1 else f"{split['count']} times"
+    for i, (begin_s, end_s) in enumerate(split["episodes_s"]):
+        axes.axvspan(begin_s, end_s, color=_SPLIT, alpha=0.4, linewidth=0, zorder=0, label=None if i
+                     else f"fleet split, {times}, {split['total_s']:.0f} s in all")
 
 
 def _traffic(axes: Axes, run: Run) -> None:
@@ -178,6 +210,7 @@ def _traffic(axes: Axes, run: Run) -> None:
              xlabel="simulated time [s]", ylabel="contents [kB/s], 1 kB = 1000 bytes",
              xlim=(0.0, max(run.metrics["simulated_s"], 1e-9)))
     axes.grid(alpha=0.3)
+    _split(axes, run)
     if any(samples[name].max() > 0.0 for name in families):
         axes.set_yscale("symlog", linthresh=0.1)
         plain(axes.yaxis)
