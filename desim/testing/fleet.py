@@ -107,6 +107,7 @@ class Fleet:
         self.said: list[Said] = []
         self.faults: list[str] = []
         self.times: dict[tuple[int, int], int] = {}  # number of a word, host: how often heard
+        self._listeners: dict[tuple[str, int], list[int]] = {}
         self._fates: dict[tuple[int, int], str | None] = {}
         self._somebody_stopped = False
         for host in self.hosts:
@@ -134,8 +135,12 @@ class Fleet:
 
     def listeners(self, topic: str, source: int) -> list[int]:
         """Who is to hear what ``source`` says on ``topic``."""
-        return [host for host in range(len(self.hosts))
+        known = self._listeners.get((topic, source))
+        if known is None:
+            known = self._listeners[topic, source] = [
+                host for host in range(len(self.hosts))
                 if host != source and topic in self.listens(host)]
+        return known
 
     # ------------------------------------------------------------------------- what a test does
 

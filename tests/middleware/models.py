@@ -14,7 +14,8 @@ from desim.testing.fleet import HOSTS
 
 S = 10**9
 
-ANY = Patience(stops=(0, 1, 2, 3))
+# Nothing sleeps for longer than it was out of reach, which is a minute at most.
+ANY = Patience(stops=(0, 1, 2, 3), again_ns=75 * S)
 
 
 class Model(NamedTuple):

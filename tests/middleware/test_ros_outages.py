@@ -48,7 +48,7 @@ def noetic(client):
     return Multimaster(Multimaster.Params(preset="fkie_1_3", client=client))
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(CUTS, FAULTS, st.sampled_from(["roscpp", "rospy"]),
        st.sampled_from([one_master, groovy, noetic]))
 def test_every_message_has_one_fate_and_all_come_to_rest(cuts, faults, client, middleware):
@@ -70,7 +70,7 @@ def quiet(node):
     node.timer(1, lambda k: node.publish("/talk", Words("x", 300)))
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(CUTS, st.lists(st.tuples(st.sampled_from("abc"), TENTHS, TENTHS), max_size=3),
        st.sampled_from([one_master, groovy, noetic]))
 def test_what_breaks_for_half_a_minute_heals(cuts, faults, middleware):
