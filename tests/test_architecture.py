@@ -327,6 +327,29 @@ def test_every_rule_has_a_twin():
     assert {rule for rule, _, _ in TWINS} == set(RULES)
 
 
+# ------------------------------------------------------------------------------------- the map
+
+# Folders of which docs/architecture.md says that a file is one of many of a kind.
+OF_A_KIND = {"netmodels/cases", "netmodels/validation", "netmodels/compatible", "netmodels/rules",
+             "desim/validation", "desim/commands", "desim/scenario", "desim/robot/coordination"}
+
+
+def unmapped(files: list[str], text: str) -> list[str]:
+    """Files that ``text`` neither names nor has a folder of a kind for."""
+    return [file for file in files if f"`{file}`" not in text
+            and f"{PurePosixPath(file).name}`" not in text
+            and PurePosixPath(file).parent.as_posix() not in OF_A_KIND]
+
+
+def test_every_file_is_found_in_the_docs():
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    files = [path.relative_to(ROOT).as_posix() for package in ("desim", "netmodels")
+             for path in (ROOT / package).rglob("*.py")
+             if path.name not in ("__init__.py", "kernels.py")]
+    assert unmapped(files, text) == []
+    assert unmapped([*files, "desim/lost.py"], text) == ["desim/lost.py"]
+
+
 # ---------------------------------------------------------------------------------- starting time
 
 
