@@ -84,6 +84,27 @@ def test_a_frame_is_sent_anew_by_each_host_on_its_way():
                            (MS + 3 * 500 * US + 100 * US, "near", "h3", "h2", "arrived")]
 
 
+def test_what_the_first_hop_refuses_was_never_sent_what_a_relay_refuses_was():
+    """Room for one frame: of four at once one is sent. At a relay, where two senders meet, what
+    does not fit any more was on the air."""
+    bench = Bench(multihop(queue=1), row(3))
+    for _ in range(4):
+        bench.send(0, "h0", "h2", size_bytes=1000)
+    bench.run()
+    medium = bench.medium
+    assert medium.dropped["queue_full"] == 3
+    assert (medium.refused_bytes, medium.bytes_on_air) == (3000, 1000)
+
+    bench = Bench(multihop(queue=1), {**row(3), "h9": (10.0, 10.0)})
+    for source in ("h0", "h9"):
+        bench.send(0, source, "h2", size_bytes=1000)
+    bench.send(1500 * US, "h1", "h2", size_bytes=1000)
+    bench.run()
+    medium = bench.medium
+    assert medium.dropped["relay_queue_full"] == 1
+    assert (medium.refused_bytes, medium.bytes_on_air) == (0, 3000)
+
+
 def test_a_frame_may_make_so_many_hops():
     for limit, fate in (2, "hop_limit"), (3, "arrived"):
         bench = Bench(multihop(hop_limit=limit), row(4))

@@ -255,7 +255,7 @@ def mutated(text: str, case: Case) -> bytes:
                 data = yaml.safe_load(text)
                 text = yaml.safe_dump(_changed(data, case), sort_keys=False)
                 continue
-            except (yaml.YAMLError, UnicodeError, TypeError, ValueError):
+            except (yaml.YAMLError, UnicodeError, TypeError, ValueError, RecursionError):
                 how = 3
         lines = text.splitlines(keepends=True) or [""]
         at = luck.randrange(len(lines))
