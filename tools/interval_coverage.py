@@ -41,6 +41,11 @@ def main() -> None:
               f"stopped after {found.mean_n:.0f}")
 
 
+def two_peaked(draw: np.random.Generator, n: int) -> np.ndarray:
+    """One of five runs is far from the others, as one that misses a door is."""
+    return (draw.random(n) < 0.2) + 0.02 * draw.standard_normal(n)
+
+
 def held(truth: float, bounds: Bounds) -> bool:
     low, high = bounds
     return (low is None or low <= truth) and (high is None or truth <= high)
@@ -50,8 +55,10 @@ def cases() -> Iterator[tuple[str, float, Callable[[int], Bounds]]]:
     """What is drawn, the truth, and the bounds that an experiment of a number comes to."""
     draws = {"normal": (0.0, np.random.Generator.standard_normal),
              "exponential": (1.0, np.random.Generator.standard_exponential),
-             "lognormal": (np.exp(0.5), lambda draw, n: draw.lognormal(size=n))}
-    for n, names in ((5, ["normal"]), (10, ["normal"]), (30, list(draws)), (100, list(draws))):
+             "lognormal": (np.exp(0.5), lambda draw, n: draw.lognormal(size=n)),
+             "two-peaked": (0.2, two_peaked)}
+    for n, names in ((5, ["normal", "two-peaked"]), (10, ["normal", "two-peaked"]),
+                     (20, ["two-peaked"]), (30, list(draws)), (100, list(draws))):
         for name in names:
             mean, values = draws[name]
             yield (f"t, {n} {name} values", mean,

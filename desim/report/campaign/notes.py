@@ -55,7 +55,7 @@ def about_few(study: Study, estimates: Estimates, metrics: list[str]) -> str:
         return ""
     return page.paragraph(
         f"Some vectors have fewer than {_MANY} runs, and the values of {wording.listed(doubtful)} "
-        "are not near normal: their 95 % intervals may hold the mean much less often (68.6 % with "
+        "are not near normal: their 95 % intervals may hold the mean much less often (66 % with "
         "5 runs where values have two peaks). More iterations mend it.", "warn")
 
 
