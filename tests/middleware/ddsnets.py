@@ -29,3 +29,9 @@ class Nth:
             return None
         self._count += 1
         return [Drop("unlucky") if self._count in self._numbers else PASS for _ in receivers]
+
+
+def conserved(net, topic="/talk"):
+    """Whether each reception has one fate, or is under way."""
+    counts = net.counts(topic)
+    return counts.intended == counts.delivered + sum(counts.dropped.values()) + net.waiting()
