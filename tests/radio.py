@@ -12,7 +12,7 @@ from netmodels.radio.dcf import DROPPED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.standards import Standard
 
-NS3 = Reception(energy_dbm=-82.0, unaware=True, eifs_at_end=True)
+NS3 = Reception(energy_dbm=-82.0, unaware=True, gives_up=True, eifs_at_end=True)
 LINKS = {"path_loss": {"reference": "46.6777 dB"},  # ns-3's: 6 to 18 Mb/s get 51.46 m far
          "reception": {"preamble": "-82 dBm"}}
 EVERYBODY_MW = 1e-5  # -50 dBm: the rows where nobody captures anything

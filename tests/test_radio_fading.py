@@ -24,6 +24,7 @@ from netmodels.radio.standards import G
 MS = 1_000_000
 FRAMES = 10_000
 ERRORS = 3.3  # standard errors: one chance in a thousand
+LONG = pytest.mark.validation  # another point of the same law is played with the others
 
 
 def rice(k):
@@ -260,8 +261,9 @@ def delivered(mean_dbm, fading, *, broadcast=True, every_ns=20 * MS, frames=FRAM
     return sum(fate == "arrived" for *_, fate in air.run()) / frames
 
 
-@pytest.mark.parametrize(("mean_dbm", "k_db"), [(-82.0, None), (-77.0, None), (-84.0, 7.0),
-                                                (-81.0, 7.0)])
+@pytest.mark.parametrize(("mean_dbm", "k_db"), [
+    (-82.0, None), pytest.param(-77.0, None, marks=LONG), (-84.0, 7.0),
+    pytest.param(-81.0, 7.0, marks=LONG)])
 def test_outage_is_that_of_a_threshold(mean_dbm, k_db):
     """Rayleigh: P(gain mean < threshold) = 1 - exp(-threshold / mean)."""
     fading = {} if k_db is None else {"rician_k": f"{k_db} dB"}
@@ -316,7 +318,7 @@ def test_what_is_heard_only_when_it_fades_up_is_not_forgotten():
 # ------------------------------------------------------------------------- coverage, and the ladder
 
 
-@pytest.mark.parametrize("params", [{}, {"rician_k": "7 dB"}])
+@pytest.mark.parametrize("params", [{}, pytest.param({"rician_k": "7 dB"}, marks=LONG)])
 def test_coverage_is_the_mean_over_blocks(params):
     """At 54 Mb/s, where errors have a curve of their own."""
     air = bench(-68.0, params, broadcast_rate="54 Mb/s")
@@ -342,7 +344,7 @@ def test_the_radio_tells_the_mean_of_its_links():
     assert share == pytest.approx([math.exp(-1)] * 2, abs=0.005)
 
 
-@pytest.mark.parametrize("params", [{}, {"rician_k": "7 dB"}])
+@pytest.mark.parametrize("params", [{}, pytest.param({"rician_k": "7 dB"}, marks=LONG)])
 def test_the_disk_ends_where_nine_of_ten_frames_arrive(params):
     """In blocks that are longer than all attempts take."""
     params = {"fading": {"coherence": "200 ms", **params}}
@@ -359,7 +361,9 @@ def test_the_disk_ends_where_nine_of_ten_frames_arrive(params):
     assert abs(share(1.1) - 0.9) > tolerance
 
 
-@pytest.mark.parametrize("params", [{}, {"rician_k": "7 dB", "coherence": "1 ms"}])
+@pytest.mark.parametrize("params", [{"speed": "0.02 m/s"},
+                                    {"rician_k": "7 dB", "coherence": "100 ms"}])
 def test_it_keeps_the_contract(params):
+    """With few steps: there are some from the first packet of a train to its last one."""
     check_network(Ladder, fading=params)
     check_network(Ladder, fading=params, shadowing={}, fidelity="walls")

@@ -217,13 +217,14 @@ def test_the_chain_knows_what_happens_at_its_ends():
 
 @pytest.mark.parametrize("params", [{}, {"rts": "500 B", "lifetime": "5 ms", "queue": 3},
                                     {"standard": "11b", "rate": "11 Mb/s"},
-                                    {"fading": {}, "standard": "11g"}])
+                                    {"fading": {"speed": "0.02 m/s"}, "standard": "11g"}])
 def test_it_keeps_the_contract(params):
     check_network(Ladder, rate_control={}, **params)
 
 
 def test_routes_over_radios_that_adapt_keep_it_too():
-    check_network(Multihop, hop="radio", routing="static", radio={"rate_control": {}, "fading": {}})
+    check_network(Multihop, hop="radio", routing="static", radio={
+        "rate_control": {}, "fading": {"speed": "0.02 m/s"}})
 
 
 def test_coverage_is_that_of_the_slowest_rate():

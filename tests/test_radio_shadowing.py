@@ -18,6 +18,7 @@ from netmodels.radio.shadowing import Shadowing, Shadows
 LINKS, SEEDS = 2000, 10
 ONE = np.arange(LINKS)
 SIGMA_DB, CORRELATION_M = 4.3, 8.3
+LONG = pytest.mark.validation  # other ways are played with the others
 
 
 def shadows(hosts, stream=None, **params):
@@ -25,11 +26,11 @@ def shadows(hosts, stream=None, **params):
                    stream or Streams(0))
 
 
-def moved(near_m, far_m=0.0, apart_m=None, **params):
+def moved(near_m, far_m=0.0, apart_m=None, seeds=SEEDS, **params):
     """[seeds, 2, links] dB of links and of others, whose ends are so far from theirs in some
     direction. Ends are far apart, or ``apart_m``."""
     out = []
-    for seed in range(SEEDS):
+    for seed in range(seeds):
         draw = np.random.default_rng(1000 + seed)
         links = shadows(2 * LINKS, Streams(seed), **params)
         places = draw.uniform(-5000, 5000, (2 * LINKS, 2))
@@ -55,10 +56,10 @@ def as_normal(loss_db):
             and np.abs(loss_db).max() <= 3 * SIGMA_DB)
 
 
-@pytest.mark.parametrize("apart_m", [None, 8.0, 1.0])
+@pytest.mark.parametrize("apart_m", [None, pytest.param(8.0, marks=LONG), 1.0])
 def test_it_is_normal_in_db(apart_m):
     """However far apart the ends are: near each other, both directions have much in common."""
-    loss_db = moved(0.0, apart_m=apart_m)[:, 0]
+    loss_db = moved(0.0, apart_m=apart_m, seeds=5)[:, 0]
     assert as_normal(loss_db) and not as_normal(4.1 / 4.3 * loss_db)
 
 
@@ -70,13 +71,14 @@ def correlated(near_m, far_m=0.0, **params):
     return abs(np.corrcoef(before.ravel(), after.ravel())[0, 1] - expected) < tolerance
 
 
-@pytest.mark.parametrize(("near_m", "far_m"), [(1.0, 0.0), (4.0, 0.0), (8.3, 0.0), (0.0, 8.3),
-                                               (4.0, 4.0), (20.0, 0.0), (100.0, 100.0)])
+@pytest.mark.parametrize(("near_m", "far_m"), [
+    (4.0, 0.0), (0.0, 8.3), *(pytest.param(*ends, marks=LONG) for ends in (
+        (4.0, 4.0), (1.0, 0.0), (8.3, 0.0), (20.0, 0.0), (100.0, 100.0)))])
 def test_it_is_correlated_along_the_way(near_m, far_m):
     assert correlated(near_m, far_m)
 
 
-@pytest.mark.parametrize("wrong", ["7.4 m", "9.3 m"])
+@pytest.mark.parametrize("wrong", [pytest.param("7.4 m", marks=LONG), "9.3 m"])
 def test_with_a_wrong_correlation_distance(wrong):
     assert not correlated(8.3, 0.0, correlation=wrong)
 
@@ -86,7 +88,7 @@ def test_neighbours_hear_a_third_alike():
     had nothing in common, there would be a wall between any two. 100 m from each other: nothing."""
     for apart_m, expected in (2.0, np.exp(-2 / CORRELATION_M)), (100.0, 0.0):
         one, other = [], []
-        for seed in range(SEEDS):
+        for seed in range(SEEDS // 2):
             draw = np.random.default_rng(seed)
             sender, near = draw.uniform(-5000, 5000, (2, LINKS, 2))
             beside = near + apart_m * some_direction(draw, LINKS)
@@ -95,7 +97,7 @@ def test_neighbours_hear_a_third_alike():
             one.append(links.loss_db(places, ONE, ONE + LINKS))
             other.append(links.loss_db(places, ONE, ONE + 2 * LINKS))
         found = np.corrcoef(np.ravel(one), np.ravel(other))[0, 1]
-        assert abs(found - expected) < 4 * (1 - expected ** 2) / np.sqrt(LINKS * SEEDS)
+        assert abs(found - expected) < 4 * (1 - expected ** 2) / np.sqrt(LINKS * SEEDS // 2)
 
 
 place = st.tuples(st.floats(-100, 100), st.floats(-100, 100))

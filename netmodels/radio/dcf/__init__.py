@@ -137,11 +137,12 @@ class Stations:
         takes time to propagate (``delay_ns``) comes no later for that, but tells who comes first of
         those who send in the same slot (``arrive``)."""
         kernels.settle(self._where, self._present, now_ns)
-        self._links = np.empty(len(hearer), records.LINK)
+        if len(hearer) != len(self._links):
+            self._links = np.empty(len(hearer), records.LINK)
+            self._locate()
         self._links["station"], self._links["mw"], self._links["delay"] = hearer, mw, delay_ns
         stations = self._stations[self._present]
         stations["first"], stations["last"] = first[:-1], first[1:]
-        self._locate()
         kernels.relink(self._where, self._present, now_ns)
         self._next_ns, self._taken_ns = None, -1
 
