@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from desim.ports import FULL_PACKET_BYTES as FULL_BYTES
-from desim.ports import packet_sizes as segment_sizes
 
 __all__ = ["CHECK_BYTES", "ETHERNET_BYTES", "FULL_BYTES", "GAP_BYTES", "LEAST_BYTES",
-           "PREAMBLE_BYTES", "padded", "segment_sizes"]
+           "PREAMBLE_BYTES", "padded"]
 
 CHECK_BYTES = 4  # frame check sequence
 ETHERNET_BYTES = 14 + CHECK_BYTES  # header and check sequence

@@ -15,6 +15,7 @@ from netmodels.radio.standards import Standard
 NS3 = Reception(energy_dbm=-82.0, unaware=True, gives_up=True, eifs_at_end=True)
 LINKS = {"path_loss": {"reference": "46.6777 dB"},  # ns-3's: 6 to 18 Mb/s get 51.46 m far
          "reception": {"preamble": "-82 dBm"}}
+UDP_BYTES = 1046  # 1000 B of UDP with Ethernet's headers: 1064 B on the air
 EVERYBODY_MW = 1e-5  # -50 dBm: the rows where nobody captures anything
 
 
@@ -94,3 +95,22 @@ def heartbeats(stations: Stations, times_ns: list[tuple[int, int]], psdu_bytes: 
     while stations.next_ns < NEVER:
         received += received_next()
     return received / (len(times_ns) * (n - 1))
+
+
+class Flow:
+    """Two packets of ``source`` for ``dest`` are in its queue, always."""
+
+    def __init__(self, medium, source, dest):
+        self.medium, self.source, self.dest, self.received = medium, source, dest, 0
+        for _ in range(2):
+            self.offer()
+
+    def offer(self):
+        self.medium.transmit(self.source, (self.dest,), UDP_BYTES, 1, False, self, None)
+
+    def arrived(self, token, receiver):
+        self.received += 1
+        self.offer()
+
+    def lost(self, token, receiver, reason):
+        self.offer()

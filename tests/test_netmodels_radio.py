@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from radio import LINKS, rows
+from radio import LINKS, Flow, rows
+from radio import UDP_BYTES as UDP
 from test_radio_pathloss import room
 
 from desim.errors import InputError
@@ -19,7 +20,6 @@ from netmodels.radio.dcf import Stations
 from netmodels.radio.standards import A, G
 
 MS = 10**6
-UDP = 1046  # B with Ethernet's headers: 1064 B on the air
 
 
 def radio(**params):
@@ -214,25 +214,6 @@ def test_who_is_on_another_channel_hears_nothing():
         ("a", "b"): "arrived", ("a", "c"): "out_of_reach", ("c", "d"): "arrived",
         ("c", "a"): "out_of_reach", ("c", "b"): "out_of_reach"}
     assert len({time_ns for time_ns, *_ in log[:-1]}) == 1, "side by side"
-
-
-class Flow:
-    """Two packets of ``source`` for ``dest`` are in its queue, always."""
-
-    def __init__(self, medium, source, dest):
-        self.medium, self.source, self.dest, self.received = medium, source, dest, 0
-        for _ in range(2):
-            self.offer()
-
-    def offer(self):
-        self.medium.transmit(self.source, (self.dest,), UDP, 1, False, self, None)
-
-    def arrived(self, token, receiver):
-        self.received += 1
-        self.offer()
-
-    def lost(self, token, receiver, reason):
-        self.offer()
 
 
 def goodput(*flows, **channels):

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 
 from desim.experiment.netcase import play as play_case
 from desim.kernel import Phase
+from desim.ports import packet_sizes
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import Bench
 from desim.units import airtime_ns
-from netmodels.ethernet import GAP_BYTES, PREAMBLE_BYTES, segment_sizes
+from netmodels.ethernet import GAP_BYTES, PREAMBLE_BYTES
 from netmodels.switch import Switch, packets
 
 GB = 10**9
@@ -300,13 +301,13 @@ def test_a_full_exit_is_that_of_ns3(load, senders, reference):
         assert close(overloaded(load, senders, packets=96)) == (True, False)
 
 
-def test_segment_sizes_add_up():
-    assert segment_sizes(1661, 2) == (1518, 143)
-    assert segment_sizes(300, 3) == (100, 100, 100)
-    assert segment_sizes(3093, 2) == (1547, 1546)
+def test_packet_sizes_add_up():
+    assert packet_sizes(1661, 2) == (1518, 143)
+    assert packet_sizes(300, 3) == (100, 100, 100)
+    assert packet_sizes(3093, 2) == (1547, 1546)
     for size_bytes, segments in [STREAM_MAP, (1, 1), (17, 4), (45_541, 30)]:
-        assert sum(segment_sizes(size_bytes, segments)) == size_bytes
-        assert len(segment_sizes(size_bytes, segments)) == segments
+        assert sum(packet_sizes(size_bytes, segments)) == size_bytes
+        assert len(packet_sizes(size_bytes, segments)) == segments
 
 
 # -------------------------------------------------------------------------------- packet by packet
@@ -401,7 +402,7 @@ def test_a_line_works_while_anything_waits(frames, queue):
     bench = play(frames, queue=queue, ahead=0)
     into = dict.fromkeys(range(1, 5), 0)
     for _, source, _, size in frames:
-        into[source] += sum(max(wire_ns(64), wire_ns(one)) for one in segment_sizes(*size))
+        into[source] += sum(max(wire_ns(64), wire_ns(one)) for one in packet_sizes(*size))
     busy_ns = bench.medium.model.busy_ns(range(5))
     assert busy_ns[:4] == list(into.values()) and busy_ns[9] == sum(into.values())
     if frames:

@@ -4,6 +4,8 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from radio import UDP_BYTES as UDP
+from radio import Flow
 
 from desim.errors import InputError
 from desim.kernel import Kernel, Phase
@@ -15,7 +17,6 @@ from netmodels.radio import Radio
 from netmodels.radio.standards import G
 from netmodels.rules.loss import Loss
 
-UDP = 1046  # B with Ethernet's headers: 1064 B on the air
 FIXED = {"path_loss": {"model": "fixed", "total": "60 dB"}}
 HOSTS = list("abcd")
 
@@ -50,25 +51,6 @@ class Run:
     def missed(self, token, receivers, reason, medium):
         for receiver in receivers:
             self.lost(token, receiver, reason)
-
-
-class Flow:
-    """Two packets of ``source`` for ``dest`` are in its queue, always."""
-
-    def __init__(self, medium, source, dest):
-        self.medium, self.source, self.dest, self.received = medium, source, dest, 0
-        for _ in range(2):
-            self.offer()
-
-    def offer(self):
-        self.medium.transmit(self.source, (self.dest,), UDP, 1, False, self, None)
-
-    def arrived(self, token, receiver):
-        self.received += 1
-        self.offer()
-
-    def lost(self, token, receiver, reason):
-        self.offer()
 
 
 def goodput(media, *flows):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from desim import ports
 from netmodels.bus.stations import Cable
-from netmodels.ethernet import segment_sizes
 from netmodels.line import Line, refuse
 
 
@@ -20,7 +19,7 @@ class Fifo:
 
     def take(self, frame: ports.Frame) -> None:
         cable, now_ns = self._cable, self._context.now_ns
-        sizes = segment_sizes(frame.size_bytes, frame.segments)
+        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
         begin_ns = max(now_ns, self.free_ns)
         fit = self._line.join(now_ns, begin_ns, cable.wire_ns(sizes[0]) + cable.gap_ns, len(sizes))
         refuse(self._context, frame, fit)

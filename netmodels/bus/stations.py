@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
 from desim import ports
-from netmodels.ethernet import segment_sizes
 from netmodels.line import refuse
 from netmodels.losses import lose
 
@@ -45,7 +45,7 @@ class Station:
         self.lost: dict[str, list[int]] = {}  # packets of the present frame, by reason
 
 
-class Stations:
+class Stations(ABC):
     """What carrier sense with and without collisions have in common. ``_try`` is theirs: to send
     a station's packet now, or to see to it that it is tried again; so is ``free_ns``, until when
     nobody can begin. ``taken_ns``: for how long that has been so, up to then."""
@@ -61,7 +61,7 @@ class Stations:
     def take(self, frame: ports.Frame) -> None:
         station, cable = self._stations[frame.source], self._cable
         room = cable.queue_packets - len(station.queue) + station.idle
-        sizes = segment_sizes(frame.size_bytes, frame.segments)[:room]
+        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)[:room]
         refuse(self._context, frame, len(sizes))
         station.queue.extend(Packet(frame, cable.wire_ns(size_bytes), number, number + 1 == room
                                     or number + 1 == frame.segments)
@@ -76,8 +76,8 @@ class Stations:
             station.attempts = 0
             self._try(station)
 
-    def _try(self, station: Station) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def _try(self, station: Station) -> None: ...
 
     def _sent(self, station: Station) -> None:
         """The last bit has left the station."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from desim.ports import packet_sizes
 from desim.units import airtime_ns
-from netmodels.ethernet import CHECK_BYTES, GAP_BYTES, PREAMBLE_BYTES, padded, segment_sizes
+from netmodels.ethernet import CHECK_BYTES, GAP_BYTES, PREAMBLE_BYTES, padded
 
 
 class Train(NamedTuple):
@@ -31,7 +32,7 @@ class Train(NamedTuple):
 
 def cut(size_bytes: int, segments: int, rate_bps: int) -> Train:
     """The train that a frame of ``size_bytes`` in ``segments`` packets is."""
-    sizes = segment_sizes(size_bytes, segments)
+    sizes = packet_sizes(size_bytes, segments)
     longer = sizes.count(sizes[0])
     long_ns, short_ns = (airtime_ns(padded(size) + PREAMBLE_BYTES + GAP_BYTES, rate_bps)
                          for size in (sizes[0], sizes[-1]))

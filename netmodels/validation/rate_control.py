@@ -4,7 +4,7 @@ against ns-3."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array, eye_array
@@ -17,15 +17,16 @@ from netmodels.cases.senders import numbered
 from netmodels.radio import Radio
 from netmodels.radio.delivery import delivery
 from netmodels.radio.standards import ACK_BYTES, A, Standard, psdu_bytes
+from netmodels.validation.layouts import PAIRS, parsed
 from netmodels.validation.within import within
 
 UP, DOWN, TIMER, TRIES = 10, 2, 15, 7
 POWERS_DBM = (-78.0, -77.5, -73.5, -73.0, -72.0, -71.5, -70.5)  # where 36, 48 and 54 Mb/s end
 
-# Saturated stations to Mb/s of payload (1000 B of UDP, one sink, every pair at -50 dBm), ten runs
-# of 60 s at five stations and shorter ones elsewhere.
+# Saturated stations to Mb/s of payload (1000 B of UDP, one sink, every pair at -50 dBm), five runs
+# of 10 s each, at three and five stations of 60 s; and the first of ``layouts.PAIRS``.
 AMONG_OTHERS = {2: 24.859, 3: 18.609, 5: 5.552, 10: 4.247}
-TEN_PAIRS_MBPS = 40.23
+TEN_PAIRS_MBPS = 40.15
 
 _SIZE_BYTES, _PAYLOAD_BYTES = 1518, 1472
 _DURATION_NS = 20 * NS_PER_S
@@ -53,9 +54,17 @@ class FallbackOfRates:
     def checks(self, play: Play) -> Iterator[Check]:
         yield from self._alone(play)
         for stations, goodput_mbps in AMONG_OTHERS.items():
-            found = play(_saturated(stations))
+            senders = numbered("sender", stations)
+            found = play(_saturated(dict.fromkeys((*senders, "sink"), NOWHERE),
+                                    dict.fromkeys(senders, "sink"), 61, path_loss=SAME_POWER))
             yield within(0.03, f"11a, {stations} stations: goodput", found["goodput_mbps"],
                          goodput_mbps, "Mb/s")
+        places = parsed(PAIRS[0].places)
+        hosts = numbered("host", len(places))
+        found = play(_saturated(dict(zip(hosts, places, strict=True)),
+                                dict(zip(hosts[::2], hosts[1::2], strict=True)), 11))
+        yield within(0.03, "11a, ten pairs on 120 m: goodput", found["goodput_mbps"],
+                     TEN_PAIRS_MBPS, "Mb/s")
 
     def _alone(self, play: Play) -> Iterator[Check]:
         for power_dbm in POWERS_DBM:
@@ -71,13 +80,14 @@ class FallbackOfRates:
                          stationary_mbps(A, wrong), "Mb/s")
 
 
-def _saturated(stations: int) -> Setup:
+def _saturated(places: dict[str, tuple[float, float]], to: dict[str, str], until_s: int,
+               **params: Any) -> Setup:
+    """From whom ``to`` whom, after a second for the rates to settle."""
     radio = Radio.Params(preset="ns3_3_44", standard="11a", rate="6 Mb/s", rate_control={},
-                         path_loss=SAME_POWER)
-    senders = numbered("sender", stations)
-    return Setup(Radio(radio), dict.fromkeys(("sink", *senders), NOWHERE),
-                 [Flow(sender, ("sink",), 1046, 1000) for sender in senders],
-                 61 * NS_PER_S, NS_PER_S)
+                         **params)
+    return Setup(Radio(radio), places, [Flow(sender, (receiver,), 1046, 1000)
+                                        for sender, receiver in to.items()],
+                 until_s * NS_PER_S, NS_PER_S)
 
 
 def stationary_mbps(standard: Standard, wrong: np.ndarray) -> float:
