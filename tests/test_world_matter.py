@@ -88,6 +88,23 @@ def coverage(world, degrees):
     return (radio.signal(sender, points).delivery >= 0.9).mean()
 
 
+def rooms(door_m):
+    """Four rooms with doors of this width: rows of walls."""
+    half = door_m / 2
+    inner = [(x, y1, x, y2) for x, middle in ((-4, -2.35), (1, 3.15), (5, 0.85))
+             for y1, y2 in ((-6, middle - half), (middle + half, 6))]
+    return [*HOUSE[:4], *inner, (-9, 2, -4, 2), (5, -3, 9, -3)]
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 45])
+@pytest.mark.parametrize("edge_m", [0.05, 0.1])
+def test_rooms_with_doors_and_their_image_cover_the_same(tmp_path, degrees, edge_m):
+    """An image's walls end half their thickness later, and doors are narrower by that."""
+    image = plane(written(tmp_path, grey(shown(turned(rooms(1.2), degrees), edge_m, 0.2)), edge_m))
+    assert coverage(image, degrees) == pytest.approx(
+        coverage(drawn(turned(rooms(1.0), degrees)), degrees), rel=0.02)
+
+
 @pytest.mark.parametrize("degrees", [0, 30, 45])
 @pytest.mark.parametrize(("edge_m", "thick_m", "within"), [(0.05, 0.2, 0.02), (0.1, 0.2, 0.02),
                                                            (0.1, 0.3, 0.02), (0.2, 0.2, 0.025)])
@@ -95,6 +112,13 @@ def test_a_house_and_its_image_cover_the_same(tmp_path, degrees, edge_m, thick_m
     walls = turned(HOUSE, degrees)
     image = plane(written(tmp_path, grey(shown(walls, edge_m, thick_m)), edge_m))
     assert coverage(image, degrees) == pytest.approx(coverage(drawn(walls), degrees), rel=within)
+
+
+def test_where_every_touch_counts_doors_are_narrower(tmp_path):
+    walls = turned(rooms(1.2), 30)
+    image = plane(written(tmp_path, grey(shown(walls, 0.1, 0.2)), 0.1))
+    image._matter.crossing.least[:] = 0.0
+    assert coverage(image, 30) < 0.975 * coverage(drawn(turned(rooms(1.0), 30)), 30)
 
 
 def test_with_all_faces_counted_it_covers_less(tmp_path):
@@ -168,7 +192,7 @@ def test_walls_are_as_thick_as_they_are_shown():
 # ----------------------------------------------------------------------------------- cell by cell
 
 
-def counted(kinds, line, gap):
+def counted(kinds, least, line, gap):
     """Walls once and blocks twice, from the cells that a line is in and for how long."""
     x, y, dx, dy = line[0], line[1], line[2] - line[0], line[3] - line[1]
     spans = []
@@ -178,14 +202,16 @@ def counted(kinds, line, gap):
             ends = sorted(((low - start) / way, (low + 1 - start) / way))
             begin, end = max(begin, ends[0]), min(end, ends[1])
         if begin < end:
-            spans.append((begin, end, int(kinds[row, col])))
-    count, last_end, last_kind = 0, None, 0
-    length = math.hypot(dx, dy)
-    for begin, end, kind in sorted(spans):
-        if kind != last_kind or (begin - last_end) * length >= gap:
-            count += 2 - kind % 2
-        last_end, last_kind = end, kind
-    return count
+            spans.append((begin, end, row, col))
+    found, last_end, length = [], None, math.hypot(dx, dy)
+    for begin, end, row, col in sorted(spans):
+        kind = int(kinds[row, col])
+        if not found or kind != found[-1][0] or (begin - last_end) * length >= gap:
+            found.append([kind, 0.0, 0.0])
+        found[-1][1] += (end - begin) * length
+        found[-1][2] = max(found[-1][2], least[row, col])
+        last_end = end
+    return sum(2 - kind % 2 for kind, inside, wanted in found if inside >= wanted)
 
 
 @settings(max_examples=100, deadline=None)
@@ -204,7 +230,8 @@ def test_stretches_are_those_of_geometry(seed):
     lines = lines[~inside.any(axis=1)]
     pairs = lines * 0.25 + np.tile(matter.crossing.origin_m, 2)
     found = np.bincount(matter.crossing(matter.segments, pairs)[:, 0], minlength=len(pairs))
-    assert found.tolist() == [counted(kinds, line, GAP_CELLS) for line in lines]
+    assert found.tolist() == [counted(kinds, matter.crossing.least, line, GAP_CELLS) for line
+                              in lines]
     back = matter.crossing(matter.segments, np.roll(pairs, 2, axis=1))
     assert back.tolist() == matter.crossing(matter.segments, pairs).tolist(), "either direction"
 

@@ -73,12 +73,13 @@ def _within(start, way, width, first, last):
     return max(first, min(one, other)), min(last, max(one, other))
 
 
-@lean(types.int64(types.Array(types.int8, 2, "C"), types.Array(types.float64, 2, "C"),
-                  types.float64, _OUT))
-def stretches(kinds, pairs, gap, out):
+@lean(types.int64(types.Array(types.int8, 2, "C"), types.Array(types.float32, 2, "C"),
+                  types.Array(types.float64, 2, "C"), types.float64, _OUT))
+def stretches(kinds, least, pairs, gap, out):
     """What solid cells straight lines go through, cell by cell (Amanatides and Woo 1987).
 
-    kinds [rows, cols], 0 free, odd in a wall, even in a block | pairs [k, 4] in cells |
+    kinds [rows, cols], 0 free, odd in a wall, even in a block | least [rows, cols]: a line that is
+    in a wall for less only grazes it | pairs [k, 4] in cells |
     out [capacity, 2] rows (pair, face), by pair; returns how many there are, which may be more than
     fit. A stretch is of one kind; it goes on behind free cells on a way shorter than ``gap``.
 
@@ -99,14 +100,16 @@ def stretches(kinds, pairs, gap, out):
             continue
         up = 1 if dy >= 0.0 else -1
         col, row = min(int(x + at * dx), cols - 1), min(int(y + at * dy), rows - 1)
-        gap_share = gap / max(math.sqrt(dx * dx + dy * dy), 1e-9)
+        length = max(math.sqrt(dx * dx + dy * dy), 1e-9)
         kind = kinds[row, col]
         way_in, way_out, left_at = -1, -1, 0.0
+        entered_at, inside, wanted = at, 0.0, 0.0
         while True:
             next_x = (col + 1 - x) / dx if dx > 0.0 else math.inf
             next_y = (row + (up > 0) - y) / dy if dy != 0.0 else math.inf
             at = min(next_x, next_y)
             here = kinds[row, col]
+            wanted = max(wanted, least[row, col])
             if next_x <= next_y:
                 col += 1
                 leave, enter = (3 * span + col) * span + row, (2 * span + col) * span + row
@@ -122,13 +125,14 @@ def stretches(kinds, pairs, gap, out):
                 continue
             if here > 0:
                 way_out, left_at = leave, at
+                inside += (at - entered_at) * length
             if there > 0:
-                if there != kind or at - left_at >= gap_share:
-                    if kind > 0:
+                if there != kind or (at - left_at) * length >= gap:
+                    if kind > 0 and inside >= wanted:
                         found = _crossed(out, found, k, kind, way_in, way_out)
-                    kind, way_in = there, enter
-                way_out = -1
-        if kind > 0:
+                    kind, way_in, inside, wanted = there, enter, 0.0, 0.0
+                way_out, entered_at = -1, at
+        if kind > 0 and (inside >= wanted or way_in < 0 or way_out < 0):
             found = _crossed(out, found, k, kind, way_in, way_out)
     return found
 
