@@ -29,10 +29,11 @@ GAP_CELLS = 2.0
 # between two cells, every touch counts.
 SLACK_CELLS = 0.25
 
-# Both are tuned on four houses with walls of 0.2 and 0.3 m and doors of 1 m, at 0, 30 and 45
-# degrees: the coverage differs from that of the drawn houses by at most 1.8 % in cells of 0.05 and
-# 0.1 m. Without the second by up to 3.0 %; with gaps of 1 or 3 cells and without it by up to 6.1
-# and 2.4 %. In cells of 0.2 m, as thick as the walls, by up to 4.0 %: doors are wider or narrower.
+# Both are tuned on four houses with doors of 1 m, at 0, 30 and 45 degrees, in cells of 0.05 and
+# 0.1 m: the coverage differs from that of the drawn houses by at most 1.8 % with walls of 0.2 m and
+# 2.1 % with walls of 0.3 m. Where every touch counts by up to 3.0 %, and with gaps of 1 or 3 cells
+# besides by up to 6.1 and 2.4 %. In cells of 0.2 m, as thick as the walls, by up to 4.2 %: doors
+# are wider or narrower there.
 
 
 class Matter(NamedTuple):
