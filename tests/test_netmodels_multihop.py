@@ -344,12 +344,14 @@ def test_the_spacing_changes_nothing_where_only_hops_count():
 
 @pytest.mark.parametrize("mac", ["ideal", "tdma", "dcf"])
 def test_after_a_host_has_left_a_chain_recovers(mac):
-    """The host in the middle leaves after 3 s, of 2 s + 20 s."""
+    """The host in the middle leaves after 3 s, of 2 s + 20 s: half is carried of what the chain
+    carries with it."""
     found = play(Chain(Chain.Params(hops=4, mac=mac, routing="batman", leave="3 s",
                                     duration="20 s")).setup())
+    intact = share(4, mac, routing="batman")
     assert found["control_frames"] > 100
     assert found["control_bytes"] == found["control_frames"] * (1046 if mac == "dcf" else 42)
-    assert found["goodput_share"] > 0.5 * bound(4)
+    assert found["goodput_share"] > 0.5 * intact["goodput_share"]
     assert sum(found["lost"].values()) > 0
 
 
