@@ -117,3 +117,13 @@ def test_what_a_scenario_names_is_a_regular_file_too(said, tmp_path, text):
     (tmp_path / "f.yaml").write_text(f"name: f\n{text}\n")
     code, lines = said("run", "f.yaml")
     assert code == 2 and len(lines) == 1, lines
+
+
+def test_a_plug_ins_file_has_at_most_100_megabytes(said, tmp_path):
+    with open(tmp_path / "links.csv", "wb") as file:
+        file.truncate(100_000_001)
+    (tmp_path / "f.yaml").write_text(
+        "name: f\ndeployment: field\nnetwork:\n  media:\n"
+        "    air: {model: replay, file: links.csv}\n")
+    assert said("run", "f.yaml") == (2, [
+        f"f.yaml:5:32: network.media.air.file: {tmp_path}/links.csv: has 100.0 MB; at most 100 MB"])

@@ -310,7 +310,7 @@ def compare_with(arguments: list[str]) -> None:
     parser.add_argument("parts", nargs="*", metavar="part",
                         help=f"of {', '.join(PARTS)}; default: scenarios, message")
     parser.add_argument("--turns", type=int, default=5, help="pairs of measurements (default 5)")
-    wanted = parser.parse_args(arguments)
+    wanted = parser.parse_intermixed_args(arguments)
     refuse_unknown(parser, wanted.parts)
     for part, ratios in compare.compare(wanted.revision, wanted.parts or ["scenarios", "message"],
                                         wanted.turns):

@@ -14,6 +14,7 @@ from desim.streams import Streams
 
 FEWEST_LOADS = 7  # three lines that meet have six parameters
 _GRID = 81  # places tried, of which all pairs
+_CELLS = 400_000  # samples times pairs held at a time: 3 MB
 
 
 def bends_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: float = 0.95,
@@ -51,13 +52,12 @@ def bends_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: float
     bent, leverage = fits.fit(y, *pair)
     left = max(((y - bent)**2).sum(), np.finfo(float).tiny)
     sums, squares = fits.parts(bent + signs * (y - bent) / (1 - leverage))
-    drawn = fits.of_two(sums)
-    most = drawn.max(axis=1)
+    most, *most_at = fits.most_of_two(sums, fits.first == pair[0], fits.second == pair[1])
     left_over = np.maximum(squares - most, np.finfo(float).tiny)
     slopes = fits.slopes(y, *pair)
     found = []
     for which, (ends, place) in enumerate(zip((fits.first, fits.second), pair, strict=True)):
-        excess = (most - drawn[:, ends == place].max(axis=1)) / left_over
+        excess = (most - most_at[which]) / left_over
         enough = gained[best] - np.quantile(excess, level) * left
         held = np.unique(ends[gained >= enough])
         # The first places that are not held, as the bounds lie before them.
@@ -88,8 +88,8 @@ class _Pairs:
         apart = np.searchsorted(loads, self.places[second], "right") \
             > np.searchsorted(loads, self.places[first], "left")
         self.first, self.second = first[apart], second[apart]
-        one, other = self._one[self.first], self._one[self.second]
-        self._two = _unit(other - (one * other).sum(axis=1)[:, None] * one)
+        self._shared = (self._one @ self._one.T)[self.first, self.second]
+        self._own = 1.0 - self._shared**2
 
     def parts(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of each row of ``y`` [m, n] the weighted sums by load [m, l], and the squares [m] that
@@ -102,13 +102,26 @@ class _Pairs:
         return ((sums @ self._one.T)**2).argmax(axis=1)
 
     def of_two(self, sums: np.ndarray) -> np.ndarray:
-        """By how much each pair lowers the squares [m, p]."""
-        return ((sums @ self._one.T)**2)[:, self.first] + (sums @ self._two.T)**2
+        """By how much each pair lowers the squares [m, p]: by the first bend alone, and by what of
+        the second one is not along the first (Gram and Schmidt)."""
+        along = sums @ self._one.T
+        first, second = along[:, self.first], along[:, self.second]
+        return first**2 + (second - self._shared * first)**2 / self._own
+
+    def most_of_two(self, sums: np.ndarray, *among: np.ndarray) -> np.ndarray:
+        """The most by which any pair lowers the squares of each row [m], then the most of the pairs
+        that each mask of ``among`` [p] lets through: [1 + masks, m]."""
+        step = max(_CELLS // len(self.first), 1)
+        found = []
+        for begin in range(0, len(sums), step):
+            gained = self.of_two(sums[begin:begin + step])
+            found.append([gained[:, pairs].max(axis=1) for pairs in (slice(None), *among)])
+        return np.concatenate(found, axis=1)
 
     def strengths(self, sums: np.ndarray, squares: np.ndarray, of_second: bool) -> np.ndarray:
         """sup F [m] of a second bend, or of both, but for a factor that all share."""
         single = ((sums @ self._one.T)**2).max(axis=1) if of_second else 0.0
-        double = self.of_two(sums).max(axis=1)
+        double = self.most_of_two(sums)[0]
         floor = 1e-12 * np.maximum(squares, 0.0) + np.finfo(float).tiny
         return np.where(squares > 1e-24 * (sums**2).sum(axis=1),
                         (double - single) / np.maximum(squares - double, floor), 0.0)
