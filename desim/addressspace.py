@@ -1,7 +1,8 @@
-"""Whether a process may have as much address space as numba and its libraries want.
+"""Refuse to start where the address-space limit (``ulimit -v``) is too small for numba.
 
-numba imports scipy.linalg when it loads its first kernel, whatever this calls; OpenBLAS in there
-waits for ever for a buffer that it cannot have, and others abort the process. So it is asked first.
+numba imports scipy.linalg when it loads its first kernel. Below that limit OpenBLAS in there waits
+for ever for a buffer, and other libraries abort the process; asking first gives one clear line
+instead.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def refuse_small() -> None:
 
 
 def _threads() -> int:
-    """Of OpenBLAS."""
+    """Number of threads that OpenBLAS will start."""
     for name in "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS":
         if os.environ.get(name, "").isdecimal():
             return max(int(os.environ[name]), 1)

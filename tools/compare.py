@@ -1,4 +1,6 @@
-"""Two commits in turns: what one of them costs as a share of the other, with an interval.
+"""Two commits in turns: what one costs as a share of the other, with an interval.
+
+    python tools/bench.py compare REV [--turns N] [part ...]
 
 The machine's speed drifts and other processes disturb it, so single figures of two commits say
 little. Turns cancel the drift: each turn measures both, in alternating order, and gives one ratio;

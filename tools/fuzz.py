@@ -1,12 +1,13 @@
-"""Gives desim what nobody would: `python tools/fuzz.py [--count 500] [--seed 1] [--only KIND]`.
+"""Fuzzes the commands: damaged scenarios, designs, run folders and campaign folders.
 
-In turns a scenario, a design, a run's folder and a campaign's folder are damaged: mutated text and
-values, files that are cut, turned, removed, or replaced by folders, links, FIFOs and devices, files
-of somebody else in all places. Then commands are given that meet it. None may end in a traceback,
-hang, or leave with another exit code than 0, 1 or 2; what desim has not written must still be
-there, with every run that was whole; nothing outside the folder may be written; a campaign that
-ends well has the table of the undamaged one. Exit code 1, with what to repeat, where this does not
-hold.
+    python tools/fuzz.py [--count 500] [--seed 1] [--only KIND]
+
+In turns each of them is damaged: mutated text and values; files that are cut, reversed, removed, or
+replaced by folders, links, FIFOs and devices; foreign files in all places. Then commands meet it.
+None may end in a traceback, hang, or leave with another exit code than 0, 1 or 2; foreign files and
+every run that was whole must still be there; nothing outside the folder may be written; a campaign
+that ends well has the table of the undamaged one. Where this does not hold the exit code is 1, and
+the command that repeats the case is printed.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ class Template(NamedTuple):
 
 
 class Here:
-    """Workers of this process, in the place of a ``Crew``; they end a campaign that is too long."""
+    """Runs tasks in this process, in place of a ``Crew``; ends a campaign that is too long."""
 
     has_room, is_busy = True, False
 
@@ -146,16 +147,16 @@ def fuzz(seed: int, numbers: range, kinds: list[Kind] | None = None) -> int:
 
 
 class Case:
-    """One: ``folder`` is a copy of the template's, and the current one; ``log`` says what was done
-    and ``mine`` are texts of files that desim has not written."""
+    """One case: ``folder`` is a copy of the template's, and the current one; ``log`` has what was
+    done, ``mine`` the texts of foreign files."""
 
     def __init__(self, template: Template, folder: Path, luck: random.Random) -> None:
         self.template, self.folder, self.luck = template, folder, luck
         self.log: list[str] = []
         self.mine: set[str] = set()
 
-    def told(self, *words: str) -> int:
-        """Give a command. Raises ``Wrong`` where it ends as no command may."""
+    def run_command(self, *words: str) -> int:
+        """Run a command. Raises ``Wrong`` if it ends as no command may."""
         self.log.append(f"desim {' '.join(words)}")
         with _limited():
             result = CliRunner().invoke(app, [*words])
@@ -170,7 +171,7 @@ class Case:
         return result.exit_code
 
     def put(self, path: Path) -> None:
-        """A file of somebody else."""
+        """Write a foreign file."""
         if path.parent.is_dir() and not path.parent.is_symlink() and not os.path.lexists(path):
             text = f"{MINE} {self.luck.random()}"
             path.write_text(text)
@@ -185,7 +186,7 @@ def scenario(case: Case) -> None:
     """A text or a value in a scenario is changed."""
     text = case.luck.choice([SCENARIO, case.template.resolved])
     (case.folder / "s.yaml").write_bytes(mutated(text, case))
-    case.told("run", "s.yaml", "--quiet", "--out", "out", *(
+    case.run_command("run", "s.yaml", "--quiet", "--out", "out", *(
         ["--until", "20 ms"] if case.luck.random() < 0.7 else []))
 
 
@@ -193,9 +194,9 @@ def design(case: Case) -> None:
     """The same in a design."""
     (case.folder / "d.yaml").write_bytes(mutated(DESIGN, case))
     (case.folder / "x1").write_text(MINE)
-    if case.told("sweep", "d.yaml", "--dry-run", "--out", "out") == 0:
-        case.told("sweep", "d.yaml", "--quiet", "--out", "out")
-        case.told("sweep", "d.yaml", "--quiet", "--out", "out")
+    if case.run_command("sweep", "d.yaml", "--dry-run", "--out", "out") == 0:
+        case.run_command("sweep", "d.yaml", "--quiet", "--out", "out")
+        case.run_command("sweep", "d.yaml", "--quiet", "--out", "out")
 
 
 def run_folder(case: Case) -> None:
@@ -207,8 +208,8 @@ def run_folder(case: Case) -> None:
     command = case.luck.choice([("trace", str(run), "--message", "1"), ("figure", str(run)),
                                 ("diff", str(run), str(sound)), ("diff", str(run), str(run)),
                                 ("graph", str(run)), ("diff", str(sound), str(run))])
-    case.told(*command)
-    if case.told("run", "small.yaml", "--set", "trace.keep=all", "--quiet") == 0:
+    case.run_command(*command)
+    if case.run_command("run", "small.yaml", "--set", "trace.keep=all", "--quiet") == 0:
         _require(bool(desim.Run(run).metrics), "the run is not whole")
 
 
@@ -222,9 +223,9 @@ def campaign_folder(case: Case) -> None:
         runs = {path: time_ns for path, time_ns in runs.items()
                 if touched != path and touched not in path.parents and path not in touched.parents}
     if case.luck.random() < 0.2:
-        case.told("report", str(out), "--quiet")
-    case.told("sweep", "design.yaml", "--dry-run", "--out", str(out))
-    code = case.told("sweep", "design.yaml", "--quiet", "--out", str(out))
+        case.run_command("report", str(out), "--quiet")
+    case.run_command("sweep", "design.yaml", "--dry-run", "--out", str(out))
+    code = case.run_command("sweep", "design.yaml", "--quiet", "--out", str(out))
     for path, time_ns in runs.items():
         _require((path / "manifest.json").is_file(), f"{path.name} is lost")
         _require((path / "manifest.json").stat().st_mtime_ns == time_ns,
@@ -438,7 +439,7 @@ def _seen(folder: Path) -> dict[str, Any]:
 
 
 def _texts(place: Path) -> set[str]:
-    """Of all files of somebody else below it."""
+    """Contents of all foreign files below ``place``."""
     found = set()
     for path in (place, *place.rglob("*")) if place.is_dir() else [place]:
         if path.is_file() and not path.is_symlink() and path.stat().st_size < 100:

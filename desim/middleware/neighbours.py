@@ -31,7 +31,7 @@ Frame = tuple[int, tuple[int, ...], int, int, bool, Any, Any]  # arguments of Me
 
 
 class Neighbours:
-    """What each host knows of the others, whoever sends there: TCP, or a carrier of datagrams."""
+    """The ARP tables of all hosts, which TCP and the carriers of datagrams share."""
 
     def __init__(self, context: Context, tick_ns: int) -> None:
         self.context = context
@@ -40,7 +40,7 @@ class Neighbours:
         self._reachable: dict[tuple[int, int], int] = {}  # ns, by host and how often it was drawn
 
     def of(self, medium: Medium, host: int, peer: int) -> Neighbour:
-        """What ``host`` knows of where ``peer`` is."""
+        """The ARP entry of ``peer`` at ``host``, made on first use."""
         known = self._known.get((medium, host, peer))
         if known is None:
             hosts = self.context.graph.hosts
@@ -49,14 +49,14 @@ class Neighbours:
         return known
 
     def forget(self, host: int) -> None:
-        """It has stopped."""
+        """``host`` has stopped: its entries are gone."""
         for (_, owner, _), neighbour in self._known.items():
             if owner == host:
                 neighbour.forget()
 
     def reachable_ns(self, host: int) -> int:
-        """For how long ``host`` takes an address for good that was confirmed: it draws 0.5 to 1.5
-        times the base, now and then (Linux neigh_rand_reach_time)."""
+        """For how long ``host`` trusts an address that was confirmed: 0.5 to 1.5 times the base,
+        drawn anew now and then (Linux neigh_rand_reach_time)."""
         context = self.context
         drawn = host, context.now_ns // REDRAW_NS
         if drawn not in self._reachable:
@@ -66,10 +66,10 @@ class Neighbours:
 
 
 class Neighbour:
-    """What one host knows of where another one is. All that it sends there goes through
-    ``transmit``; TCP says in ``confirmed_ns`` when an acknowledgement came last. What is sent while
-    the address is asked for waits; when there was no answer, it is lost, and each sender is told
-    (``unresolved``). The question of the peer tells this host as well as an answer."""
+    """One host's ARP entry for another host. All frames to that host go through ``transmit``. While
+    the address is being resolved they wait; if nobody answers they are lost, and each sender is
+    told (``unresolved``). TCP sets ``confirmed_ns`` when an acknowledgement arrives. A peer's
+    question also confirms its address here."""
 
     __slots__ = ("confirmed_ns", "used_ns", "_state", "_queue", "_probes", "_call", "_all",
                  "_medium", "_transmit", "_host", "_peer", "_entity", "_kernel", "_tick_ns")
@@ -100,7 +100,7 @@ class Neighbour:
         return self._transmit(*frame)
 
     def forget(self) -> None:
-        """The host stops."""
+        """The host has stopped: the address is forgotten, and what waits for it is lost."""
         self._state = NONE
         self._rest()
         self._lose("host_down")
@@ -114,13 +114,13 @@ class Neighbour:
             self._all.of(self._medium, self._peer, self._host).found(REACHABLE)
 
     def asked(self) -> None:
-        """The peer wants to know where this host is, and says where it is itself."""
+        """The peer asks for this host's address, and its question holds its own."""
         if self._state < STALE:
             self.found(STALE)
         self._say(ANSWER)
 
     def found(self, state: int) -> None:
-        """The peer has said where it is."""
+        """The address of the peer is known: what waited is sent."""
         self._rest()
         self._state = state
         if state == REACHABLE:
@@ -131,13 +131,13 @@ class Neighbour:
             self.transmit(*frame)
 
     def arrived_in_part(self, what: int, receiver: int, lost: dict[int, str]) -> None:
-        """It is a single packet: this does not happen."""
+        """Cannot happen: an ARP frame is a single packet."""
 
     def lost(self, what: int, receiver: int, reason: str) -> None:
         """Nobody is told."""
 
     def repeated(self, what: int, receiver: int) -> None:
-        """It says what is known."""
+        """A copy says nothing new."""
 
     def missed(self, what: int, receivers: Any, reason: str, medium: Medium) -> None:
         """Nobody is told."""
@@ -169,7 +169,7 @@ class Neighbour:
             self._lose("no_neighbour")
 
     def _hold(self, frame: Frame) -> None:
-        """Wait for the address; the oldest have to go where there are too many."""
+        """Queue a frame until the address is known; drop the oldest above QUEUE_BYTES."""
         self._queue.append(frame)
         while sum(waiting[2] for waiting in self._queue) > QUEUE_BYTES and len(self._queue) > 1:
             *_, carrier, token = self._queue.popleft()
@@ -178,8 +178,8 @@ class Neighbour:
             self._ask(INCOMPLETE)
 
     def _ask(self, state: int) -> None:
-        """Send a question, by broadcast where nothing is known. (Only the peer is meant to hear it:
-        for all others it is a short frame.)"""
+        """Ask for the address, by broadcast if it is unknown. (Only the peer receives the question;
+        for all others it is a short frame on the air.)"""
         if state != self._state:
             self._state = state
             self._probes = 0

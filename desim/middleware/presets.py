@@ -9,8 +9,8 @@ Preset = Mapping[str, Any]  # parameters as a scenario gives them
 
 
 def filled(given: Any, key: str, default: str, presets: Mapping[str, Preset]) -> Any:
-    """``given`` with the values of the preset that it names under ``key``, where it has none of its
-    own. What is wrong with it, others say."""
+    """Fill in ``given`` from the preset that it names under ``key``; its own values win. Unknown
+    names are left for the validator to report."""
     if not isinstance(given, dict):
         return given
     name = given.get(key, default)

@@ -1,4 +1,4 @@
-"""When Linux's timers go off: a little late, the later the longer they run."""
+"""When Linux's timers fire: a little late, the later the longer they run."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ _STARTS = tuple(63 << 3 * level for level in range(_LEVELS))  # LVL_START of the
 
 
 def fires_ns(now_ns: int, delay_ns: int, tick_ns: int) -> int:
-    """When a timer fires that is set now for ``delay_ns``. It counts ticks, and is looked for every
-    8^n ticks if it runs for 8^n to 8^(n + 1) times 8 of them (Linux kernel/time/timer.c,
-    calc_wheel_index: below 63 ticks each one, below 504 every 8th, below 4032 every 64th, ...).
-    The ticks of all hosts are those of the simulation's clock. Without ticks (0 ns) it is exact."""
+    """When a timer fires that is set now for ``delay_ns``.
+
+    A timer of less than 63 ticks fires on the tick after its delay. Longer ones are checked only
+    every 8, 64, ... ticks (below 504, 4032, ...), so they may be up to an eighth late (Linux
+    kernel/time/timer.c, calc_wheel_index). All hosts tick with the simulation's clock. Without
+    ticks (0 ns) a timer is exact."""
     if not tick_ns:
         return now_ns + delay_ns
     ticks = -(-delay_ns // tick_ns)

@@ -1,8 +1,8 @@
-"""What stands between antennas: walls, and blocks.
+"""Walls and blocks between antennas.
 
-A wall is as thick as walls are, up to ``BLOCK_M``, and counts once on a straight line that goes
-through. Of a thicker block there are the faces: it counts where the line goes in and where it comes
-out. It does not matter whether somebody has drawn it or an image shows it.
+A wall (up to ``BLOCK_M`` thick) counts once on a straight line through it. A thicker block counts
+twice: where the line enters and where it leaves. Walls may be drawn or come from a map image; the
+result is the same.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from desim.world import kernels
 BLOCK_M = 1.0  # a castle's wall; the outer walls of houses are 0.2 to 0.5 m thick
 FACE_M = 0.2  # a block's face, as thick as a wall of the paper's maps
 
-# A way between cells that is shorter than so many of them, and than 1 m, is one between the teeth
-# of a slanting wall, and none between two walls.
+# Two solid stretches of a line that are separated by less than this many cells (and by less than
+# 1 m) are one wall: such gaps are the steps of a slanting wall, not doors.
 GAP_CELLS = 2.0
 
-# A line that is in a wall for less than half of its thickness cuts the corner of its end, beside
-# the door, and would pass the line that somebody draws. So many cells less, since thicknesses are
-# known to half a cell. Of walls that are one cell thick, which slanting lines may slip through
-# between two cells, every touch counts.
+# A line must be in a wall for at least half of its thickness, less this many cells (thicknesses are
+# known to half a cell). Otherwise it only cuts the corner of a wall's end, beside the door, and
+# would pass the drawn wall. Of walls that are one cell thick every touch counts: slanting lines may
+# slip through between two of their cells.
 SLACK_CELLS = 0.25
 
 # Both are tuned on four houses with doors of 1 m, at 0, 30 and 45 degrees, in cells of 0.05 and

@@ -38,7 +38,9 @@ class Radio:
 
     A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
     or listening to somebody else or found it under others (``collision``), or that made out its
-    beginning but not all of it (``channel_error``). Propagation (0.7 us over 200 m) is left out.
+    beginning but not all of it (``channel_error``). Signals arrive without delay (really 0.7 us
+    over 200 m); with ``reception.unaware`` the distances decide which of two frames that were sent
+    in one slot comes first.
     A train is sent packet by packet; one that is given up, or that a receiver of a broadcast does
     not get, is lost alone. The train has arrived when the last packet is through.
 
@@ -148,12 +150,12 @@ class Radio:
 
     @cached_property
     def _number(self) -> int:
-        """Of those who share the air, the how many'th it is."""
+        """This radio's index among those that share the air."""
         return [member.radio for member in self._air.members].index(self)
 
     def _heard_dbm(self) -> float:
-        """What is weaker on the average is nobody's business: neither interference, nor found when
-        it fades up."""
+        """Mean power below which a signal is ignored: too weak to interfere, and too weak to be
+        found even in its best fade."""
         heard_dbm, fading = self.params.reception.heard_dbm, self.params.fading
         if fading is None:
             return heard_dbm
@@ -165,8 +167,8 @@ class Radio:
         return ports.Signal(power_dbm, self._share(power_dbm))
 
     def _share(self, power_dbm: np.ndarray) -> np.ndarray:
-        """Of full packets that get through, each sent once; with rate control at the slowest rate
-        that there is to fall back to."""
+        """Probability that a full packet gets through at each power, sent once; with rate control
+        at the slowest rate."""
         params = self.params
         rate = self.standard.lowest(self.rate) if params.rate_control else self.rate
         return mean_delivery(power_dbm, self.standard, rate, psdu_bytes(FULL_BYTES, 1),

@@ -52,8 +52,8 @@ class Links(NamedTuple):
 
 @dataclass(frozen=True)
 class Budget:
-    """``power_dbm`` is sent, something is lost on the way; from ``heard_dbm`` on it is heard, from
-    ``found_dbm`` on a frame is found, by those on the same of ``channels`` [hosts]."""
+    """Link budget. A frame is heard (as interference) from ``heard_dbm`` on and can be received
+    from ``found_dbm`` on, by hosts on the same of ``channels`` [hosts]."""
 
     power_dbm: float
     path_loss: PathLoss

@@ -40,8 +40,9 @@ class FreeSpace:
 
 @dataclass(frozen=True)
 class LogDistance:
-    """reference + 10 exponent log10(d / 1 m) (Rappaport 2002, 4.9.1); within 1 m, that of 1 m. The
-    defaults are ns-3's, whose reference is free space at 5.15 GHz, whatever the band."""
+    """Log-distance path loss: reference + 10 exponent log10(d / 1 m) (Rappaport 2002, 4.9.1).
+    Within 1 m it is that of 1 m. The class's own defaults are ns-3's; a radio replaces
+    ``reference`` by free space on its channel (``PathLossParams.chosen``)."""
 
     exponent: float = 3.0
     reference_db: float = 46.6777
@@ -144,8 +145,8 @@ class PathLossParams(ports.Params):
         return self
 
     def chosen(self, carrier_hz: float | None = None) -> PathLoss:
-        """For a radio on ``carrier_hz``, which loses as much in the first metre as in free space
-        (Friis 1946), if nothing else is said."""
+        """The path loss of a radio on ``carrier_hz``. Unless ``reference`` is given, the first
+        metre loses what it does in free space (Friis 1946)."""
         given = self._given()
         if self.model == "log_distance" and carrier_hz is not None:
             given.setdefault("reference_db", float(FreeSpace(carrier_hz).loss_db(1.0)))

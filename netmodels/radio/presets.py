@@ -1,24 +1,29 @@
 """Sets of parameters under one name.
 
 ``ns3_3_44`` is what ns-3 3.44 does with the error model of NIST and without QoS. It differs from
-the defaults in eight rules, which were found by comparing small layouts and reading its traces.
+the defaults in these rules, which were found by comparing small layouts and reading ns-3's traces
+(docs/validation.md has the figures).
 
-- Energy of Wi-Fi's frames makes the medium busy from -82 dBm on (``CcaSensitivity``), whether or
-  not a preamble was found; by 802.11-2016 (17.3.10.6) a found preamble does from -82 dBm on, and
-  anything else from -62 dBm on. Ten pairs on 120 m carry 29 instead of 42 Mb/s.
+- The first metre loses 46.6777 dB in every band (``path_loss.reference``); by default free space on
+  the channel.
+- Preambles are found from -82 dBm (``reception.preamble``); by default from 4 dB above the noise,
+  -90 dBm.
+- Energy of Wi-Fi's frames makes the medium busy from -82 dBm (``CcaSensitivity``), whether or not a
+  preamble was found; by 802.11-2016 (17.3.10.6) a found preamble does, and anything else from
+  -62 dBm. Ten pairs on 120 m carry 29 instead of 41 Mb/s.
 - A receiver is not aware of interference that came less than 4 us before the frame, the weaker one
   first (``reception.unaware``): two pairs 20 m apart carry 27.0 instead of 25.3 Mb/s at 54 Mb/s.
-- EIFS begins with the end of the frame that could not be made out (``reception.eifs``), and not
-  when the medium is idle after it.
-- A frame whose header has errors is given up, and the medium taken for idle until something new
-  comes (``reception.gives_up``).
+- EIFS begins with the end of the frame that could not be decoded (``reception.eifs``), not when the
+  medium is idle after it.
+- A receiver gives up a frame whose header has errors, and takes the medium for idle until something
+  new comes (``reception.gives_up``).
 - A frame that comes while the medium is idle goes after DIFS, counted from then on, and needs no
   backoff if something else comes in between (``difs_first``).
 - A frame that is given up leaves the contention window as wide as it was (``window_failures``):
-  thirty saturated stations carry 1.5 % more.
-- Broadcasts of 802.11g go at its lowest rate, 1 Mb/s.
+  thirty saturated stations carry 1 % more.
+- Broadcasts of 802.11g go at its lowest rate, 1 Mb/s; by default at 6 Mb/s, the lowest of OFDM.
 - Rate control counts as ``ArfWifiManager`` does (``rate_control.model``): five saturated stations
-  carry 5.5 instead of 6.0 Mb/s.
+  carry 5.6 instead of 6.0 Mb/s.
 """
 
 from __future__ import annotations
@@ -38,8 +43,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 
 
 def filled(given: Any) -> Any:
-    """Parameters as they were given, with those of their preset where they leave something open:
-    inside ``reception`` key by key."""
+    """Fill in ``given`` from its preset, inside ``reception`` key by key; its own values win."""
     preset = PRESETS.get(given.get("preset")) if isinstance(given, dict) else None
     if preset is None:
         return given

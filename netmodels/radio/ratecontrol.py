@@ -46,14 +46,14 @@ class Pair:
 
 
 class Arf:
-    """For each sender and receiver by itself."""
+    """Automatic rate fallback (Kamerman and Monteban 1997), for each pair of hosts by itself."""
 
     def __init__(self, params: RateControl, rates: Sequence[int], first: int) -> None:
         self._params, self._rates, self._first = params, rates, rates.index(first)
         self._pairs: dict[tuple[int, int], Pair] = {}
 
     def acknowledged(self, sender: int, receiver: int) -> int:
-        """An attempt was; returns the rate of the next one."""
+        """An attempt was acknowledged; returns the rate of the next one."""
         pair, params = self._pair(sender, receiver), self._params
         pair.attempts += 1
         pair.acknowledged += 1
@@ -89,9 +89,9 @@ class Arf:
 
 
 class ArfOfNs3(Arf):
-    """Where the paper leaves open what counts. A probe that fails lowers the rate, and nothing does
-    after it until something gets through. The timer is of no use if the attempt at which it ends
-    fails, and begins anew with each failure but the first one in a row."""
+    """ARF as ns-3's ``ArfWifiManager`` counts, where the paper leaves it open. A failed probe
+    lowers the rate; further failures do not until something gets through. A timer that ends with a
+    failed attempt has no effect, and each failure but the first in a row starts it anew."""
 
     def acknowledged(self, sender: int, receiver: int) -> int:
         pair, params = self._pair(sender, receiver), self._params

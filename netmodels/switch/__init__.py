@@ -17,7 +17,7 @@ from netmodels.switch.compiled import Compiled
 from netmodels.switch.packets import Load, Outcome, Packets
 from netmodels.switch.trains import Train, cut
 
-_AHEAD_NS = 100_000  # what will be in the switch so soon is settled when it is sent
+_AHEAD_NS = 100_000  # a frame that will be in the switch so soon is settled when it is sent
 
 _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle exit gives the same delays again
 
@@ -36,9 +36,12 @@ class Switch:
 
     Two queues are in a packet's way. The interface of its sender serves the flows of its port in
     turn (``fq_codel``: deficit round robin by packets, flows that have just begun first) or all in
-    order (``pfifo``). What waits there is held back in its sockets, not lost: limits of packets and
-    CoDel's drops, which sockets of Linux (TCP small queues) keep away from streams, are left out.
-    The switch's exit serves packets in order of arrival, and drops those for which it has no room.
+    order (``pfifo``). What waits there stays in the sockets and is never lost. Left out: CoDel's
+    drops and the packet limits; Linux's TCP small queues keep both away from streams. The switch's
+    exit serves packets in order of arrival, and drops those for which it has no room.
+
+    Frames that meet nobody skip the packet queues (``_is_alone``, ``_foresee``); ``_join`` moves
+    one back into the queues when another frame turns up.
     """
 
     class Params(ports.Params):
@@ -144,8 +147,9 @@ class Switch:
         return tuple(groups.items())
 
     def _foresee(self, exit_: int, begin_ns: int, train: Train) -> int | None:
-        """After how long something arrives that will be in the switch soon: after all that was
-        foreseen before, even if that is here a little later. None if it cannot be told yet."""
+        """The delay until a frame arrives that will be in the switch within ``_AHEAD_NS``, as if it
+        joined its exit's queue now, behind all frames foreseen before. None while the packet queues
+        hold a frame for that exit, or if the exit may have no room."""
         if self._coming[exit_]:
             return None
         free_ns, booked_ns, last_ns = self._loads[exit_]
@@ -161,7 +165,7 @@ class Switch:
         return free_ns - self._context.now_ns + self._hop_ns
 
     def _wait(self, waiting: Waiting, port: int) -> None:
-        """A frame joins those of its port."""
+        """Queue a frame at its port's interface."""
         self._queued[port] += 1
         if self._fair:
             if self._alone[port] is not None:
@@ -174,7 +178,7 @@ class Switch:
             self._put(waiting, port, None)
 
     def _put(self, waiting: Waiting, port: int, flow: Hashable) -> None:
-        """The queues have a frame more to look after, unless it is alone."""
+        """Hand a frame to the packet queues, unless nothing else competes with it."""
         frame, exits, begin_ns, train = waiting
         self._inside[port] += 1
         if self._inside[port] == 1 and self._is_alone(exits, begin_ns, train):
@@ -191,7 +195,7 @@ class Switch:
             self._look_at(port, self._engine.due_ns(port))
 
     def _enter(self, exits: Exits) -> None:
-        """A frame comes to ``exits``."""
+        """Count a frame as coming to ``exits``; the packet queues take over idle ones."""
         coming = self._coming
         for exit_, _ in exits:
             alone_port = self._alone_for[exit_]
@@ -202,7 +206,7 @@ class Switch:
             coming[exit_] += 1
 
     def _is_alone(self, exits: Exits, begin_ns: int, train: Train) -> bool:
-        """Nothing else is for a frame's one exit, and there is room."""
+        """Whether no other frame is for this frame's one exit, and the exit has room."""
         exit_ = exits[0][0]
         if self._params.per_segment or len(exits) > 1 or self._coming[exit_]:
             return False
@@ -210,7 +214,7 @@ class Switch:
         return wait_ns <= 0 or wait_ns + train.long_ns <= self._limit_ns
 
     def _join(self, port: int) -> None:
-        """The frame of a port is not alone any more."""
+        """Move the lone frame of a port back into the packet queues: another one has turned up."""
         (frame, exits, begin_ns, train), flow = self._alone[port]
         exit_ = exits[0][0]
         self._alone[port] = self._alone_for[exit_] = None
@@ -225,7 +229,7 @@ class Switch:
         self._timers[port] = self._context.at(due_ns, self._look, port)
 
     def _look(self, port: int) -> None:
-        """A frame may have been sent."""
+        """A frame may be in the switch: settle those that are."""
         self._timers[port] = None
         if self._alone[port] is not None:
             self._arrive_alone(port)
@@ -249,7 +253,7 @@ class Switch:
                 self._settle(frame, receivers, outcome)
 
     def _arrive_alone(self, port: int) -> None:
-        """A frame that met nobody is in the switch."""
+        """The lone frame of a port is in the switch: settle it."""
         (frame, exits, begin_ns, train), _ = self._alone[port]
         exit_ = exits[0][0]
         self._alone[port] = self._alone_for[exit_] = None
@@ -261,7 +265,7 @@ class Switch:
         self._context.settle_many(frame, exits[0][1], _deliver(delay_ns))
 
     def _go_on(self, port: int) -> None:
-        """The first of a line is sent, and all that will be in the switch soon."""
+        """The line is free: settle frames that will be in the switch soon, queue the next one."""
         line, context = self._lines[port], self._context
         while line and not self._inside[port]:
             frame, exits, begin_ns, train = waiting = line.popleft()
@@ -276,8 +280,8 @@ class Switch:
                 context.settle(frame, frame.receivers[0], _deliver(delay_ns))
 
     def _settle(self, frame: ports.Frame, receivers: tuple[int, ...], outcome: Outcome) -> None:
-        """The last packet is in the switch. What arrives does so with the last that is not lost,
-        or now."""
+        """The last packet has left the interface. Report lost packets; the rest arrives when the
+        last surviving packet is out."""
         context, (out_ns, lost) = self._context, outcome
         if len(lost) == frame.segments:
             context.settle_many(frame, receivers, ports.Drop("queue_full"))

@@ -1,7 +1,7 @@
-"""TCP: what a reliable stream costs on the air and in time, and when it notices that it is cut.
+"""TCP: what a reliable stream costs in bytes and time, and when it notices that the link is cut.
 
-One process per host: a connection is between two hosts. A segment is a range of bytes; data goes as
-trains of segments, one frame each, which the medium loses or delivers as a whole.
+One process per host, so a connection is between two hosts. Data goes in *trains*: consecutive
+segments that the network carries as one frame and may lose in part.
 """
 
 from desim.middleware.tcp.connection import Connection

@@ -177,7 +177,7 @@ class End:
         self._tell(ALIVE if self.state in (OPEN, CLOSING, DONE) else RESET)
 
     def _alive(self, _: int) -> None:
-        """To have heard it is all."""
+        """A keepalive answer: only the time it was heard matters."""
 
     def stray(self, half: Sender | Receiver, token: Any) -> None:
         """Data or an acknowledgement has come to a half that is not open."""

@@ -1,10 +1,10 @@
 """A message over a connection at rest, in one step: without sequence numbers, and without a timer
-where it will be there in time.
+if it will arrive in time.
 
-It is what TCP does with most messages where paths are near and acknowledgements implied: nothing
-else is on its way, the network says at once when it will be there, and then its sender knows that.
-Whatever comes in between, another message, a loss, a stop, first lets it ``join`` the stream as if
-it had been sent there.
+Between near hosts and with implied acknowledgements most messages go this way: nothing else is
+under way, the network says at once when the message will arrive, and its sender knows it then.
+Anything else that happens first (another message, a loss, a stop) moves the message into the
+ordinary stream (``join``), as if it had been sent there.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Flight = tuple[int, Callable[[Any], Any], Any, "str | None", int]
 
 
 class Express:
-    """Of one sender. ``ready``: the stream is at rest but for ``flight``, which is on its way, and
+    """The one-step path of one sender. ``ready``: nothing is under way except ``flight``, and
     ``more`` behind it."""
 
     __slots__ = ("ready", "flight", "more", "heard_ns", "_sender", "_kernel", "_graph", "_way",
@@ -57,7 +57,7 @@ class Express:
 
     def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
              kind: str | None) -> bool:
-        """Send it, or let what is under way join and say that the stream has to."""
+        """Send a message, or return False: the ordinary stream has to (what is under way joins)."""
         if not self.ready or size_bytes > self._most_bytes or kind is FIN \
                 or (self.flight is not None and not self._follows(size_bytes)):
             self.join()
@@ -121,7 +121,7 @@ class Express:
         flight[1](flight[2])
 
     def arrived_in_part(self, flight: Flight, receiver: int, lost: dict[int, str]) -> None:
-        """The stream repairs it."""
+        """Some packets of a message are lost: the ordinary stream repairs it."""
         self.join()
         self._sender.peer.arrived_in_part(self._train(flight), receiver, lost)
 
@@ -131,14 +131,14 @@ class Express:
         self._sender.peer.lost(self._train(flight), receiver, reason)
 
     def unresolved(self, flight: Flight) -> None:
-        """It could not leave: it was not the first time that it should."""
+        """Nothing is to be done: only a retransmission that could not leave counts (``Watch``)."""
 
     def repeated(self, flight: Flight, receiver: int) -> None:
         """A copy, which is a train like any other."""
         self._sender.peer.repeated(self._train(flight), receiver)
 
     def join(self) -> None:
-        """From now on the stream goes on."""
+        """Move what is under way into the ordinary stream."""
         self.ready = False
         if self.flight is None:
             return

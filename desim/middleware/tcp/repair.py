@@ -140,7 +140,7 @@ class Repair:
         self.state = DISORDER
 
     def _undone(self) -> None:
-        """What has arrived was sent before: nothing had been lost (Eifel, RFC 3522)."""
+        """The timeout was false: the original arrived (Eifel, RFC 3522). Restore the window."""
         sender = self._sender
         window, threshold = self._before
         self.state = DISORDER

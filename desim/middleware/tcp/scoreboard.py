@@ -120,7 +120,7 @@ class Scoreboard:
                 self._become(run, LOST)
 
     def find(self) -> None:
-        """Nothing was lost."""
+        """Undo: take all that was marked lost for in flight again (a false timeout)."""
         for run in self.runs:
             if run.state == LOST:
                 self._become(run, FLYING)

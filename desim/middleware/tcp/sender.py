@@ -338,7 +338,7 @@ class Sender(Window):
     # How it goes.
 
     def _lone(self, start: int, end: int, message: Any, kind: str | None) -> None:
-        """The message of every day: one in one segment, behind all that was sent."""
+        """Send one message that fits one segment: the common case, without loops."""
         now_ns = self._kernel.now_ns
         if start == self.una:
             if self.cwnd != self.initial:

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 class Nothing:
-    """The medium between hosts that have none in common."""
+    """The medium between hosts that have none in common: every frame is dropped."""
 
     def transmit(self, *_: Any) -> None:
-        """It gets nowhere."""
+        """Drop the frame; nobody is told."""
 
 
 class Known:
-    """How to send to a peer whose address is known for good."""
+    """Sends to a peer whose address is configured (``arp: static``)."""
 
     __slots__ = ("transmit", "confirmed_ns")
 
@@ -35,8 +35,8 @@ class Known:
 
 
 class Tcp:
-    """Between the hosts of ``context``. Within a host there is none: ``client`` and ``server`` are
-    different hosts."""
+    """All connections between the hosts of ``context``. Within a host there is none: ``client`` and
+    ``server`` are different hosts."""
 
     def __init__(self, context: Context, params: TcpParams) -> None:
         self.context = context

@@ -27,7 +27,8 @@ class Watch:
     has one acknowledgement for a train. So it lets the probe come only after the network has lost
     something (``hide``): a probe that is false, because nothing was lost, is left out.
 
-    ``uneasy``: something of this was needed, or may be.
+    ``uneasy``: something was lost (known or not) or a timer is aimed, and no news has come since.
+    Only then does the sender call this object with each message that it sends.
     """
 
     __slots__ = ("timer", "uneasy", "_sender", "_params", "_backoff", "_silent_ns", "_probed",
