@@ -97,6 +97,12 @@ def beside(name: str, folder: str) -> str:
     return f"{place}:{attribute}" if module and _file(place) else name
 
 
+def module_of(kind: str, name: str) -> str:
+    """The module that a plug-in or function is named by; it may only import it from another."""
+    path = name if ":" in name else _installed(kind, name)
+    return os.path.basename(path).partition(":")[0]
+
+
 def bare(name: str) -> str:
     """A name without its folder: as the user wrote it."""
     return os.path.basename(name)

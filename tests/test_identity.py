@@ -41,3 +41,44 @@ def test_a_change_of_what_computes_moves_it(folders, path, moves):
     for folder in folders:
         before = source_in(folder)
         assert (source_in(folder, path) != before) == moves
+
+
+NAMED = """\
+import desim
+from desim.experiment.identity import Identity
+print(Identity(desim.load("s.yaml").scenario).run_id(1))
+"""
+OWN = {
+    "s.yaml": "name: s\ncoordination: {strategy: 'mine:Mine'}\nstop: {when: 'ends:late'}\n",
+    "mine.py": "from base import Mine\n",
+    "base.py": "from desim.ports import Params\n\n\nclass Mine:\n    class Params(Params):\n"
+               "        pass\n\n    def __init__(self, params):\n        pass\n\n"
+               "    def choose(self, view):\n        from picked.first import pick\n"
+               "        return pick(view.frontiers())\n",
+    "picked/__init__.py": "",
+    "picked/first.py": "def pick(frontiers):\n    return frontiers[0]\n",
+    "ends.py": "import limit\n\n\ndef late(quantities):\n    return False\n",
+    "limit.py": "",
+    "other.py": "",
+}
+
+
+def run_id_in(folder):
+    """The name of the run of ``s.yaml``, as a process of its own gives it."""
+    found = subprocess.run([sys.executable, "-c", NAMED], cwd=folder, check=True, text=True,
+                           capture_output=True)
+    return found.stdout.strip()
+
+
+def test_what_a_users_module_imports_from_its_folder_moves_it(tmp_path):
+    for name, text in OWN.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    ids = {None: run_id_in(tmp_path)}
+    for name in OWN:
+        if name.endswith(".py"):
+            (tmp_path / name).write_text(OWN[name] + "\nCHANGED = 1\n")
+            ids[name] = run_id_in(tmp_path)
+            (tmp_path / name).write_text(OWN[name])
+    assert ids.pop("other.py") == ids[None]
+    assert len(set(ids.values())) == len(ids)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import os
 import platform
@@ -15,6 +16,7 @@ from typing import Any
 
 import desim
 from desim import plugins
+from desim.scenario import expression
 from desim.scenario.resolved import scenario_id
 from desim.scenario.schema import Scenario
 
@@ -65,8 +67,15 @@ def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
 
 
 def modules(scenario: Scenario) -> tuple[str, ...]:
-    """Those of the scenario's plug-ins."""
-    return tuple(sorted({plugins.load(kind, name).__module__ for kind, name in _chosen(scenario)}))
+    """Those of the scenario's plug-ins, and of the function that ends it, if one does: where it is
+    defined, and the one by which it is named."""
+    found = {module for kind, name in _chosen(scenario)
+             for module in (plugins.load(kind, name).__module__, plugins.module_of(kind, name))}
+    when = scenario.stop.when
+    if when and expression.names_function(when):
+        found |= {plugins.imported("function", when.strip()).__module__,
+                  plugins.module_of("function", when.strip())}
+    return tuple(sorted(module for module in sys.modules if module in found))
 
 
 def source(modules: tuple[str, ...]) -> str:
@@ -85,16 +94,41 @@ def source(modules: tuple[str, ...]) -> str:
 
 @cache
 def _files(modules: tuple[str, ...]) -> tuple[str, ...]:
-    """Whose content may be in results: of desim and of these modules' packages, in an order that
-    does not depend on where they are installed."""
+    """Whose content may be in results: of desim, of these modules' packages, and of what a module
+    without a package imports from its own folder; in an order that does not depend on where they
+    are installed."""
     files = [file for file in _package(Path(desim.__file__).parent)
              if file.relative_to(Path(desim.__file__).parent).parts[0] not in _SHOWS]
     for top in sorted({module.partition(".")[0] for module in modules} - {desim.__name__}):
         place = sys.modules[top].__file__
         if place is not None:
             path = Path(place)
-            files += _package(path.parent) if path.name == "__init__.py" else [path]
-    return tuple(map(str, files))
+            files += _package(path.parent) if path.name == "__init__.py" else _beside(path)
+    return tuple(map(str, dict.fromkeys(files)))
+
+
+def _beside(module: Path) -> list[Path]:
+    """The module's file, then those that it imports from its own folder, and these in turn;
+    packages there as a whole."""
+    files, folder = {module: None}, module.parent
+    agenda = [module]
+    while agenda:
+        for name in _imported(agenda.pop()):
+            file, package = folder / f"{name}.py", folder / name / "__init__.py"
+            if package.is_file() and name != desim.__name__:
+                files.update(dict.fromkeys(_package(package.parent)))
+            elif file.is_file() and file not in files:
+                files[file] = None
+                agenda.append(file)
+    return list(files)
+
+
+def _imported(file: Path) -> list[str]:
+    """The first part of each name that a file imports, wherever in it, in its order."""
+    nodes = list(ast.walk(ast.parse(file.read_bytes())))
+    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
+    return sorted({name.partition(".")[0] for name in names})
 
 
 @cache

@@ -52,7 +52,7 @@ def condition(text: str, names: Collection[str]) -> Expression:
     """What ``stop.when`` says: a condition, or ``package.module:function``, perhaps with its folder
     in front, of a mapping of the quantities. Raises ``InputError`` with what is wrong and allowed.
     """
-    if _FUNCTION.fullmatch(text.strip()):
+    if names_function(text):
         function, name = plugins.imported("function", text.strip()), plugins.bare(text.strip())
         if not callable(function):
             raise InputError(f"{name!r} is not a function")
@@ -62,6 +62,11 @@ def condition(text: str, names: Collection[str]) -> Expression:
         raise InputError(f"{text!r} is a number, not a condition; compare it with something, "
                          "e.g. 'explored > 0.9'")
     return expression
+
+
+def names_function(text: str) -> bool:
+    """Whether it is no expression, but ``package.module:function``."""
+    return _FUNCTION.fullmatch(text.strip()) is not None
 
 
 def compile(text: str, names: Collection[str]) -> Expression:
