@@ -1,4 +1,4 @@
-"""How late the messages are that a robot cannot do without, for the metrics of designs."""
+"""How late commands and scans are, for the metrics of designs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ def command_p95_s(run):
 
 
 def scan_p95_s(run):
-    """The same of laser scans."""
+    """95 % of the laser scans that arrive do so within this time."""
     return _p95_s(run, "/*/scan")
 
 
