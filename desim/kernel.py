@@ -210,9 +210,12 @@ class Kernel:
 
     def _loop(self) -> None:
         """``env.run()``, but a call fires right here. SimPy's way to it, over ``step`` and a list
-        of callbacks, costs as much again as the whole event; hence the look at its heap."""
+        of callbacks, costs as much again as the whole event; hence the look at its heap, in which
+        the end, which raises, always is. ``while queue`` would do, but Python 3.11 specializes a
+        running function's instructions only at unconditional jumps back: ``while True`` takes 7 %
+        off the instructions of a message between hosts (101.7 to 94.1 thousand)."""
         env, queue = self.env, self.env._queue
-        while queue:
+        while True:
             entry = heappop(queue)
             call = entry[3]
             env._now = self.now_ns = entry[0]
@@ -222,7 +225,8 @@ class Kernel:
                 continue
             self._fired = entry
             self.events += 1
-            call.fn(call.arg)
+            fn = call.fn
+            fn(call.arg)
 
     def stop(self) -> None:
         """End ``run`` (or the foreign environment's) when the current instant is complete."""
