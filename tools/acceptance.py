@@ -1,4 +1,4 @@
-"""What takes many runs to show: terrains, seeds, the paper's figure, range, real maps.
+"""Acceptance tests of many runs: terrains, seeds, the paper's figure, range, real maps.
 
     python tools/acceptance.py [--json] [--workers N] [part ...]
 
@@ -51,7 +51,7 @@ class Job(NamedTuple):
 
 
 class Part(NamedTuple):
-    """What a part came to: a row a line, what they come to together, and whether that is what must
+    """The result of a part: a row for each line, the result of all, and whether that is what must
     be shown."""
 
     rows: list[Row]

@@ -1,4 +1,4 @@
-"""What the network benchmark sends: hosts on one radio channel, through the whole medium."""
+"""The load of the network benchmark: hosts on one radio channel, through the whole medium."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""How fast desim is on this machine: `python tools/bench.py [--json] [part ...]`.
+"""Measures how fast desim is on this machine: `python tools/bench.py [--json] [part ...]`.
 
 `python tools/bench.py compare REV [--turns N] [part ...]` runs this tree and a commit in turns and
 prints what this tree costs as a share of that commit, with 95 % intervals.
 
-Every figure is CPU time of one core after compilation; the best of several runs where runs are
-short, for other processes on the machine can only slow a run down.
+Every figure is CPU time of one core after compilation; of short runs it is the best of several,
+because other processes on the machine can only slow a run down.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ Row = dict[str, object]
 
 
 def machine() -> Row:
-    """What the figures were measured on."""
+    """The machine and the versions that the figures were measured with."""
     cpu = platform.machine()
     info = Path("/proc/cpuinfo")
     if info.exists():
@@ -265,14 +265,14 @@ def middleware() -> list[Row]:
 
 
 def campaign() -> list[Row]:
-    """What a campaign costs beside its runs; CPU of it and its workers, start included."""
+    """Cost of a campaign beside its runs: CPU of it and its workers, start included."""
     scratch = Path(_scratch.name)
     return [campaignload.overhead(scratch), *campaignload.finished(scratch, 200, 500),
             *campaignload.finished(scratch, 10_000, 10)]
 
 
 def manifest_of(what: list[str], repetition: int) -> dict[str, Any]:
-    """What a run in a process of its own says about itself."""
+    """The manifest of a run in a process of its own."""
     out = Path(_scratch.name) / f"run {repetition}"
     output_of("-m", "desim.cli", "run", *what, "--quiet", "--out", str(out))
     newest = max(out.glob("*/*/manifest.json"), key=lambda path: path.stat().st_mtime_ns)

@@ -1,4 +1,4 @@
-"""What campaigns cost beside their runs, for `tools/bench.py campaign`."""
+"""Cost of campaigns beside their runs, for `tools/bench.py campaign`."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def _is_rate(column: str) -> bool:
 
 
 def _output(tree: Path, *arguments: str) -> str:
-    """What Python prints that is started in ``tree`` with its code."""
+    """The output of a Python that is started in ``tree`` with its code."""
     done = subprocess.run([sys.executable, *arguments], cwd=tree, capture_output=True, text=True,
                           env=os.environ | {"PYTHONPATH": str(tree)})
     if done.returncode:

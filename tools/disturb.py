@@ -1,10 +1,10 @@
 """Kills a campaign again and again: `python tools/disturb.py [--times 20] [--seed 1]`.
 
-At a random moment, in turns: the campaign is killed (SIGKILL), one of its workers is, or its disk
-is filled to the last but a few kilobytes (a small tmpfs; left out where none can be mounted). Then
-it is started again. After each of these no finished run may be lost or made again and no file may
-be damaged; in the end ``runs.parquet`` has the same bytes as that of an undisturbed campaign. Exit
-code 1, with what is wrong, where this does not hold.
+At a random moment, in turns: the campaign is killed (SIGKILL), one of its workers is killed, or its
+disk is filled up to a few kilobytes (a small tmpfs; left out where none can be mounted). Then the
+campaign is started again. After each of these no finished run may be lost or made again and no file
+may be damaged; in the end ``runs.parquet`` must have the same bytes as that of an undisturbed
+campaign. Otherwise the exit code is 1, and the fault is printed.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class Campaign:
                 (self._reference / "runs.parquet").read_bytes(), "another runs.parquet")
 
     def _await(self, process: subprocess.Popen, more: int) -> None:
-        """Until some more runs are finished, or all of them."""
+        """Wait until some more runs are finished, or all of them."""
         wanted = min(len(self._runs()) + more, self.total)
         while process.poll() is None and len(self._runs()) < wanted:
             time.sleep(0.002)

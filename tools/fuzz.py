@@ -64,8 +64,8 @@ _MEMORY_BYTES = 6 * 2**30
 
 
 class Template(NamedTuple):
-    """What is damaged: a folder with a scenario, a design, a run and a campaign, all of them in
-    order; ``table`` is that of the campaign."""
+    """The undamaged original: a folder with a scenario, a design, a run and a campaign; ``table``
+    is that of the campaign."""
 
     folder: Path
     resolved: str
@@ -101,7 +101,7 @@ class Here:
 
 
 class Wrong(Exception):
-    """What desim did."""
+    """A fault of desim."""
 
 
 def main() -> int:
@@ -247,7 +247,7 @@ TEXTS = ["\0", "\t", "\ufeff", "&a [*a]", "*b", "!!python/object:os.system x", "
 
 
 def mutated(text: str, case: Case) -> bytes:
-    """As text, as bytes, or by its values."""
+    """Change ``text`` as text, as bytes, or by its values."""
     luck = case.luck
     for _ in range(luck.choice([1, 1, 1, 2, 4])):
         how = luck.randrange(5)
@@ -322,7 +322,7 @@ def harm(case: Case, top: Path, run: Path) -> Path:
 
 
 def _beside(case: Case, run: Path) -> Path:
-    """Where desim itself will want to write."""
+    """Put something where desim itself will want to write."""
     place = run.with_name(run.name + case.luck.choice([".partial", ".old"]))
     if not os.path.lexists(place):
         how = case.luck.choice(["folder", "link", "file", "pipe"])
@@ -405,7 +405,7 @@ def _a_link(case: Case, path: Path) -> None:
 
 
 def _another(case: Case, path: Path) -> None:
-    """In its place, another file of the campaign."""
+    """Replace it by another file of the campaign."""
     others = [other for other in sorted(case.folder.rglob("*")) if other.is_file()]
     _replaced(path, case.luck.choice(others).read_bytes())
 
@@ -425,7 +425,7 @@ class _Outside(NamedTuple):
 
 
 def _outside(folder: Path) -> _Outside:
-    """Where nobody may write."""
+    """A folder in which desim must not write."""
     folder.mkdir()
     (folder / "file.txt").write_text("not yours")
     (folder / "deep").mkdir()

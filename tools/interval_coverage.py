@@ -2,8 +2,8 @@
 
     python tools/interval_coverage.py [--experiments 2000]
 
-One line an interval: what is drawn, the share held of a nominal 95 %, the standard error of that
-share. The table of docs/statistics.md is this one.
+One line for each interval: what is drawn, the share of intervals (nominally 95 %) that contain the
+truth, the standard error of that share. This is the table of docs/statistics.md.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def held(truth: float, bounds: Bounds) -> bool:
 
 
 def cases() -> Iterator[tuple[str, float, Callable[[int], Bounds]]]:
-    """What is drawn, the truth, and the bounds that an experiment of a number comes to."""
+    """What is drawn, the truth, and a function that gives the bounds of experiment k."""
     draws = {"normal": (0.0, np.random.Generator.standard_normal),
              "exponential": (1.0, np.random.Generator.standard_exponential),
              "lognormal": (np.exp(0.5), lambda draw, n: draw.lognormal(size=n)),

@@ -1,5 +1,5 @@
-"""Whether bodies stay out of walls and out of each other: every tick of a run, looked at afterwards
-with nothing but distances of points from segments."""
+"""Checks that bodies stay out of walls and out of each other: every tick of a run, afterwards, with
+nothing but distances of points from segments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a small message costs in CPU time: fifteen pairs of hosts, 797 B at 25 Hz over a switch."""
+"""CPU time of a small message: fifteen pairs of hosts, 797 B at 25 Hz over a switch."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _software(host: Host) -> list[Node]:
 
 
 def microseconds(name: str) -> float:
-    """Of a message between hosts, with publishing and callback."""
+    """CPU time of a message between hosts, with publishing and callback."""
     kernel, names, streams = Kernel(), Names(), Streams(1)
     hosts = ["master", *(f"{kind}_{k}" for kind in ("talker", "listener") for k in range(PAIRS))]
     graph = Graph(kernel, names, Trace(names), streams, MIDDLEWARE[name](), hosts)

@@ -4,9 +4,9 @@
 
 A row is a scenario (a file, from the root of the repository), how long it runs, overrides that are
 separated by ' ; ', and the digest of its trace. Add a row with an empty digest to have one more. A
-digest that changed says that behaviour changed, not that it became wrong: look at why, and commit
-the new ones together with the change that made them. made_on.json beside it says on what kind of
-machine and with which versions they were made, all of them: elsewhere they may differ.
+digest that changed shows that behaviour changed, not that it became wrong: find out why, and commit
+the new ones together with the change that made them. made_on.json beside it has the kind of machine
+and the versions with which all of them were made: elsewhere they may differ.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ class Fingerprint(NamedTuple):
 
 
 def here() -> dict[str, str]:
-    """What the promise of equal digests holds for: processor, libm, versions; zlib makes the sizes
-    of compressed maps."""
+    """Processor, libm and versions, on which digests may depend; zlib makes the sizes of compressed
+    maps."""
     about = {**identity.machine(), **identity.versions(), "zlib": zlib.ZLIB_RUNTIME_VERSION}
     return {key: value for key, value in about.items() if key not in ("platform", "desim")}
 
 
 def elsewhere() -> str:
-    """In what this is not where the digests were made; empty where it is."""
+    """The differences between this machine and that of the digests; empty if there are none."""
     made_on, now = json.loads(MADE_ON.read_text()), here()
     return ", ".join(f"{key} {now.get(key)} (there: {made_on.get(key)})"
                      for key in sorted({*made_on, *now}) if made_on.get(key) != now.get(key))

@@ -192,8 +192,8 @@ class Radio:
         return self.budget.channels[host] != self.budget.channels[other]
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """From whom [k] to whom [k] a full packet gets that is sent once, and with which chance [k]
-        while nobody else is on the air."""
+        """All links: sender [k], receiver [k], and the probability [k] that a full packet that is
+        sent once gets through while nobody else is on the air."""
         context = self._context
         links = self.budget.links(context.positions(context.now_ns), context.obstacles)
         share = self._share(10 * np.log10(links.mw))

@@ -1,4 +1,4 @@
-"""What radios have in common that share the air."""
+"""The air that several radios share."""
 
 from __future__ import annotations
 
@@ -193,8 +193,7 @@ class Air:
 
     def _concerns(self, waiting: Waiting, station: int, what: int, hearer: int, packet: int
                   ) -> bool:
-        """Whether an outcome is one of this frame's own radio, and no rule has anything against it.
-        """
+        """Whether an outcome belongs to this frame's own radio, and no rule takes it away."""
         number = station // self._hosts
         if hearer >= 0 and hearer // self._hosts != number:
             return False  # a broadcast of another radio's, or what is left of it
@@ -203,8 +202,8 @@ class Air:
 
     def _passes(self, waiting: Waiting, station: int, what: int, receiver: int, packet: int
                 ) -> bool:
-        """Whether a packet that was made out at ``receiver`` is not lost by rules, and to be noted:
-        any one of a broadcast, and the last one of a train when it comes for the first time."""
+        """Whether a packet decoded at ``receiver`` is not lost by rules and has to be noted: any
+        one of a broadcast, and the last one of a train when it comes for the first time."""
         frame, now_ns, number = waiting.frame, self._context.now_ns, station // self._hosts
         if what == RECEIVED and not frame.among((receiver,)):
             return True

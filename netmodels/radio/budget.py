@@ -18,8 +18,8 @@ _LIGHT_M_PER_NS = 0.299792458
 
 
 class Links(NamedTuple):
-    """Station i is heard by ``hearer[first[i]:first[i + 1]]`` (ascending) with ``mw``, and those
-    who can find a frame of its are ``finder[begin[i]:begin[i + 1]]``."""
+    """Who hears whom. Station i is heard by ``hearer[first[i]:first[i + 1]]`` (ascending) with
+    ``mw``; its frames can be received by ``finder[begin[i]:begin[i + 1]]``."""
 
     first: np.ndarray
     hearer: np.ndarray
@@ -30,22 +30,22 @@ class Links(NamedTuple):
     @classmethod
     def of(cls, source: np.ndarray, hearer: np.ndarray, mw: np.ndarray, clear: np.ndarray,
            hosts: int) -> Links:
-        """From ``source`` [k], ascending, to ``hearer`` [k]; who finds frames where it is
-        ``clear`` [k]."""
+        """Links from ``source`` [k], ascending, to ``hearer`` [k]; frames can be received where
+        ``clear`` [k] is true."""
         first, begin = (np.searchsorted(those, np.arange(hosts + 1))
                         for those in (source, source[clear]))
         return cls(first, hearer, mw, begin.tolist(), hearer[clear])
 
     def source(self) -> np.ndarray:
-        """[k] who is heard, for each of ``hearer``."""
+        """[k] the station that is heard, for each of ``hearer``."""
         return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
 
     def finders(self, station: int) -> list[int]:
-        """Who can find a frame of this station's, ascending."""
+        """The stations that can receive a frame of ``station``, ascending."""
         return self.finder[self.begin[station]:self.begin[station + 1]].tolist()
 
     def delays_ns(self, places: np.ndarray) -> np.ndarray:
-        """[k] how long each signal is on the way; no time where places are not known."""
+        """[k] the propagation delay of each signal; 0 where places are not known."""
         apart_m = np.hypot(*(places[self.source()] - places[self.hearer])[:, :2].T)
         return np.nan_to_num(np.rint(apart_m / _LIGHT_M_PER_NS)).astype(np.int32)
 

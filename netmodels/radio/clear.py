@@ -136,7 +136,7 @@ class Clear:
 
     def _tried(self, frame: ports.Frame, near: list[int]
                ) -> tuple[dict[int, dict[str, list[int]]], int]:
-        """What rules take of it at those who are ``near``, the packets by reason; and how many
+        """The packets that rules take at the receivers ``near``, by reason; and how many
         transmissions are repeated."""
         judge, tries = self._context.judge_transmission, 1 if frame.broadcast else (
             self._params.retries)
@@ -167,8 +167,8 @@ class Clear:
 
 def times_ns(standard: Standard, rate: int, sizes_bytes: tuple[int, ...], broadcast: bool,
              rts_bytes: int | None) -> tuple[int, int]:
-    """From the beginning of a frame of such packets to its arrival, and to the beginning of the
-    next one."""
+    """Times from the beginning of a frame of such packets to its arrival, and to the beginning of
+    the next frame."""
     airtime_ns, lowest = standard.airtime_ns, standard.lowest(rate)
     before_ns = after_ns = 0
     if not broadcast:

@@ -1,4 +1,4 @@
-"""At which rate to send to whom, learnt from acknowledgements."""
+"""Rate control: the rate for each receiver, learnt from acknowledgements."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class RateControl(ports.Params):
 
 
 class Pair:
-    """What one sender remembers of one receiver. ``step``: the place of the present rate among
-    those allowed, the slowest first."""
+    """The state of one sender for one receiver. ``step``: the index of the present rate among those
+    allowed, the slowest first."""
 
     __slots__ = ("step", "acknowledged", "failed", "attempts", "probing")
 
@@ -82,7 +82,7 @@ class Arf:
 
     @staticmethod
     def _change(pair: Pair, by: int) -> None:
-        """To a neighbouring rate, or as slow as before if there is none; counting begins anew."""
+        """Go to a neighbouring rate, if there is one; counting begins anew."""
         pair.step = max(pair.step + by, 0)
         pair.acknowledged = pair.failed = pair.attempts = 0
         pair.probing = False

@@ -10,9 +10,9 @@ from netmodels.radio.standards import STANDARDS, Standard
 
 
 def chosen_rates(standard: str, rate_bps: int, broadcast_rate_bps: int | None) -> tuple[int, int]:
-    """Of unicast and of broadcast frames, as indices of ``STANDARDS[standard].rates``; the latter
-    by default the lowest of the same modulation. Raises ``InputError`` for rates that the standard
-    does not have."""
+    """The rates of unicast and of broadcast frames, as indices of ``STANDARDS[standard].rates``;
+    the latter by default the lowest of the same modulation. Raises ``InputError`` for rates that
+    the standard does not have."""
     unicast = _index(standard, "rate", rate_bps)
     if broadcast_rate_bps is not None:
         return unicast, _index(standard, "broadcast_rate", broadcast_rate_bps)

@@ -1,4 +1,4 @@
-"""What things that nobody has drawn cost a link: log-normal shadowing.
+"""Log-normal shadowing: the loss by obstacles that the terrain does not have.
 
 It belongs to places, not to robots: links whose ends are near to each other share it. In dB it is
 normal, and two links have exp(-(way between their beginnings + way between their ends) /

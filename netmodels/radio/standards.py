@@ -68,7 +68,8 @@ class Standard:
 
     @property
     def eifs_ns(self) -> int:
-        """After a frame with errors: long enough for an acknowledgement at the lowest rate."""
+        """The wait after a frame with errors: long enough for an acknowledgement at the lowest
+        rate."""
         return self.sifs_ns + self.airtime_ns(ACK_BYTES, 0) + self.difs_ns
 
     def carrier_hz(self, channel: int) -> float:
@@ -88,7 +89,8 @@ class Standard:
         return self.alike(rate)[0]
 
     def airtime_ns(self, psdu_bytes: int, rate: int) -> int:
-        """Of a frame of ``psdu_bytes`` at ``rates[rate]``; OFDM adds 16 service and 6 tail bits."""
+        """Airtime of a frame of ``psdu_bytes`` at ``rates[rate]``; OFDM adds 16 service and 6 tail
+        bits."""
         how = self.rates[rate]
         if how.ofdm:
             symbols = -(-(16 + 8 * psdu_bytes + 6) // how.bits)

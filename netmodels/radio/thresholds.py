@@ -1,4 +1,4 @@
-"""What a receiver makes of what it hears."""
+"""The thresholds of receivers, as parameters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 
 
 class Thresholds(ports.Params):
-    """What a receiver makes of what it hears."""
+    """Thresholds and rules of all receivers of a radio."""
 
     noise_figure_db: Decibels = Field("7 dB", description="noise of the receiver itself (ns-3; "
                                                           "802.11-2016, 17.3.10.2, allows 15 dB)")

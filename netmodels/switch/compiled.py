@@ -59,7 +59,7 @@ class Compiled:
         kernels.put(self._lines, self._flows, self._frames, port, begin_ns, record, copy)
 
     def due_ns(self, port: int) -> int:
-        """When to ``run`` because of this port, unless something else is put there."""
+        """When to ``run`` next because of this port, unless something else is put there."""
         return kernels.due_ns(self._lines, self._flows, self._frames, *self._tries, port)
 
     def run(self, now_ns: int) -> None:

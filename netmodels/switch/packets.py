@@ -17,7 +17,7 @@ NEVER = 1 << 62
 
 
 class Outcome(NamedTuple):
-    """What became of a frame at one exit: when the last of its packets has left, which are lost."""
+    """The fate of a frame at one exit: when the last of its packets left, and which are lost."""
 
     out_ns: int
     lost: tuple[int, ...]
@@ -48,7 +48,7 @@ class _Flow:
 
 
 class Line:
-    """What waits at one port's sender."""
+    """The queue of one port's interface."""
 
     def __init__(self) -> None:
         self.end_ns = NEVER  # of the packet that is being sent
@@ -119,7 +119,7 @@ class Packets:
             line.next(begin_ns)
 
     def due_ns(self, port: int) -> int:
-        """When to ``run`` because of this port, unless something else is put there."""
+        """When to ``run`` next because of this port, unless something else is put there."""
         return self._lines[port].end_ns
 
     def run(self, now_ns: int) -> None:

@@ -22,11 +22,11 @@ class Train(NamedTuple):
     total_ns: int
 
     def wire_ns(self, number: int) -> int:
-        """Of packet ``number``, from 0."""
+        """Time on the wire of packet ``number``, from 0."""
         return self.long_ns if number < self.longer else self.short_ns
 
     def queue_bytes(self, number: int) -> int:
-        """Of packet ``number``, from 0."""
+        """Size in a queue of packet ``number``, from 0."""
         return self.long_bytes if number < self.longer else self.short_bytes
 
 

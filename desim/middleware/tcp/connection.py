@@ -17,9 +17,9 @@ Closed = Callable[["Connection", str], Any]
 
 
 class Cargo(Protocol):
-    """What goes as data: ``seq`` is what trace rows name. The instants at which the first and the
-    last frame with bytes of it were sent are kept in it; as long as there was none, ``first_ns`` is
-    below 0."""
+    """A message as data of a connection. ``seq`` is its number in trace rows; ``first_ns`` and
+    ``last_ns`` are when the first and the last frame with bytes of it were sent (below 0: none
+    yet)."""
 
     seq: int
     first_ns: int
@@ -27,8 +27,8 @@ class Cargo(Protocol):
 
 
 class Connection:
-    """From ``client`` to ``service`` on ``server``; its ``number`` is above those of all that were
-    called before.
+    """A TCP connection from ``client`` to ``service`` on ``server``; its ``number`` is above those
+    of all earlier ones.
 
     ``open`` from the moment that the client knows so, until one end closes it or finds it dead (a
     host that stops says nothing) or both have stopped. ``about`` is for its owner. Hosts are given
@@ -62,7 +62,7 @@ class Connection:
         self.ends[source != self.client].sender.send(size_bytes, arrived, token, kind)
 
     def sender(self, source: int) -> Sender:
-        """What ``source`` writes to: ``send`` as above, ``room`` and ``when_room``."""
+        """The end that ``source`` writes to: ``send`` as above, ``room`` and ``when_room``."""
         return self.ends[source != self.client].sender
 
     def on_closed(self, host: int, fn: Closed) -> None:
@@ -72,11 +72,11 @@ class Connection:
         self.end(host).closed = fn
 
     def close(self, host: int) -> None:
-        """``host`` wants no more: what it has sent still goes, what comes is refused."""
+        """Close ``host``'s end: data it has written still goes, data that comes is refused."""
         self.end(host).close()
 
     def holds(self, host: int) -> bool:
-        """Whether ``host`` takes it for open."""
+        """Whether ``host`` takes the connection for open."""
         return self.end(host).state == OPEN
 
     def unacked(self, source: int) -> list[Any]:

@@ -12,9 +12,9 @@ _FRESH_TICKS = 7  # HZ / 32: as long as the window stays, its pace does
 
 
 class Cubic:
-    """What a window remembers of its last loss. Windows are in segments. Its pace is the number of
-    acknowledged segments for which it grows by one; Linux computes it anew at most each 28 ms as
-    long as it does not grow, which at short round trips is what limits it."""
+    """CUBIC: how a window shrinks and grows after its last loss, in segments. Its pace is the
+    number of acknowledged segments for which it grows by one. Linux computes the pace anew at most
+    every 28 ms while the window does not grow, which limits growth at short round trips."""
 
     __slots__ = ("_pace", "_most", "_seen", "_seen_tick", "_epoch_ms", "_origin", "_k_ms",
                  "_acked", "_reno", "_credit")
@@ -23,14 +23,14 @@ class Cubic:
         self.forget()
 
     def forget(self) -> None:
-        """After a timeout (bictcp_reset)."""
+        """Start anew after a timeout (bictcp_reset)."""
         self._pace = self._most = self._seen = self._credit = 0
         self._seen_tick = self._epoch_ms = -1
         self._origin = self._k_ms = self._acked = self._reno = 0
 
     def less(self, window: int) -> int:
-        """What is left of ``window`` after a loss; who lost before it had what it had leaves room
-        for others (fast convergence)."""
+        """The window after a loss at ``window``. If that was below the last maximum, the next one
+        is lower still, which leaves room for other connections (fast convergence)."""
         self._epoch_ms = -1
         self._most = window * (_SCALE + _BETA) // (2 * _SCALE) if window < self._most else window
         return max(window * _BETA // _SCALE, 2)

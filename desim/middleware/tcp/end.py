@@ -121,16 +121,16 @@ class End:
         _COMES[what](self, now_ns - echo_ns)
 
     def arrived_in_part(self, segment: Control, receiver: int, lost: dict[int, str]) -> None:
-        """It is a single packet: this does not happen."""
+        """Cannot happen: a control segment is a single packet."""
 
     def lost(self, segment: Control, receiver: int, reason: str) -> None:
         """Nobody is told."""
 
     def repeated(self, segment: Control, receiver: int) -> None:
-        """It says what is known."""
+        """A copy says nothing new."""
 
     def unresolved(self, segment: Control) -> None:
-        """It could not leave: who calls hears that there is no way to the host."""
+        """The segment could not leave: a caller learns that the host is unreachable."""
         if self.far.state == CALLING:
             self.far.fail("unreachable")
         elif self.far.state == CALLED:
@@ -191,7 +191,7 @@ class End:
             self._late(token)
 
     def _late(self, train: Train) -> None:
-        """After this end was closed: the peer's FIN is acknowledged, its data refused."""
+        """Data after this end was closed: the peer's FIN is acknowledged, its data refused."""
         start, end, ack, sent_ns, echo_ns = train
         if ack > self.sender.una:
             self.sender.acked(ack, echo_ns)
@@ -231,7 +231,7 @@ class End:
         self.connection.tcp.release(self)
 
     def fail(self, reason: str) -> None:
-        """It is over, and the owner is told."""
+        """End the connection here, and tell the owner."""
         owned = self.state in (CALLING, OPEN)
         self.state = GONE
         self.connection.open = False

@@ -24,8 +24,8 @@ def in_order(first: str, first_ns: int, last: str, last_ns: int) -> None:
 
 
 class TcpParams(ports.Params):
-    """Of every TCP connection of a run. The sources say where a default is from; those of Linux
-    and of RFCs are from general knowledge."""
+    """Parameters of all TCP connections of a run. Each default has its source in brackets; those of
+    Linux and of RFCs are from general knowledge."""
 
     tick_ns: Duration = Field("4 ms", description=(
         "the clock of timers, which run up to an eighth longer than they are set for (Linux "

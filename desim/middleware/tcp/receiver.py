@@ -131,7 +131,7 @@ class Receiver:
         self.origin.watch.hide(train[1])
 
     def unresolved(self, train: Train) -> None:
-        """It could not leave."""
+        """The train could not leave: only a retransmission counts (``Watch``)."""
         self.origin.watch.unresolved(train[0])
 
     def repeated(self, train: Train, receiver: int) -> None:
@@ -202,8 +202,9 @@ class Receiver:
                 return
 
     def _take(self, pieces: list[tuple[int, int]], sent_ns: int) -> None:
-        """What is not simply the next: a gap before it, a gap behind it that others filled, or
-        nothing new. It is answered at once, each segment behind a gap by itself."""
+        """Take in data that is not simply the next: with a gap before it, before data that is
+        here already, or nothing new. It is answered at once, each segment behind a gap by
+        itself."""
         self.pingpong = False
         before = self.nxt
         answers = 0

@@ -17,10 +17,10 @@ _LATE_TICKS = 2  # beside the reordering window (Linux TCP_TIMEOUT_MIN)
 
 
 class Repair:
-    """Of one sender. Gaps are known by selective acknowledgements; what was sent before something
-    that has arrived is lost, at once if enough has arrived behind it, else a quarter of a round
-    trip later (RACK, RFC 8985). During recovery the window shrinks in proportion to what arrives
-    (PRR, RFC 6937); after a timeout it starts from one segment."""
+    """The loss recovery of one sender. Gaps are known by selective acknowledgements; a range is
+    lost if a later one has arrived, at once if enough has arrived behind it, else a quarter of a
+    round trip later (RACK, RFC 8985). During recovery the window shrinks in proportion to what
+    arrives (PRR, RFC 6937); after a timeout it starts from one segment."""
 
     __slots__ = ("board", "state", "_sender", "_end", "_news", "_window", "_arrived", "_sent",
                  "_began_ns", "_before")
@@ -41,7 +41,7 @@ class Repair:
         self._news = self.board.hear(una, ranges, now_ns, self._sender.least_rtt_ns)
 
     def react(self, advanced: bool, echo_ns: int, now_ns: int) -> None:
-        """What follows from it, after the sender knows of its ``una``."""
+        """Act on the acknowledgement, after the sender has taken its ``una``."""
         sender, board = self._sender, self.board
         if advanced and self.state == LOSS and 0 <= echo_ns < self._began_ns:
             self._undone()
@@ -56,7 +56,7 @@ class Repair:
             sender.repair = None
 
     def look_again(self, now_ns: int) -> None:
-        """What was to be waited for has not come."""
+        """The wait for late ranges is over: those that have not come are lost."""
         self._news = 0
         if self._notice(now_ns) and self.state == RECOVERY and not self._sent:
             self._sender.cwnd = self.board.flying + MSS_BYTES

@@ -75,7 +75,7 @@ class Sender(Window):
 
     @property
     def head_ns(self) -> int:
-        """When the first bytes that are on their way were sent."""
+        """When the first bytes in flight were sent."""
         if self.repair is not None:
             return self.repair.board.runs[0].sent_ns
         return self._trains[0][1] if self._trains else self.sent_ns
@@ -112,11 +112,11 @@ class Sender(Window):
         return start
 
     def wake(self) -> None:
-        """Nothing is on its way, and something is to be sent."""
+        """Sending begins after a rest: the window may have to shrink."""
         self.rest(self._kernel.now_ns - self.sent_ns)
 
     def join(self) -> None:
-        """What is on its way by express becomes a part of the stream."""
+        """Move express messages that are under way into the stream."""
         if self.express is not None:
             self.express.join()
 
@@ -138,7 +138,7 @@ class Sender(Window):
 
     @property
     def express_ns(self) -> int:
-        """When a message came to the peer by express last; 0: none did."""
+        """When the last express message reached the peer; 0: none has."""
         return 0 if self.express is None else self.express.heard_ns
 
     @property
@@ -150,17 +150,16 @@ class Sender(Window):
 
     @property
     def room(self) -> bool:
-        """Whether poll() says that the send buffer takes something: where a third of it is free
-        (Linux sk_stream_is_writeable). Who has waited for that may go on as long as it
-        ``takes``."""
+        """Whether poll() reports the socket as writable: a third of the send buffer is free (Linux
+        sk_stream_is_writeable). A writer that has waited for that may go on while it ``takes``."""
         pending = self.pending
         return 3 * pending < self.memory_bytes or 3 * (
             pending + _PIECE_BYTES * self._pieces()) <= 2 * self.memory_bytes
 
     @property
     def takes(self) -> bool:
-        """Whether write() takes something. Linux fills what waits up to ``_BATCH_BYTES`` in one
-        piece, and begins another one as long as memory is left (tcp_sendmsg,
+        """Whether write() takes something. Linux collects waiting data in pieces of up to
+        ``_BATCH_BYTES``, and begins another piece as long as memory is left (tcp_sendmsg,
         tcp_xmit_size_goal)."""
         if self.room:
             return True
@@ -170,7 +169,7 @@ class Sender(Window):
         return self.pending < flying + pieces * _BATCH_BYTES
 
     def _pieces(self) -> int:
-        """How many there are on their way, about."""
+        """Roughly how many pieces are in flight."""
         return len(self._trains) + 1
 
     def when_room(self, fn: Callable[[], Any]) -> None:
@@ -200,14 +199,14 @@ class Sender(Window):
         self.arrived(ack, receiver)
 
     def lost(self, ack: Ack, receiver: int, reason: str) -> None:
-        """Nobody is told of a lost acknowledgement."""
+        """A lost acknowledgement: nobody is told, but the peer's probe or timeout may come."""
         self.watch.hide(ack[0])
 
     def repeated(self, ack: Ack, receiver: int) -> None:
         """A copy of an acknowledgement that is known."""
 
     def unresolved(self, ack: Ack) -> None:
-        """It could not leave. Its sender does not mind."""
+        """An acknowledgement could not leave: nothing is to be done."""
 
     def acked(self, number: int, echo_ns: int,
               ranges: tuple[tuple[int, int], ...] = ()) -> None:

@@ -114,7 +114,7 @@ class Tcp:
         self._ends.setdefault(end.host, {})[end] = None
 
     def release(self, end: End) -> None:
-        """It is over for ``end``."""
+        """``end`` is over: forget it."""
         self._ends.get(end.host, {}).pop(end, None)
         if end is end.connection.ends[0]:
             self._opened.pop(end.connection, None)

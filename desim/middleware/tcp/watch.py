@@ -78,9 +78,8 @@ class Watch:
         self._probed = 0
 
     def unresolved(self, start: int) -> None:
-        """What was sent from ``start`` on could not leave, since nobody knew where to. That is no
-        sign of congestion: one doubling of the timeout is taken back (RFC 6069, Linux
-        tcp_ld_RTO_revert)."""
+        """Data from ``start`` on could not leave for lack of an address. That is no sign of
+        congestion: take one doubling of the timeout back (RFC 6069, Linux tcp_ld_RTO_revert)."""
         sender = self._sender
         if start != sender.una or not self._backoff or not sender.open:
             return
@@ -93,7 +92,7 @@ class Watch:
             self._time_out(now_ns)
 
     def restart(self) -> None:
-        """The first bytes went again."""
+        """The first bytes went again: the timeout runs from now on."""
         self._aim_at(AGAIN, self._patience_ns())
 
     def await_late(self, delay_ns: int) -> None:
@@ -170,7 +169,7 @@ class Watch:
             sender.cwnd = sender.ssthresh
 
     def _time_out(self, now_ns: int) -> None:
-        """Nothing helps but to wait, and to send the first segment again."""
+        """The retransmission timeout: double it, and send the first segment again."""
         sender = self._sender
         if self._silent_ns < 0:
             self._silent_ns = now_ns

@@ -82,8 +82,8 @@ class Window:
                                     * params.segment_bytes), params.buffer_bytes)
 
     def burst_bytes(self) -> int:
-        """What goes as one train: as much as ``burst_ns`` brings at twice the window a round trip,
-        two full segments at least."""
+        """The size of one train: the bytes that ``burst_ns`` brings at twice the window per round
+        trip, two full segments at least."""
         params = self.params
         segments = 2 * self.cwnd * params.burst_ns // (max(self.srtt_ns, 1) * MSS_BYTES)
         return min(max(segments, 2), params.train) * MSS_BYTES
@@ -95,11 +95,11 @@ class Window:
         self.ssthresh = self._cubic.less(used // MSS_BYTES) * MSS_BYTES
 
     def forget(self) -> None:
-        """After a timeout nothing of what was before counts."""
+        """Forget the last loss, after a timeout."""
         self._cubic.forget()
 
     def rest(self, idle_ns: int) -> None:
-        """Nothing was sent for so long. For each timeout of it the window halves (RFC 2861)."""
+        """Nothing was sent for ``idle_ns``: the window halves for each timeout (RFC 2861)."""
         self._cubic.rested(idle_ns)
         if idle_ns > self.rto_ns and self.cwnd > self.initial:
             self.ssthresh = max(self.ssthresh, self.cwnd * 3 // 4)

@@ -29,7 +29,7 @@ __all__ = ["ACKED", "DONE", "DROPPED", "EXPIRED", "FAILED", "HEARD", "MISSED", "
 
 @dataclass(frozen=True)
 class Reception:
-    """What a receiver makes of what it hears."""
+    """Thresholds and rules of a receiver."""
 
     noise_dbm: float = -93.965  # thermal noise of 20 MHz at 290 K, and 7 dB of the receiver
     energy_dbm: float = -62.0  # whatever it is, it makes the medium busy
@@ -123,7 +123,7 @@ class Stations:
         self._locate()
 
     def _locate(self) -> None:
-        """Where the kernels find the arrays."""
+        """Store the arrays' addresses, where the kernels find them."""
         both = [records.Dcf(stations, due, self._touched, self._frames, self._links,
                             self._rates, self._table, self._setup, self._outcomes,
                             self._choices)
@@ -133,9 +133,9 @@ class Stations:
 
     def link(self, now_ns: int, first: np.ndarray, hearer: np.ndarray, mw: np.ndarray,
              delay_ns: np.ndarray | int = 0) -> None:
-        """From now on station i is heard by ``hearer[first[i]:first[i + 1]]`` with ``mw``. What
-        takes time to propagate (``delay_ns``) comes no later for that, but tells who comes first of
-        those who send in the same slot (``arrive``)."""
+        """From now on station i is heard by ``hearer[first[i]:first[i + 1]]`` with ``mw``. The
+        propagation time ``delay_ns`` delays nothing; it decides which of two frames in one slot
+        comes first (``arrive``)."""
         kernels.settle(self._where, self._present, now_ns)
         if len(hearer) != len(self._links):
             self._links = np.empty(len(hearer), records.LINK)
@@ -158,7 +158,7 @@ class Stations:
         return None if position < 0 else position
 
     def choose(self, station: int, dest: int, rate: int) -> None:
-        """From the next attempt on, ``station`` sends to ``dest`` at this rate."""
+        """Let ``station`` send to ``dest`` at this rate from the next attempt on."""
         self._choices[station, dest] = rate
         self._next_ns = None
 
@@ -175,7 +175,7 @@ class Stations:
 
     @property
     def next_ns(self) -> int:
-        """When the next outcome will be if nobody sends anything more; ``NEVER``: none will be."""
+        """When the next outcome will be if nothing more is sent; ``NEVER``: none will be."""
         if self._next_ns is None:
             self._next_ns = kernels.foresee(self._where, self._present)
         return self._next_ns
@@ -190,7 +190,7 @@ class Stations:
         return self._outcomes[:self._setup["outcomes"][0]].tolist()
 
     def counts(self, now_ns: int) -> Counts:
-        """Up to now."""
+        """The counters up to now."""
         kernels.advance(self._where, self._present, now_ns)
         self._next_ns = None
         stations = self._stations[self._present]

@@ -82,7 +82,7 @@ class Fades(ABC):
         self.until_ns = 0
 
     def links(self, mean: Links, now_ns: int) -> Links:
-        """What these links are in the step that ``now_ns`` lies in."""
+        """The links with their gains of the step that ``now_ns`` lies in."""
         step = now_ns // self.step_ns
         self.until_ns = (step + 1) * self.step_ns
         mw = self._gains(mean, step)
