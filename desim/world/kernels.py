@@ -51,7 +51,7 @@ _OUT = types.Array(types.int64, 2, "C")
 
 @lean(types.int64(_OUT, types.int64, types.int64, types.int64, types.int64, types.int64))
 def _crossed(out, found, line, kind, way_in, way_out):
-    """Notes a stretch of ``kind`` on ``line``: a block's two faces, one of a wall's; -1 is none."""
+    """Note a stretch of ``kind`` on ``line``: a block's two faces, one of a wall's; -1 is none."""
     for face in (way_in, way_out):
         if face >= 0:
             if found < out.shape[0]:
@@ -76,7 +76,7 @@ def _within(start, way, width, first, last):
 @lean(types.int64(types.Array(types.int8, 2, "C"), types.Array(types.float32, 2, "C"),
                   types.Array(types.float64, 2, "C"), types.float64, _OUT))
 def stretches(kinds, least, pairs, gap, out):
-    """What solid cells straight lines go through, cell by cell (Amanatides and Woo 1987).
+    """The faces of walls and blocks that lines cross, cell by cell (Amanatides and Woo 1987).
 
     kinds [rows, cols], 0 free, odd in a wall, even in a block | least [rows, cols]: a line that is
     in a wall for less only grazes it | pairs [k, 4] in cells |
@@ -140,7 +140,7 @@ def stretches(kinds, least, pairs, gap, out):
 @lean(types.void(_FIXED, types.int64, types.uint64, types.int64, types.float64, types.float64,
                  types.Array(types.float64, 1, "C")))
 def noisy_pose(poses, robot, key, tick, position_m, heading_rad, out):
-    """An odometry reading whose noise knows nothing of the readings before (MORSE's PoseNoise).
+    """An odometry reading with noise that is independent of earlier ones (MORSE's PoseNoise).
 
     poses [robots, 3] | out [3] = pose + normal numbers 3 tick .. 3 tick + 2 of ``key``, scaled
     """

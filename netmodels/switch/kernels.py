@@ -85,7 +85,7 @@ def _take(line, flows, frames):
 
 @lean(_i8(_frame))
 def _wire_ns(frame):
-    """Of the packet that began last."""
+    """Time on the wire of the packet that began last."""
     return frame.long_ns if frame.begun <= frame.longer else frame.short_ns
 
 
@@ -173,8 +173,8 @@ def _alone(line, flows):
 
 @lean(_i8(_lines, _flows, _frames, _lines, _flows, _frames, _i8))
 def due_ns(lines, flows, frames, lines_2, flows_2, frames_2, port):
-    """When the first of a port's frames will have been sent, if nothing else is put there: tried
-    out on copies."""
+    """When the first of a port's frames will be sent, if nothing else is put there; found by
+    running copies."""
     line = lines[port]
     frame = frames[line.sending]
     left = frame.packets - frame.begun

@@ -35,7 +35,7 @@ _places = int64[:, :, ::1]  # of the arrays: ``view`` of the present, ``view`` o
 
 @lean(void(a_dcf, a_station, _i8))
 def spoil(d, r, now):
-    """What station r has made out had errors after all."""
+    """A frame that station r had decoded is lost after all."""
     r.eifs = NEVER
     if r.busy == 0:
         rest(d.setup[0], r, now)

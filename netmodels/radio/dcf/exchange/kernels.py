@@ -1,7 +1,8 @@
-"""What happens to a station, and to those who hear it: it goes on the air, is found, comes to an
-end, is read or not, is answered or not.
+"""The events of a transmission, at its station and at those who hear it: its start, preamble,
+header, end and reply.
 
-Nothing takes time to propagate: over 50 m it would be 0.17 us, a 50th of a slot.
+Signals arrive without delay (really 0.17 us over 50 m, a 50th of a slot); with ``unaware`` the
+distances decide which of two frames in one slot comes first.
 """
 
 from __future__ import annotations
@@ -328,7 +329,7 @@ def begins(d, s, now):
 
 @lean(void(a_dcf, a_station, _i8, _i8))
 def happen(d, s, now, what):
-    """What is due at station s happens: to it, and to those who hear it."""
+    """Carry out the event ``what`` that is due at station s, there and at those who hear it."""
     touch(d, s)
     if what == END:
         finish(d, s, now)

@@ -1,4 +1,4 @@
-"""What a station makes of the signals that come to it: noise, interference, errors."""
+"""The reception of signals at a station: noise, interference, errors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ def log_success(setup, table, rate, ratio):
 
 @lean(void(a_setup, all_rates, a_table, a_station, a_station, _i8))
 def account(setup, rates, table, r, source, now):
-    """What happened to what station r receives since its interference changed last."""
+    """Add the chance of errors in the frame that station r receives, for the time since its
+    interference changed last."""
     begin, r.until = r.until, now
     noise = setup.noise_mw + max(r.heard - r.power - r.unaware, 0.0)
     r.unaware = 0.0
@@ -74,8 +75,8 @@ def arrive(d, r, s, now, link):
 
 @lean(_b1(a_station, a_station))
 def survives(r, source):
-    """Whether what station r has received so far has no error; true of the whole only if it was of
-    each part before."""
+    """Whether the part that station r has received so far has no error; true of the whole frame
+    only if it was true of each earlier part."""
     if r.chance == 0.0:
         return True
     key = r.key ^ (source.key << np.uint64(1))
