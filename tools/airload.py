@@ -21,7 +21,8 @@ class Air(Bench):
     """Counts what arrives instead of logging it."""
 
     def __init__(self, places: dict[str, tuple[float, float]] | int, **params: Any) -> None:
-        super().__init__(Radio(Radio.Params(**params)), places)
+        self.radio = Radio(Radio.Params(**params))
+        super().__init__(self.radio, places)
         self._everybody = tuple(range(len(self.hosts)))
 
     def arrived(self, token: Any, receiver: int) -> None: ...
@@ -38,6 +39,12 @@ class Air(Bench):
         start = time.process_time()
         self.kernel.run(round((warm_up_s + simulated_s) * 1e9))
         return time.process_time() - start
+
+    def audience(self) -> tuple[float, float]:
+        """How many hosts hear another one, and how many of these can receive its frames (means)."""
+        medium, hosts = self.medium, len(self._everybody)
+        links = self.radio.budget.links(medium.positions(medium.now_ns), medium.obstacles)
+        return len(links.hearer) / hosts, len(links.finder) / hosts
 
     def send_every(self, hz: int, size_bytes: int, segments: int, broadcast: bool) -> None:
         """Each host sends so often, from a random phase, to all others or to the next one."""
@@ -83,10 +90,11 @@ def messages(hosts: int, hz: int, simulated_s: float) -> float:
     return air.spent_s(1.0, simulated_s)
 
 
-def beacons(hosts: int, simulated_s: float) -> tuple[float, int]:
-    """CPU time and frames of 10 Hz beacons by hosts that stand about, 1000 a square kilometre."""
+def beacons(hosts: int, simulated_s: float) -> tuple[float, int, tuple[float, float]]:
+    """CPU time, frames and ``Air.audience`` of 10 Hz beacons by hosts that stand about, 1000 to the
+    square kilometre."""
     side_m, draw = 1000 * (hosts / 1000) ** 0.5, np.random.default_rng(2)
     air = Air({f"host_{i}": tuple(draw.uniform(0, side_m, 2)) for i in range(hosts)})
     air.send_every(10, BEACON_BYTES, 1, broadcast=True)
     cpu_s = air.spent_s(0.2, simulated_s)
-    return cpu_s, round(10 * hosts * simulated_s)
+    return cpu_s, round(10 * hosts * simulated_s), air.audience()
