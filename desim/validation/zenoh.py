@@ -50,6 +50,7 @@ Lives = dict[str, Callable[[Speaker], Any]]
 
 def checks() -> Iterator[Check]:
     yield from discovery()
+    yield from floods()
     yield from at_rest()
     yield from heard_again()
     yield from blocked()
@@ -67,6 +68,20 @@ def discovery() -> Iterator[Check]:
             ("4 hosts, 9 publishers and 8 subscribers each", _fleet(4), 102_160),
             ("8 hosts, the same", _fleet(8), 566_814), ("8 routers alone", _quiet(8), 252_981)):
         yield within(0.15, f"Zenoh: first 15 s of {what}", _first_15_s(lives), bytes_, "B")
+
+
+def floods(only: slice = slice(None)) -> Iterator[Check]:
+    """Routers that start in one instant, medians of three (16 alone: one run). Bytes alone where
+    the machine could not keep up: its routers put several messages into one frame."""
+    fleets = (("12 hosts", _fleet(12), 1_870_562, 12_435), ("16 hosts", _fleet(16), 4_804_174, 0),
+              ("16 routers alone", _quiet(16), 3_581_760, 33_449),
+              ("24 hosts", _fleet(24), 18_795_758, 0))
+    for what, lives, bytes_, frames in fleets[only]:
+        tap = Bench(lives, _zenoh("zenoh")).run(15).tap
+        what = f"Zenoh: {what} that start at once, first 15 s"
+        yield within(0.15, what, tap.bytes, bytes_, "B")
+        if frames:
+            yield within(0.15, f"{what}, frames", tap.packets, frames)
 
 
 def _first_15_s(lives: Lives) -> int:

@@ -2,7 +2,7 @@
 
 import pytest
 from graphs import MS, S
-from tcphosts import Losing, Pair, Word, link, partition
+from tcphosts import Losing, Pair, Takes, Word, link, partition
 
 OPENED = [(0, "opened"), (0, "accepted")]  # where the network takes no time
 
@@ -371,3 +371,41 @@ def test_discovery_and_data_in_one_train_are_counted_apart():
     assert [row[1:] for row in pair.rows("frame", "control")[-2:]] == [
         ("control", "a", "b", "header", 570), ("frame", "a", "b", 1, 300)]
     assert pair.net.graph.context.discovery_bytes["header"] == 570
+
+
+# --------------------------------------------------------------------- what is written in pieces
+
+
+def written(pair, writes, size_bytes):
+    pair.connection.send(0, size_bytes, lambda word: pair.note("heard", word.seq), Word(1), "word",
+                         writes)
+
+
+@pytest.mark.parametrize(("nodelay", "train"), [(True, (7, 703 + 7 * 70)), (False, (1, 703 + 70))])
+def test_without_nagle_each_write_is_a_packet_of_one_train(nodelay, train):
+    takes = Takes((), ())
+    pair = Pair(link(latency="1 ms"), [takes])
+    pair.call(nodelay=nodelay)
+    pair.at(S, written, pair, 7, 703).run(2 * S)
+    assert train in takes.seen
+    assert [number for _, number in pair.heard()] == [1]
+    assert not pair.connection.unacked(0)
+
+
+def test_of_a_train_of_writes_only_what_was_lost_goes_again():
+    takes = Takes((2, 3), trains=(4,))  # behind the handshake
+    pair = Pair(link(latency="1 ms"), [takes])
+    pair.call(nodelay=True)
+    pair.at(S, written, pair, 7, 703).run(3 * S)
+    again = [size_bytes for _, size_bytes in takes.seen[4:] if size_bytes > 150]
+    assert again == [401 - 200 + 70]
+    assert [number for _, number in pair.heard()] == [1]
+
+
+def test_writes_that_do_not_all_fit_into_the_window_are_cut_as_tcp_likes():
+    takes = Takes((), ())
+    pair = Pair(link(latency="1 ms"), [takes])
+    pair.call(nodelay=True)
+    pair.at(S, written, pair, 500, 50_000).run(3 * S)
+    assert max(segments for segments, _ in takes.seen) < 50
+    assert [number for _, number in pair.heard()] == [1]

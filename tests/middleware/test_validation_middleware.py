@@ -14,7 +14,7 @@ from desim.middleware.dds.riding import WhenFull
 from desim.middleware.multimaster.sync import Sync
 from desim.middleware.ros import processes
 from desim.middleware.ros.looper import Looper
-from desim.middleware.zenoh import link
+from desim.middleware.zenoh import link, router
 from desim.middleware.zenoh import zenoh as zenoh_model
 from desim.middleware.zenoh.line import Line
 from desim.validation import dds, multimaster, ros1, zenoh
@@ -44,12 +44,27 @@ def no_questions(monkeypatch):
 
 
 def longer_keep_alives(monkeypatch):
-    monkeypatch.setattr(link, "KEEP_ALIVE_BYTES", 30)
+    monkeypatch.setattr(link, "KEEP_ALIVE_BYTES", 60)
 
 
 def short_tokens(monkeypatch):
     """Names of topics, and nothing else."""
     monkeypatch.setattr(zenoh_model, "token_bytes", lambda node, topic: 15 + len(topic))
+
+
+def changes_together(monkeypatch):
+    """What has changed several times meanwhile is passed on as it is now."""
+    whole = router.News.until
+    monkeypatch.setattr(router.News, "until", lambda news, state, near: tuple(
+        -(-part // max(whole(news, state, 0)[0], 1)) for part in whole(news, state, near)))
+
+
+def one_write(monkeypatch):
+    """What is passed on in one instant is one packet, if it fits."""
+    whole = link.Link.say
+    monkeypatch.setattr(link.Link, "say",
+                        lambda end, kind, size_bytes, hears, what=None, writes=1:
+                        whole(end, kind, size_bytes, hears, what))
 
 
 def no_drain(monkeypatch):
@@ -59,6 +74,14 @@ def no_drain(monkeypatch):
 
 def small_zenoh_fleet():
     return islice(zenoh.discovery(), 1)
+
+
+def twelve_zenoh_hosts():
+    return zenoh.floods(slice(1))
+
+
+def more_zenoh_hosts():
+    return zenoh.floods(slice(1, None))
 
 
 def zenoh_near_the_lease():
@@ -111,6 +134,8 @@ TWINS = [
     Twin(dds.all_kept, a_heartbeat_on_every_sample),
     Twin(zenoh.at_rest, longer_keep_alives),
     Twin(small_zenoh_fleet, short_tokens),
+    Twin(twelve_zenoh_hosts, one_write),
+    Twin(more_zenoh_hosts, changes_together),
     Twin(zenoh_near_the_lease, no_drain),
 ]
 

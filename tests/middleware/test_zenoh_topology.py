@@ -26,12 +26,12 @@ def test_a_link_counts_while_both_ends_say_so_and_an_own_one_at_once():
     topology = Topology(0, 3, 1)
     topology.link(1, True)
     assert list(topology.reached()) == [0, 1]
-    assert topology.learn(1, State(1, 2, 0b101))
+    assert topology.learn(1, State(1, 2, 0b101, 3))
     assert list(topology.reached()) == [0, 1], "2 has not said that it is linked to 1"
-    assert topology.learn(2, State(1, 1, 0b010))
+    assert topology.learn(2, State(1, 1, 0b010, 1))
     assert topology.hops(0) == {1: 1, 2: 1}
-    assert not topology.learn(2, State(1, 1, 0b110)), "that is no news"
-    assert topology.learn(2, State(2, 0, 0)), "2 has restarted"
+    assert not topology.learn(2, State(1, 1, 0b110, 3)), "that is no news"
+    assert topology.learn(2, State(2, 0, 0, 0)), "2 has restarted"
     assert list(topology.reached()) == [0, 1]
     topology.link(1, False)
     assert list(topology.reached()) == [0]

@@ -54,12 +54,14 @@ class Connection:
         far.join(near)
 
     def send(self, source: int, size_bytes: int, arrived: Callable[[Any], Any], token: Any = None,
-             kind: str | None = None) -> None:
+             kind: str | None = None, writes: int = 1) -> None:
         """A message of ``size_bytes`` (above 0, with whatever frames it) from host ``source``.
         ``arrived(token)`` at the other end when all of it is there, after all that was sent before.
         Its bytes are discovery of ``kind``; without one they are data, ``token`` is a ``Cargo``.
-        Before the connection is open, it waits."""
-        self.ends[source != self.client].sender.send(size_bytes, arrived, token, kind)
+        Before the connection is open, it waits. Without Nagle's algorithm each of several
+        ``writes`` is a packet of its own."""
+        self.ends[source != self.client].sender.send(size_bytes, arrived, token, kind,
+                                                     writes if self.nodelay else 1)
 
     def sender(self, source: int) -> Sender:
         """The end that ``source`` writes to: ``send`` as above, ``room`` and ``when_room``."""

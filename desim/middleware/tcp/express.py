@@ -56,9 +56,9 @@ class Express:
         self._since_ns = 0  # from when it does, or would
 
     def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
-             kind: str | None) -> bool:
+             kind: str | None, writes: int) -> bool:
         """Send a message, or return False: the ordinary stream has to (what is under way joins)."""
-        if not self.ready or size_bytes > self._most_bytes or kind is FIN \
+        if not self.ready or size_bytes > self._most_bytes or kind is FIN or writes > 1 \
                 or (self.flight is not None and not self._follows(size_bytes)):
             self.join()
             return False

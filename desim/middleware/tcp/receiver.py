@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
@@ -106,15 +107,16 @@ class Receiver:
         elif self._timer is None:
             self._wait()
 
-    def arrived_in_part(self, train: Train, receiver: int, lost: dict[int, str]) -> None:
-        """The acknowledgement says which runs of its segments are here."""
+    def arrived_in_part(self, train: Train, receiver: int, lost: dict[int, str],
+                        bounds: Sequence[int] = ()) -> None:
+        """The acknowledgement says which runs of its segments are here. ``bounds``: where each of
+        these begins, and where the last one ends (default: they are full)."""
         start, end, ack, sent_ns, echo_ns = train
+        bounds = bounds or [*range(start, end, MSS_BYTES), end]
         origin = self.origin
         for number, reason in lost.items():
-            first = start + number * MSS_BYTES
-            origin.end.lost_train(first, min(first + MSS_BYTES, end), reason)
-        pieces = [(start + first * MSS_BYTES, min(start + last * MSS_BYTES, end))
-                  for first, last in runs(on_wire(end - start)[1], lost)]
+            origin.end.lost_train(bounds[number], bounds[number + 1], reason)
+        pieces = [(bounds[first], bounds[last]) for first, last in runs(len(bounds) - 1, lost)]
         origin.watch.hide(end)
         if not self.open:
             self.end.stray(self, (*pieces[0], ack, sent_ns, echo_ns))

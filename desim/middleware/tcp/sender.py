@@ -13,6 +13,7 @@ from desim.middleware.tcp.repair import Repair
 from desim.middleware.tcp.scoreboard import Scoreboard
 from desim.middleware.tcp.watch import Watch
 from desim.middleware.tcp.window import Window
+from desim.middleware.tcp.writes import Writes
 from desim.middleware.timers import NEVER
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 from desim.trace import pack
@@ -83,18 +84,19 @@ class Sender(Window):
     # What its user does.
 
     def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
-             kind: str | None) -> None:
-        """As ``Connection.send`` of this end."""
+             kind: str | None, writes: int = 1) -> None:
+        """As ``Connection.send`` of this end. Writes that may not go at once, TCP cuts as usual."""
         express = self.express
-        if express is not None and express.send(size_bytes, arrived, token, kind):
+        if express is not None and express.send(size_bytes, arrived, token, kind, writes):
             return
         start = self.written
         self.written = end = start + size_bytes
         self.messages.append((end, arrived, token, kind))
         small_may_go = self._small <= self.una or self.nodelay
-        if self.nxt == start and small_may_go and size_bytes <= MSS_BYTES and kind is not FIN \
-                and end - self.una <= self.cwnd and self.open and self.repair is None:
-            self._lone(start, end, token, kind)
+        if self.nxt == start and small_may_go and size_bytes <= writes * MSS_BYTES \
+                and kind is not FIN and end - self.una <= self.cwnd and self.open \
+                and self.repair is None:
+            self._lone(start, end, token, kind, writes)
         elif small_may_go or end - self.nxt >= MSS_BYTES:
             self.push()
 
@@ -336,8 +338,9 @@ class Sender(Window):
 
     # How it goes.
 
-    def _lone(self, start: int, end: int, message: Any, kind: str | None) -> None:
-        """Send one message that fits one segment: the common case, without loops."""
+    def _lone(self, start: int, end: int, message: Any, kind: str | None,
+              segments: int = 1) -> None:
+        """Send one message in one segment, or one a write: the common case, without loops."""
         now_ns = self._kernel.now_ns
         if start == self.una:
             if self.cwnd != self.initial:
@@ -350,9 +353,9 @@ class Sender(Window):
         self.sent_ns = now_ns
         self.nxt = end
         size_bytes = end - start
-        if size_bytes < MSS_BYTES:
+        if size_bytes < segments * MSS_BYTES:
             self._small = end
-        size_bytes += SEGMENT_HEADER_BYTES
+        size_bytes += segments * SEGMENT_HEADER_BYTES
         graph, back = self._graph, self.back
         if kind is None:
             message.last_ns = now_ns
@@ -362,7 +365,8 @@ class Sender(Window):
                            size_bytes))
         else:
             graph.context.book(kind, self._host, self._to_id, size_bytes)
-        self._transmit(self._host, self._to, size_bytes, 1, False, self.peer,
+        self._transmit(self._host, self._to, size_bytes, segments, False,
+                       self.peer if segments == 1 else Writes(self.peer, segments),
                        (start, end, back.nxt, now_ns, back.answer(now_ns)))
 
     def _train(self, start: int, end: int) -> None:

@@ -29,12 +29,13 @@ class Link:
     ``life``: which of the peer's lives it is with (0: not known yet). ``expired``: it is only
     waited for what is written; what comes over a link beside such a one stays ``unread``, for its
     router takes it for the same and does not tell its keys again. What has gone over it:
-    ``named``, the routers whose identity has, as bits; ``states``, the last link states; ``told``,
-    of each router, its life and how many of its declarations have.
+    ``named``, the routers whose identity has, as bits; ``told``, of each router, its life and how
+    many of its declarations have. ``fresh``: link states that it has told when it was new and that
+    its router is still to pass on to others.
     """
 
     __slots__ = ("router", "host", "peer", "life", "connection", "far", "up", "over", "expired",
-                 "unread", "named", "states", "told", "line", "sent_ns", "_opened_ns", "_timers",
+                 "unread", "named", "told", "fresh", "line", "sent_ns", "_opened_ns", "_timers",
                  "_context")
 
     def __init__(self, router: Router, peer: int) -> None:
@@ -47,8 +48,8 @@ class Link:
         self.over = False
         self.expired = self.unread = False
         self.named = 0
-        self.states: dict[int, State] = {}
         self.told: dict[int, tuple[int, int]] = {}
+        self.fresh: dict[int, State] = {}
         self.line: Line
         self.sent_ns = self._opened_ns = 0
         self._timers: dict[str, Any] = {}
@@ -70,10 +71,11 @@ class Link:
         connection.on_closed(self.host, self._hung_up)
 
     def say(self, kind: str, size_bytes: int, hears: Callable[[Link, Any], Any],
-            what: Any = None) -> None:
-        """``hears(link, what)`` at the other end, when it has come."""
+            what: Any = None, writes: int = 1) -> None:
+        """``hears(link, what)`` at the other end, when it has come. It goes to the socket in so
+        many ``writes``."""
         self.sent_ns = self._context.now_ns
-        self.connection.send(self.host, size_bytes, self._said, (hears, what), kind)
+        self.connection.send(self.host, size_bytes, self._said, (hears, what), kind, writes)
 
     def carried(self, parcel: Parcel) -> None:
         """It is at the other end."""
@@ -84,7 +86,7 @@ class Link:
 
     def shares(self, other: Link) -> None:
         """What has gone over ``other``, the first with the same peer, need not go over this one."""
-        self.named, self.states, self.told = other.named, other.states, other.told
+        self.named, self.told = other.named, other.told
 
     def close(self) -> None:
         """Nothing more goes or comes over it: what is on it is lost."""

@@ -4,7 +4,7 @@ messages on."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim.middleware.zenoh.line import Parcel
 from desim.middleware.zenoh.link import SERVICE, Link
@@ -29,6 +29,26 @@ if TYPE_CHECKING:
     from desim.middleware.zenoh.publication import Publication
 
 
+class News(NamedTuple):
+    """A router's link state that is to be passed on to all but ``but`` and itself (to all if it is
+    ``new``), and what it was before: how often it had changed, how many it had named."""
+
+    state: State
+    serial: int
+    named: int
+    but: int
+    new: bool
+
+    def until(self, state: State, near: int) -> tuple[int, int]:
+        """How many changes it had until it was ``state``, and their bytes (1 ``near``: with its
+        address), each in a message of its own."""
+        if state.serial <= self.serial or state.life < self.state.life:
+            return 0, 0
+        changes = state.serial - self.serial
+        return changes, (changes * (STATES_BYTES + STATE_BYTES + near * LOCATOR_BYTES)
+                         + (state.named - self.named) * NEIGHBOUR_BYTES)
+
+
 class Router:
     """From its host's start to its stop, which is its ``life``. Nodes declare as soon as it has
     opened.
@@ -39,7 +59,8 @@ class Router:
     """
 
     __slots__ = ("host", "life", "context", "params", "tcp", "links", "topology", "finder",
-                 "registry", "_most_hops", "_online", "_news", "_ends", "_timers", "_wishes")
+                 "registry", "_most_hops", "_online", "_news", "_free_ns", "_ends", "_timers",
+                 "_wishes")
 
     def __init__(self, host: int, life: int, context: Context, params: ZenohParams, tcp: Tcp,
                  finder: Finder) -> None:
@@ -51,9 +72,8 @@ class Router:
         self.registry = Registry(host, life, context)
         self._most_hops = len(context.hosts)
         self._online: dict[int, int] = {host: host}
-        # Routers whose link state is to be passed on; True: to everybody, not to those only who do
-        # not have it.
-        self._news: dict[int, bool] = {}
+        self._news: dict[int, News] = {}  # by router
+        self._free_ns = 0  # when it has passed on what it was busy with
         self._ends: dict[Link, None] = {}  # opening ones too
         self._wishes: list[list[Declaration]] | None = []  # of nodes, until it opens
         self._timers: dict[Callable[[], Any], Any] = {}
@@ -103,9 +123,9 @@ class Router:
         for other in others:
             other.close()
         self.registry.begins(peer, link.life)
-        self.topology.link(peer, True)
-        self._tell_states(link, self.topology.states)
-        self._topology_changed({self.host: False})
+        self._relink(peer, True)
+        self._tell_all(link)
+        self._topology_changed()
         self.finder.linked(peer)
 
     def unlinked(self, link: Link) -> None:
@@ -118,8 +138,8 @@ class Router:
             self.links[link.peer] = spare
         elif self.links.get(link.peer) is link:
             del self.links[link.peer]
-            self.topology.link(link.peer, False)
-            self._topology_changed({self.host: False})
+            self._relink(link.peer, False)
+            self._topology_changed()
         self.finder.unlinked(link.peer, link.up)
 
     def part(self, peer: int) -> None:
@@ -139,22 +159,45 @@ class Router:
     # Who is linked to whom.
 
     def hear_states(self, link: Link, states: dict[int, State]) -> None:
-        link.states.update(states)
         known = self.topology.states
-        news = {router: router not in known for router, state in states.items()
-                if known.get(router) is not state}
-        news = {router: new for router, new in news.items()
-                if self.topology.learn(router, states[router])}
+        heard = [router for router, state in states.items() if known.get(router) is not state]
+        news = False
+        for router in heard:
+            before, state = known.get(router), states[router]
+            if self.topology.learn(router, state):
+                self._pass_on(router, before, state, link.peer)
+                news = True
         if news:
-            self._topology_changed(news)
+            self._topology_changed()
 
-    def _topology_changed(self, routers: dict[int, bool]) -> None:
-        """The link states of ``routers`` are new; True: these were unknown (zenoh network.rs tells
-        all neighbours of them, those who said so too)."""
-        for router, new in routers.items():
-            self._news[router] = new or self._news.get(router, False)
-            self.registry.begins(router, self.topology.states[router].life)
-        self._book(self._flood, 0)
+    def _relink(self, peer: int, up: bool) -> None:
+        """An own link has come up or gone."""
+        topology, own = self.topology, self.host
+        before = topology.states[own]
+        topology.link(peer, up)
+        self._pass_on(own, before, topology.states[own], own)
+
+    def _pass_on(self, router: int, before: State | None, state: State, but: int) -> None:
+        """To all neighbours with the next flood: the link state of ``router``, which was ``before``
+        (None: unknown; zenoh network.rs tells all of such a one, those who said so, too), but not
+        to ``but``. It was said by itself each time that it changed."""
+        new = before is None or before.life < state.life
+        if new:
+            before = state._replace(serial=state.serial - 1,
+                                    named=state.named - state.links.bit_count())
+            but = self.host
+            self.registry.begins(router, state.life)
+        pending = self._news.get(router)
+        if pending is None:
+            self._news[router] = News(state, before.serial, before.named, but, new)
+        elif new:
+            self._news[router] = News(state, before.serial, before.named, but, True)
+        else:
+            self._news[router] = pending._replace(
+                state=state, but=but if but == pending.but else self.host)
+
+    def _topology_changed(self) -> None:
+        self._book(self._flood, max(self._free_ns - self.context.now_ns, 0))
         self._book(self._spread_all, self.params.trees_ns)
         self._review()
 
@@ -169,32 +212,59 @@ class Router:
         what()
 
     def _flood(self) -> None:
-        states = self.topology.states
-        news = [(router, new, states[router]) for router, new in self._news.items()]
-        self._news = {}
-        for peer, link in self.links.items():
-            told = link.states
-            unknown = {router: state for router, new, state in news
-                       if new or router != peer and told.get(router) is not state}
-            if unknown:
-                self._tell_states(link, unknown)
-
-    def _tell_states(self, link: Link, states: dict[int, State]) -> None:
-        link.states.update(states)
-        routers = links = neighbours = 0
-        for router, state in states.items():
-            routers |= 1 << router
-            links |= state.links
-            neighbours += state.links.bit_count()
+        """Pass the news on, each change as a message of its own. That takes time, and what is heard
+        meanwhile has to wait (zenoh: the lock of its tables)."""
+        news, self._news = self._news, {}
         near = 1 << self.host | self.topology.states[self.host].links
+        states: dict[int, State] = {}
+        spared: dict[int, dict[int, State]] = {}  # by peer, what it knows
+        changes = size_bytes = named = 0
+        for router, item in news.items():
+            states[router] = state = item.state
+            named |= state.links
+            more, more_bytes = item.until(state, near >> router & 1)
+            changes += more
+            size_bytes += more_bytes
+            if not item.new:
+                for peer in (router, item.but):
+                    spared.setdefault(peer, {})[router] = state
+        messages = 0
+        for peer, link in self.links.items():
+            left, left_bytes = changes, size_bytes
+            for router, state in (link.fresh | spared.get(peer, {})).items():
+                less, less_bytes = news[router].until(state, near >> router & 1)
+                left -= less
+                left_bytes -= less_bytes
+            link.fresh = {}
+            if left:
+                messages += left
+                self._tell(link, states, left_bytes, left, named)
+        self._free_ns = self.context.now_ns + messages * self.params.flood_ns
+
+    def _tell_all(self, link: Link) -> None:
+        """Over a new link: all link states in one message."""
+        states = dict(self.topology.states)
+        link.fresh = {router: states[router] for router in self._news}
+        near = 1 << self.host | self.topology.states[self.host].links
+        size_bytes, named = STATES_BYTES, 0
+        for router, state in states.items():
+            named |= state.links
+            size_bytes += (STATE_BYTES + LOCATOR_BYTES * (near >> router & 1)
+                           + NEIGHBOUR_BYTES * state.links.bit_count())
+        self._tell(link, states, size_bytes, 1, named)
+
+    def _tell(self, link: Link, states: dict[int, State], size_bytes: int, writes: int,
+              named: int) -> None:
+        """``size_bytes`` without the identities of those among ``states`` and their neighbours
+        (``named``) that the link has not seen yet."""
+        routers = 0
+        for router in states:
+            routers |= 1 << router
         identities = (routers & ~link.named).bit_count()
-        link.named |= routers
-        stubs = links & ~link.named
-        link.named |= stubs
-        size_bytes = (STATES_BYTES + STATE_BYTES * len(states) + IDENTITY_BYTES * identities
-                      + LOCATOR_BYTES * (routers & near).bit_count() + NEIGHBOUR_BYTES * neighbours
-                      + STUB_BYTES * stubs.bit_count())
-        link.say("linkstate", size_bytes, _states_came, dict(states))
+        stubs = named & ~(routers | link.named)
+        link.named |= routers | stubs
+        link.say("linkstate", size_bytes + IDENTITY_BYTES * identities
+                 + STUB_BYTES * stubs.bit_count(), _states_came, states, writes)
 
     def _review(self) -> None:
         """Who is online now."""
@@ -219,9 +289,12 @@ class Router:
         self.spread([part.router for part in parts])
 
     def _open(self) -> None:
+        """The first wish wakes who writes, and what has come meanwhile goes together."""
         wishes, self._wishes = self._wishes, None
-        for declarations in wishes:
-            self.declare(declarations)
+        for together in (wishes[:1], wishes[1:]):
+            for declarations in together:
+                self.registry.declare(declarations)
+            self.spread([self.host], len(together))
 
     def declare(self, declarations: list[Declaration]) -> None:
         """What a node of its own host wants known. Each wish is a message of its own."""
@@ -234,9 +307,9 @@ class Router:
     def _spread_all(self) -> None:
         self.spread(list(self._online))
 
-    def spread(self, routers: list[int]) -> None:
+    def spread(self, routers: list[int], wishes: int = 1) -> None:
         """Tell the neighbours what these have declared, those whom it reaches through here, and
-        only what they were not told yet."""
+        only what they were not told yet; so many ``wishes``, each a message of its own."""
         told: dict[int, list[Part]] = {}
         for router in routers:
             for child in self.topology.children(router):
@@ -246,9 +319,9 @@ class Router:
                     link.told[router] = part.life, part.first + len(part.declarations)
                     told.setdefault(child, []).append(part)
         for child, parts in told.items():
-            size_bytes = DECLARATIONS_BYTES + sum(
+            size_bytes = wishes * DECLARATIONS_BYTES + sum(
                 declaration.size_bytes for part in parts for declaration in part.declarations)
-            self.links[child].say("declare", size_bytes, _declared_came, parts)
+            self.links[child].say("declare", size_bytes, _declared_came, parts, wishes)
 
     # Messages.
 

@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 
 class State(NamedTuple):
-    """A router's link state: in which of its lives it said so, the how maniest time, and its
-    neighbours as bits."""
+    """A router's link state: in which of its lives it said so, the how maniest time, its neighbours
+    as bits, and how many it has named in this life up to now, all times together."""
 
     life: int
     serial: int
     links: int
+    named: int
 
 
 def bits(mask: int) -> Iterator[int]:
@@ -65,7 +66,7 @@ class Topology:
 
     def __init__(self, own: int, routers: int, life: int) -> None:
         self.own = own
-        self.states = {own: State(life, 0, 0)}
+        self.states = {own: State(life, 0, 0, 0)}
         self._said = [0] * routers  # each one's neighbours, as it says itself
         self._linked = [0] * routers  # as both ends say
         self._edges: tuple[int, ...] | None = None
@@ -73,9 +74,9 @@ class Topology:
 
     def link(self, peer: int, up: bool) -> None:
         """An own link has come up or gone."""
-        life, serial, links = self.states[self.own]
+        life, serial, links, named = self.states[self.own]
         links = links | 1 << peer if up else links & ~(1 << peer)
-        self._take(self.own, State(life, serial + 1, links))
+        self._take(self.own, State(life, serial + 1, links, named + links.bit_count()))
 
     def learn(self, router: int, state: State) -> bool:
         """Whether this is news."""
