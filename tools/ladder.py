@@ -2,7 +2,7 @@
 
     python tools/ladder.py [--seeds N] [--set KEY=VALUE ...]
 
-Prints the tables of docs/networks.md. The load is what the robots send, with headers and
+Prints the tables of docs/studies/ladder.md. The load is what the robots send, with headers and
 repetitions of the transport, but without those of the radio.
 """
 
