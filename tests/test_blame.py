@@ -72,6 +72,17 @@ def desim(tmp_path, monkeypatch):
     ("s_block", STRATEGY, "return ports.Frontier(0.0, 0.0, 1.0, 9)",
      "s_block.Plugin (s_block.py:4) chose Frontier(x_m=0.0, "),
     ("s_text", STRATEGY, "return 'left'", "s_text.Plugin (s_text.py:4) chose 'left'; wanted: one "),
+    ("s_tuple", STRATEGY, "return tuple(view.frontiers()[0])",
+     "s_tuple.Plugin (s_tuple.py:4) chose ("),
+    ("s_words", STRATEGY, "return ports.Frontier('here', 0.0, 1.0, 9)",
+     "s_words.Plugin (s_words.py:4) chose Frontier(x_m='here', "),
+    *((f"n_{name}", NETWORK, f"return {value}", f"n_{name}.Plugin (n_{name}.py:4) delivers after "
+       f"{shown}; wanted: an int >= 0 of nanoseconds (medium lan, ") for name, value, shown in (
+           ("true", "True", "True"), ("float", "1000.0", "1000.0"), ("soon", "'soon'", "'soon'"),
+           ("nan", "float('nan')", "nan"), ("before", "-1", "-1"))),
+    ("r_yields", RULE, "yield ports.PASS", "r_yields.Plugin (r_yields.py:4) gave <generator "),
+    ("r_true", RULE, "return True", "r_true.Plugin (r_true.py:4) gave True; wanted: None, or a "
+     "list of one verdict for each receiver (medium lan, "),
     ("n_raises", NETWORK, "return {}['x']", "network n_raises:Plugin raised KeyError: 'x' at "
      "n_raises.py:12 (medium lan, "),
     ("n_past", NETWORK, "self.context.settle(frame, frame.receivers[0], ports.Deliver(-5))",
@@ -121,3 +132,16 @@ def test_equal_causes_at_other_times_are_equal():
     line = "strategy a:B raised ZeroDivisionError: division by zero at a.py:7"
     assert cause_of(f"{line} (robot_3, 2.35 s)") == line == cause_of(f"{line} (2.35 s)")
     assert cause_of("f(x, 2) is wrong") == "f(x, 2) is wrong"
+
+
+@pytest.mark.parametrize("name, more, says", [
+    ("b_nan", "def busy_ns(self, hosts): return [float('nan')] * len(hosts)",
+     "b_nan.Plugin (b_nan.py:4) was busy for [nan, "),
+    ("b_far", "reach_m = 'far'",
+     "b_far.Plugin (b_far.py:4) has reach_m = 'far'; wanted: a number of metres >= 0"),
+])
+def test_what_a_network_offers_besides_is_looked_at(desim, name, more, says):
+    code, output = desim(name, NETWORK, f"return 0\n\n        {more}")
+    assert code == 1
+    assert output.startswith(says), output
+    assert "Traceback" not in output

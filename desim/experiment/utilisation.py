@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from desim.errors import ModelError, class_of
 from desim.middleware.medium import Medium
 
 
@@ -12,7 +13,11 @@ def busy_ns(medium: Medium) -> np.ndarray | None:
     """[parts] for how long each has been in use so far; None: the model does not say."""
     if not hasattr(medium.model, "busy_ns"):
         return None
-    return np.array(medium.model.busy_ns(medium.attached), np.int64)
+    busy = np.asarray(medium.model.busy_ns(medium.attached))
+    if busy.ndim != 1 or busy.size and busy.dtype.kind not in "iu":
+        raise ModelError(f"{class_of(medium.model)} was busy for {busy.tolist()!r}; wanted: a list "
+                         "of whole nanoseconds")
+    return busy.astype(np.int64)
 
 
 def utilisation(medium: Medium, elapsed_ns: int,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from desim.errors import ModelError, class_of
@@ -59,6 +59,9 @@ class Gate:
         drops the frame. Raises ``ModelError`` for what is no verdict."""
         if terms is None:
             terms = dict.fromkeys(receivers, PLAIN)
+        if not isinstance(verdicts, Sequence):
+            raise ModelError(f"{class_of(rule)} gave {verdicts!r}; wanted: None, or a list of one "
+                             "verdict for each receiver")
         if len(verdicts) != len(receivers):
             raise ModelError(f"{class_of(rule)} gave {len(verdicts)} verdicts for "
                              f"{len(receivers)} receivers")

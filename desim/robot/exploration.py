@@ -148,16 +148,17 @@ class Explore(Node):
     def _chosen(self) -> Frontier | None:
         """What the strategy says. Raises ``ModelError`` for a place where the robot cannot be."""
         chosen = self._strategy.choose(self._view)
-        if not (chosen is None or chosen in self.shown or self._is_free(chosen)):
+        if not (chosen is None or isinstance(chosen, Frontier)
+                and (chosen in self.shown or self._is_free(chosen))):
             raise ModelError(f"{class_of(self._strategy)} chose {chosen!r}; wanted: one of "
                              "view.frontiers(), a Frontier at another place that is free in the "
                              "robot's map, or None")
         return chosen
 
-    def _is_free(self, chosen: Any) -> bool:
-        """Whether it is a frontier, and the robot's centre may be there as far as it knows."""
-        if not isinstance(chosen, Frontier) or not (math.isfinite(chosen.x_m)
-                                                    and math.isfinite(chosen.y_m)):
+    def _is_free(self, chosen: Frontier) -> bool:
+        """Whether the robot's centre may be there as far as it knows."""
+        if not all(isinstance(at, float | int) and math.isfinite(at)
+                   for at in (chosen.x_m, chosen.y_m)):
             return False
         costmap, spec = self._costmap, self._costmap.spec
         col, row = spec.cell(chosen.x_m, chosen.y_m)
