@@ -55,7 +55,10 @@ def replacing(path: Path) -> Iterator[Path]:
     try:
         yield beside
         settled(beside)
-        os.replace(beside, path)
+        try:
+            os.replace(beside, path)
+        except OSError as error:  # it would name the other file
+            raise OSError(error.errno, error.strerror, os.fspath(path)) from error
     except BaseException:
         beside.unlink(missing_ok=True)
         raise

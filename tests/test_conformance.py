@@ -266,7 +266,7 @@ class Reasonless(Broken):
     (Both, ModelError, "settled already or was never intended"),
     (BothBroadcast, ModelError, "settled already or was never intended"),
     (FloatingReturn, KernelError, "must be an int"),
-    (PastReturn, KernelError, "must be an int >= 0"),
+    (PastReturn, ModelError, "delivers after -1; wanted: an int >= 0"),
     (Gambler, AssertionError, "not from random"),
     (ByIndex, AssertionError, "named by host, not index"),
     (Overreaching, AssertionError, "deliver nothing beyond reach_m"),

@@ -16,6 +16,7 @@ from pathlib import Path
 from desim import api
 from desim.campaign.campaign import INDEX
 from desim.campaign.design import load_design
+from desim.campaign.index import line_of
 from desim.campaign.plan import Plan
 from desim.campaign.work import row_of
 from desim.experiment.seal import SUMMARY, likeness, seal
@@ -39,7 +40,7 @@ def make(plan: Plan, out: Path, with_index: bool = True) -> int:
     runs = out / "runs" / loaded.scenario.name
     runs.mkdir(parents=True)
     count = 0
-    with open(out / INDEX, "w") as index:
+    with open(out / INDEX, "wb") as index:
         for iteration in range(plan.least_iterations):
             for vector in plan.vectors:
                 run_id = plan.run_id(vector, iteration)
@@ -49,8 +50,8 @@ def make(plan: Plan, out: Path, with_index: bool = True) -> int:
                 (folder / SUMMARY).write_text(json.dumps({**summary, **other}))
                 seal(folder, {**manifest, "run_id": run_id}, [SUMMARY])
                 if with_index:
-                    index.write(json.dumps({**row, "run_id": run_id, "folder": likeness(folder),
-                                            "metrics": {**row["metrics"], **other}}) + "\n")
+                    index.write(line_of({**row, "run_id": run_id, "folder": likeness(folder),
+                                         "metrics": {**row["metrics"], **other}}))
                 count += 1
     return count
 

@@ -79,6 +79,8 @@ class Sweep:
             self._wrong = self._index.recover(
                 folders.present(), folders.likeness, lambda run_id: folders.row(run_id, functions),
                 functions)
+            # Whether there were runs and no index of them: it was made again from their folders.
+            self.index_was_lost = self._index.lost and bool(self._index.rows)
         self.agenda = _agenda(self.plan, self.metrics, self._index.rows, self._only,
                                self._retry_failed)
         return self

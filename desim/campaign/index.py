@@ -1,11 +1,13 @@
 """A campaign's memory: one line of JSON for each run that came to an end, appended and never
-changed. It is a copy of what the runs' folders say, and is made again from these if it is damaged.
+changed, with a checksum at its end. It is a copy of what the runs' folders say, and is made again
+from these if it is damaged.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import zlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -16,6 +18,7 @@ from desim.files import content, refuse_link, replacing
 
 _FINISHED_HAS = {"digest", "cost", "metrics", "functions"}
 _MOST_BYTES = 10**11
+_CHECK = b', "check": "'
 
 
 class Index:
@@ -23,13 +26,14 @@ class Index:
 
     A line at the end that was cut off (the process was killed, the disk was full) is taken away;
     ``damaged`` is the number of other lines that cannot be read: ``recover`` then writes the file
-    anew. Raises ``OSError``.
+    anew. ``lost``: there was no line. Raises ``OSError``.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         refuse_link(path)
         self.rows, self.damaged, rest_bytes = read(path)
+        self.lost = not self.rows and not self.damaged
         # Unbuffered: a line is in the file, whole, or not at all, when add returns.
         self._file = open(path, "ab", buffering=0)  # noqa: SIM115
         if rest_bytes:
@@ -37,7 +41,7 @@ class Index:
 
     def add(self, row: Row) -> None:
         """Remember a run. Raises ``OSError``; the line is then not there."""
-        line = _line(row)
+        line = line_of(row)
         end = self._file.seek(0, os.SEEK_END)
         try:
             if self._file.write(line) != len(line):
@@ -68,7 +72,7 @@ class Index:
     def _rewrite(self) -> None:
         """The lines that could be read, in a file that takes the damaged one's place at once."""
         with replacing(self._path) as beside, open(beside, "wb") as file:
-            file.writelines(map(_line, self.rows.values()))
+            file.writelines(map(line_of, self.rows.values()))
             file.flush()
         self._file.close()
         self._file = open(self._path, "ab", buffering=0)  # noqa: SIM115
@@ -123,14 +127,23 @@ def read(path: Path) -> tuple[dict[str, Row], int, int]:
     return rows, damaged, len(rest)
 
 
-def _line(row: Row) -> bytes:
-    return json.dumps(row, allow_nan=False).encode() + b"\n"
+def line_of(row: Row) -> bytes:
+    """A row as a line of the index: a JSON object whose last key is the checksum of the others."""
+    text = json.dumps(row, allow_nan=False)[:-1].encode()
+    return b'%s%s%s"}\n' % (text, _CHECK, _checked(text))
+
+
+def _checked(text: bytes) -> bytes:
+    return b"%08x" % zlib.crc32(text)
 
 
 def _row(line: bytes) -> Row | None:
-    """What a line says; None for what is no row."""
+    """What a line says; None for what is no row, or not what was written."""
+    text, _, check = line.rpartition(_CHECK)
+    if check != _checked(text) + b'"}':
+        return None
     try:
-        row = json.loads(line)
+        row = json.loads(text + b"}")
     except (ValueError, RecursionError):
         return None
     if not (isinstance(row, dict) and isinstance(row.get("run_id"), str)):

@@ -89,6 +89,9 @@ class Told:
         if sweep.damaged:
             self._console.print(f"{sweep.out / INDEX}: {sweep.damaged} lines could not be read; it "
                                 "was made again from the folders of the runs")
+        if sweep.index_was_lost:
+            self._console.print(f"{sweep.out / INDEX}: was not there; it was made again from the "
+                                "folders of the runs")
         if sweep.damaged_runs:
             self._told_damage(sweep.damaged_runs)
         if sweep.others:

@@ -6,7 +6,7 @@ import os
 import pytest
 from designs import row
 
-from desim.campaign.index import Index, read
+from desim.campaign.index import Index, line_of, read
 from desim.errors import InputError
 
 
@@ -43,7 +43,7 @@ def test_the_last_line_of_a_run_holds(path):
 @pytest.mark.parametrize("kept", range(1, 120, 17))
 def test_a_last_line_that_was_cut_off_is_taken_away(path, kept):
     whole = path.read_bytes()
-    line = json.dumps(row("d")).encode()
+    line = line_of(row("d"))[:-1]
     path.write_bytes(whole + line[:kept])
     index = opened(path)
     assert sorted(index.rows) == ["a", "b", "c"] and not index.damaged
@@ -58,6 +58,8 @@ DAMAGE = {
     "a row of what cannot be": b'{"run_id": "x", "status": "lost", "error": ""}',
     "nested without end": b"[" * 100_000,
     "an empty line": b"",
+    "a number that is not what was written": line_of(row("b", explored=0.5)).replace(b"0.5", b"0.7")[:-1],
+    "a line without its checksum": json.dumps(row("b", explored=0.5)).encode(),
 }
 
 
@@ -70,8 +72,8 @@ def test_damaged_lines_are_left_out_and_the_file_is_made_again(path, line):
     index.recover("abc", same, lambda run_id: row(run_id, explored=0.5))
     index.add(row("d"))
     index.close()
-    assert path.read_bytes() == b"\n".join([first, third, second, b""]) + json.dumps(
-        row("d")).encode() + b"\n"
+    assert path.read_bytes() == b"\n".join([first, third, second, b""]) + line_of(
+        row("d"))
     assert sorted(os.listdir(path.parent)) == ["index.jsonl"]
 
 

@@ -107,8 +107,9 @@ def test_no_finished_run_is_lost_with_the_index(tmp_path, whole, damage):
     sweep, begun = run(tmp_path, out)
     assert begun == [] and table(out) == table(whole)
     assert sweep.damaged == (damage is damaged_index)
+    assert sweep.index_was_lost == (damage in (lost_index, empty_index))
     again, _ = run(tmp_path, out)
-    assert not again.damaged
+    assert not again.damaged and not again.index_was_lost
 
 
 def test_a_folder_that_is_gone_or_damaged_is_run_again(tmp_path, whole):
