@@ -265,7 +265,7 @@ class Reasonless(Broken):
     (Past, KernelError, "must be an int >= 0"),
     (Both, ModelError, "settled already or was never intended"),
     (BothBroadcast, ModelError, "settled already or was never intended"),
-    (FloatingReturn, KernelError, "must be an int"),
+    (FloatingReturn, ModelError, "delivers after 1000000.0; wanted: an int >= 0"),
     (PastReturn, ModelError, "delivers after -1; wanted: an int >= 0"),
     (Gambler, AssertionError, "not from random"),
     (ByIndex, AssertionError, "named by host, not index"),

@@ -58,7 +58,7 @@ DAMAGE = {
     "a row of what cannot be": b'{"run_id": "x", "status": "lost", "error": ""}',
     "nested without end": b"[" * 100_000,
     "an empty line": b"",
-    "a number that is not what was written": line_of(row("b", explored=0.5)).replace(b"0.5", b"0.7")[:-1],
+    "a digit that was not written": line_of(row("b", explored=0.5)).replace(b"0.5", b"0.7")[:-1],
     "a line without its checksum": json.dumps(row("b", explored=0.5)).encode(),
 }
 
