@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from desim.errors import ModelError, class_of
+from desim.middleware.answers import check_packets, checked_delay, undeclared
 from desim.middleware.carrier import Carrier
 from desim.ports import Deliver, Drop, Duplicate, Frame, Pass, Rule, packet_sizes
 
@@ -98,24 +99,3 @@ class Gate:
         del terms[receiver]
         self._count(verdict.reason, 1, lost)
         return True
-
-
-def checked_delay(plugin: Any, does: str, delay_ns: Any) -> int:
-    """``delay_ns``. Raises ``ModelError`` unless it is an int >= 0."""
-    if type(delay_ns) is not int or delay_ns < 0:
-        raise ModelError(f"{class_of(plugin)} {does} {delay_ns!r}; wanted: an int >= 0 of "
-                         "nanoseconds")
-    return delay_ns
-
-
-def check_packets(plugin: Any, packets: Any, segments: int) -> None:
-    """Raises ``ModelError`` unless ``packets`` are numbers of a train of ``segments``."""
-    if not all(type(number) is int and 0 <= number < segments for number in packets):
-        raise ModelError(f"{class_of(plugin)} dropped the packets {packets!r} of a train of "
-                         f"{segments}; wanted: ints from 0 to {segments - 1}")
-
-
-def undeclared(plugin: Any, reason: str) -> ModelError:
-    """The error about a reason that the plug-in's class does not declare."""
-    return ModelError(f"{class_of(plugin)} dropped for {reason!r}, which its class does not "
-                      f"declare (reasons = {plugin.reasons!r})")

@@ -16,9 +16,10 @@ import numpy as np
 from desim.errors import KernelError, ModelError, below, class_of
 from desim.kernel import Call, Kernel, Phase
 from desim.middleware.account import Account
+from desim.middleware.answers import arrival_of, check_packets, reach_m_of, undeclared
 from desim.middleware.broadcast import Broadcast
 from desim.middleware.carrier import Carrier
-from desim.middleware.gate import PLAIN, Gate, Terms, check_packets, checked_delay, undeclared
+from desim.middleware.gate import PLAIN, Gate, Terms
 from desim.middleware.place import Nowhere, Place
 from desim.middleware.rulecontext import RuleContext
 from desim.middleware.transmissions import Transmissions
@@ -74,7 +75,7 @@ class Medium(Account):
         self._refuses = frozenset(getattr(model, "refuses", ()))
         self._switched = getattr(model, "switched", None)
         parts = (model, *self.rules)
-        self._reach_m = min(_reach_m(part) for part in parts)
+        self._reach_m = min(reach_m_of(part) for part in parts)
         self._separators = [part.separates for part in parts if hasattr(part, "separates")]
         for number, rule in enumerate(self.rules):
             with below(f".rules.{number}"):
@@ -177,7 +178,7 @@ class Medium(Account):
             if delay_ns is not None:
                 if number not in self._broadcasts:
                     raise self._unexpected(frame, receivers)
-                self.settle_many(frame, None, Deliver(self._checked(delay_ns)))
+                self.settle_many(frame, None, Deliver(arrival_of(self.model, delay_ns)))
             return None
         (receiver,) = receivers
         whole, own = frame, PLAIN
@@ -200,9 +201,9 @@ class Medium(Account):
         self._sending = 0
         if claim[4] is not PLAIN:
             self._flying += 1
-            self._fly_on_terms(frame, claim, self._checked(delay_ns))
+            self._fly_on_terms(frame, claim, arrival_of(self.model, delay_ns))
         elif number == self._posting and self.up[receiver]:
-            self._checked(delay_ns)
+            arrival_of(self.model, delay_ns)
             self._posting = 0
             self.delivered += 1
             self.packets_delivered += segments
@@ -215,7 +216,7 @@ class Medium(Account):
                 self._after(delay_ns, _DELIVER, ids[source] << 32 | ids[receiver], self._deliver,
                             claim)
             except KernelError:
-                self._checked(delay_ns)
+                arrival_of(self.model, delay_ns)
                 raise
             return self._kernel.now_ns + delay_ns
         return None
@@ -355,10 +356,6 @@ class Medium(Account):
         return ModelError(f"{self._model()} settled {frame} at receiver {receiver}, which is "
                           "settled already or was never intended")
 
-    def _checked(self, delay_ns: Any) -> int:
-        """What the model's ``send`` has returned. Raises ``ModelError`` if that is no delay."""
-        return checked_delay(self.model, "delivers after", delay_ns)
-
     def _declared(self, verdict: Any) -> str:
         if type(verdict) is not Drop:
             raise ModelError(f"{self._model()} settled with {verdict!r}; Deliver or Drop is wanted")
@@ -400,13 +397,3 @@ class Medium(Account):
 
     def _model(self) -> str:
         return f"{class_of(self.model)} of medium {self.name!r}"
-
-
-def _reach_m(part: Any) -> float:
-    """As far as a model or rule lets frames get; infinity if it does not say. Raises
-    ``ModelError`` if that is no distance."""
-    reach_m = getattr(part, "reach_m", math.inf)
-    if not isinstance(reach_m, float | int) or not reach_m >= 0:
-        raise ModelError(f"{class_of(part)} has reach_m = {reach_m!r}; wanted: a number of metres "
-                         ">= 0")
-    return reach_m

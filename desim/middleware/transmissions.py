@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from desim.errors import ModelError
-from desim.middleware.gate import class_of, undeclared
+from desim.errors import ModelError, class_of
+from desim.middleware.answers import undeclared
 from desim.ports import PASS, Drop, Frame, NetworkModel, Pass, Rule
 
 
