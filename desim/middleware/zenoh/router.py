@@ -18,7 +18,7 @@ from desim.middleware.zenoh.sizes import (
     STATES_BYTES,
     STUB_BYTES,
 )
-from desim.middleware.zenoh.topology import State, Topology
+from desim.middleware.zenoh.topology import State, Topology, bits
 
 if TYPE_CHECKING:
     from desim.middleware.context import Context
@@ -71,7 +71,7 @@ class Router:
         self.finder = finder
         self.registry = Registry(host, life, context)
         self._most_hops = len(context.hosts)
-        self._online: dict[int, int] = {host: host}
+        self._online = 1 << host  # as bits
         self._news: dict[int, News] = {}  # by router
         self._free_ns = 0  # when it has passed on what it was busy with
         self._ends: dict[Link, None] = {}  # opening ones too
@@ -217,24 +217,29 @@ class Router:
         news, self._news = self._news, {}
         near = 1 << self.host | self.topology.states[self.host].links
         states: dict[int, State] = {}
-        spared: dict[int, dict[int, State]] = {}  # by peer, what it knows
+        spared: dict[int, list[tuple[int, int]]] = {}  # what not to tell a peer: it knows
         changes = size_bytes = named = 0
         for router, item in news.items():
             states[router] = state = item.state
             named |= state.links
-            more, more_bytes = item.until(state, near >> router & 1)
-            changes += more
-            size_bytes += more_bytes
+            worth = item.until(state, near >> router & 1)
+            changes += worth[0]
+            size_bytes += worth[1]
             if not item.new:
-                for peer in (router, item.but):
-                    spared.setdefault(peer, {})[router] = state
+                for peer in (router, item.but) if router != item.but else (router,):
+                    spared.setdefault(peer, []).append(worth)
         messages = 0
         for peer, link in self.links.items():
             left, left_bytes = changes, size_bytes
-            for router, state in (link.fresh | spared.get(peer, {})).items():
-                less, less_bytes = news[router].until(state, near >> router & 1)
+            for less, less_bytes in spared.get(peer, ()):
                 left -= less
                 left_bytes -= less_bytes
+            for router, state in link.fresh.items():
+                item = news[router]
+                if item.new or peer not in (router, item.but):
+                    less, less_bytes = item.until(state, near >> router & 1)
+                    left -= less
+                    left_bytes -= less_bytes
             link.fresh = {}
             if left:
                 messages += left
@@ -268,16 +273,14 @@ class Router:
 
     def _review(self) -> None:
         """Who is online now."""
-        before, self._online = self._online, self.topology.reached()
-        for router in sorted(before):
-            if router not in self._online:
-                self.registry.goes(router)
-                for link in self.links.values():
-                    link.told.pop(router, None)
-        for router in sorted(self._online):
-            if router not in before:
-                self.registry.comes(router)
-                self.finder.heard_of(router)
+        before, self._online = self._online, self.topology.online()
+        for router in bits(before & ~self._online):
+            self.registry.goes(router)
+            for link in self.links.values():
+                link.told.pop(router, None)
+        for router in bits(self._online & ~before):
+            self.registry.comes(router)
+            self.finder.heard_of(router)
 
     # Who has declared what.
 
@@ -305,7 +308,7 @@ class Router:
             self.spread([self.host])
 
     def _spread_all(self) -> None:
-        self.spread(list(self._online))
+        self.spread(list(self.topology.reached()))
 
     def spread(self, routers: list[int], wishes: int = 1) -> None:
         """Tell the neighbours what these have declared, those whom it reaches through here, and

@@ -97,6 +97,18 @@ class Topology:
         """The routers that there is a way to, itself among them, nearest first."""
         return tree(self.edges, self.own)
 
+    def online(self) -> int:
+        """The same routers, as bits."""
+        edges = self._linked
+        seen = found = 1 << self.own
+        while found:
+            near = 0
+            for router in bits(found):
+                near |= edges[router]
+            found = near & ~seen
+            seen |= found
+        return seen
+
     def hops(self, root: int) -> dict[int, int]:
         """``next_hops`` from here."""
         hops = self._hops.get(root)
