@@ -95,6 +95,20 @@ def test_a_look_moves_no_timer_that_has_its_event_already():
     assert log == [(168, 0), (193, 1)]
 
 
+def test_timers_of_one_entity_that_are_due_together_share_an_event():
+    """They go off one behind the other, but for one that is stopped and one that is due sooner."""
+    kernel, log = Kernel(), []
+    timers = Timers(kernel, 50)
+    several = [Timer(timers, 1, lambda k=k: log.append((kernel.now_ns, k))) for k in range(5)]
+    for timer in several:
+        timer.expect(200)
+    kernel.at(190, Phase.CONTROL, 0, lambda _: several[1].stop())
+    kernel.at(191, Phase.CONTROL, 0, lambda _: several[3].expect(195))
+    kernel.run(1000)
+    assert log == [(195, 3), (200, 0), (200, 2), (200, 4)]
+    assert kernel.events == 5  # a look, the two above, at 195 and at 200
+
+
 def test_a_timer_that_is_always_met_costs_few_events():
     """A thousand times moved on by 200 from 10 to 10: one look in about 175, and not one event of
     its own, though it is met each time."""

@@ -13,12 +13,16 @@ from desim.kernel import Call, Phase
 from desim.middleware.beliefs import Beliefs
 from desim.middleware.transports import Datagram, Stream
 from desim.ports.middleware import Endpoint, Middleware, Offer, Transport
+from desim.trace import pack
 
 if TYPE_CHECKING:
     from desim.middleware.graph import Graph
     from desim.middleware.medium import Medium
     from desim.middleware.neighbours import Neighbours
 
+
+# Takes note of when (ns) something will be heard, by whom it is heard then, and of what.
+Note = Callable[[int, Callable[[Any, int], Any], Any], Any]
 
 ACKS = "ack"  # the kind of TCP's acknowledgements, of which those of messages are no discovery
 
@@ -109,19 +113,36 @@ class Context:
     def tell(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
              heard: Callable[[Any, int], Any], token: Any = None, *, segments: int = 1,
              multicast: bool = False,
-             in_part: Callable[[Any, int, dict[int, str]], Any] | None = None) -> None:
+             in_part: Callable[[Any, int, dict[int, str]], Any] | None = None,
+             notes: Callable[[int], Note | None] | None = None) -> None:
+        """See ``MiddlewareContext``. ``notes``: what a receiver notes instead of hearing it, where
+        the medium says at once when it will be there (``Medium.post``); None if it wants to hear
+        it."""
+        graph, hosts = self.graph, self.graph.hosts
         by_medium: dict[Medium, list[int]] = {}
         for receiver in sorted(receivers):
-            medium = self.graph.route(self.graph.hosts[source], receiver)
+            medium = graph.route(hosts[source], receiver)
             if medium is not None:
                 by_medium.setdefault(medium, []).append(receiver)
         carrier = _Heard(heard, in_part)
+        if segments > 1 or multicast or self.neighbours is not None:
+            notes = None
+        now_ns, own, kind_id = graph.kernel.now_ns, hosts[source].id, graph.names.id(kind)
         for medium, group in by_medium.items():
-            for receivers_ in [tuple(group)] if multicast else [(one,) for one in group]:
-                to = medium.id if multicast else self.graph.hosts[receivers_[0]].id
-                self.book(kind, source, to, size_bytes)
-                self.sends(medium, source, receivers_)(
-                    source, receivers_, size_bytes, segments, multicast, carrier, token)
+            several = [tuple(group)] if multicast else [(one,) for one in group]
+            self._account(kind, len(several), size_bytes)
+            for receivers_ in several:
+                to = medium.id if multicast else hosts[receivers_[0]].id
+                graph.put(pack(now_ns, self._control, own, to, kind_id, size_bytes))
+                note = None if notes is None else notes(receivers_[0])
+                if note is None:
+                    self.sends(medium, source, receivers_)(
+                        source, receivers_, size_bytes, segments, multicast, carrier, token)
+                    continue
+                due_ns = medium.post(source, receivers_, size_bytes, carrier, token)
+                if due_ns is not None:
+                    note(due_ns, heard, token)
+        graph.trace.look()
 
     def sends(self, medium: Medium, source: int, receivers: Sequence[int]
               ) -> Callable[..., int | None]:
@@ -134,26 +155,29 @@ class Context:
     def book(self, kind: str, source: int, to: int, size_bytes: int) -> None:
         """Account for a frame of the middleware's own that ``source`` sends; ``to`` is a trace
         id."""
-        self.discovery_bytes[kind] = self.discovery_bytes.get(kind, 0) + size_bytes
-        self.discovery_frames[kind] = self.discovery_frames.get(kind, 0) + 1
+        self._account(kind, 1, size_bytes)
         graph = self.graph
         graph.trace.row(graph.kernel.now_ns, self._control, graph.hosts[source].id, to,
                         graph.names.id(kind), size_bytes)
 
+    def _account(self, kind: str, frames: int, size_bytes: int) -> None:
+        """Of so many frames of one size."""
+        self.discovery_bytes[kind] = self.discovery_bytes.get(kind, 0) + frames * size_bytes
+        self.discovery_frames[kind] = self.discovery_frames.get(kind, 0) + frames
+
 
 class _Heard:
-    """The carrier of frames of which only the arrival matters."""
+    """The carrier of frames of which only the arrival matters. A protocol over UDP hears a frame
+    that is repeated once more."""
 
     socket = "discovery"  # a host's registry sends all by one
 
-    __slots__ = ("_heard", "_in_part")
+    __slots__ = ("arrived", "repeated", "_in_part")
 
     def __init__(self, heard: Callable[[Any, int], Any],
                  in_part: Callable[[Any, int, dict[int, str]], Any] | None) -> None:
-        self._heard, self._in_part = heard, in_part
-
-    def arrived(self, token: Any, receiver: int) -> None:
-        self._heard(token, receiver)
+        self.arrived = self.repeated = heard
+        self._in_part = in_part
 
     def arrived_in_part(self, token: Any, receiver: int, lost: dict[int, str]) -> None:
         """A datagram is lost with any packet of it, unless the frame is a train of several."""
@@ -168,7 +192,3 @@ class _Heard:
 
     def unresolved(self, token: Any) -> None:
         """Nobody is told."""
-
-    def repeated(self, token: Any, receiver: int) -> None:
-        """A protocol over UDP hears it once more."""
-        self._heard(token, receiver)

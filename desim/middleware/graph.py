@@ -286,7 +286,10 @@ class Graph:
     def route(self, source: Host, receiver: int) -> Medium | None:
         """The first of the source's media that the receiver is attached to as well."""
         others = self.hosts[receiver].media
-        return next((medium for medium in source.media if medium in others), None)
+        for medium in source.media:
+            if medium in others:
+                return medium
+        return None
 
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
         """``Medium.linked`` of ``hosts``, each pair over the medium that its messages take."""

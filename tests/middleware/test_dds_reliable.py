@@ -138,6 +138,29 @@ def test_an_acknowledgement_that_makes_no_event_changes_no_log(
     assert short == long and events < more_events
 
 
+@given(preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
+       latency=st.sampled_from(["0 ns", "700 us", "300 ms"]), loss=st.sampled_from(["0 %", "60 %"]),
+       down_ms=st.sampled_from([1, 250, 3000]))
+def test_what_only_says_that_somebody_lives_needs_no_event(preset, seed, latency, loss, down_ms):
+    """Whatever is forgotten, or starts anew, while it is on its way."""
+    def play():
+        heard = []
+        net = Net({"a": talker([(k * S, str(k)) for k in range(20)]), "b": listener(heard),
+                   "c": listener(heard), "d": silent},
+                  Link(Link.Params(rate="100 Mb/s", latency=latency)), chance({"loss": loss}),
+                  seed=seed, middleware=dds(preset, lease="2 s", announcement_period="900 ms",
+                                            acks="implied"))
+        net.at(7 * S, net.graph.host("c").stop)
+        net.at(7 * S + down_ms * MS, net.graph.host("c").start)
+        net.run(20 * S)
+        return net.rows(), net.fates, heard, net.kernel.events
+
+    *short, events = play()
+    with patch.object(Medium, "post", by_event):
+        *long, more_events = play()
+    assert short == long and events < more_events
+
+
 def test_the_whole_log_of_implied_acknowledgements():
     """Readers answer when they miss something, and no heartbeat goes alone but for that."""
     heard = []

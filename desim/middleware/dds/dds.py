@@ -7,6 +7,7 @@ from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 from desim.errors import InputError, did_you_mean
+from desim.kernel import Phase, pair
 from desim.middleware.dds.besteffort import BestEffort
 from desim.middleware.dds.parameters import DdsParams
 from desim.middleware.dds.participant import Participant
@@ -72,6 +73,8 @@ class Dds:
         if former is not None:
             former.alive = False
             self.participants[host] = None
+            for remote in former.remotes.values():
+                self.hears_later(remote, host)
             for (_, receiver, _), links in self._links.items():
                 for link in links if receiver == host else ():
                     link.forgotten()
@@ -152,6 +155,15 @@ class Dds:
         if link.guid == remote.guid and link.heard_ns > remote.heard_ns:
             remote.heard_ns = link.heard_ns
 
+    def hears_later(self, remote: Remote, receiver: int) -> None:
+        """``receiver`` forgets ``remote``: what it took note of before it is there it hears."""
+        graph = self.context.graph
+        hosts = graph.hosts
+        remote.look(self.context.now_ns)
+        for due_ns, heard, token in remote.coming:
+            graph.kernel.at(due_ns, Phase.DELIVER, pair(hosts[remote.host].id, hosts[receiver].id),
+                            lambda what: what[0](what[1], receiver), (heard, token))
+
     # What participants are told; a message may come to one that is no more.
 
     def joined(self, me: Participant, remote: Remote, topic: str) -> None:
@@ -161,7 +173,10 @@ class Dds:
 
     def announced(self, token: tuple[tuple[Guid, int], bool], receiver: int) -> None:
         me, ((guid, lease_ns), wants_response) = self.participants[receiver], token
-        if me is not None and me.awake and (
+        remote = None if me is None else me.remotes.get(guid)
+        if remote is not None and remote.direct:  # as nearly always
+            remote.heard_ns = self.context.graph.kernel.now_ns
+        elif me is not None and me.awake and (
                 self.server is None or self.server in (receiver, guid[0])):
             me.announced(guid, lease_ns, wants_response)
 

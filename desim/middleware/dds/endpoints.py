@@ -119,8 +119,14 @@ class Endpoints:
                        if ("built_in_reader", topic) in other.built_in]
             if len(readers) > 1:
                 chunk = self._wire.heartbeat_to_all()
-        self._tell_all("endpoints", readers, [chunk], self._me.dds.greeted,
-                       lambda other: (topic, other is remote))
+        heard = self._me.dds.greeted
+        if self._wire.apart or self._multicast:
+            self._tell_all("endpoints", readers, [chunk], heard,
+                           lambda other: (topic, other is remote))
+            return
+        for other in readers:  # who was greeted before only notes that it comes
+            say = self._tell if other is remote else self._say
+            say("endpoints", other, [chunk], heard, topic, other is remote)
 
     def expect_greeting(self, remote: Remote, topic: str) -> None:
         """A reader that every node has has matched a writer of ``remote``: it asks if that one is
@@ -189,6 +195,16 @@ class Endpoints:
     def _tell(self, kind: str, remote: Remote, chunks: list[wire.Chunk], heard: Callable[..., Any],
               *what: Any) -> None:
         self._tell_all(kind, [remote], chunks, heard, lambda _: what)
+
+    def _say(self, kind: str, remote: Remote, chunks: list[wire.Chunk], heard: Callable[..., Any],
+             *what: Any) -> None:
+        """``_tell`` something that says no more to ``remote`` than that this participant lives."""
+        me, you = self._me, self._me.dds.participants[remote.host]
+        size_bytes, packets = wire.together(chunks)
+        self._context.tell(kind, me.host, [remote.host], size_bytes, heard,
+                           {remote.host: (me.guid, remote.guid, *what)}, segments=packets,
+                           in_part=heard,
+                           notes=me.notes if you is not None and you.guid == remote.guid else None)
 
     def _tell_all(self, kind: str, remotes: list[Remote], chunks: list[wire.Chunk],
                   heard: Callable[..., Any], what: Callable[[Remote], tuple[Any, ...]]) -> None:
@@ -344,7 +360,7 @@ class Endpoints:
             self._me.after(self._params.heartbeat_response_ns, self._greet_back, remote)
 
     def _greet_back(self, remote: Remote) -> None:
-        self._tell("acknack", remote, [self._wire.acknacks(1)], self._me.dds.heard)
+        self._say("acknack", remote, [self._wire.acknacks(1)], self._me.dds.heard)
 
     def asked_to_greet(self, remote: Remote, topic: str) -> None:
         """A reader wants to hear a writer that every node has."""

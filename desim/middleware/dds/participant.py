@@ -13,6 +13,7 @@ from desim.middleware.dds.riding import Resent
 from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk
 
 if TYPE_CHECKING:
+    from desim.middleware.context import Note
     from desim.middleware.dds.dds import Dds
 
 
@@ -23,6 +24,7 @@ class Participant:
     def __init__(self, dds: Dds, host: int, life: int) -> None:
         self.dds, self.context, self.params = dds, dds.context, dds.params
         self.host = host
+        self._others = [other for other in range(len(self.context.hosts)) if other != host]
         self.guid: Guid = (host, life)
         self.alive = True
         self.remotes: dict[Guid, Remote] = {}
@@ -108,8 +110,7 @@ class Participant:
 
     def _announce_to_all(self, times: int, known: list[int]) -> None:
         """By multicast, and to each of those that are ``known``."""
-        others = [host for host in range(len(self.context.hosts)) if host != self.host]
-        self._hello_to(others, self.dds.wire.announcement(times), True)
+        self._hello_to(self._others, self.dds.wire.announcement(times), True)
         self._hello_to(known, self.dds.wire.announcement(), False)
 
     def _hello_to(self, hosts: list[int], chunk: Chunk, multicast: bool,
@@ -117,14 +118,20 @@ class Participant:
         if hosts:
             self.context.tell("spdp", self.host, hosts, chunk.size_bytes, self.dds.announced,
                               (self._hello, multicast or calls), segments=chunk.packets,
-                              multicast=multicast)
+                              multicast=multicast, notes=self.notes)
+
+    def notes(self, host: int) -> Note | None:
+        """What ``host`` notes of something that only says that this participant lives, if it knows
+        this one already."""
+        you = self.dds.participants[host]
+        remote = None if you is None else you.remotes.get(self.guid)
+        if remote is None or not remote.direct:
+            return None
+        remote.look(self.context.now_ns)
+        return lambda *coming: remote.coming.append(coming)
 
     def announced(self, guid: Guid, lease_ns: int, wants_response: bool) -> None:
-        """Somebody says that it is there."""
-        remote = self.remotes.get(guid)
-        if remote is not None and remote.direct:
-            remote.heard_ns = self.context.now_ns
-            return
+        """Somebody says that it is there who was not talked to so far."""
         if self.relay is None:
             remote = Remote(guid, lease_ns, self.context.now_ns, True, self.endpoints.items)
         else:
@@ -155,6 +162,7 @@ class Participant:
         if self.remotes.get(remote.guid) is not remote:
             return
         now_ns = self.context.now_ns
+        remote.look(now_ns)
         if remote.heard_ns + remote.lease_ns <= now_ns:
             self.dds.look(self, remote)
         left_ns = remote.heard_ns + remote.lease_ns - now_ns
@@ -166,6 +174,7 @@ class Participant:
     def lose(self, remote: Remote) -> None:
         """It is gone, and its endpoints with it."""
         del self.remotes[remote.guid]
+        self.dds.hears_later(remote, self.host)
         context, dds, left = self.context, self.dds, list(self.of(remote.host))
         if not left:
             context.sees(self.host, remote.host, "removed")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from desim.middleware.dds.asking import Asking
 
@@ -29,14 +30,15 @@ class Remote:
     in another ``series`` (a participant without clients has one only, 0); ``heard_series`` is the
     one that this remote tells, ``named`` whom it has told of in that; ``beating``: heartbeats that
     are not answered; ``built_in``: what it has that every node has, ``greeted`` topics of it whose
-    writer was heard. Who is known only by hearsay
+    writer was heard; ``coming``: what will only say that it lives, as far as that is known to be
+    on its way: when it is there, who hears it then, and what. Who is known only by hearsay
     of a server (``direct`` False) has neither lease nor telling of its own.
     """
 
     __slots__ = ("guid", "host", "lease_ns", "heard_ns", "direct", "writers", "readers", "out",
                  "told", "acked", "answered", "got", "held", "known", "asked", "answering",
                  "wanted", "asking", "series", "heard_series", "named", "greeted",
-                 "beating", "built_in")
+                 "beating", "built_in", "coming")
 
     def __init__(self, guid: Guid, lease_ns: int, heard_ns: int, direct: bool,
                  out: list[Item], series: int = 0) -> None:
@@ -62,6 +64,16 @@ class Remote:
         self.beating = 0
         self.built_in: dict[tuple[str, str], None] = {}
         self.greeted: dict[str, None] = {}
+        self.coming: list[tuple[int, Callable[[Any, int], Any], Any]] = []
+
+    def look(self, now_ns: int) -> None:
+        """Take note of what has come before ``now_ns``."""
+        coming, self.coming = self.coming, []
+        for each in coming:
+            if each[0] >= now_ns:
+                self.coming.append(each)
+            elif each[0] > self.heard_ns:
+                self.heard_ns = each[0]
 
     def begin(self, series: int) -> None:
         """It tells all anew."""

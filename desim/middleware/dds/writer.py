@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from desim.kernel import Phase
 from desim.middleware.dds.reader import DIRECTED
@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.topics import Message
     from desim.ports.middleware import Offer
+
+
+def _nothing(*_: Any) -> None:
+    """What a reader notes of a heartbeat that is for another one."""
 
 
 class Reliable:
@@ -85,7 +89,8 @@ class Reliable:
             to, chunk = list(links), dds.wire.heartbeat_to_all()
             multicast = dds.params.allow_multicast == "all"
         dds.context.tell("heartbeat", self._host, to, chunk.size_bytes, self._greeted, now,
-                         multicast=multicast)
+                         multicast=multicast,
+                         notes=lambda receiver: None if receiver in now else _nothing)
 
     def _greeted(self, now: dict[int, tuple[ReliableLink, int, int]], receiver: int) -> None:
         if receiver in now:
