@@ -42,10 +42,11 @@ class Broadcast:
         self.left -= count
         return tuple(receivers)
 
-    def claim(self, receiver: int) -> tuple[Any, Any, int, Frame, Terms]:
+    def claim(self, receiver: int) -> tuple[Any, Any, int, int, int, Terms]:
         """A medium's ``Claim`` of one receiver."""
         terms = PLAIN if self.terms is None else self.terms[receiver]
-        return self.carrier, self.token, receiver, self.frame, terms
+        frame = self.frame
+        return self.carrier, self.token, receiver, frame.size_bytes, frame.segments, terms
 
     def lacking(self, receivers: Collection[int]) -> int:
         """How many packets are lost at ``receivers``, taken together."""

@@ -27,7 +27,8 @@ from desim.ports import Deliver, Drop, Frame, NetworkModel, Obstacles, Rule, pac
 from desim.streams import Streams
 from desim.trace import Names
 
-Claim = tuple[Carrier, Any, int, Frame, Terms]  # and token, receiver, the whole frame
+# Of a frame at one receiver: carrier, token, receiver, bytes and packets of all of it, terms.
+Claim = tuple[Carrier, Any, int, int, int, Terms]
 
 _NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER  # cheaper than to look them up each time
 _new = tuple.__new__  # a Frame at half the price
@@ -41,10 +42,10 @@ class Medium(Account):
     """
 
     __slots__ = ("name", "id", "model", "rules", "up", "attached", "frames", "_refuses", "_kernel",
-                 "_after", "_send", "_streams", "_place", "positions", "_ids", "_open",
-                 "_broadcasts", "_awaited", "_flying", "_reasons", "_switched", "_reach_m",
-                 "_separators", "_judges", "judge_transmission", "shared", "_gate", "_sending",
-                 "_sent", "_posting")
+                 "_after", "_send", "_streams", "_place", "positions", "_ids", "_sources",
+                 "_arrives", "_open", "_broadcasts", "_awaited", "_flying", "_reasons", "_switched",
+                 "_reach_m", "_separators", "_judges", "judge_transmission", "shared", "_gate",
+                 "_sending", "_sent", "_posting")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
@@ -59,11 +60,12 @@ class Medium(Account):
         self.frames = 0
         self._kernel = kernel
         self._after, self.shared = kernel.after, kernel.shared
-        self._send = model.send
+        self._send, self._arrives = model.send, self._deliver  # bound once: 400 instructions each
         self._streams = streams
         self._place = Nowhere(len(hosts)) if place is None else place
         self.positions = self._place.positions
         self._ids = [names.id(host) for host in hosts]
+        self._sources = [id_ << 32 for id_ in self._ids]  # in the entity of a delivery
         self._open: dict[tuple[int, int], Claim] = {}  # unicast ones, by frame and receiver
         self._broadcasts: dict[int, Broadcast] = {}  # by frame
         self._awaited = 0  # settlements of those
@@ -113,15 +115,14 @@ class Medium(Account):
         claim = self._claimed(frame, receiver)
         if type(verdict) is Deliver:
             self._flying += 1
-            if claim[4] is PLAIN:
-                ids = self._ids
-                self._after(verdict.delay_ns, _DELIVER, ids[frame.source] << 32 | ids[receiver],
-                            self._deliver, claim)
+            if claim[5] is PLAIN:
+                self._after(verdict.delay_ns, _DELIVER,
+                            self._sources[frame.source] | self._ids[receiver], self._arrives, claim)
             else:
                 self._fly_on_terms(frame, claim, verdict.delay_ns)
         else:
             self._dropped(frame, (receiver,), self._declared(verdict),
-                          claim[3].segments - len(claim[4].lost))
+                          claim[4] - len(claim[5].lost))
             claim[0].lost(claim[1], receiver, verdict.reason)
 
     def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
@@ -181,7 +182,7 @@ class Medium(Account):
                 self.settle_many(frame, None, Deliver(arrival_of(self.model, delay_ns)))
             return None
         (receiver,) = receivers
-        whole, own = frame, PLAIN
+        own = PLAIN
         if terms is not None:
             own = terms[receiver]
             if own.lost:
@@ -190,7 +191,7 @@ class Medium(Account):
         if self._sending:  # the model drops another frame meanwhile, and its carrier sends this one
             self._keep()
         self._sending = number
-        self._sent = claim = (carrier, token, receiver, whole, own)
+        self._sent = claim = (carrier, token, receiver, size_bytes, segments, own)
         delay_ns = self._send(frame)
         if delay_ns is None:
             if self._sending == number:
@@ -199,27 +200,26 @@ class Medium(Account):
         if self._sending != number:
             claim = self._claimed(frame, receiver)
         self._sending = 0
-        if claim[4] is not PLAIN:
+        if claim[5] is not PLAIN:
             self._flying += 1
             self._fly_on_terms(frame, claim, arrival_of(self.model, delay_ns))
-        elif number == self._posting and self.up[receiver]:
+            return None
+        if number == self._posting and self.up[receiver]:
             arrival_of(self.model, delay_ns)
             self._posting = 0
             self.delivered += 1
             self.packets_delivered += segments
             self.rx_bytes[receiver] += size_bytes
-            return self._kernel.now_ns + delay_ns
         else:
             self._flying += 1
-            ids = self._ids
+            after = self._after
             try:
-                self._after(delay_ns, _DELIVER, ids[source] << 32 | ids[receiver], self._deliver,
-                            claim)
+                after(delay_ns, _DELIVER, self._sources[source] | self._ids[receiver],
+                      self._arrives, claim)
             except KernelError:
                 arrival_of(self.model, delay_ns)
                 raise
-            return self._kernel.now_ns + delay_ns
-        return None
+        return self._kernel.now_ns + delay_ns
 
     def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: Carrier,
              token: Any) -> int | None:
@@ -298,58 +298,59 @@ class Medium(Account):
                 self._fly_on_terms(frame, broadcast.claim(receiver), delay_ns)
             return
         carrier, token = broadcast.carrier, broadcast.token
-        ids, after, deliver = self._ids, self._after, self._deliver
-        source = ids[frame.source] << 32
+        size_bytes, segments = frame.size_bytes, frame.segments
+        ids, after, arrives = self._ids, self._after, self._arrives
+        source = self._sources[frame.source]
         for receiver in receivers:
-            after(delay_ns, _DELIVER, source | ids[receiver], deliver,
-                  (carrier, token, receiver, frame, PLAIN))
+            after(delay_ns, _DELIVER, source | ids[receiver], arrives,
+                  (carrier, token, receiver, size_bytes, segments, PLAIN))
 
     def _fly_on_terms(self, frame: Frame, claim: Claim, delay_ns: int) -> None:
         """What rules may have delayed or copied is on its way to one receiver."""
         if delay_ns < 0:
             raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
-        rules_ns, copies_ns, lost, _ = claim[4]
-        entity = self._ids[frame.source] << 32 | self._ids[claim[2]]
+        rules_ns, copies_ns, lost, _ = claim[5]
+        entity = self._sources[frame.source] | self._ids[claim[2]]
         if copies_ns and not lost:
             self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver_often, (entity, claim))
         else:
-            self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver, claim)
+            self._after(delay_ns + rules_ns, _DELIVER, entity, self._arrives, claim)
 
     def _deliver(self, claim: Claim) -> None:
-        carrier, token, receiver, frame, terms = claim
+        carrier, token, receiver, size_bytes, segments, terms = claim
         self._flying -= 1
         if not self.up[receiver]:
-            self.count_drops("host_down", 1, frame[4] - len(terms.lost))
+            self.count_drops("host_down", 1, segments - len(terms.lost))
             carrier.lost(token, receiver, "host_down")
             return
         self.delivered += 1
         if terms is not PLAIN and terms.lost:
             self._deliver_in_part(claim)
             return
-        self.packets_delivered += frame[4]
-        self.rx_bytes[receiver] += frame[3]
+        self.packets_delivered += segments
+        self.rx_bytes[receiver] += size_bytes
         carrier.arrived(token, receiver)
 
     def _deliver_in_part(self, claim: Claim) -> None:
-        carrier, token, receiver, frame, terms = claim
-        sizes = packet_sizes(frame.size_bytes, frame.segments)
-        self.packets_delivered += frame.segments - len(terms.lost)
-        self.rx_bytes[receiver] += frame.size_bytes - sum(sizes[number] for number in terms.lost)
+        carrier, token, receiver, size_bytes, segments, terms = claim
+        sizes = packet_sizes(size_bytes, segments)
+        self.packets_delivered += segments - len(terms.lost)
+        self.rx_bytes[receiver] += size_bytes - sum(sizes[number] for number in terms.lost)
         carrier.arrived_in_part(token, receiver, dict(sorted(terms.lost.items())))
 
     def _deliver_often(self, arrival: tuple[int, Claim]) -> None:
         """A frame that has copies: they come after it, if it comes."""
         entity, claim = arrival
         if self.up[claim[2]]:
-            for after_ns in claim[4][1]:
+            for after_ns in claim[5].copies_ns:
                 self._after(after_ns, _DELIVER, entity, self._repeat, claim)
         self._deliver(claim)
 
     def _repeat(self, claim: Claim) -> None:
-        carrier, token, receiver, frame, _ = claim
+        carrier, token, receiver, size_bytes, *_ = claim
         if self.up[receiver]:
             self.copies += 1
-            self.rx_bytes[receiver] += frame.size_bytes
+            self.rx_bytes[receiver] += size_bytes
             carrier.repeated(token, receiver)
 
     def _unexpected(self, frame: Frame, receiver: int | Sequence[int]) -> ModelError:
@@ -376,16 +377,16 @@ class Medium(Account):
             claim = broadcast.claim(receiver)
         if claim is None:
             raise self._unexpected(frame, receiver)
-        whole, before = claim[3:]
-        after = before.losing(before.numbers(verdict.packets, whole.segments), reason)
-        if len(after.lost) == whole.segments:
+        *_, segments, before = claim
+        after = before.losing(before.numbers(verdict.packets, segments), reason)
+        if len(after.lost) == segments:
             return False
         self.count_drops(reason, 0, len(after.lost) - len(before.lost))
         if reason in self._refuses and frame.receivers[0] == receiver:  # once a frame
             sizes = packet_sizes(frame.size_bytes, frame.segments)
             self.count_refused(frame.source, sum(sizes[number] for number in verdict.packets))
         if broadcast is None:
-            self._open[frame.id, receiver] = (*claim[:4], after)
+            self._open[frame.id, receiver] = (*claim[:5], after)
         else:
             broadcast.lose(receiver, after)
         return True

@@ -87,17 +87,18 @@ class Neighbour:
         self._kernel = all_.context.graph.kernel
         self._tick_ns = all_.tick_ns
 
-    def transmit(self, *frame: Any) -> int | None:
-        """As ``Medium.transmit``."""
-        state = self._state
-        if state < STALE:
-            self._hold(frame)
-            return None
-        self.used_ns = self._kernel.now_ns
-        if state == STALE:
+    def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
+                 broadcast: bool, carrier: Any, token: Any) -> int | None:
+        """As ``Medium.transmit``. (``*frame`` would cost a thousand instructions more.)"""
+        if self._state <= STALE:
+            if self._state < STALE:
+                self._hold((source, receivers, size_bytes, segments, broadcast, carrier, token))
+                return None
             self._state = DELAY
             self._look_after(DELAY_NS)
-        return self._transmit(*frame)
+        self.used_ns = self._kernel.now_ns
+        transmit = self._transmit
+        return transmit(source, receivers, size_bytes, segments, broadcast, carrier, token)
 
     def forget(self) -> None:
         """The host has stopped: the address is forgotten, and what waits for it is lost."""
