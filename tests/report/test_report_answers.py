@@ -49,6 +49,18 @@ def test_what_cannot_be_told_apart_is_not(tmp_path):
     assert "of strategy = far cannot be told from near: difference 0, 95 % interval" in text
 
 
+def test_of_runs_that_all_reached_their_limit_no_difference_is_known(tmp_path):
+    for name, levels, says in (
+            ("strategy", ["near", "far"], "exploration time [s] of strategy = far and near: no run "
+             "reached the aim, so that nothing is known of the difference."),
+            ("robots", [1, 2], "exploration time [s]: no run reached the aim, neither at robots = "
+             "1 nor at 2.")):
+        (tmp_path / name).mkdir()
+        _, text = page_of(study_of(tmp_path / name, {name: levels}, 6,
+                                   lambda levels, k: timed(None)))
+        assert says in text and "difference 0" not in text
+
+
 def test_few_seeds_are_a_hint_and_never_significant(tmp_path):
     study = study_of(tmp_path, STRATEGIES, 3, by_strategy(20.0))
     (found,) = contrasts(study, Estimates(study), "exploration_time_s")

@@ -37,14 +37,16 @@ def _along(study: Study, estimates: Estimates, metric: str, label: str, first: V
            last: Vector) -> str:
     """From one end of a line to the other."""
     axis, ends = study.against, [estimates.of(metric, vector) for vector in (first, last)]
+    begin, end = (axis.labels[vector.levels[axis.name]] for vector in (first, last))
     if any(one.mean is None for one in ends):
         return ""
+    named = f"{label + ': ' if label else ''}{wording.titled(metric)}"
+    if all(one.late == one.n for one in ends):
+        return f"{named}: no run reached the aim, neither at {axis.name} = {begin} nor at {end}."
     change = t_interval(_differences(study, estimates, metric, [(first, last)])) \
         if study.is_paired else None
-    return (f"{label + ': ' if label else ''}{wording.titled(metric)} goes from "
-            f"{_estimate(ends[0])} at {axis.name} = {axis.labels[first.levels[axis.name]]} to "
-            f"{_estimate(ends[1])} at {axis.labels[last.levels[axis.name]]}"
-            f"{_changed(change) if change else ''}.")
+    return (f"{named} goes from {_estimate(ends[0])} at {axis.name} = {begin} to "
+            f"{_estimate(ends[1])} at {end}{_changed(change) if change else ''}.")
 
 
 def _estimate(one: Estimate) -> str:
@@ -62,6 +64,11 @@ def _changed(change: Interval) -> str:
 def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level: int) -> str:
     """A level against the first one of the design, in the mean over all that they share."""
     pairs = _pairs(study, axis, level)
+    of = [estimates.of(metric, vector) for pair in pairs for vector in pair]
+    if of and all(0 < one.n == one.late for one in of):
+        return (f"{wording.titled(metric)} of {axis.name} = {axis.labels[level]} and "
+                f"{axis.labels[0]}: no run reached the aim, so that nothing is known of the "
+                "difference.")
     found = t_interval(_differences(study, estimates, metric, pairs))
     if found.mean is None:
         return ""
