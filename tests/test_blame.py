@@ -38,7 +38,14 @@ environment: {terrain: loop}
 fleet: {size: 2}
 stop: {elapsed: 20 s}
 """
-PLACES = {STRATEGY: "coordination: {strategy: 'NAME:Plugin'}",
+MIDDLEWARE = HEAD.replace("context, hosts", "context") + """
+        def switched(self, host, up): pass
+        def advertise(self, offer): pass
+        def subscribe(self, subscriber): pass
+        {body}
+"""
+PLACES = {MIDDLEWARE: "middleware: {model: 'NAME:Plugin'}",
+          STRATEGY: "coordination: {strategy: 'NAME:Plugin'}",
           NETWORK: "network: {media: {lan: {model: 'NAME:Plugin'}}}",
           RULE: "network: {media: {lan: {model: ideal, rules: [{rule: 'NAME:Plugin'}]}}}"}
 
@@ -142,6 +149,22 @@ def test_equal_causes_at_other_times_are_equal():
 ])
 def test_what_a_network_offers_besides_is_looked_at(desim, name, more, says):
     code, output = desim(name, NETWORK, f"return 0\n\n        {more}")
+    assert code == 1
+    assert output.startswith(says), output
+    assert "Traceback" not in output
+
+
+@pytest.mark.parametrize("name, body, says", [
+    ("m_numbers", "def subscribers(self, publisher): return [1, 2]",
+     "m_numbers.Plugin (m_numbers.py:4) gave [1, 2] for the subscribers of "),
+    ("m_nobody", "def subscribers(self, publisher): pass",
+     "m_nobody.Plugin (m_nobody.py:4) gave None for the subscribers of "),
+    ("m_transport", "def subscribers(self, publisher): return ()\n"
+     "        def transport(self, offer): pass",
+     "m_transport.Plugin (m_transport.py:4) gave the transport None for "),
+])
+def test_what_a_middleware_gives_is_looked_at(desim, name, body, says):
+    code, output = desim(name, MIDDLEWARE, body)
     assert code == 1
     assert output.startswith(says), output
     assert "Traceback" not in output

@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from desim.kernel import Call, Phase
+from desim.middleware.answers import transport_of
 from desim.middleware.beliefs import Beliefs
 from desim.middleware.transports import Datagram, Stream
 from desim.ports.middleware import Endpoint, Middleware, Offer, Transport
@@ -40,7 +42,8 @@ class Context:
     def __init__(self, graph: Graph, middleware: Middleware) -> None:
         self.graph = graph
         self.middleware = middleware
-        self.transport: Callable[[Offer], Transport] = getattr(middleware, "transport", self._plain)
+        self.transport: Callable[[Offer], Transport] = (
+            partial(transport_of, middleware) if hasattr(middleware, "transport") else self._plain)
         self.hosts = tuple(host.name for host in graph.hosts)
         self.discovery_bytes: dict[str, int] = {}
         self.discovery_frames: dict[str, int] = {}

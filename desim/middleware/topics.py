@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim.errors import InputError
 from desim.kernel import Phase
+from desim.middleware.answers import subscribers_of
 from desim.middleware.counts import TopicCounts
 from desim.middleware.messages import Lazy
 from desim.ports.middleware import Offer
@@ -175,8 +176,8 @@ class Publisher:
     def _refresh(self) -> None:
         self._stale = False
         own = self.host.index
-        hosts = dict.fromkeys(end.host for end in
-                              self.host.graph.middleware.subscribers(self.offer.publisher))
+        hosts = dict.fromkeys(end.host for end in subscribers_of(self.host.graph.middleware,
+                                                                 self.offer.publisher))
         self._local = hosts.pop(own, own) is None
         self._receivers = hosts
         self._heard = self._local or bool(hosts)
