@@ -125,10 +125,11 @@ def test_values_far_from_normal_are_pointed_at_where_runs_are_few(tmp_path):
         assert ("are not near normal" in told) == said
 
 
-def test_a_dollar_is_a_dollar(tmp_path):
-    labels = {"strategy": ["from $5 to $10", r"$\frac$"]}
+def test_labels_are_text(tmp_path, recwarn):
+    labels = {"strategy": ["from $5 to $10", r"$\frac$", "近い"]}
     html, text = page_of(study_of(tmp_path, labels, 5, lambda levels, k: timed(1.0 + k)))
-    assert "from $5 to $10" in text and r"$\frac$" in text
+    assert "from $5 to $10" in text and r"$\frac$" in text and "近い" in text
+    assert not [one for one in recwarn if "Glyph" in str(one.message)]
 
 
 def test_figures_have_a_role_and_a_title(tmp_path):

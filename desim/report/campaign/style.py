@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import html
 import re
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -43,8 +44,10 @@ def marker(style: int) -> str:
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Figures made and saved inside look like one report's."""
-    with rc_context(_RC):
+    """Figures made and saved inside look like one report's. Letters that matplotlib's own font
+    lacks are boxes in PNG and PDF, and as they should be in SVG and on the page."""
+    with rc_context(_RC), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph .* missing from font")
         yield
 
 
