@@ -55,8 +55,8 @@ def short_tokens(monkeypatch):
 def changes_together(monkeypatch):
     """What has changed several times meanwhile is passed on as it is now."""
     whole = router.News.until
-    monkeypatch.setattr(router.News, "until", lambda news, state, near: tuple(
-        -(-part // max(whole(news, state, 0)[0], 1)) for part in whole(news, state, near)))
+    monkeypatch.setattr(router.News, "until", lambda news, state: tuple(
+        -(-part // max(whole(news, state)[0], 1)) for part in whole(news, state)))
 
 
 def one_write(monkeypatch):

@@ -239,3 +239,19 @@ def test_declarations_grow_with_the_links():
         declared = [row for row in control(net, "declare") if row[2] == "h0"]
         assert len(declared) == hosts - 1 and len({row[5] for row in declared}) == 1
         assert not net.graph.context.beliefs.missing
+
+
+def test_news_that_wait_for_a_busy_router_cost_what_they_would_one_by_one():
+    """In fewer frames, each a train of as many packets as there are changes."""
+    def flooded(flood):
+        hosts = [f"h{k}" for k in range(10)]
+        net = net_of(dict.fromkeys(hosts, silent), link(rate="10 Gb/s", latency="50 us"),
+                     scout_jitter="20 ms", flood=flood)
+        net.run(5 * S)
+        assert mesh(net) == [9] * 10
+        context = net.graph.context
+        return context.discovery_bytes["linkstate"], context.discovery_frames["linkstate"]
+
+    one_by_one, together = flooded("0 s"), flooded("200 us")
+    assert together[0] == pytest.approx(one_by_one[0], rel=0.05)
+    assert together[1] < one_by_one[1] / 2

@@ -3,8 +3,8 @@ messages on."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from desim.middleware.zenoh.line import Parcel
 from desim.middleware.zenoh.link import SERVICE, Link
@@ -29,24 +29,30 @@ if TYPE_CHECKING:
     from desim.middleware.zenoh.publication import Publication
 
 
-class News(NamedTuple):
-    """A router's link state that is to be passed on to all but ``but`` and itself (to all if it is
-    ``new``), and what it was before: how often it had changed, how many it had named."""
+class News:
+    """How a router's link state has changed, to be passed on: it is ``state`` now; before, it had
+    changed ``serial`` times and named ``named`` routers. ``known``: to whom so many of the changes,
+    with so many names, need not be told."""
 
-    state: State
-    serial: int
-    named: int
-    but: int
-    new: bool
+    __slots__ = ("state", "serial", "named", "known")
 
-    def until(self, state: State, near: int) -> tuple[int, int]:
-        """How many changes it had until it was ``state``, and their bytes (1 ``near``: with its
-        address), each in a message of its own."""
+    def __init__(self, state: State, serial: int, named: int) -> None:
+        self.state, self.serial, self.named = state, serial, named
+        self.known: dict[int, tuple[int, int]] = {}
+
+    def add(self, before: State, state: State, knowing: Iterable[int]) -> None:
+        """It was ``before``, and is ``state``, as those ``knowing`` know."""
+        self.state = state
+        for peer in knowing:
+            changes, named = self.known.get(peer, (0, 0))
+            self.known[peer] = (changes + state.serial - before.serial,
+                                named + state.named - before.named)
+
+    def until(self, state: State) -> tuple[int, int]:
+        """How many changes it had until it was ``state``, and how many they named."""
         if state.serial <= self.serial or state.life < self.state.life:
             return 0, 0
-        changes = state.serial - self.serial
-        return changes, (changes * (STATES_BYTES + STATE_BYTES + near * LOCATOR_BYTES)
-                         + (state.named - self.named) * NEIGHBOUR_BYTES)
+        return state.serial - self.serial, state.named - self.named
 
 
 class Router:
@@ -177,24 +183,18 @@ class Router:
         topology.link(peer, up)
         self._pass_on(own, before, topology.states[own], own)
 
-    def _pass_on(self, router: int, before: State | None, state: State, but: int) -> None:
-        """To all neighbours with the next flood: the link state of ``router``, which was ``before``
-        (None: unknown; zenoh network.rs tells all of such a one, those who said so, too), but not
-        to ``but``. It was said by itself each time that it changed."""
-        new = before is None or before.life < state.life
-        if new:
-            before = state._replace(serial=state.serial - 1,
-                                    named=state.named - state.links.bit_count())
-            but = self.host
+    def _pass_on(self, router: int, before: State | None, state: State, source: int) -> None:
+        """With the next flood to all who do not know it, ``source`` and the router itself: its link
+        state, which was ``before`` (None: unknown; zenoh network.rs tells all of such a one). It
+        was said by itself each time that it changed."""
+        if before is None or before.life < state.life:
             self.registry.begins(router, state.life)
-        pending = self._news.get(router)
-        if pending is None:
-            self._news[router] = News(state, before.serial, before.named, but, new)
-        elif new:
-            self._news[router] = News(state, before.serial, before.named, but, True)
-        else:
-            self._news[router] = pending._replace(
-                state=state, but=but if but == pending.but else self.host)
+            self._news[router] = News(state, state.serial - 1,
+                                      state.named - state.links.bit_count())
+            return
+        if router not in self._news:
+            self._news[router] = News(state, before.serial, before.named)
+        self._news[router].add(before, state, {router: None, source: None})
 
     def _topology_changed(self) -> None:
         self._book(self._flood, max(self._free_ns - self.context.now_ns, 0))
@@ -217,29 +217,27 @@ class Router:
         news, self._news = self._news, {}
         near = 1 << self.host | self.topology.states[self.host].links
         states: dict[int, State] = {}
-        spared: dict[int, list[tuple[int, int]]] = {}  # what not to tell a peer: it knows
+        known: dict[int, list[tuple[int, int]]] = {}  # by peer: changes and their bytes
         changes = size_bytes = named = 0
         for router, item in news.items():
             states[router] = state = item.state
             named |= state.links
-            worth = item.until(state, near >> router & 1)
-            changes += worth[0]
-            size_bytes += worth[1]
-            if not item.new:
-                for peer in (router, item.but) if router != item.but else (router,):
-                    spared.setdefault(peer, []).append(worth)
+            more = item.until(state)
+            changes += more[0]
+            size_bytes += _changes_bytes(*more, near >> router & 1)
+            for peer, less in item.known.items():
+                known.setdefault(peer, []).append(
+                    (less[0], _changes_bytes(*less, near >> router & 1)))
         messages = 0
         for peer, link in self.links.items():
             left, left_bytes = changes, size_bytes
-            for less, less_bytes in spared.get(peer, ()):
+            for less, less_bytes in known.get(peer, ()):
                 left -= less
                 left_bytes -= less_bytes
             for router, state in link.fresh.items():
-                item = news[router]
-                if item.new or peer not in (router, item.but):
-                    less, less_bytes = item.until(state, near >> router & 1)
-                    left -= less
-                    left_bytes -= less_bytes
+                less, names = news[router].until(state)
+                left -= less
+                left_bytes -= _changes_bytes(less, names, near >> router & 1)
             link.fresh = {}
             if left:
                 messages += left
@@ -250,6 +248,8 @@ class Router:
         """Over a new link: all link states in one message."""
         states = dict(self.topology.states)
         link.fresh = {router: states[router] for router in self._news}
+        for item in self._news.values():
+            item.known.pop(link.peer, None)
         near = 1 << self.host | self.topology.states[self.host].links
         size_bytes, named = STATES_BYTES, 0
         for router, state in states.items():
@@ -369,6 +369,13 @@ class Router:
             for parcel in link.line.parcels():
                 if parcel.publication is publication:
                     parcel.drop(reason)
+
+
+def _changes_bytes(changes: int, named: int, near: int) -> int:
+    """Of so many changes that name so many routers, each in a message of its own; ``near`` 1: with
+    the address."""
+    return (changes * (STATES_BYTES + STATE_BYTES + near * LOCATOR_BYTES)
+            + named * NEIGHBOUR_BYTES)
 
 
 def _states_came(link: Link, states: dict[int, State]) -> None:
