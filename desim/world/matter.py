@@ -1,8 +1,8 @@
 """Walls and blocks between antennas.
 
-A wall (up to ``BLOCK_M`` thick) counts once on a straight line through it. A thicker block counts
-twice: where the line enters and where it leaves. Walls may be drawn or come from a map image; the
-result is the same.
+A wall (up to ``BLOCK_M`` thick) counts once on a straight line through its centre line. A thicker
+block counts twice: where the line enters and where it leaves. Walls may be drawn or come from a map
+image; the result is the same.
 """
 
 from __future__ import annotations
@@ -12,28 +12,17 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import binary_opening, distance_transform_edt, maximum_filter
+from scipy.ndimage import binary_closing, distance_transform_edt, maximum_filter
 
 from desim.world import kernels
+from desim.world.centrelines import centre_lines
 
 BLOCK_M = 1.0  # a castle's wall; the outer walls of houses are 0.2 to 0.5 m thick
 FACE_M = 0.2  # a block's face, as thick as a wall of the paper's maps
 
-# Two solid stretches of a line that are separated by less than this many cells (and by less than
-# 1 m) are one wall: such gaps are the steps of a slanting wall, not doors.
+# Solid cells that are separated by less than this many cells (and by less than 1 m) are one wall:
+# such gaps are the steps of a slanting wall, not doors.
 GAP_CELLS = 2.0
-
-# A line must be in a wall for at least half of its thickness, less this many cells (thicknesses are
-# known to half a cell). Otherwise it only cuts the corner of a wall's end, beside the door, and
-# would pass the drawn wall. Of walls that are one cell thick every touch counts: slanting lines may
-# slip through between two of their cells.
-SLACK_CELLS = 0.25
-
-# Both are tuned on four houses with doors of 1 m, at 0, 30 and 45 degrees, in cells of 0.05 and
-# 0.1 m: the coverage differs from that of the drawn houses by at most 1.8 % with walls of 0.2 m and
-# 2.1 % with walls of 0.3 m. Where every touch counts by up to 3.0 %, and with gaps of 1 or 3 cells
-# besides by up to 6.1 and 2.4 %. In cells of 0.2 m, as thick as the walls, by up to 4.2 %: doors
-# are wider or narrower there.
 
 
 class Matter(NamedTuple):
@@ -72,48 +61,66 @@ def _all_found(kernel: Callable[..., int], lines: int, *given: object) -> np.nda
 
 @dataclass(frozen=True)
 class Cells:
-    """Solid cells between antennas. ``kinds`` [rows, cols]: 0 free, of material m 2 m + 1 in a wall
-    and 2 m + 2 in a block, with a free border; ``least`` [rows, cols]: for how many cells a line
-    must be in a wall that it crosses; ``keys`` [faces], ascending: where a face begins;
-    ``origin_m`` is the corner of cell (0, 0)."""
+    """Blocks and posts between antennas. ``kinds`` [rows, cols]: 0 free, of material m 2 m + 1 in a
+    post and 2 m + 2 in a block, with a free border; ``keys`` [faces], ascending: where a face
+    begins; ``origin_m`` is the corner of cell (0, 0)."""
 
     kinds: np.ndarray
-    least: np.ndarray
     keys: np.ndarray
     origin_m: np.ndarray
     edge_m: float
 
     def __call__(self, segments: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-        """``Matter.crossing``. A wall's own segment is the face at one end of the line's way
+        """``Matter.crossing``. A post's own segment is the face at one end of the line's way
         through it."""
         pairs = np.asarray(pairs, dtype=np.float64).reshape(-1, 4)
+        rows = crossing(segments[len(self.keys):], pairs) + (0, len(self.keys))
+        if not len(self.keys):
+            return rows
         lines = np.ascontiguousarray((pairs - np.tile(self.origin_m, 2)) / self.edge_m)
         gap = min(GAP_CELLS, BLOCK_M / self.edge_m)
-        rows = _all_found(kernels.stretches, len(pairs), self.kinds, self.least, lines, gap)
-        rows[:, 1] = np.searchsorted(self.keys, rows[:, 1], side="right") - 1
-        others = crossing(segments[len(self.keys):], pairs) + (0, len(self.keys))
-        rows = np.concatenate([rows, others])
+        faces = _all_found(kernels.stretches, len(pairs), self.kinds, lines, gap)
+        faces[:, 1] = np.searchsorted(self.keys, faces[:, 1], side="right") - 1
+        rows = np.concatenate([faces, rows])
         return rows[np.lexsort((rows[:, 1], rows[:, 0]))]
 
 
 def of_cells(solid: np.ndarray, material: np.ndarray | int, edge_m: float,
              corner_m: tuple[float, float], height_m: float) -> Matter:
     """The matter of ``solid`` [rows, cols] cells of ``edge_m``, all of one material or each of
-    ``material`` [rows, cols], with the corner of cell (0, 0) at ``corner_m``."""
+    ``material`` [rows, cols], with the corner of cell (0, 0) at ``corner_m``: the faces of blocks
+    and posts, and the centre lines of walls."""
     away_m = distance_transform_edt(solid) * edge_m if not solid.all() else np.full(solid.shape,
                                                                                     np.inf)
     block = _blocks(solid, away_m, edge_m)
-    kinds = np.pad(np.where(solid, 2 * np.asarray(material) + 1 + block, 0).astype(np.int8), 1)
+    material = np.where(solid, material, -1)
+    kinds = np.where(block, 2 * material + 2, 0).astype(np.int8)
+    lines, thick_m, of_what = [np.zeros((0, 4))], [np.zeros(0)], [np.zeros(0, dtype=np.int64)]
+    for one in np.unique(material[solid & ~block]).tolist():
+        walls = (material == one) & ~block
+        drawn = centre_lines(_without_gaps(walls, edge_m) & (walls | ~solid))
+        kinds[drawn.posts & walls] = 2 * one + 1
+        lines.append(drawn.lines * edge_m + np.tile(corner_m, 2))
+        thick_m.append(drawn.thickness * edge_m)
+        of_what.append(np.full(len(drawn.lines), one))
+    kinds = np.pad(kinds, 1)
     keys, faces, at = _faces(kinds)
+    kind = kinds[at].astype(np.int64)
     origin_m = np.array(corner_m) - edge_m
-    kind = kinds[at]
-    thick_m = np.pad(_thickness_m(away_m, block, edge_m), 1)
-    thickness_m = thick_m[at]
-    wide = np.pad(binary_opening(solid, np.ones((2, 2))), 1) & (kinds % 2 == 1)
-    least = np.where(wide, thick_m / edge_m / 2 - SLACK_CELLS, 0.0).astype(np.float32)
-    return Matter(faces * edge_m + np.tile(origin_m, 2), (kind.astype(np.int64) - 1) // 2,
-                  np.where(kind % 2, thickness_m, FACE_M), np.full(len(faces), height_m),
-                  kind % 2 == 0, Cells(kinds, least, keys, origin_m, edge_m))
+    post_m = np.pad(_thickness_m(away_m, block, edge_m), 1)[at]
+    segments = np.concatenate([faces * edge_m + np.tile(origin_m, 2), *lines])
+    return Matter(segments, np.concatenate([(kind - 1) // 2, *of_what]),
+                  np.concatenate([np.where(kind % 2, post_m, FACE_M), *thick_m]),
+                  np.full(len(segments), height_m),
+                  np.pad(kind % 2 == 0, (0, len(segments) - len(kind))),
+                  Cells(kinds, keys, origin_m, edge_m))
+
+
+def _without_gaps(walls: np.ndarray, edge_m: float) -> np.ndarray:
+    """``walls`` with the gaps filled that are narrower than ``GAP_CELLS`` and 1 m."""
+    if edge_m >= BLOCK_M:
+        return walls
+    return binary_closing(np.pad(walls, 1), np.ones((2, 2)))[1:-1, 1:-1]
 
 
 def _blocks(solid: np.ndarray, away_m: np.ndarray, edge_m: float) -> np.ndarray:
@@ -127,7 +134,7 @@ def _blocks(solid: np.ndarray, away_m: np.ndarray, edge_m: float) -> np.ndarray:
 
 
 def _thickness_m(away_m: np.ndarray, block: np.ndarray, edge_m: float) -> np.ndarray:
-    """[rows, cols] of walls, to half a cell: twice the way from their middle to what is free."""
+    """[rows, cols] of posts, to half a cell: twice the way from their middle to what is free."""
     size = 2 * int(np.ceil(BLOCK_M / 2 / edge_m)) + 1
     return 2 * maximum_filter(np.where(block, 0.0, away_m), size) - edge_m / 2
 
