@@ -100,7 +100,7 @@ def _files(modules: tuple[str, ...]) -> tuple[str, ...]:
     files = [file for file in _package(Path(desim.__file__).parent)
              if file.relative_to(Path(desim.__file__).parent).parts[0] not in _SHOWS]
     for top in sorted({module.partition(".")[0] for module in modules} - {desim.__name__}):
-        place = sys.modules[top].__file__
+        place = getattr(sys.modules[top], "__file__", None)
         if place is not None:
             path = Path(place)
             files += _package(path.parent) if path.name == "__init__.py" else _beside(path)
