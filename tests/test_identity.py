@@ -7,6 +7,9 @@ import sys
 
 import pytest
 
+from desim.experiment import identity
+from desim.scenario.load import load
+
 ASK = "from desim.experiment.identity import source; print(source(()))"
 
 
@@ -82,3 +85,13 @@ def test_what_a_users_module_imports_from_its_folder_moves_it(tmp_path):
             (tmp_path / name).write_text(OWN[name])
     assert ids.pop("other.py") == ids[None]
     assert len(set(ids.values())) == len(ids)
+
+
+@pytest.mark.parametrize("function", ["math:isfinite", "bisect:bisect", "sys:exit"])
+def test_a_function_that_was_installed_stands_by_itself(tmp_path, function):
+    """``bisect`` has hundreds of neighbours, the others have no source."""
+    (tmp_path / "plain.yaml").write_text("name: s\n")
+    (tmp_path / "ends.yaml").write_text(f"name: s\nstop: {{when: '{function}'}}\n")
+    plain, ends = (len(identity._files(identity.modules(
+        load(tmp_path / f"{name}.yaml").scenario))) for name in ("plain", "ends"))
+    assert ends - plain <= 2  # where it is named, and where it is defined

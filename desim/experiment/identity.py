@@ -7,6 +7,7 @@ import hashlib
 import os
 import platform
 import sys
+import sysconfig
 import zlib
 from collections.abc import Callable
 from functools import cache
@@ -109,8 +110,10 @@ def _files(modules: tuple[str, ...]) -> tuple[str, ...]:
 
 def _beside(module: Path) -> list[Path]:
     """The module's file, then those that it imports from its own folder, and these in turn;
-    packages there as a whole."""
+    packages there as a whole. What was installed stands by itself."""
     files, folder = {module: None}, module.parent
+    if module.suffix != ".py" or str(folder) in sysconfig.get_paths().values():
+        return list(files)
     agenda = [module]
     while agenda:
         for name in _imported(agenda.pop()):
