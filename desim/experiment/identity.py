@@ -127,8 +127,12 @@ def _beside(module: Path) -> list[Path]:
 
 
 def _imported(file: Path) -> list[str]:
-    """The first part of each name that a file imports, wherever in it, in its order."""
-    nodes = list(ast.walk(ast.parse(file.read_bytes())))
+    """The first part of each name that a file imports, wherever in it, sorted; none if it is not
+    Python that runs here: then nobody has imported it, either."""
+    try:
+        nodes = list(ast.walk(ast.parse(file.read_bytes())))
+    except (SyntaxError, ValueError):
+        return []
     names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
     names += [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
     return sorted({name.partition(".")[0] for name in names})
