@@ -83,7 +83,7 @@ def _place(frames: list[tuple[FrameType, int]]) -> str:
 def _host(owner: Any) -> str | None:
     """The host of a node, or the medium of a model or a rule."""
     from desim.middleware.graph import Host, Node
-    from desim.middleware.medium import Medium
+    from desim.network.medium import Medium
 
     if isinstance(owner, Node):
         return owner.host.name
@@ -93,7 +93,7 @@ def _host(owner: Any) -> str | None:
 
 
 def _line(frame: FrameType, number: int) -> str:
-    """``bad.py:7``, or ``desim/kernel.py:217`` of ours."""
+    """``bad.py:7``, or ``desim/engine/kernel.py:217`` of ours."""
     file = Path(frame.f_code.co_filename)
     name = os.path.relpath(file, _OURS) if _OURS in file.resolve().parents else file.name
     return f"{name}:{number}"

@@ -1,0 +1,1 @@
+"""Network models and rules: plug-ins of desim that use its ports alone."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from desim.ports import GridSpec
-from desim.robot.navigation.costmap import Costmap
+from desim.robot.navigation.global_costmap import Costmap
 from desim.robot.tiles import FREE, OCCUPIED, tiles_across, tiles_of
 
 VALUES = {".": FREE, "#": OCCUPIED}

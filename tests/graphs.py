@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from desim.kernel import Kernel, Phase
+from desim.engine.kernel import Kernel, Phase
+from desim.engine.streams import Streams
+from desim.engine.trace import Names, Trace
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph, Node
-from desim.middleware.medium import Medium
-from desim.middleware.place import Nowhere
-from desim.streams import Streams
-from desim.trace import Names, Trace
+from desim.network.medium import Medium
+from desim.network.place import Nowhere
 from netmodels.ideal import Ideal
 
 MS = 10**6

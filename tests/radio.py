@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from netmodels.radio.dcf import DROPPED, NEVER, RECEIVED, Reception, Stations
+from netmodels.radio.dcf.stations import DROPPED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.standards import Standard
 

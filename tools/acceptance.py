@@ -22,9 +22,9 @@ from matter import Ticks
 from rich.console import Console
 from rich.table import Table
 
-from desim.experiment.summary import summarize
+from desim.monitor.summary import summarize
 from desim.scenario.load import load
-from desim.simulation import Simulation
+from desim.simulation.simulation import Simulation
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENARIOS = ROOT / "scenarios"

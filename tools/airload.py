@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from desim.kernel import Phase
+from desim.engine.kernel import Phase
 from desim.testing import Bench
 from netmodels.radio import Radio
 

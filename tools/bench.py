@@ -32,7 +32,7 @@ import workload
 from rich.console import Console
 from rich.table import Table
 
-from desim.kernel import Kernel, Phase, pair
+from desim.engine.kernel import Kernel, Phase, pair
 
 TOOLS = Path(__file__).resolve().parent
 _scratch = tempfile.TemporaryDirectory()

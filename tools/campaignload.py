@@ -11,8 +11,8 @@ from pathlib import Path
 
 import manyruns
 
-from desim.campaign.design import load_design
-from desim.campaign.plan import Plan
+from desim.campaign.design.design import load_design
+from desim.campaign.design.plan import Plan
 
 HELLO = Path(__file__).resolve().parent.parent / "scenarios" / "hello.yaml"
 TINY = """\

@@ -24,7 +24,7 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 
-from desim import api
+from desim.results.run import Run
 
 SCENARIO = """\
 name: small
@@ -78,7 +78,7 @@ class Campaign:
 
     def __init__(self, design: Path, out: Path, reference: Path) -> None:
         self._design, self._out, self._reference = design, out, reference
-        self._digests = {run.name: api.Run(run).manifest["digest"]
+        self._digests = {run.name: Run(run).manifest["digest"]
                          for run in (reference / "runs" / "small").iterdir()}
         self.total = len(self._digests)
         self.finished: dict[str, int] = {}
@@ -133,7 +133,7 @@ class Campaign:
             require(run_id in now, f"{run_id} is lost")
             require(now[run_id] == time_ns, f"{run_id} was made again")
         for path in self._runs():
-            run = api.Run(path)
+            run = Run(path)
             require(run.manifest["digest"] == self._digests[path.name], f"{path}: another digest")
             require(bool(run.metrics) and run.map is not None and run.truth is not None,
                     f"{path}: incomplete")

@@ -30,10 +30,11 @@ import yaml
 from typer.testing import CliRunner
 
 import desim
-from desim.campaign import probes
-from desim.campaign.work import Row, Task, work
+from desim.campaign.running import probes
+from desim.campaign.running.work import Task, work
 from desim.cli import app
-from desim.report import sweeping
+from desim.commands.views import sweep
+from desim.results.row import Row
 
 SCENARIO = """\
 name: small
@@ -462,12 +463,12 @@ def _template(folder: Path) -> Template:
 @contextmanager
 def _patched() -> Iterator[None]:
     """Runs are made in this process, and predictions cost little."""
-    before = sweeping.Crew, probes.BUDGET_S
-    sweeping.Crew, probes.BUDGET_S = Here, 0.1
+    before = sweep.Crew, probes.BUDGET_S
+    sweep.Crew, probes.BUDGET_S = Here, 0.1
     try:
         yield
     finally:
-        sweeping.Crew, probes.BUDGET_S = before
+        sweep.Crew, probes.BUDGET_S = before
 
 
 @contextmanager

@@ -15,9 +15,9 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from desim.experiment.summary import summarize
+from desim.monitor.summary import summarize
 from desim.scenario.load import load
-from desim.simulation import Simulation
+from desim.simulation.simulation import Simulation
 
 FILE = Path(__file__).resolve().parent.parent / "scenarios" / "field_30.yaml"
 RUNGS = ("ideal", "disk", "walls", "mac", "multihop")

@@ -14,12 +14,12 @@ import tempfile
 from pathlib import Path
 
 from desim import api
-from desim.campaign.campaign import INDEX
-from desim.campaign.design import load_design
-from desim.campaign.index import line_of
-from desim.campaign.plan import Plan
-from desim.campaign.work import row_of
-from desim.experiment.seal import SUMMARY, likeness, seal
+from desim.campaign.design.design import load_design
+from desim.campaign.design.plan import Plan
+from desim.campaign.folder.index import line_of
+from desim.campaign.running.sweep import INDEX
+from desim.results.row import row_of
+from desim.results.seal import SUMMARY, likeness, seal
 
 
 def main() -> None:

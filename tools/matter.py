@@ -20,8 +20,8 @@ class Depth(NamedTuple):
 
 
 class Ticks:
-    """Notes the poses after every world tick of ``simulation``, a ``desim.simulation.Simulation``
-    that has not run yet. Doors and moving obstacles are not looked at."""
+    """Notes the poses after every world tick of ``simulation``, a ``Simulation`` that has not run
+    yet. Doors and moving obstacles are not looked at."""
 
     def __init__(self, simulation: Any) -> None:
         self._world = world = simulation.world

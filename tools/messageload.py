@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from desim.kernel import Kernel
+from desim.engine.kernel import Kernel
+from desim.engine.streams import Streams
+from desim.engine.trace import Names, Trace
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph, Host, Node
-from desim.middleware.medium import Medium
 from desim.middleware.ros.ros1 import Ros1
-from desim.streams import Streams
-from desim.trace import Names, Trace
+from desim.network.medium import Medium
 from desim.units import NS_PER_S
 from netmodels.switch import Switch
 

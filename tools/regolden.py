@@ -19,9 +19,9 @@ import zlib
 from pathlib import Path
 from typing import NamedTuple
 
-from desim.experiment import identity
+from desim.results import identity
 from desim.scenario.load import load
-from desim.simulation import Simulation
+from desim.simulation.simulation import Simulation
 
 ROOT = Path(__file__).resolve().parent.parent
 FINGERPRINTS = ROOT / "tests" / "golden" / "fingerprints.csv"

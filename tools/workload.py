@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from desim.kernel import Kernel, Phase
-from desim.scenario.schema import Scenario
-from desim.streams import Streams
+from desim.engine.kernel import Kernel, Phase
+from desim.engine.streams import Streams
+from desim.scenario.schema.whole import Scenario
 from desim.world.plane import Plane
 
 CRUISE_MPS, TURN_RADPS = 1.0, 1.5

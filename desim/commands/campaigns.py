@@ -41,13 +41,13 @@ def sweep(design: DesignPath,
     """Run a design: all its runs that are not done yet. Stopped at any moment, the same command
     goes on from there. Exit code 1 where runs failed."""
     with exits():
-        from desim.report.sweeping import Told
+        from desim.commands.views.sweep import Told
 
         told = Told(quiet)
         with compiling(quiet):
-            from desim.campaign import campaign
-            from desim.campaign.clustersettings import load_settings
-            from desim.campaign.design import load_design
+            from desim.campaign.design.design import load_design
+            from desim.campaign.running import sweep as campaign
+            from desim.campaign.running.cluster_settings import load_settings
 
             where = None if cluster is None else load_settings(cluster, jobs)
             plan = told.planned(load_design(design))
@@ -75,8 +75,8 @@ def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_def
                                                help="print nothing but errors")] = False) -> None:
     """Write the report of a campaign: a page, figures and tables."""
     with exits():
-        from desim.api import Campaign
-        from desim.campaign.design import read_design
+        from desim.campaign.design.design import read_design
+        from desim.campaign.folder.campaign import Campaign
         from desim.report.campaign.writing import write
 
         chosen = read_design(str(design))[0] if design else Campaign(campaign).design
@@ -105,20 +105,20 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
            ) -> None:
     """Compare settings on every rung of the fidelity ladder: does their ranking hold?"""
     with exits():
-        from desim.report.sweeping import Told
+        from desim.commands.views.sweep import Told
 
         told = Told(quiet)
         with compiling(quiet):
-            from desim.campaign import campaign
-            from desim.campaign.ladder import ladder as climbed
+            from desim.campaign.design.ladder import ladder as climbed
+            from desim.campaign.running import sweep as campaign
 
             plan = told.planned(climbed(str(scenario), compare, seeds, metric, overrides))
             metrics = campaign.Metrics(plan)
         folder = out or campaign.default_folder(plan.loaded)
         with ended_in_order(), campaign.Sweep(plan, metrics, folder) as work:
             failed = told.carried_out(work, jobs, None)
+        from desim.commands.views.ladder import tell
         from desim.report.campaign.writing import write
-        from desim.report.laddering import tell
 
         page = write(folder, plan.design)
         if not quiet:

@@ -30,12 +30,12 @@ def deploy(design: DesignPath,
     """Plan the paper's cluster for a design: nodes, which robots are on which, how the image of
     their virtual machines gets there, and what the runs would take in real time."""
     with exits():
-        from desim import options
-        from desim.report.sweeping import Told
+        from desim.commands import options
+        from desim.commands.views.sweep import Told
 
         with compiling(as_json):
-            from desim.campaign.design import load_design
-            from desim.report import deploying
+            from desim.campaign.design.design import load_design
+            from desim.commands.views import deployment as deploying
 
             cluster = options.checked({"image": image, "model": model, "rate": rate,
                                        "robots_per_node": robots_per_node}, deploying.Cluster)

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 import typer
 
-from desim.addressspace import refuse_small
+from desim.engine.address_space import refuse_small
 from desim.errors import InputError, printable
 
 TRACEBACK = "--traceback"
@@ -70,7 +70,7 @@ def command_line() -> str:
 def compiling_inside(quiet: bool) -> Iterator[None]:
     """Around a simulation that may import kernels of its own while it is built, as a radio does:
     says so where some have to be compiled, which takes half a minute."""
-    from desim.report.compiling import announced
+    from desim.engine.compiled import announced
 
     with announced(lambda: None if quiet else say(
             "compiling numerical kernels (first run with these models only)...", err=True)):
@@ -80,7 +80,7 @@ def compiling_inside(quiet: bool) -> Iterator[None]:
 @contextmanager
 def compiling(quiet: bool) -> Iterator[None]:
     """Around the first import of kernels: says so where some have to be compiled."""
-    from desim.report.compiling import announced
+    from desim.engine.compiled import announced
 
     begin_s = None
 

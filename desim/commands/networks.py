@@ -28,7 +28,7 @@ def net(context: typer.Context,
         ) -> None:
     """Play a standard network case without robots; its options are --key value."""
     with exits():
-        from desim.report import cases
+        from desim.commands.views import cases
 
         if usage or case is None:
             with compiling(False):
@@ -42,14 +42,15 @@ def net(context: typer.Context,
 
 
 def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
-    from desim import options, plugins
-    from desim.report import cases
-    from desim.report.terminal import Terminal
+    from desim import plugins
+    from desim.commands import options
+    from desim.commands.views import cases
+    from desim.commands.views.terminal import Terminal
 
     with compiling(as_json):
-        from desim.experiment.netcase import play
+        from desim.netcases.case import play
         params = options.parsed(words, plugins.parameters("case", case), ("seed", "json"))
-    from desim.report.live import how_far
+    from desim.commands.views.progress import how_far
 
     with options.as_options(), compiling_inside(as_json), how_far(Terminal(stderr=True)) as watch:
         measures = play(plugins.load("case", case)(params).setup(), seed, watch)
@@ -63,14 +64,14 @@ def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
 
 def _net_layout(words: list[str], seed: int, as_json: bool) -> None:
     from desim import plugins
-    from desim.report import cases
-    from desim.report.terminal import Terminal
-    from desim.scenario import blockfile
+    from desim.commands.views import cases
+    from desim.commands.views.terminal import Terminal
+    from desim.scenario import block_file
 
     with compiling(as_json):
-        from desim.experiment.netcase import play
-        written = blockfile.read(_only_file(words), plugins.parameters("case", cases.LAYOUT))
-    from desim.report.live import how_far
+        from desim.netcases.case import play
+        written = block_file.read(_only_file(words), plugins.parameters("case", cases.LAYOUT))
+    from desim.commands.views.progress import how_far
 
     try:
         with how_far(Terminal(stderr=True)) as watch:
@@ -95,25 +96,25 @@ def _only_file(words: list[str]) -> str:
 
 
 def _net_fleet(words: list[str], seed: int | None, as_json: bool) -> None:
-    from desim import options
+    from desim.commands import options
     from desim.scenario.load import load
 
     with compiling(as_json):
-        from desim.experiment.fleetload import Question, play
-        from desim.report import fleetload
+        from desim.commands.views import fleet_load
+        from desim.netcases.fleet import Question, play
     question = options.parsed(words, Question, ("seed", "json"))
     loaded = load(question.scenario, question.overrides, seed)
     try:
         found = play(loaded.scenario, question)
     except InputError as error:
         raise loaded.placed(error) from error
-    carries, said = fleetload.verdict(found, question.enough)
+    carries, said = fleet_load.verdict(found, question.enough)
     if as_json:
         _echo_json({"scenario": loaded.scenario.name, "seed": loaded.scenario.seed,
                     "settings": question.model_dump(mode="json", by_alias=True), **found,
                     "carries": carries, "verdict": said})
         return
-    say(f"{loaded.scenario.name}, seed {loaded.scenario.seed}: {fleetload.told(found)}")
+    say(f"{loaded.scenario.name}, seed {loaded.scenario.seed}: {fleet_load.told(found)}")
     say(said)
 
 
@@ -136,7 +137,7 @@ def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_d
 
         with compiling(False):
             loaded = load(scenario, overrides)
-            from desim.report.coverage import draw
+            from desim.report.reach import draw
         target = to or Path("results") / loaded.scenario.name / "coverage.png"
         if to is None:
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -155,10 +156,10 @@ def validate(only: Annotated[list[str], typer.Option(
     """Compare the network models with published numbers; exit code 1 if one is off."""
     with exits():
         with compiling(as_json):
-            from desim.report import validating
-        groups = validating.chosen(only)
+            from desim.commands.views import validation
+        groups = validation.chosen(only)
         with compiling_inside(as_json):
-            rows = validating.compared(groups, _say_nothing if as_json else typer.echo)
+            rows = validation.compared(groups, _say_nothing if as_json else typer.echo)
         failed = sum(not row["holds"] for row in rows)
         if as_json:
             _echo_json({"checks": len(rows), "failed": failed, "rows": rows})

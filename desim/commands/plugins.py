@@ -18,7 +18,7 @@ def add_to(app: typer.Typer) -> None:
 def plugins() -> None:
     """All plug-ins that are installed, by kind."""
     with exits():
-        from desim.report.catalogue import listing
+        from desim.commands.views.catalogue import listing
 
         say(listing())
 
@@ -28,7 +28,7 @@ def describe(plugin: Annotated[str, typer.Argument(
         help="a name that desim plugins lists, or package.module:Class")]) -> None:
     """What a plug-in does, and its parameters."""
     with exits():
-        from desim.report.catalogue import description
+        from desim.commands.views.catalogue import description
 
         say(description(plugin))
 
@@ -38,6 +38,6 @@ def schema() -> None:
     with exits():
         import json
 
-        from desim.scenario.schema import Scenario
+        from desim.scenario.schema.whole import Scenario
 
         say(json.dumps(Scenario.model_json_schema(by_alias=True), indent=2))

@@ -41,13 +41,13 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
             # Complaints about the scenario come before anything is compiled but its plug-ins.
             loaded = load(scenario, changes, seed)
             from desim import api
-        from desim.report.live import watching
-        from desim.report.terminal import Terminal
+        from desim.commands.views.progress import watching
+        from desim.commands.views.terminal import Terminal
 
         console = Terminal()
         watch = None if quiet else watching(console)
         if check:
-            from desim.report.checking import checked
+            from desim.commands.views.differences import checked
 
             finished, parted = checked(loaded, out, watch, command_line())
         else:
@@ -63,7 +63,7 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
 
 
 def _show(finished: Any, console: Any) -> None:
-    from desim.report.resulttable import result_table
+    from desim.commands.views.results import result_table
 
     manifest = finished.manifest
     console.print(result_table(finished.metrics, manifest))
@@ -93,7 +93,7 @@ def trace(path: RunPath,
     with exits():
         at_ns = None if at is None else _instant(at)
         with compiling(False):
-            from desim.report import following
+            from desim.commands.views import message as following
         say(following.told(path, message) if message is not None
             else following.listed(path, topic, dropped, at_ns))
 
@@ -102,7 +102,7 @@ def diff(first: RunPath, second: RunPath) -> None:
     """The first trace row in which two runs differ, with the rows around it."""
     with exits():
         with compiling(False):
-            from desim.report.checking import difference
+            from desim.commands.views.differences import difference
         text = difference(first, second)
         say(text or "the traces are equal")
         if text:
@@ -116,8 +116,8 @@ def figure(path: RunPath,
     """A picture of a run: terrain, trajectories, map, explored share and traffic over time."""
     with exits():
         with compiling(False):
-            from desim.api import Run
-            from desim.report.figure import draw
+            from desim.report.run_figure import draw
+            from desim.results.run import Run
         target = to or path / "figure.png"
         draw(Run(path), target)
         say(str(target))
@@ -138,26 +138,26 @@ def graph(path: RunPath,
     with exits():
         at_ns = None if at is None else _instant(at)
         with compiling(as_json):
-            from desim.api import Run
-            from desim.experiment.knowledge import knowledge
-            from desim.report import knowledge as report
+            from desim.commands.views import beliefs as report
+            from desim.results.beliefs import knowledge
+            from desim.results.run import Run
         if to is not None:
-            from desim.report.figure import check_ending
+            from desim.report.run_figure import check_ending
 
             check_ending(to)  # a run may have to be repeated before there is something to draw
         known = knowledge(Run(path), at_ns)
         if topic is not None:
             known = known.of(topic)
         if to is not None:
-            from desim.report.knowledgefigure import draw
+            from desim.report.beliefs_figure import draw
 
             draw(known, to)
         if as_json:
             say(json.dumps(report.as_json(known), indent=2))
         elif to is not None:
-            say(f"{report.headline(known)}\n{to}")
+            say(f"{known.headline}\n{to}")
         else:
-            from desim.report.terminal import Terminal
+            from desim.commands.views.terminal import Terminal
 
             report.show(known, Terminal())
 

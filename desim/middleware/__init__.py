@@ -1,0 +1,1 @@
+"""Messages between nodes: the ROS graph, transports, and who learns of whom."""

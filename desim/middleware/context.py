@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim.kernel import Call, Phase
-from desim.middleware.answers import transport_of
+from desim.engine.kernel import Call, Phase
+from desim.engine.trace import pack
 from desim.middleware.beliefs import Beliefs
 from desim.middleware.transports import Datagram, Stream
+from desim.network.answers import transport_of
 from desim.ports.middleware import Endpoint, Middleware, Offer, Transport
-from desim.trace import pack
 
 if TYPE_CHECKING:
+    from desim.middleware.arp import Neighbours
     from desim.middleware.graph import Graph
-    from desim.middleware.medium import Medium
-    from desim.middleware.neighbours import Neighbours
+    from desim.network.medium import Medium
 
 
 # Takes note of when (ns) something will be heard, by whom it is heard then, and of what.

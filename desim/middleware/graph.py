@@ -19,18 +19,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from desim.engine.kernel import Kernel, Phase
+from desim.engine.streams import Streams
+from desim.engine.trace import Names, Trace, pack
 from desim.errors import InputError, KernelError, below, did_you_mean
-from desim.kernel import Kernel, Phase
 from desim.middleware.context import Context
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Message, Publisher, Subscription, Topic
 from desim.ports import natural_key
 from desim.ports.middleware import Endpoint, Middleware, Offer
-from desim.streams import Streams
-from desim.trace import Names, Trace, pack
 
 if TYPE_CHECKING:
-    from desim.middleware.medium import Medium
+    from desim.network.medium import Medium
 
 __all__ = ["Graph", "Host", "Message", "Node"]
 

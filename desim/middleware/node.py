@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from desim.engine.kernel import Call, Phase, Ticker
 from desim.errors import InputError
-from desim.kernel import Call, Phase, Ticker
 from desim.middleware.topics import Latest, Message, Publisher
 from desim.units import NS_PER_S
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from desim.kernel import Kernel, Phase
+from desim.engine.kernel import Kernel, Phase
 
 _NETWORK = Phase.NETWORK
 NEVER = 1 << 62  # ns

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from desim.engine.kernel import Phase
 from desim.errors import InputError
-from desim.kernel import Phase
-from desim.middleware.answers import subscribers_of
 from desim.middleware.counts import TopicCounts
 from desim.middleware.messages import Lazy
+from desim.network.answers import subscribers_of
 from desim.ports.middleware import Offer
 
 if TYPE_CHECKING:

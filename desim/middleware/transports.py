@@ -12,15 +12,15 @@ from collections.abc import Collection
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from desim.kernel import Phase, pair
-from desim.middleware.ticks import TICK_NS, fires_ns
+from desim.engine.kernel import Phase, pair
+from desim.engine.trace import pack
+from desim.middleware.jiffies import TICK_NS, fires_ns
 from desim.ports import packet_sizes
-from desim.trace import pack
 
 if TYPE_CHECKING:
     from desim.middleware.graph import Host
-    from desim.middleware.medium import Medium
     from desim.middleware.topics import Message
+    from desim.network.medium import Medium
 
 LENGTH_BYTES = 4  # roscpp: every serialized message is preceded by its length
 MSS_BYTES = 1448  # Ethernet MTU 1500 - 20 IP - 32 TCP with timestamps

@@ -282,15 +282,15 @@ class World(Protocol):
 
     @classmethod
     def build(cls, scenario: Any, streams: Any) -> World:
-        """The world of a complete ``desim.scenario.schema.Scenario``, whose paths are absolute, at
-        time 0. Luck comes from ``streams`` (``desim.streams.Streams``) by name. Raises
+        """The world at time 0 of a complete ``desim.scenario.schema.whole.Scenario`` whose paths
+        are absolute. Luck comes from ``streams`` (``desim.engine.streams.Streams``) by name. Raises
         ``InputError`` whose lines begin with the path of what is wrong, e.g. ``fleet.start: ``."""
 
     def advance(self, to_ns: int) -> None:
         """Move everything to ``to_ns``: one kernel call for the whole fleet."""
 
     def body(self, robot: int) -> Any:
-        """The robot's type: ``desim.scenario.fleet.BodyType``."""
+        """The robot's type: ``desim.scenario.schema.fleet.BodyType``."""
 
     def grid(self, resolution_m: float) -> GridSpec:
         """The raster for maps of this terrain."""

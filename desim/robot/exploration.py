@@ -7,16 +7,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from desim.engine.trace import bits
 from desim.errors import ModelError, class_of
 from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Goal
 from desim.middleware.topics import Latest
 from desim.ports import Frontier, Peer, Strategy
-from desim.robot.navigation.costmap import Costmap
-from desim.robot.navigation.wavefront import Wavefront
-from desim.scenario.fleet import BodyType
-from desim.scenario.robot import Exploration, Navigation
-from desim.trace import bits
+from desim.robot.navigation.global_costmap import Costmap
+from desim.robot.navigation.global_planner import Wavefront
+from desim.scenario.schema.fleet import BodyType
+from desim.scenario.schema.robot import Exploration, Navigation
 from desim.units import NS_PER_S
 
 _STOP = Goal(None, None)

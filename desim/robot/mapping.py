@@ -13,7 +13,7 @@ from desim.middleware.messages import Pose
 from desim.middleware.topics import Latest
 from desim.robot.poses import between, step
 from desim.robot.tiles import Belief
-from desim.scenario import robot as parameters
+from desim.scenario.schema import robot as parameters
 
 PATIENCE_NS = 250_000_000  # without a common stamp for so long, interpolate
 STILL_M, STILL_RAD = 0.001, 0.001  # a smaller step between two poses is standing still

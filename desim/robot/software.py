@@ -7,13 +7,13 @@ from desim.errors import below
 from desim.middleware.graph import Host, Node
 from desim.robot.exploration import Explore
 from desim.robot.localization import GroundTruth, OdometryLocalization
+from desim.robot.map_sharing import MapSharing
 from desim.robot.mapping import Mapping
-from desim.robot.mapsharing import MapSharing
-from desim.robot.monitorfeed import MonitorFeed
+from desim.robot.monitor_feed import MonitorFeed
 from desim.robot.navigation.move_base import MoveBase
 from desim.robot.tiles import Belief
-from desim.scenario.fleet import BodyType
-from desim.scenario.schema import Scenario
+from desim.scenario.schema.fleet import BodyType
+from desim.scenario.schema.whole import Scenario
 
 LOCALIZATION = {"ground_truth": GroundTruth, "odometry": OdometryLocalization}
 

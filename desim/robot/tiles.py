@@ -17,8 +17,8 @@ import numpy as np
 
 from desim.middleware.messages import LaserScan, occupancy_grid_bytes
 from desim.ports import GridSpec
-from desim.robot import kernels
-from desim.robot.kernels import CLAMP_HIGH, CLAMP_LOW, HIT, MISS
+from desim.robot.kernels import grids as kernels
+from desim.robot.kernels.grids import CLAMP_HIGH, CLAMP_LOW, HIT, MISS
 
 __all__ = ["CELLS", "CLAMP_HIGH", "CLAMP_LOW", "FREE", "HIT", "MISS", "OCCUPIED", "TILE", "Belief",
            "Layer", "LayerSnapshot", "TilePool", "fuse", "raster", "tiles_across", "tiles_of"]

@@ -8,17 +8,17 @@ from itertools import pairwise
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
-from desim.scenario import expression, pluginchoices
-from desim.scenario.communication import Fault
+from desim.scenario import expression, plugin_choices
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.complete import media
-from desim.scenario.environment import BUILT_IN_TERRAINS, MapFile, Shape
-from desim.scenario.experiment import QUANTITIES
-from desim.scenario.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
 from desim.scenario.names import WORKSTATION, host_names, robot_names
 from desim.scenario.places import Folder, Path
-from desim.scenario.robot import BUILT_IN_LASERS, MAX_LOCAL_SIDE
-from desim.scenario.schema import Physics, Scenario
+from desim.scenario.schema.communication import Fault
+from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
+from desim.scenario.schema.experiment import QUANTITIES
+from desim.scenario.schema.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
+from desim.scenario.schema.robot import BUILT_IN_LASERS, MAX_LOCAL_SIDE
+from desim.scenario.schema.whole import Physics, Scenario
 from desim.units import DURATION, LENGTH
 
 Found = Iterator[tuple[Path, str]]
@@ -197,7 +197,7 @@ def _fidelity(scenario: Scenario, _: Folder) -> Found:
         return
     chosen = media(scenario)
     try:
-        rungs = [medium for medium in chosen.values() if pluginchoices.has_fidelity(medium)]
+        rungs = [medium for medium in chosen.values() if plugin_choices.has_fidelity(medium)]
     except InputError:
         return  # there is no such model, which is complained of where it is named
     if not rungs:

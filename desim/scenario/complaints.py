@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from desim.errors import did_you_mean
 from desim.ports import Params
 from desim.scenario.places import Path, Place, Places, dotted
-from desim.scenario.shapes import alternatives, keys
+from desim.scenario.schema.shapes import alternatives, keys
 
 MOST_TOLD = 20
 

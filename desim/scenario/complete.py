@@ -7,14 +7,14 @@ from typing import Any, get_args
 
 from desim import plugins
 from desim.ports import Params, natural_key
-from desim.scenario import pluginchoices
-from desim.scenario.communication import Coordination, Medium, Network
-from desim.scenario.environment import BUILT_IN_TERRAINS, Environment, MapFile
-from desim.scenario.fleet import BUILT_IN_TYPES, Fleet, StartList
+from desim.scenario import plugin_choices
 from desim.scenario.names import fleet_size, robot_names
 from desim.scenario.places import Folder
-from desim.scenario.robot import BUILT_IN_LASERS, Robot
-from desim.scenario.schema import Scenario
+from desim.scenario.schema.communication import Coordination, Medium, Network
+from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, MapFile
+from desim.scenario.schema.fleet import BUILT_IN_TYPES, Fleet, StartList
+from desim.scenario.schema.robot import BUILT_IN_LASERS, Robot
+from desim.scenario.schema.whole import Scenario
 
 # The paper's testbed is a switched Gigabit LAN; its robots communicate over 200 m.
 _MEDIA = {"testbed": {"lan": Medium(model="switch")},
@@ -35,7 +35,7 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
         hosts=_sorted(scenario.hosts),
         coordination=_coordination(scenario.coordination, scenario.deployment),
     )
-    return pluginchoices.spelled_out(whole)
+    return plugin_choices.spelled_out(whole)
 
 
 def _environment(environment: Environment, folder: Folder) -> Environment:
@@ -84,7 +84,7 @@ def _network(scenario: Scenario) -> Network:
 
 
 def _at_fidelity(medium: Medium, fidelity: str | None) -> Medium:
-    if fidelity is None or not pluginchoices.has_fidelity(medium):
+    if fidelity is None or not plugin_choices.has_fidelity(medium):
         return medium
     return _changed(medium, fidelity=fidelity)
 

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from desim.errors import InputError
-from desim.scenario import check, merge, parts, pluginchoices
+from desim.scenario import check, merge, parts, plugin_choices
 from desim.scenario.complaints import Complaint, lines, validated
 from desim.scenario.complete import complete
-from desim.scenario.fleet import StartFile
 from desim.scenario.places import Folder, Path, Place, Places, split
-from desim.scenario.schema import Scenario
+from desim.scenario.schema.fleet import StartFile
+from desim.scenario.schema.whole import Scenario
 from desim.scenario.starts import listed
 
 # Without its wrong items a list may be too short, and so be wrong itself.
@@ -125,9 +125,9 @@ def _loaded(document: merge.Document) -> Loaded:
         place = places.value(path)
         return os.path.dirname(place.source) if place.line else ""
 
-    pluginchoices.place(data, folder)
+    plugin_choices.place(data, folder)
     result = parts.scenario(data)
-    found = pluginchoices.complaints(data)
+    found = plugin_choices.complaints(data)
     wrong: list[Complaint] = result if isinstance(result, list) else []
     scenario = _rest(data, wrong) if wrong else result
     if scenario is not None:

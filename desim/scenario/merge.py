@@ -13,11 +13,11 @@ from typing import Any
 from desim import plugins
 from desim.errors import InputError
 from desim.scenario import yaml12
-from desim.scenario.communication import Coordination, Medium, MiddlewareChoice, PluginChoice
-from desim.scenario.environment import Environment
-from desim.scenario.fleet import Fleet
 from desim.scenario.places import Path, Place, Places, dotted, split, steps
-from desim.scenario.shapes import alternatives, keys, which
+from desim.scenario.schema.communication import Coordination, Medium, MiddlewareChoice, PluginChoice
+from desim.scenario.schema.environment import Environment
+from desim.scenario.schema.fleet import Fleet
+from desim.scenario.schema.shapes import alternatives, keys, which
 
 Document = tuple[dict[str, Any], Places]
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from desim.ports import natural_key
-from desim.scenario.fleet import Fleet, StartList
-from desim.scenario.schema import Scenario
+from desim.scenario.schema.fleet import Fleet, StartList
+from desim.scenario.schema.whole import Scenario
 
 WORKSTATION = "workstation"  # testbed: where the simulator and the monitor run
 

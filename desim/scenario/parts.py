@@ -10,7 +10,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from desim.ports import Params
 from desim.scenario.complaints import Complaint, validated
-from desim.scenario.schema import Scenario
+from desim.scenario.schema.whole import Scenario
 
 _REMEMBERED = 256  # parts: those that the vectors of a campaign share come again soon
 _KINDS = {name: TypeAdapter(Annotated[(info.annotation, *info.metadata)] if info.metadata

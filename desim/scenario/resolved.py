@@ -10,9 +10,9 @@ from typing import Any
 
 from desim.errors import InputError
 from desim.files import content
-from desim.scenario import pluginchoices, yaml12
-from desim.scenario.environment import MapFile
-from desim.scenario.schema import Scenario
+from desim.scenario import plugin_choices, yaml12
+from desim.scenario.schema.environment import MapFile
+from desim.scenario.schema.whole import Scenario
 
 
 def resolved(scenario: Scenario, folder: str | os.PathLike | None = None) -> str:
@@ -45,7 +45,7 @@ def scenario_id(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[in
 
 def _content(file: str) -> bytes:
     try:
-        return content(file, pluginchoices.MOST_BYTES)
+        return content(file, plugin_choices.MOST_BYTES)
     except OSError as error:
         raise InputError(f"{file}: {error.strerror}") from error
 
@@ -60,7 +60,7 @@ def _data(scenario: Scenario, data: dict[str, Any], written: Callable[[str], str
     if isinstance(scenario.environment.terrain, MapFile):
         terrain = data["environment"]["terrain"]
         terrain["map"] = written(terrain["map"])
-    for _, mapping, key in (*pluginchoices.named(data), *pluginchoices.files(data)):
+    for _, mapping, key in (*plugin_choices.named(data), *plugin_choices.files(data)):
         if os.path.isabs(mapping[key]):
             mapping[key] = written(mapping[key])
     return data
@@ -68,7 +68,7 @@ def _data(scenario: Scenario, data: dict[str, Any], written: Callable[[str], str
 
 def _files(scenario: Scenario, data: dict[str, Any]) -> list[str]:
     """All that it names, as far as they exist: what is wrong with them is for others to say."""
-    files = [mapping[key] for _, mapping, key in pluginchoices.files(data)]
+    files = [mapping[key] for _, mapping, key in plugin_choices.files(data)]
     if isinstance(scenario.environment.terrain, MapFile):
         files = _map_files(scenario.environment.terrain) + files
     return [file for file in files if os.path.isfile(file)]

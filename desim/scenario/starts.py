@@ -8,7 +8,7 @@ import os
 
 from desim.errors import InputError, did_you_mean
 from desim.files import content
-from desim.scenario.fleet import StartFile, StartList, StartPose
+from desim.scenario.schema.fleet import StartFile, StartList, StartPose
 from desim.units import ANGLE, POSITION
 
 _MOST_BYTES = 10_000_000

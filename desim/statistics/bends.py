@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from desim.engine.streams import Streams
 from desim.statistics.knee import Knee, breakpoint_of, prepared
-from desim.streams import Streams
 
 FEWEST_LOADS = 7  # three lines that meet have six parameters
 _GRID = 81  # places tried, of which all pairs

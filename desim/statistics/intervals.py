@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
 
+from desim.engine.streams import Streams
 from desim.statistics.samples import sample, spread
-from desim.streams import Streams
 
 # Below, the bootstrap knows too little of the distribution; above, it costs much and says what t
 # says.

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from desim.engine.streams import Streams
 from desim.statistics.samples import aligned
-from desim.streams import Streams
 
 _GRID = 401  # places tried: steps of 1/400 of the way between the second and the last load but one
 

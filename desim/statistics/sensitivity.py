@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import qmc
 
+from desim.engine.streams import Streams
 from desim.statistics.samples import sample, spread
-from desim.streams import Streams
 
 
 class Index(NamedTuple):

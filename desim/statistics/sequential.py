@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
 
+from desim.engine.streams import Streams
 from desim.statistics.intervals import t_interval
-from desim.streams import Streams
 
 _MOST_DRAWS = 10_000_000  # about half a second
 

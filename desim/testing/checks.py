@@ -11,12 +11,12 @@ import numpy as np
 from pydantic import ValidationError
 
 from desim import ports
-from desim.experiment.netcase import play
-from desim.kernel import Kernel, Phase
-from desim.middleware.medium import Medium
-from desim.middleware.place import Still
-from desim.streams import Streams
-from desim.trace import Names
+from desim.engine.kernel import Kernel, Phase
+from desim.engine.streams import Streams
+from desim.engine.trace import Names
+from desim.netcases.case import play
+from desim.network.medium import Medium
+from desim.network.place import Still
 from desim.units import NS_PER_S
 
 HOUR_NS = 3600 * NS_PER_S

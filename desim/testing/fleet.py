@@ -11,14 +11,14 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from desim import ports
-from desim.kernel import Kernel, Phase
+from desim.engine.kernel import Kernel, Phase
+from desim.engine.streams import Streams
+from desim.engine.trace import Names, Trace
 from desim.middleware.graph import Graph, Host, Message, Node
-from desim.middleware.medium import Medium
-from desim.middleware.place import Nowhere
+from desim.network.medium import Medium
+from desim.network.place import Nowhere
 from desim.ports.middleware import Middleware
-from desim.streams import Streams
 from desim.testing.checks import Instant
-from desim.trace import Names, Trace
 from desim.units import NS_PER_S
 
 HOSTS = ("host_1", "host_2", "host_3", "host_10")

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from desim.kernel import Kernel
+from desim.engine.kernel import Kernel
+from desim.engine.streams import Streams
+from desim.engine.trace import Names, Trace
 from desim.middleware.graph import Graph
 from desim.ports.middleware import Endpoint, Offer
-from desim.streams import Streams
 from desim.testing.checks import check_parameters, need, own_luck
 from desim.testing.fleet import HOSTS, Fleet
-from desim.trace import Names, Trace
 from desim.units import NS_PER_S
 
 _WINDOW_NS = 5 * NS_PER_S  # what is said in this time has to be heard

@@ -8,15 +8,15 @@ from statistics import median
 from typing import Any
 
 from desim import plugins, ports
-from desim.kernel import Kernel, Phase
+from desim.engine.kernel import Kernel, Phase
+from desim.engine.streams import Streams
+from desim.engine.trace import Names, Trace
 from desim.middleware.graph import Graph, Host, Message
-from desim.middleware.medium import Medium
 from desim.middleware.node import Node
-from desim.middleware.place import Nowhere
+from desim.network.medium import Medium
+from desim.network.place import Nowhere
 from desim.ports.cases import Check
 from desim.ports.middleware import Middleware
-from desim.streams import Streams
-from desim.trace import Names, Trace
 from desim.units import NS_PER_S
 
 KNOWN_ADDRESSES = {"arp": "static"}  # of TCP's parameters: how it was measured

@@ -7,16 +7,16 @@ from statistics import mean, median
 from typing import Any, NamedTuple
 
 from desim import plugins
-from desim.kernel import Kernel, Phase
+from desim.engine.kernel import Kernel, Phase
+from desim.engine.streams import Streams
+from desim.engine.trace import Names, Trace
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
-from desim.middleware.medium import Medium
-from desim.middleware.place import Nowhere
 from desim.middleware.ros.ros1 import Ros1
 from desim.middleware.tcp import Tcp, TcpParams
+from desim.network.medium import Medium
+from desim.network.place import Nowhere
 from desim.ports.cases import Check
-from desim.streams import Streams
-from desim.trace import Names, Trace
 from desim.units import NS_PER_S
 from desim.validation.bench import Bench, Speaker, alike, within
 

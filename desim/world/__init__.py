@@ -1,0 +1,1 @@
+"""Matter: terrain, bodies, sensors and contacts."""

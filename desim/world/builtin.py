@@ -3,7 +3,7 @@ roads 8 m wide and obstacles 2 m high, centred on the origin."""
 
 from __future__ import annotations
 
-from desim.scenario.environment import Shape
+from desim.scenario.schema.environment import Shape
 
 SIZE = {"size": ("80 m", "80 m")}
 

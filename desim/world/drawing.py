@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.errors import InputError
-from desim.scenario.environment import Drawing
+from desim.scenario.schema.environment import Drawing
 from desim.world.geometry import outline, rows_of, segments
 
 Point = tuple[float, float]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from desim.scenario.fleet import (
+from desim.scenario.names import robot_names
+from desim.scenario.schema.fleet import (
     BUILT_IN_TYPES,
     BodyType,
     Fleet,
@@ -14,8 +15,7 @@ from desim.scenario.fleet import (
     StartLine,
     StartRandom,
 )
-from desim.scenario.names import robot_names
-from desim.scenario.schema import Scenario
+from desim.scenario.schema.whole import Scenario
 
 
 class RobotSpec(NamedTuple):

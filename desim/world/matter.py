@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import binary_closing, distance_transform_edt, maximum_filter
 
-from desim.world import kernels
-from desim.world.centrelines import centre_lines
+from desim.world.centre_lines import centre_lines
+from desim.world.kernels import crossings as kernels
 
 BLOCK_M = 1.0  # a castle's wall; the outer walls of houses are 0.2 to 0.5 m thick
 FACE_M = 0.2  # a block's face, as thick as a wall of the paper's maps

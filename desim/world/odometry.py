@@ -17,9 +17,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from desim.scenario.robot import Odometry
+from desim.scenario.schema.robot import Odometry
 from desim.units import NS_PER_S
-from desim.world import kernels
+from desim.world.kernels import odometry as kernels
 
 
 class Odometers:

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from desim.engine.streams import Streams
 from desim.errors import ModelError
 from desim.ports import GridSpec, Obstacles, Snapshot, natural_key
-from desim.scenario.environment import Environment
-from desim.scenario.fleet import BodyType
-from desim.scenario.robot import Laser, Odometry
-from desim.scenario.schema import Scenario
-from desim.streams import Streams
+from desim.scenario.schema.environment import Environment
+from desim.scenario.schema.fleet import BodyType
+from desim.scenario.schema.robot import Laser, Odometry
+from desim.scenario.schema.whole import Scenario
 from desim.units import NS_PER_S
 from desim.world import materials, sources
 from desim.world.bodies import Bodies

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from desim.errors import InputError
-from desim.scenario.environment import Door, MovingObstacle
+from desim.scenario.schema.environment import Door, MovingObstacle
 from desim.units import SPEED
 from desim.world import materials
 from desim.world.geometry import TOUCH_M, point_distance, segments

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.errors import InputError
-from desim.scenario.environment import MapFile, Shape
-from desim.world import mapserver, materials
+from desim.scenario.schema.environment import MapFile, Shape
+from desim.world import map_server, materials
 from desim.world.builtin import BUILTIN
 from desim.world.drawing import draw
 from desim.world.geometry import TOUCH_M, merge_collinear, rectangle, segments
@@ -52,7 +52,7 @@ def _read(source: str | MapFile | Shape) -> Terrain:
     if isinstance(source, MapFile):
         other = materials.index(source.material, WHERE)
         try:
-            return mapserver.load(source, other)
+            return map_server.load(source, other)
         except InputError as error:
             raise InputError(*(f"{WHERE}: {line}" for line in error.args)) from None
     return from_shape(source, BUILTIN[source]())

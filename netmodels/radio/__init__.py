@@ -17,9 +17,9 @@ from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
 from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.fading import Fading
-from netmodels.radio.pathloss import PathLoss, PathLossParams, reach_m
+from netmodels.radio.path_loss import PathLoss, PathLossParams, reach_m
 from netmodels.radio.presets import filled
-from netmodels.radio.ratecontrol import RateControl
+from netmodels.radio.rate_control import RateControl
 from netmodels.radio.rates import chosen_rates, chosen_standard
 from netmodels.radio.shadowing import Shadowing, Shadows
 from netmodels.radio.standards import STANDARDS, Standard, psdu_bytes, train_bytes

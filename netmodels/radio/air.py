@@ -10,7 +10,7 @@ import numpy as np
 
 from desim import ports
 from desim.errors import InputError, ModelError
-from netmodels.radio.dcf import ACKED, EXPIRED, FAILED, HEARD, NEVER, RECEIVED, Stations
+from netmodels.radio.dcf.stations import ACKED, EXPIRED, FAILED, HEARD, NEVER, RECEIVED, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.fates import Waiting
 from netmodels.radio.shadowing import Shadows

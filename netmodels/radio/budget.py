@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from desim import ports
-from netmodels.radio.pathloss import PathLoss, reach_m
+from netmodels.radio.path_loss import PathLoss, reach_m
 from netmodels.radio.shadowing import Shadows
 from netmodels.radio.walls import Walls
 

@@ -14,7 +14,7 @@ from netmodels.radio import Radio
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
 from netmodels.radio.delivery import sensitivity_dbm
-from netmodels.radio.pathloss import reach_m
+from netmodels.radio.path_loss import reach_m
 from netmodels.radio.rates import chosen_rates, chosen_standard
 from netmodels.radio.shadowing import Shadows
 from netmodels.radio.standards import (

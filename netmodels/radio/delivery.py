@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from netmodels.radio.dcf import Reception
+from netmodels.radio.dcf.stations import Reception
 from netmodels.radio.errors import bit_error
 from netmodels.radio.fading import Fading
 from netmodels.radio.standards import Standard

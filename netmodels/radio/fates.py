@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from desim import ports
 from netmodels.losses import lose
-from netmodels.radio.dcf import DROPPED, MISSED, RECEIVED
+from netmodels.radio.dcf.stations import DROPPED, MISSED, RECEIVED
 
 _ARRIVED, _COLLISION = ports.Deliver(0), ports.Drop("collision")
 _OUT_OF_REACH = ports.Drop("out_of_reach")

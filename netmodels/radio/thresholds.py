@@ -8,7 +8,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import Decibels, Level
-from netmodels.radio.dcf import Reception
+from netmodels.radio.dcf.stations import Reception
 
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
 

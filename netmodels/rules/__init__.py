@@ -1,0 +1,1 @@
+"""Rules in front of a network model: delay, loss, range, cuts, jamming."""

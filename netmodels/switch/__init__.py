@@ -13,8 +13,8 @@ from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, ByteSize, Duration, airtime_ns
 from netmodels.ethernet import GAP_BYTES
-from netmodels.switch.compiled import Compiled
 from netmodels.switch.packets import Load, Outcome, Packets
+from netmodels.switch.queues import Compiled
 from netmodels.switch.trains import Train, cut
 
 _AHEAD_NS = 100_000  # a frame that will be in the switch so soon is settled when it is sent

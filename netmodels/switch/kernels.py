@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numba import boolean, from_dtype, int64, void
 
-from netmodels.kernels import lean
+from desim.ports.kernels import lean
 
 QUANTUM_BYTES = 1514  # fq_codel: MTU and Ethernet header
 NEVER = np.int64(1) << 62

@@ -10,7 +10,7 @@ import numpy as np
 from desim import ports
 from desim.ports.cases import Check, Play
 from netmodels.radio.errors import packet_error
-from netmodels.radio.pathloss import FreeSpace, Indoor, LogDistance
+from netmodels.radio.path_loss import FreeSpace, Indoor, LogDistance
 from netmodels.radio.walls import Walls
 
 POWER_DBM = 16.0206

@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from desim.campaign.design import LoadedDesign, load_design
-from desim.campaign.plan import Plan
-from desim.campaign.work import Row, Task, work
+from desim.campaign.design.design import LoadedDesign, load_design
+from desim.campaign.design.plan import Plan
+from desim.campaign.running.work import Task, work
+from desim.results.row import Row
 
 BASE = """\
 name: small

@@ -7,8 +7,8 @@ from designs import planned, row
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as some
 
-from desim.campaign.agenda import Agenda, rule_of
-from desim.campaign.design import Until
+from desim.campaign.design.design import Until
+from desim.campaign.running.agenda import Agenda, rule_of
 
 ROBOTS = "parameters: {robots: {key: fleet.size, values: [1, 2, 3]}}\n"
 UNTIL = ROBOTS + "iterations: {metric: explored, width: %s, at_least: 3, at_most: 12}\n"

@@ -7,9 +7,9 @@ from designs import BASE
 from typer.testing import CliRunner
 from wrong_parameters import PARAMETERS, P
 
-from desim.campaign.design import load_design
-from desim.campaign.metrics import Metrics
-from desim.campaign.plan import Plan
+from desim.campaign.design.design import load_design
+from desim.campaign.design.metrics import Metrics
+from desim.campaign.design.plan import Plan
 from desim.cli import app
 from desim.errors import InputError
 

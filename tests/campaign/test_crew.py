@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from designs import planned, written
 
-from desim.campaign import crew
-from desim.campaign.campaign import Sweep
-from desim.campaign.crew import Crew
-from desim.campaign.metrics import Metrics
-from desim.campaign.work import Changed, Task
+from desim.campaign.design.metrics import Metrics
+from desim.campaign.running import crew
+from desim.campaign.running.crew import Crew
+from desim.campaign.running.sweep import Sweep
+from desim.campaign.running.work import Changed, Task
 
 TEXT = "parameters: {robots: {key: fleet.size, values: [1, 2]}}\niterations: 2\n"
 ONE = "iterations: 2\n"

@@ -3,7 +3,7 @@
 import pytest
 from designs import planned
 
-from desim.campaign.metrics import Metrics
+from desim.campaign.design.metrics import Metrics
 
 DESIGN = """metrics:
   seconds_per_m2: exploration_time_s / explored_area_m2

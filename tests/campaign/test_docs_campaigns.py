@@ -5,9 +5,9 @@ import shutil
 
 import pytest
 
-from desim.campaign.design import load_design
-from desim.campaign.metrics import Metrics
-from desim.campaign.plan import Plan
+from desim.campaign.design.design import load_design
+from desim.campaign.design.metrics import Metrics
+from desim.campaign.design.plan import Plan
 
 COUNTS = {"beams": 6, "shapes": 3 * 4 * 3 * 2 * 2, "until": 1}
 

@@ -6,7 +6,7 @@ import os
 import pytest
 from designs import row
 
-from desim.campaign.index import Index, line_of, read
+from desim.campaign.folder.index import Index, line_of, read
 from desim.errors import InputError
 
 

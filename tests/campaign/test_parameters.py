@@ -3,7 +3,7 @@
 import pytest
 from designs import labels, loaded, planned
 
-from desim.campaign.parameters import parameters_of
+from desim.campaign.design.parameters import parameters_of
 
 
 def values(tmp_path, shape):

@@ -34,7 +34,7 @@ def test_another_value_or_iteration_moves_nobodys_seed_and_no_run(tmp_path):
 
 def test_a_run_is_the_one_that_desim_run_would_make(tmp_path):
     """The name of a run is that of its resolved scenario, however it came about."""
-    from desim.experiment.identity import Identity
+    from desim.results.identity import Identity
     from desim.scenario.load import load
 
     plan = planned(tmp_path, COMMON % "1, 2")

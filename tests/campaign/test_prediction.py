@@ -3,10 +3,10 @@
 import pytest
 from designs import planned, row
 
-from desim.campaign import probes
-from desim.campaign.agenda import Agenda
-from desim.campaign.prediction import Cost, Model, finished_costs, forecast
-from desim.campaign.probes import _start_s, probed
+from desim.campaign.running import probes
+from desim.campaign.running.agenda import Agenda
+from desim.campaign.running.prediction import Cost, Model, finished_costs, forecast
+from desim.campaign.running.probes import _start_s, probed
 
 TEXT = """parameters:
   robots: {key: fleet.size, values: [1, 2, 4]}

@@ -8,10 +8,11 @@ import pytest
 from designs import Here, planned
 
 import desim
-from desim.campaign.campaign import Sweep
-from desim.campaign.metrics import Metrics
-from desim.campaign.work import failure, work
+from desim.campaign.design.metrics import Metrics
+from desim.campaign.running.sweep import Sweep
+from desim.campaign.running.work import work
 from desim.errors import InputError
+from desim.results.row import failure
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +29,7 @@ def path(tmp_path_factory):
 
 
 def test_a_campaign(path):
-    campaign = desim.campaign(path)
+    campaign = desim.Campaign(path)
     assert campaign.path == path and isinstance(campaign, desim.Campaign)
     assert campaign.design.question == "Why?" and campaign.design.iterations == 1
     assert campaign.runs["robots"].tolist() == [1, 2, 3]
@@ -40,7 +41,7 @@ def test_a_campaign(path):
 
 
 def test_what_is_not_there(path, tmp_path):
-    campaign = desim.campaign(path)
+    campaign = desim.Campaign(path)
     failed = campaign.runs["run_id"][2]
     for run_id, text in ((failed, f"run {failed!r} has left no folder: boom"),
                          ("nobody", "has no run 'nobody'")):
@@ -48,10 +49,10 @@ def test_what_is_not_there(path, tmp_path):
             campaign.run(run_id)
         assert str(caught.value) == f"{path}: {text}"
     with pytest.raises(InputError, match="not the folder of a campaign"):
-        desim.campaign(tmp_path)
+        desim.Campaign(tmp_path)
 
 
 def test_the_package_can_be_called_whatever_was_imported_before():
-    code = ("import desim; assert callable(desim.campaign); import desim.campaign.design; "
-            "assert callable(desim.campaign) and desim.campaign.design.Design")
+    code = ("import desim; assert callable(desim.campaign); import desim.campaign.design.design; "
+            "assert callable(desim.campaign) and desim.campaign.design.design.Design")
     subprocess.run([sys.executable, "-c", code], check=True)

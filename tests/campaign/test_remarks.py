@@ -6,9 +6,9 @@ import pyarrow.parquet as pq
 import pytest
 from designs import Here, planned
 
-from desim.campaign import campaign
-from desim.campaign.metrics import Metrics
-from desim.campaign.table import RAISED
+from desim.campaign.design.metrics import Metrics
+from desim.campaign.folder.table import RAISED
+from desim.campaign.running import sweep as campaign
 
 MINE = """import math
 

@@ -7,8 +7,8 @@ from designs import Here, planned, written
 from typer.testing import CliRunner
 
 import desim
-from desim.campaign.campaign import Sweep
-from desim.campaign.metrics import Metrics
+from desim.campaign.design.metrics import Metrics
+from desim.campaign.running.sweep import Sweep
 from desim.cli import app
 
 TEXT = "parameters: {robots: {key: fleet.size, values: [1, 2]}}\niterations: 2\n"
@@ -61,7 +61,7 @@ def test_they_disturb_nobody_and_stay(campaign, tmp_path):
     (out / "index.jsonl").unlink()  # made again from the folders
     assert "4 runs, 4 done already" in said("sweep", design, "--out", out, "--jobs", 1)
     assert (out / "runs.parquet").read_bytes() == table and count(out) == before
-    assert len(list(desim.campaign(out))) == 4
+    assert len(list(desim.Campaign(out))) == 4
     said("report", out)
     assert (out / "report" / "report.html").is_file()
 

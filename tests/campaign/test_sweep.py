@@ -9,11 +9,12 @@ import pyarrow.parquet as pq
 import pytest
 from designs import Here, loaded, planned
 
-from desim.campaign import campaign
-from desim.campaign.design import read_design
-from desim.campaign.metrics import Metrics
-from desim.campaign.work import Unwritable, failure, work
+from desim.campaign.design.design import read_design
+from desim.campaign.design.metrics import Metrics
+from desim.campaign.running import sweep as campaign
+from desim.campaign.running.work import Unwritable, work
 from desim.errors import InputError
+from desim.results.row import failure
 
 TEXT = """parameters:
   robots: {key: fleet.size, values: [1, 2]}
@@ -157,8 +158,8 @@ def test_another_campaign_is_not_laid_over_this_one(tmp_path, whole):
     other = loaded(tmp_path, TEXT)
     file = tmp_path / "design.yaml"
     file.write_text(file.read_text().replace("name: d\n", "name: e\n"))
-    from desim.campaign.design import load_design
-    from desim.campaign.plan import Plan
+    from desim.campaign.design.design import load_design
+    from desim.campaign.design.plan import Plan
 
     plan = Plan(load_design(file))
     assert other.design.name == "d"
@@ -239,8 +240,8 @@ def test_a_preview_writes_nothing(tmp_path, whole):
 
 
 def test_the_stored_design_repeats_the_campaign(tmp_path, whole):
-    from desim.campaign.design import load_design
-    from desim.campaign.plan import Plan
+    from desim.campaign.design.design import load_design
+    from desim.campaign.design.plan import Plan
 
     plan = Plan(load_design(whole / "design.yaml"))
     with campaign.Sweep(plan, Metrics(plan), tmp_path / "again") as sweep:
@@ -249,8 +250,8 @@ def test_the_stored_design_repeats_the_campaign(tmp_path, whole):
 
 
 def test_a_stored_design_finds_files_and_modules_where_they_were(tmp_path):
-    from desim.campaign.design import load_design
-    from desim.campaign.plan import Plan
+    from desim.campaign.design.design import load_design
+    from desim.campaign.design.plan import Plan
 
     (tmp_path / "mine_again.py").write_text(
         "def one(run):\n    return 1.0\n\ndef never(quantities):\n    return False\n")
@@ -406,7 +407,7 @@ def test_what_the_scenario_takes_for_a_path_is_one(tmp_path):
     for name in ("maze", "plan.yaml", "here.csv", "there.csv", "net.csv", "x.csv", "explored",
                  "stops_of_mine.py", "rules_of_mine.py"):
         (tmp_path / name).write_text("")
-    from desim.campaign.stored import store
+    from desim.campaign.folder.design_copy import store
 
     design = loaded(tmp_path, PATHS)
     (tmp_path / "out").mkdir()

@@ -5,9 +5,9 @@ import pyarrow.parquet as pq
 import pytest
 from designs import planned, row
 
-from desim.campaign.agenda import Agenda
-from desim.campaign.metrics import Metrics
-from desim.campaign.table import write_table
+from desim.campaign.design.metrics import Metrics
+from desim.campaign.folder.table import write_table
+from desim.campaign.running.agenda import Agenda
 from desim.errors import InputError
 
 TEXT = """parameters:
@@ -52,7 +52,7 @@ def test_types(written):
 
 
 def test_a_disk_that_is_full_leaves_the_table_as_it_was(tmp_path, monkeypatch):
-    from desim.campaign import campaign
+    from desim.campaign.running import sweep as campaign
 
     plan = planned(tmp_path, TEXT)
     out = tmp_path / "out"

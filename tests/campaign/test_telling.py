@@ -4,9 +4,10 @@ import pytest
 from designs import Here, written
 from typer.testing import CliRunner
 
-from desim.campaign.work import failure, work
+from desim.campaign.running.work import work
 from desim.cli import app
-from desim.report import sweeping
+from desim.commands.views import sweep as sweeping
+from desim.results.row import failure
 
 
 @pytest.fixture

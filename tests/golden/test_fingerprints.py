@@ -5,14 +5,8 @@ digests. They are promised for one kind of machine and one set of versions; wher
 on another one, nothing can be said.
 """
 
-import sys
-from pathlib import Path
-
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-
-import regolden  # noqa: E402 - a tool, not a package
+import regolden  # a tool
 
 
 @pytest.mark.parametrize("row", regolden.read(), ids=lambda row: " ".join(row[:3]).strip())

@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from desim.middleware.dds.dds import Dds
-from desim.middleware.medium import Medium
+from desim.network.medium import Medium
 from desim.ports import Drop
 from netmodels.ideal import Ideal
 from netmodels.link import Link

@@ -5,10 +5,10 @@ import pytest
 from ddsnets import Nth, dds, partition
 from graphs import MS, Net, S, listener, talker
 
+from desim.commands.views.rows import story
 from desim.middleware.dds import wire
 from desim.middleware.direct import Direct
 from desim.ports import Drop
-from desim.report.rows import story
 from netmodels.link import Link
 
 

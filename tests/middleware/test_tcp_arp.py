@@ -7,7 +7,7 @@ import pytest
 from graphs import MS, Net, S, listener, silent, talker
 from tcphosts import Pair, link, partition
 
-from desim.middleware import neighbours
+from desim.middleware import arp
 from desim.middleware.ros.ros1 import Ros1
 from desim.middleware.tcp.watch import Watch
 from desim.validation import tcp
@@ -50,7 +50,7 @@ def test_who_calls_a_host_that_is_not_there_hears_it_after_three_seconds(monkeyp
     """Linux: connect() fails with EHOSTUNREACH. Where the address is known, it takes 131 s."""
     assert unreachable_s() == ([(3 * S, "a closed", "unreachable")], [0, 1, 2])
     assert unreachable_s(arp="static") == ([(131 * S, "a closed", "timeout")], [])
-    monkeypatch.setattr(neighbours, "RETRANS_NS", 1_060 * MS)
+    monkeypatch.setattr(arp, "RETRANS_NS", 1_060 * MS)
     assert unreachable_s() != ([(3 * S, "a closed", "unreachable")], [0, 1, 2])
 
 

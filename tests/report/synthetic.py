@@ -10,8 +10,8 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from desim.campaign.design import Design
-from desim.campaign.quantities import as_numbers
+from desim.campaign.design.design import Design
+from desim.campaign.design.quantities import as_numbers
 
 LIMIT_S = 1000.0
 Row = dict[str, Any]
@@ -42,7 +42,7 @@ def campaign(folder: Path, parameters: Mapping[str, list], iterations: int,
 
 
 def write(folder: Path, parameters: Mapping[str, list], rows: list[Row]) -> Path:
-    """The table, with columns as ``desim.campaign.table`` makes them."""
+    """The table, with columns as ``desim.campaign.folder.table`` makes them."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     columns = {}
     for name in names:

@@ -5,7 +5,7 @@ import json
 import pyarrow.parquet as pq
 from synthetic import campaign, design, timed
 
-from desim.campaign.table import RAISED
+from desim.campaign.folder.table import RAISED
 from desim.report.campaign.writing import write
 
 ROBOTS = {"robots": [1, 2]}

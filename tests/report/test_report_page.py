@@ -9,7 +9,7 @@ from scipy import stats
 from synthetic import LIMIT_S, campaign, design, timed
 from synthetic import write as table
 
-from desim.campaign.design import Design
+from desim.campaign.design.design import Design
 from desim.errors import InputError
 from desim.report.campaign import overview, wording
 from desim.report.campaign.writing import write

@@ -6,14 +6,14 @@ import pytest
 from rich.console import Console
 from synthetic import campaign, design, timed
 
-from desim.campaign.ladder import RUNGS, ladder
+from desim.campaign.design.ladder import RUNGS, ladder
+from desim.commands.views.ladder import drawn
 from desim.errors import InputError
 from desim.report.campaign import rungs
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.study import Study
 from desim.report.campaign.tables import Table
 from desim.report.campaign.writing import write
-from desim.report.laddering import drawn
 
 LADDER = {"rung": list(RUNGS), "strategy": ["a", "b", "c"]}
 KEYS = {"rung": {"key": "network.fidelity", "values": list(RUNGS)},

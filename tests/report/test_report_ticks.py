@@ -4,7 +4,7 @@ import pytest
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from desim.report.ticks import plain
+from desim.report.log_axis import plain
 
 
 def ticks(scale, low, high, formatted=plain, **parameters):

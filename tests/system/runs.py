@@ -7,9 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from desim.kernel import Phase
+from desim.engine.kernel import Phase
 from desim.scenario.load import load
-from desim.simulation import Outcome, Simulation
+from desim.simulation.simulation import Outcome, Simulation
 from desim.units import NS_PER_S
 
 HERE = Path(__file__).resolve().parent

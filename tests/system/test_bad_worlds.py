@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 from desim import api
 from desim.cli import app
 from desim.errors import InputError
+from desim.results.run import Run
 
 MAZE = "allowed: x from -40 to 40 m, y from -40 to 40 m"
 AREA = ("allowed: x between -40 and 40 m, y between -40 and 40 m, the edges themselves "
@@ -301,7 +302,7 @@ def test_an_interrupted_run_leaves_what_there_is_and_says_so(here, how):
     (folder,) = (here / "results" / "maze_30").iterdir()
     assert code == 130
     assert complaint == f"interrupted; what there is until then: {folder.relative_to(here)}\n"
-    run = api.Run(folder)
+    run = Run(folder)
     assert run.manifest["status"] == run.metrics["stop_reason"] == "interrupted"
     assert run.metrics["exploration_time_s"] is None and run.metrics["censored"]
     assert run.manifest["simulated_s"] == run.metrics["simulated_s"] > 0.5
@@ -317,6 +318,6 @@ def test_a_killed_run_is_no_run(here):
     assert code == -signal.SIGKILL
     assert folder.suffix == ".partial" and not (folder / "manifest.json").exists()
     with pytest.raises(InputError, match="it is being written, or was cut off"):
-        api.Run(folder)
+        Run(folder)
     done = CliRunner().invoke(app, ["figure", str(folder)])
     assert done.exit_code == 2 and "not the folder of a run" in done.stderr

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from runs import SCENARIOS, audited, built
 
-from desim.experiment.summary import samples_table, summarize
+from desim.monitor.summary import samples_table, summarize
 
 DIRECT = ("middleware=null", "middleware.model=direct")
 SPLIT = ("network.media.air.rules.0.from=5 s", "network.media.air.rules.0.until=10 s")

@@ -15,12 +15,12 @@ from fleets import CASES
 from rich.console import Console
 from runs import HERE, audited, built
 
-from desim.experiment.compare import Rows
-from desim.experiment.knowledge import folded
-from desim.experiment.links import linked_at
-from desim.experiment.summary import summarize
-from desim.report import knowledge as report
-from desim.report.knowledgefigure import draw
+from desim.commands.views import beliefs as report
+from desim.monitor.links import linked_at
+from desim.monitor.summary import summarize
+from desim.report.beliefs_figure import draw
+from desim.results.beliefs import folded
+from desim.results.traces import Rows
 from desim.units import NS_PER_S
 
 

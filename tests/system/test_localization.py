@@ -2,7 +2,7 @@
 
 from runs import HELLO, built, finished
 
-from desim.experiment.summary import summarize
+from desim.monitor.summary import summarize
 
 ODOMETRY, WALK = "robot.localization=odometry", "robot.odometry.model=random_walk"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from runs import HELLO, MAZE_8, audited, built, finished, look_on
 
-from desim.experiment.summary import summarize
+from desim.monitor.summary import summarize
 from desim.units import NS_PER_S
 
 SEEDS = (1, 2, 3, 4, 5)

@@ -3,7 +3,7 @@
 import pytest
 from runs import HELLO, ROUGH, Ledger, built, finished
 
-from desim.experiment.summary import summarize
+from desim.monitor.summary import summarize
 
 ROS1 = "middleware={model: desim.middleware.ros.ros1:Ros1"
 MULTI = "middleware={model: desim.middleware.multimaster.multimaster:Multimaster"

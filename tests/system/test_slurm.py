@@ -15,12 +15,12 @@ from pathlib import Path
 
 import pytest
 
-from desim.campaign.campaign import Sweep
-from desim.campaign.clustersettings import Queue
-from desim.campaign.crew import Crew
-from desim.campaign.design import load_design
-from desim.campaign.metrics import Metrics
-from desim.campaign.plan import Plan
+from desim.campaign.design.design import load_design
+from desim.campaign.design.metrics import Metrics
+from desim.campaign.design.plan import Plan
+from desim.campaign.running.cluster_settings import Queue
+from desim.campaign.running.crew import Crew
+from desim.campaign.running.sweep import Sweep
 
 ANSWER_S = 20  # Slurm's commands wait for ever where its daemon is gone
 
@@ -113,8 +113,8 @@ def swept(plan: Plan, out: Path, workers) -> dict[str, str]:
 
 
 def test_slurm_gives_the_bytes_that_processes_give(slurm, design):
-    from desim.campaign.cluster import Cluster
-    from desim.campaign.schedulers import connected
+    from desim.campaign.running.cluster import Cluster
+    from desim.campaign.running.schedulers import connected
 
     plan = Plan(load_design(design))
     with Crew(2) as crew:
@@ -127,8 +127,8 @@ def test_slurm_gives_the_bytes_that_processes_give(slurm, design):
 
 
 def test_a_job_that_is_lost_is_replaced_and_its_run_tried_again(slurm, design):
-    from desim.campaign.cluster import Cluster
-    from desim.campaign.schedulers import connected
+    from desim.campaign.running.cluster import Cluster
+    from desim.campaign.running.schedulers import connected
 
     Path("fatal.py").write_text(FATAL)
     design.write_text(design.read_text() + "metrics: {lost: 'fatal:lost'}\n")

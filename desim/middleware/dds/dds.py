@@ -6,9 +6,9 @@ from collections.abc import Collection
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
+from desim.engine.kernel import Phase, pair
 from desim.errors import InputError, did_you_mean
-from desim.kernel import Phase, pair
-from desim.middleware.dds.besteffort import BestEffort
+from desim.middleware.dds.best_effort import BestEffort
 from desim.middleware.dds.parameters import DdsParams
 from desim.middleware.dds.participant import Participant
 from desim.middleware.dds.reliable import ReliableLink

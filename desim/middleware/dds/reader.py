@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from desim.kernel import Phase
+from desim.engine.kernel import Phase
+from desim.engine.trace import pack
 from desim.middleware.dds.asking import Asking
-from desim.trace import pack
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.dds.reliable import ReliableLink
     from desim.middleware.dds.remote import Remote
     from desim.middleware.graph import Host
-    from desim.middleware.medium import Medium
     from desim.middleware.topics import Message
+    from desim.network.medium import Medium
     from desim.ports.middleware import Offer
 
 OPEN, HELD, DONE = 0, 1, 2  # states of a sample at its reader

@@ -13,7 +13,8 @@ from collections import deque
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from desim.kernel import Phase
+from desim.engine.kernel import Phase
+from desim.engine.trace import pack
 from desim.middleware.dds import wire
 from desim.middleware.dds.carriers import Beating, Bundling
 from desim.middleware.dds.reader import (
@@ -30,14 +31,13 @@ from desim.middleware.dds.reader import (
 )
 from desim.middleware.dds.repetition import Wanted
 from desim.middleware.timers import NEVER, Timer
-from desim.trace import pack
 
 if TYPE_CHECKING:
-    from desim.middleware.carrier import Carrier
     from desim.middleware.dds.dds import Dds
     from desim.middleware.dds.writer import Reliable
-    from desim.middleware.medium import Medium
     from desim.middleware.topics import Message
+    from desim.network.carrier import Carrier
+    from desim.network.medium import Medium
     from desim.ports.middleware import Offer
 
 _SOON_NS = 50_000_000  # well before a heartbeat could overtake it, or a lease end

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from desim.kernel import Phase
+from desim.engine.kernel import Phase
 from desim.middleware.dds.reader import DIRECTED
 from desim.middleware.dds.reliable import ReliableLink
 from desim.middleware.dds.riding import Always, Riding, WhenFull

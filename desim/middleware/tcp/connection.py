@@ -9,9 +9,9 @@ from desim.middleware.tcp.end import OPEN, End
 from desim.middleware.tcp.entries import FIN
 
 if TYPE_CHECKING:
-    from desim.middleware.medium import Medium
     from desim.middleware.tcp.sender import Sender
     from desim.middleware.tcp.stack import Tcp
+    from desim.network.medium import Medium
 
 Closed = Callable[["Connection", str], Any]
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from desim.kernel import Phase, pair
+from desim.engine.kernel import Phase, pair
+from desim.middleware.jiffies import fires_ns
 from desim.middleware.tcp.entries import FIN, parts
 from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver, Train
 from desim.middleware.tcp.sender import Sender
-from desim.middleware.ticks import fires_ns
 from desim.middleware.timers import Timer
 from desim.middleware.transports import SEGMENT_HEADER_BYTES
 

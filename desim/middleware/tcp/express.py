@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from desim.engine.trace import pack
 from desim.middleware.tcp.entries import FIN
 from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.timers import NEVER
 from desim.middleware.transports import MSS_BYTES
-from desim.trace import pack
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.sender import Sender

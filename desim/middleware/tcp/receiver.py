@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from desim.kernel import Phase
+from desim.engine.kernel import Phase
 from desim.middleware.context import ACKS
+from desim.middleware.jiffies import fires_ns
 from desim.middleware.tcp.parameters import on_wire, runs
-from desim.middleware.ticks import fires_ns
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 
 if TYPE_CHECKING:

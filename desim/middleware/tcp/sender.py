@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from desim.engine.trace import pack
 from desim.middleware.tcp.entries import FIN, Entry, parts
 from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.parameters import on_wire
@@ -16,7 +17,6 @@ from desim.middleware.tcp.window import Window
 from desim.middleware.tcp.writes import Writes
 from desim.middleware.timers import NEVER
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
-from desim.trace import pack
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from desim.middleware.arp import Neighbour, Neighbours
 from desim.middleware.context import ACKS
-from desim.middleware.neighbours import Neighbour, Neighbours
 from desim.middleware.tcp.connection import Closed, Connection
 from desim.middleware.tcp.end import End
 from desim.middleware.tcp.parameters import TcpParams
@@ -14,7 +14,7 @@ from desim.middleware.timers import Timers
 
 if TYPE_CHECKING:
     from desim.middleware.context import Context
-    from desim.middleware.medium import Medium
+    from desim.network.medium import Medium
 
 
 class Nothing:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim.middleware.jiffies import fires_ns, whole_ticks
 from desim.middleware.tcp.repair import DISORDER
 from desim.middleware.tcp.scoreboard import ARRIVED
-from desim.middleware.ticks import fires_ns, whole_ticks
 from desim.middleware.timers import Timer, Timers
 from desim.middleware.transports import MSS_BYTES
 

@@ -14,7 +14,7 @@ from desim.report.campaign.knees import Bend
 from desim.report.campaign.lines import Line, Panel
 from desim.report.campaign.study import Axis, Study
 from desim.report.campaign.style import INK, WIDTH_IN, colour, marker
-from desim.report.ticks import plain
+from desim.report.log_axis import plain
 
 _MOST_DOTS = 800  # in a figure
 _LABELLED = 14  # up to so many levels each has its name at the axis

@@ -9,8 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from desim.api import Run
-from desim.campaign.design import (
+from desim.campaign.design.design import (
     Design,
     Function,
     LatinHypercube,
@@ -25,6 +24,7 @@ from desim.files import content
 from desim.report.campaign import wording
 from desim.report.campaign.contrasts import Contrast
 from desim.report.campaign.study import TIMES, Axis, Study
+from desim.results.run import Run
 from desim.scenario import yaml12
 from desim.statistics.intervals import BOOTSTRAP_FROM, BOOTSTRAP_TO, widened
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
-from desim.campaign.agenda import is_narrow, rule_of
-from desim.campaign.design import Until
-from desim.campaign.remarks import told_raised
+from desim.campaign.design.design import Until
+from desim.campaign.running.agenda import is_narrow, rule_of
+from desim.campaign.running.remarks import told_raised
 from desim.report.campaign import findings, page, wording
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.groups import Group

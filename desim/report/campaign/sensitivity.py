@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from desim.campaign.design import Saltelli
+from desim.campaign.design.design import Saltelli
 from desim.report.campaign import figures, wording
 from desim.report.campaign.estimates import Estimates
 from desim.report.campaign.study import Study

@@ -12,12 +12,12 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from desim.campaign.columns import FIXED
-from desim.campaign.design import Design, LatinHypercube, Saltelli, Sobol
-from desim.campaign.quantities import SUFFIXES
-from desim.campaign.table import RAISED
+from desim.campaign.design.columns import FIXED
+from desim.campaign.design.design import Design, LatinHypercube, Saltelli, Sobol
+from desim.campaign.design.quantities import SUFFIXES
+from desim.campaign.folder.table import RAISED
 from desim.errors import InputError, did_you_mean, printable
-from desim.experiment.results import FAILED
+from desim.results.folder import FAILED
 
 # Instants that a run may be stopped before: null is later than ``simulated_s``.
 TIMES = ("exploration_time_s", "union_time_s", "fleet_time_s")

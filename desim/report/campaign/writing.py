@@ -7,16 +7,16 @@ from tempfile import TemporaryDirectory
 
 from matplotlib.figure import Figure
 
-from desim.campaign.design import Design
+from desim.campaign.design.design import Design
 from desim.errors import InputError
 from desim.report.campaign import answer as answers
 from desim.report.campaign import (
     captions,
     contrasts,
-    coverage,
     figures,
     findings,
     groups,
+    interval_coverage,
     knees,
     lines,
     methods,
@@ -27,7 +27,7 @@ from desim.report.campaign import (
     sensitivity,
     style,
     tables,
-    timeseries,
+    time_series,
     wording,
 )
 from desim.report.campaign.estimates import Estimates
@@ -200,13 +200,13 @@ class _Report:
                       self._written(sensitivity.sobol_table(study, found, metric))]
         return parts
 
-    def _covered(self, metric: str) -> list[coverage.Covered]:
+    def _covered(self, metric: str) -> list[interval_coverage.Covered]:
         """Of the metric whose interval ended the iterations."""
         if getattr(self._study.design.iterations, "metric", None) != metric:
             return []
-        return coverage.measured(self._study, self._estimates)
+        return interval_coverage.measured(self._study, self._estimates)
 
-    def _coverage(self, found: list[coverage.Covered]) -> str:
+    def _coverage(self, found: list[interval_coverage.Covered]) -> str:
         if not found:
             return ""
         shares = [one.coverage.share for one in found]
@@ -214,7 +214,7 @@ class _Report:
                 f"hold the mean less often than 95 %: by simulation {min(shares):.1%} to "
                 f"{max(shares):.1%}, depending on the vector.")
         return page.paragraph(text, "warn") + page.folded("Measured coverage", self._written(
-            coverage.coverage_table(self._study, found)))
+            interval_coverage.coverage_table(self._study, found)))
 
     def _bends_of(self, metric: str) -> list[knees.Bend]:
         if self._study.is_sampled or getattr(self._study.against, "numbers", None) is None:
@@ -238,7 +238,7 @@ class _Report:
         study = self._study
         if study.is_sampled or "explored" not in study.metrics:
             return []
-        drawn = timeseries.explored_figure(study, self._drawn)
+        drawn = time_series.explored_figure(study, self._drawn)
         if drawn is None:
             return []
         return [Section("time", "Explored share over time", self._figure(

@@ -1,0 +1,1 @@
+"""From a goal to a velocity: costmaps, planners, and recovery (ROS's move_base)."""

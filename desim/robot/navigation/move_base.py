@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 
+from desim.engine.trace import bits
 from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Goal, GoalResult, Twist
 from desim.middleware.topics import Latest
-from desim.robot.navigation.costmap import Costmap
-from desim.robot.navigation.local.planner import LocalPlanner
+from desim.robot.navigation.global_costmap import Costmap
+from desim.robot.navigation.global_planner import Wavefront
+from desim.robot.navigation.local_planner import LocalPlanner
 from desim.robot.navigation.recovery import Progress, Recovery, Spin, retreat
-from desim.robot.navigation.wavefront import Wavefront
 from desim.robot.tiles import Belief
-from desim.scenario.fleet import BodyType
-from desim.scenario.robot import Laser, Navigation
-from desim.trace import bits
+from desim.scenario.schema.fleet import BodyType
+from desim.scenario.schema.robot import Laser, Navigation
 from desim.units import NS_PER_S
 
 _RETREAT_NS = 4 * NS_PER_S  # no retreat takes longer

@@ -7,7 +7,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from desim.robot.navigation.costmap import Costmap
+from desim.robot.navigation.global_costmap import Costmap
 
 _PROGRESS_M = 0.2  # one cell of the map
 _MOVED_M = 0.3  # a new way is a new start only for a robot that got somewhere since the last one

@@ -1,0 +1,1 @@
+"""The paper's cluster for a design: which robot is on which node."""

@@ -1,0 +1,88 @@
+"""How long it takes to copy an image to many hosts over a network model."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from desim.campaign.deploy.testbed import Copy, Rounds, hosts_of
+from desim.engine.kernel import Kernel
+from desim.engine.streams import Streams
+from desim.engine.trace import Names
+from desim.errors import InputError
+from desim.middleware.transports import stream_frame
+from desim.network.medium import Medium
+from desim.ports import NetworkModel, natural_key
+
+PART_BYTES = 4_000_000  # that a host gives to the network at a time: a socket's buffer
+_UNDER_WAY = 2  # parts that a host has in the network, so that there is always one to send
+_MOST_LOSSES = 100  # in a row
+_FOR_EVER_NS = 10**18
+
+
+def round_ends_ns(model: NetworkModel, rounds: Rounds, image_bytes: int) -> list[int]:
+    """When each round of copies is over, if a round begins when the one before is over. A host
+    that makes several copies at a time gives them a part each in turn. Disks are as fast as they
+    have to be. Raises ``InputError`` where the network lets nothing through."""
+    hosts = tuple(sorted(hosts_of(rounds), key=natural_key))
+    kernel, names = Kernel(), Names()
+    medium = Medium("lan", model, kernel=kernel, names=names, streams=Streams(0), hosts=hosts)
+    ends_ns = []
+    for copies in rounds:
+        _Round(copies, image_bytes, medium, hosts, kernel).begin()
+        kernel.run(_FOR_EVER_NS)
+        ends_ns.append(kernel.now_ns)
+    return ends_ns
+
+
+class _Round:
+    """Copies at the same time; it stops the clock when they are complete."""
+
+    def __init__(self, copies: list[Copy], image_bytes: int, medium: Medium,
+                 hosts: tuple[str, ...], kernel: Kernel) -> None:
+        sizes = [PART_BYTES] * (image_bytes // PART_BYTES)
+        if image_bytes % PART_BYTES:
+            sizes.append(image_bytes % PART_BYTES)
+        pairs = [(hosts.index(source), hosts.index(taker)) for source, taker in copies]
+        self._left = len(copies) * len(sizes)
+        self._losses = 0  # since a part arrived
+        self._medium, self._kernel = medium, kernel
+        self._parts: dict[int, deque[tuple[int, int]]] = {}  # by host: to whom, how large
+        for size_bytes in sizes:
+            for source, taker in pairs:
+                self._parts.setdefault(source, deque()).append((taker, size_bytes))
+
+    def begin(self) -> None:
+        for source, parts in self._parts.items():
+            for _ in range(min(_UNDER_WAY, len(parts))):
+                self._send(source)
+
+    def _send(self, source: int) -> None:
+        part = taker, size_bytes = self._parts[source].popleft()
+        wire_bytes, segments = stream_frame(size_bytes)
+        self._medium.transmit(source, (taker,), wire_bytes, segments, False, self,
+                              (source, part))
+
+    def arrived(self, token: tuple[int, tuple[int, int]], _: int) -> None:
+        source = token[0]
+        self._losses = 0
+        self._left -= 1
+        if self._left == 0:
+            self._kernel.stop()
+        elif self._parts[source]:
+            self._send(source)
+
+    def arrived_in_part(self, token: tuple[int, tuple[int, int]], receiver: int,
+                        lost: dict[int, str]) -> None:
+        """The whole part is copied again."""
+        self.lost(token, receiver, next(iter(lost.values())))
+
+    def repeated(self, token: tuple[int, tuple[int, int]], _: int) -> None:
+        """The part is there already."""
+
+    def lost(self, token: tuple[int, tuple[int, int]], _: int, reason: str) -> None:
+        source, part = token
+        self._losses += 1
+        if self._losses > _MOST_LOSSES:
+            raise InputError(f"the network loses every part of the image ({reason})")
+        self._parts[source].appendleft(part)
+        self._send(source)

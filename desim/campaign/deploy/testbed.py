@@ -1,0 +1,121 @@
+"""The paper's cluster for a design: how many nodes, whose virtual machine is on which, and in which
+order the image of these gets there.
+
+Nodes: equation 7 of Yan, Fabresse, Laval and Bouraqadi 2017. Copying: their Algorithm 2 copies the
+image to each node once and clones it there. Placement, and the copying to all nodes at once: as the
+scripts of their testbed do it (github.com/yzrobot/mrs_testbed, scripts/submit_job.sh,
+start_simulation.sh, vm_setup_main.sh). The other ways of copying are for comparison.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from desim.campaign.design.plan import Plan
+from desim.scenario.names import robot_names
+from desim.scenario.schema.whole import Scenario
+
+SERVER = "server"  # where the image is at first
+
+Copy = tuple[str, str]  # from, to
+Rounds = list[list[Copy]]  # copies at the same time; a round begins when the one before is over
+
+
+class Testbed(NamedTuple):
+    """``nodes``: their names, in order, to the robots whose virtual machines they run."""
+
+    robots_per_node: int
+    nodes: Mapping[str, tuple[str, ...]]
+
+    __test__ = False
+
+    @property
+    def virtual_machines(self) -> int:
+        """One for each robot that has software."""
+        return sum(map(len, self.nodes.values()))
+
+
+class Demand(NamedTuple):
+    """What a design's runs take in real time, each to its time limit at most."""
+
+    least_runs: int
+    most_runs: int
+    least_s: float
+    most_s: float
+
+
+def smallest_testbed(plan: Plan, robots_per_node: int | None = None) -> Testbed:
+    """The smallest one on which every run of the design can be made, with so many robots on a node
+    (None: as the scenarios say)."""
+    largest: Testbed | None = None
+    for vector in plan.vectors:
+        scenario = plan.scenario(vector, 0).scenario
+        found = placed(_controlled(scenario), robots_per_node or scenario.testbed.robots_per_node)
+        if largest is None or _size(found) > _size(largest):
+            largest = found
+    return largest
+
+
+def _controlled(scenario: Scenario) -> list[str]:
+    passive = frozenset(scenario.robot.passive)
+    return [name for name in robot_names(scenario) if name not in passive]
+
+
+def _size(testbed: Testbed) -> tuple[int, int]:
+    return len(testbed.nodes), testbed.virtual_machines
+
+
+def nodes_for(team: int, robots_per_node: int) -> int:
+    """ceil(largest team / robots per node): equation 7."""
+    return -(-team // robots_per_node)
+
+
+def placed(robots: Sequence[str], robots_per_node: int) -> Testbed:
+    """Node by node, in the order of ``robots``: robot i is on node floor(i / robots per node)."""
+    return Testbed(robots_per_node, {
+        f"node_{node}": tuple(robots[node * robots_per_node:(node + 1) * robots_per_node])
+        for node in range(nodes_for(len(robots), robots_per_node))})
+
+
+def demand(plan: Plan) -> Demand:
+    """Of the whole design."""
+    each_s = sum(plan.scenario(vector, 0).scenario.stop.elapsed_ns for vector in plan.vectors) / 1e9
+    least, most = plan.least_iterations, plan.most_iterations
+    vectors = len(plan.vectors)
+    return Demand(least * vectors, most * vectors, least * each_s, most * each_s)
+
+
+def machine_by_machine(testbed: Testbed) -> Rounds:
+    """An image for each virtual machine, one after the other: the naive way, without cloning."""
+    return [[(SERVER, node)] for node, robots in testbed.nodes.items() for _ in robots]
+
+
+def node_by_node(testbed: Testbed) -> Rounds:
+    """An image for each node, one after the other."""
+    return [[(SERVER, node)] for node in testbed.nodes]
+
+
+def all_at_once(testbed: Testbed) -> Rounds:
+    """Every node copies from the server at the same time."""
+    return [[(SERVER, node) for node in testbed.nodes]]
+
+
+def passed_on(testbed: Testbed) -> Rounds:
+    """Whoever has the image gives it to a node that has not: each round doubles how many have it,
+    so that ceil(log2(nodes + 1)) rounds suffice (a binomial tree)."""
+    waiting = list(testbed.nodes)
+    have, rounds = [SERVER], []
+    while waiting:
+        takers, waiting = waiting[:len(have)], waiting[len(have):]
+        rounds.append(list(zip(have, takers, strict=False)))
+        have += takers
+    return rounds
+
+
+WAYS = {way.__name__: way for way in (machine_by_machine, node_by_node, all_at_once, passed_on)}
+
+
+def hosts_of(rounds: Iterable[Iterable[Copy]]) -> tuple[str, ...]:
+    """Everybody who gives or takes, in the order in which they do."""
+    return tuple(dict.fromkeys(host for copies in rounds for copy in copies for host in copy))

@@ -1,0 +1,1 @@
+"""What is asked: parameters, vectors, and the runs that they come to."""

@@ -1,0 +1,185 @@
+"""A design: the paper's Table 4 as a file. Parameters, vectors, iterations, stop conditions,
+measurements, metrics, on top of one scenario.
+
+Errors carry the place in the file, as those of scenarios do: ``design.yaml:7:12: parameters...``.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from desim.errors import InputError
+from desim.ports import Params
+from desim.scenario import merge
+from desim.scenario.complaints import lines, validated
+from desim.scenario.places import Path, Places, dotted
+from desim.scenario.schema.shapes import by_shape
+from desim.units import Duration
+
+_OF_SCENARIOS = ("environment", "fleet", "robot", "network", "middleware", "coordination",
+                 "deployment")
+MOST_RUNS = 1_000_000
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,59}$")]
+_KEY = "the scenario's key that it sets, e.g. fleet.size; null: others use it as $name"
+
+
+class Values(Params):
+    """A parameter by its values."""
+
+    key: str | None = Field(None, description=_KEY)
+    values: tuple[Any, ...] = Field((), description=(
+        "as the scenario has them; none: the vectors name them"))
+
+
+class Levels(Params):
+    """A parameter by named settings, each of several keys of the scenario."""
+
+    levels: dict[str, dict[str, Any]] = Field(description=(
+        "name to keys and values, e.g. {far: {network.media.air.power: 20 dBm}}"))
+
+
+class Span(Params):
+    """A parameter by a range, both ends included."""
+
+    key: str | None = Field(None, description=_KEY)
+    from_: Any = Field(alias="from", description="the first value, e.g. 5 m")
+    to: Any = Field(description="the last value, in the same unit")
+    step: Any = Field(None, description="from one value to the next (1 between whole numbers)")
+    count: int | None = Field(None, ge=2, le=10_000, description="or how many values there are")
+    scale: Literal["linear", "log"] = Field("linear", description=(
+        "log: each is the same multiple of the one before; needs count"))
+
+
+class Function(Params):
+    """Vectors from Python."""
+
+    function: str = Field(description="'package.module:function', without arguments: mappings from "
+                                      "parameter to value")
+
+
+class LatinHypercube(Params):
+    """Samples that fill each parameter's range evenly (McKay, Beckman and Conover 1979)."""
+
+    latin_hypercube: int = Field(ge=1, le=MOST_RUNS, description="how many")
+
+
+class Sobol(Params):
+    """The first points of a scrambled Sobol sequence (Owen 1998)."""
+
+    sobol: int = Field(ge=1, le=MOST_RUNS, description=(
+        "how many; a power of two keeps them balanced"))
+
+
+class Saltelli(Params):
+    """Points for sensitivity indices: n (d + 2) of them with d parameters (Saltelli et al. 2010).
+    """
+
+    saltelli: int = Field(ge=2, le=MOST_RUNS, description="n, a power of two")
+
+
+class Until(Params):
+    """Iterations until a metric is known well enough."""
+
+    metric: str = Field(description="whose 95 % interval is looked at, vector by vector")
+    width: Any = Field(description="of the interval at most, e.g. '10 %' of the mean, or 12.5")
+    at_least: int = Field(5, ge=2, description="iterations (the paper repeats 5 times)")
+    at_most: int = Field(50, ge=2, description="iterations")
+
+
+class Limits(Params):
+    """What a run may cost before it is given up."""
+
+    wall_ns: Duration | None = Field(None, description=(
+        "clock time of one run, e.g. 10 min: a worker that is at it for longer is ended, and the "
+        "run has failed (null: as long as it takes)"))
+
+
+class Presentation(Params):
+    """What the report shows first; everything else is in its tables."""
+
+    metrics: tuple[str, ...] = Field(("exploration_time_s",), min_length=1,
+                                     description="in this order; *_delivered draws all of the "
+                                                 "design's own that match in one figure")
+    against: str | None = Field(None, description=(
+        "the parameter along the axis (null: the first with numbers)"))
+    by: str | None = Field(None, description="the parameter that tells the lines apart (null: the "
+                                             "next one)")
+
+
+class Design(Params):
+    """One question, and the runs that answer it."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")
+    question: str = Field("", description="in words; the report begins with it")
+    base: str = Field(description="a scenario's YAML file, relative to this one")
+    set: dict[str, Any] = Field({}, description=(
+        "keys of the scenario and their values in every run, e.g. {stop.elapsed: 600 s}"))
+    parameters: dict[Name, by_shape(Values, Levels, Span)] = Field({}, description=(
+        "by name; a later one is laid over an earlier one"))
+    vectors: by_shape(str, tuple[dict[str, Any], ...], Function, LatinHypercube, Sobol,
+                      Saltelli) = Field("all", description=(
+        "which combinations of values are run: all; zip (the first of each, the second of each, "
+        "...); a list of mappings; a function; or samples"))
+    iterations: by_shape(int, Until) = Field(10, description=(
+        "runs of each vector (the paper has 5; of 5 runs a t interval can hold the mean in 66 % "
+        "instead of 95 %), or until a metric is known well enough"))
+    seed: int = Field(1, ge=0, le=2**62, description="of the first iteration; the next one has the "
+                                                     "next seed")
+    random_numbers: Literal["common", "independent"] = Field("common", description=(
+        "common: iteration k has the same seed in every vector, so that differences between "
+        "vectors are not luck; independent: each run its own"))
+    stop: dict[str, Any] = Field({}, description="stop conditions, laid over the scenario's")
+    measure: dict[str, Any] = Field({}, description="measurements, laid over the scenario's")
+    limits: Limits = Field(default_factory=Limits, description="of each run")
+    metrics: dict[Name, str] = Field({}, description=(
+        "your own, beside those of summary.json: an expression over these, or "
+        "'package.module:function' of a desim.Run"))
+    report: Presentation = Field(default_factory=Presentation)
+
+
+@dataclass(frozen=True)
+class LoadedDesign:
+    """A design, the scenario under it, and where each part was written."""
+
+    design: Design
+    places: Places
+    base: merge.Document
+    file: str
+
+    def folder(self, path: Path) -> str:
+        """Of the file in which what is at ``path`` was written: with ``extends`` there are several.
+        """
+        return os.path.dirname(self.places.value(path).source)
+
+    def wrong(self, path: Path, text: str) -> InputError:
+        """An error about what stands at ``path`` of the design."""
+        return InputError(f"{self.places.value(path)}: {dotted(path)}: {text}")
+
+
+def load_design(path: str | os.PathLike) -> LoadedDesign:
+    """The design in a YAML file, which may extend another one, as scenarios do. Raises
+    ``InputError`` with one line for each thing that is wrong with it; whether its scenarios are
+    right shows when its runs are planned."""
+    file = os.fspath(path)
+    design, places = read_design(file)
+    folder = os.path.dirname(places.value(("base",)).source)
+    base = os.path.normpath(os.path.join(folder, design.base))
+    if not os.path.isfile(base):
+        raise InputError(f"{places.where('base')}: no such file: {base}")
+    return LoadedDesign(design, places, merge.extended(base), file)
+
+
+def read_design(file: str) -> tuple[Design, Places]:
+    """The design in a file by itself, whether or not its base is there. Raises ``InputError``."""
+    data, places = merge.extended(file)
+    if "base" not in data and any(family in data for family in _OF_SCENARIOS):
+        raise InputError(f"{file}: this is a scenario, of one run: desim run {file}; a design has "
+                         "a base and parameters")
+    design = validated(Design, data)
+    if isinstance(design, list):
+        raise InputError(*lines(design, places))
+    return design, places

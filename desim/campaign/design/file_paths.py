@@ -1,0 +1,83 @@
+"""Which values of a design are paths, of files or of modules: those whose type in the scenario, or
+in the design, says so, and no other text, whatever files there are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from desim import plugins
+from desim.campaign.design.design import LoadedDesign
+from desim.scenario.merge import choice_at
+from desim.scenario.places import Path, split, steps
+from desim.scenario.plugin_choices import file_keys
+from desim.scenario.schema.environment import BUILT_IN_TERRAINS
+
+# Of the scenario; others are parameters of plug-ins, and what these are named by.
+_FILES = (("environment", "terrain"), ("environment", "terrain", "map"), ("fleet", "start", "file"))
+_MODULES = (("stop", "when"), ("physics", "model"))
+
+
+class FilePaths:
+    """Those of one design."""
+
+    def __init__(self, loaded: LoadedDesign) -> None:
+        self._design = loaded.design
+        self._data = loaded.design.model_dump(mode="json", by_alias=True)
+        # Dotted names of plug-ins, wherever they stand.
+        self._named = dict.fromkeys(text for part in (self._data, loaded.base[0])
+                                    for _, text in _leaves(part, ()) if ":" in text)
+
+    def has(self, path: Path, text: str) -> bool:
+        """Whether ``text``, which stands at ``path`` of the design, is one."""
+        if path[0] == "metrics" or path == ("vectors", "function"):
+            return ":" in text
+        return any(self._is_path(place, text) for place in self._places(path))
+
+    def _places(self, path: Path, met: tuple[str, ...] = ()) -> Iterator[Path]:
+        """Where in the scenario a value of the design ends up; ``met``: parameters on the way."""
+        family, *rest = path
+        if family == "set":
+            yield (*split(rest[0]), *rest[1:])
+        elif family in ("stop", "measure"):
+            yield (family, *split(rest[0]), *rest[1:])
+        elif family == "parameters" and rest[1:2] == ["levels"] and len(rest) > 3:
+            yield (*split(rest[3]), *rest[4:])
+        elif family == "parameters" and rest[1:2] == ["values"] and len(rest) > 2:
+            yield from self._of_parameter(rest[0], tuple(rest[3:]), met)
+        elif family == "vectors" and len(rest) > 1:
+            yield from self._of_parameter(rest[1], tuple(rest[2:]), met)
+
+    def _of_parameter(self, name: str, below: Path, met: tuple[str, ...]) -> Iterator[Path]:
+        """By its own key, and wherever others use it as ``$name``."""
+        if name in met:
+            return
+        key = getattr(self._design.parameters.get(name), "key", None)
+        if key is not None:
+            yield (*split(key), *below)
+        for path, text in _leaves(self._data, ()):
+            if text == f"${name}":
+                for place in self._places(path, (*met, name)):
+                    yield (*place, *below)
+
+    def _is_path(self, place: Path, text: str) -> bool:
+        if place in _FILES:
+            return text not in BUILT_IN_TERRAINS
+        if place in _MODULES:
+            return ":" in text
+        block = place[:-1]
+        choice = ("rule", "rule") if block[-2:-1] == ("rules",) else (choice_at(block) or ())[:2]
+        if not choice:
+            return False
+        kind, key = choice
+        if place[-1] == key:
+            return ":" in text
+        return any(place[-1] in file_keys(kind, name)
+                   for name in (*plugins.available(kind), *self._named))
+
+
+def _leaves(data: Any, path: Path) -> Iterator[tuple[Path, str]]:
+    if isinstance(data, str):
+        yield path, data
+    for step in steps(data):
+        yield from _leaves(data[step], (*path, step))

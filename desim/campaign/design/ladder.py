@@ -1,0 +1,67 @@
+"""A comparison on every rung of the fidelity ladder, as a design that no file holds."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from desim.campaign.design.design import Design, LoadedDesign
+from desim.errors import InputError
+from desim.scenario import merge, yaml12
+from desim.scenario.complaints import validated
+from desim.scenario.places import Place, Places, split
+
+RUNGS = ("ideal", "disk", "walls", "mac", "multihop")  # the last one is the highest
+FIDELITY = "network.fidelity"
+RUNG = "rung"  # the parameter
+COMPARED = "coordination.strategy=nearest_frontier,random_frontier"
+METRIC = "exploration_time_s"
+
+
+def ladder(scenario: str, compare: str = COMPARED, seeds: int = 5, metric: str = METRIC,
+           overrides: Sequence[str] = ()) -> LoadedDesign:
+    """The design: all rungs by the values of ``A.B.C=V1,V2,...``, with ``overrides`` (``A.B.C=V``)
+    in every run. Raises ``InputError``."""
+    place = Place(f"--compare {compare}")
+    key, equals, text = compare.partition("=")
+    key, words = key.strip(), [word.strip() for word in text.split(",")]
+    if not equals or not all(key.split(".")) or not all(words) or len(words) < 2:
+        raise InputError(f"{place.source}: must look like a.b.c=value,value, e.g. {COMPARED}")
+    if not os.path.isfile(scenario):
+        raise InputError(f"no such file: {scenario}")
+    values = [yaml12.parse_value(word, place.source) for word in words]
+    name = _name(key)
+    data = {
+        "name": f"ladder_{os.path.basename(scenario).removesuffix('.yaml')}_{name}",
+        "question": f"Which of {' and '.join(words)} ({key}) is better, and does the answer depend "
+                    "on how true to life the network is?",
+        "base": scenario,
+        "set": dict(_setting(override) for override in overrides),
+        "parameters": {RUNG: {"key": FIDELITY, "values": list(RUNGS)},
+                       name: {"key": key, "values": values}},
+        "iterations": seeds,
+        "report": {"metrics": [metric], "against": RUNG, "by": name}}
+    places = Places(Place("desim ladder"))
+    for path in (("parameters", name), ("parameters", name, "values")):
+        places.put(path, place, place)
+    design = validated(Design, data)
+    if isinstance(design, list):
+        raise InputError(*dict.fromkeys(complaint.line(places) for complaint in design))
+    return LoadedDesign(design, places, merge.extended(scenario), "desim ladder")
+
+
+def _setting(override: str) -> tuple[str, Any]:
+    source = f"--set {override}"
+    key, equals, text = override.partition("=")
+    if not equals or not all(key.split(".")):
+        raise InputError(f"{source}: must look like a.b.c=value, e.g. fleet.size=8")
+    return key.strip(), yaml12.parse_value(text, source)
+
+
+def _name(key: str) -> str:
+    """Of the parameter: the key's last word that is one."""
+    words = [part for part in split(key) if isinstance(part, str)
+             and re.fullmatch(r"[A-Za-z]\w*", part)]
+    return words[-1][:60] if words and words[-1] != RUNG else "setting"

@@ -1,0 +1,152 @@
+"""The metrics of a campaign: the numbers of each run's summary, and those that the design adds."""
+
+from __future__ import annotations
+
+import fnmatch
+import math
+import re
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from desim import api, plugins
+from desim.campaign.design.columns import refuse_twins
+from desim.campaign.design.plan import Plan
+from desim.errors import InputError, did_you_mean, told
+from desim.results.row import Row, flat
+from desim.results.run import Run
+from desim.scenario import expression
+
+# A rehearsal is long enough for everything to be measured once, and too short to be felt.
+_REHEARSAL_NS = 10_000_000
+_MOST_REHEARSALS = 8
+# Which reasons there are shows only in a run: what did not happen happened 0 times.
+_COUNTED = re.compile(r"messages_dropped_\w+")
+_INSTANTS = ("exploration_time_s", "union_time_s", "fleet_time_s")
+_FUNCTION = re.compile(r"(.*/)?[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+
+
+class Metrics:
+    """``names`` of all metrics that each run of the plan has, in order; ``functions`` those of
+    them that look at a run's folder.
+
+    Raises ``InputError`` for an expression that names what no run has, or a function that fails:
+    one run is begun for that, and thrown away.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        loaded = plan.loaded
+        run, self.names = None, ()
+        with tempfile.TemporaryDirectory() as folder:
+            run = _rehearsed(plan, folder)
+            found = flat(run.metrics)
+            self.names = tuple(found)
+            self._words = {name for name, value in found.items() if isinstance(value, str)}
+            self._own: dict[str, Callable[[Row], float | None]] = {}
+            self._paths: dict[str, str] = {}  # of the functions, by metric
+            for name, text in loaded.design.metrics.items():
+                try:
+                    self._own[name] = self._made(
+                        name, text, loaded.folder(("metrics", name)), run)
+                except InputError as error:
+                    raise loaded.wrong(("metrics", name), str(error)) from None
+        self.names = (*self.names, *self._own)
+        self.functions = tuple(dict.fromkeys(self._paths.values()))
+        refuse_twins(plan, self.names)
+        self._refuse_unknown(plan)
+
+    def of(self, row: Row) -> dict[str, Any]:
+        """All metrics of a finished run."""
+        return {**row["metrics"], **{name: own(row) for name, own in self._own.items()}}
+
+    def raised(self, row: Row) -> dict[str, str]:
+        """By metric, the errors of functions that raised on a run that has finished."""
+        errors = row.get("raised", {})
+        return {name: errors[path] for name, path in self._paths.items() if path in errors} \
+            if errors else {}
+
+    def value(self, name: str, row: Row) -> Any:
+        """One metric of a run, to judge whether it is known well enough; None where it has none. An
+        instant that was not reached within the time limit counts as the run's end, in the design's
+        expressions too, so that vectors that fail are not taken for well known (restricted mean);
+        where the run stopped for another reason nothing is known of it."""
+        if row["status"] != "finished":
+            return None
+        found = row["metrics"]
+        ends = {instant: found["simulated_s"] for instant in _INSTANTS
+                if found.get(instant) is None and found["stop_reason"] == "elapsed"}
+        row = {**row, "metrics": {**found, **ends}}
+        return self._own[name](row) if name in self._own else row["metrics"].get(name)
+
+    def _made(self, name: str, text: str, folder: str, run: Run,
+              ) -> Callable[[Row], float | None]:
+        if name in self.names:
+            raise InputError("is the name of a metric of every run; choose another one")
+        if _FUNCTION.fullmatch(text):
+            path = self._paths[name] = plugins.beside(text, folder)
+            return self._function(path, run)
+        counted = [found for found in _COUNTED.findall(text) if found not in self.names]
+        compiled = expression.compile(text, (*self._numbers, *counted))
+
+        def evaluate(row: Row) -> float | None:
+            try:
+                value = compiled.evaluate(dict.fromkeys(counted, 0) | row["metrics"])
+            except TypeError:  # of a metric that this run has not
+                return None
+            return None if value is None else float(value)
+
+        return evaluate
+
+    def _function(self, path: str, run: Run) -> Callable[[Row], float | None]:
+        function = plugins.imported("function", path)
+        try:
+            value = function(run)
+            if value is not None:
+                float(value)
+        except (Exception, SystemExit) as error:  # a stranger's function may fail in any way
+            raise InputError(f"{plugins.bare(path)} raised {told(error)} (tried on a run of "
+                             "0.01 s)") from error
+        return lambda row: row["functions"].get(path)
+
+    @property
+    def _numbers(self) -> list[str]:
+        return [name for name in self.names if name not in self._words]
+
+    def _refuse_unknown(self, plan: Plan) -> None:
+        design = plan.design
+        asked = [(("report", "metrics", i), name) for i, name in enumerate(design.report.metrics)]
+        if hasattr(design.iterations, "metric"):
+            asked.append((("iterations", "metric"), design.iterations.metric))
+        for path, name in asked:
+            # What the report shows may be a pattern, "*_delivered", for metrics in one figure.
+            known = fnmatch.filter(self._numbers, name) if path[0] == "report" \
+                else name in self._numbers
+            if not known and not _COUNTED.fullmatch(name):
+                raise plan.loaded.wrong(path, f"no run has a number {name!r}"
+                                        f"{did_you_mean(name, self._numbers)}; allowed: "
+                                        f"{', '.join(self._numbers)}")
+        for key in ("against", "by"):
+            name = getattr(design.report, key)
+            if name is not None and name not in plan.parameters:
+                raise plan.loaded.wrong(("report", key), f"there is no parameter {name!r}"
+                                        f"{did_you_mean(name, plan.parameters)}; allowed: "
+                                        f"{', '.join(plan.parameters) or 'none'}")
+
+
+def _rehearsed(plan: Plan, folder: str) -> Run:
+    """A run of the first vector that can be run, of some that are spread over the design. Raises
+    ``InputError`` with what is wrong with the first if there is none."""
+    wrong: list[InputError] = []
+    for vector in plan.vectors[::math.ceil(len(plan.vectors) / _MOST_REHEARSALS)]:
+        loaded = plan.scenario(vector, 0)
+        stop = loaded.scenario.stop.model_copy(update={"elapsed_ns": _REHEARSAL_NS})
+        try:
+            return api.run(replace(loaded, scenario=loaded.scenario.model_copy(
+                update={"stop": stop})), out=Path(folder))
+        except InputError as error:
+            wrong.append(error)
+        except Exception as error:  # of a model or a plug-in
+            wrong.append(plan.loaded.wrong(("base",), f"a run fails at once: {told(error)}"))
+    raise wrong[0]

@@ -1,0 +1,164 @@
+"""A parameter's levels: what one of its values is called, and what it sets in the scenario."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from desim.campaign.design.design import Levels, LoadedDesign, Span, Values
+from desim.campaign.design.quantities import Quantity, same_unit
+from desim.errors import InputError, did_you_mean
+from desim.scenario.places import Path
+
+_MOST_LEVELS = 100_000
+_DIGITS = 6  # of sampled and of logarithmic values
+
+
+class Setting(NamedTuple):
+    """``key`` of the scenario gets ``value``, as it stands at ``path`` of the design."""
+
+    key: str
+    value: Any
+    path: Path
+
+
+class Level(NamedTuple):
+    """One value of a parameter. ``value`` is what ``$name`` stands for."""
+
+    label: str
+    value: Any
+    settings: tuple[Setting, ...]
+
+
+class Parameter(NamedTuple):
+    """``levels`` are those that the design lists, ``named`` makes the level of a value that a
+    vector names, ``sampled`` that of a number from [0, 1)."""
+
+    levels: list[Level]
+    named: Callable[[Any], Level]
+    sampled: Callable[[float], Level]
+
+
+def parameters_of(loaded: LoadedDesign) -> dict[str, Parameter]:
+    """The design's parameters by name, in its order. Raises ``InputError``."""
+    made = {}
+    for name, shape in loaded.design.parameters.items():
+        try:
+            made[name] = _MAKERS[type(shape)](("parameters", name), shape)
+            _refuse_rival(name, loaded.design.parameters)
+        except InputError as error:
+            raise loaded.wrong(("parameters", name), str(error)) from None
+    return made
+
+
+def _refuse_rival(name: str, parameters: dict[str, Any]) -> None:
+    """Of two parameters with one key the later one would always win."""
+    key = getattr(parameters[name], "key", None)
+    for other in parameters:
+        if other == name:
+            return
+        if key is not None and key == getattr(parameters[other], "key", None):
+            raise InputError(f"sets {key}, which {other} sets, too; one of them is enough")
+
+
+def _of_values(path: Path, shape: Values) -> Parameter:
+    levels = [_level(value, shape.key, (*path, "values", i))
+              for i, value in enumerate(shape.values)]
+    _refuse_twins(levels)
+    return Parameter(levels, lambda value: _level(value, shape.key, ("vectors",)),
+                     _picking(levels))
+
+
+def _of_levels(path: Path, shape: Levels) -> Parameter:
+    if not shape.levels:
+        raise InputError("has no levels")
+    levels = [Level(label, label, tuple(
+        Setting(key, value, (*path, "levels", label, key)) for key, value in settings.items()))
+        for label, settings in shape.levels.items()]
+    by_label = {level.label: level for level in levels}
+
+    def named(value: Any) -> Level:
+        if not isinstance(value, str) or value not in by_label:
+            raise InputError(f"{value!r} is not one of its levels"
+                             f"{did_you_mean(str(value), by_label)}; allowed: "
+                             f"{', '.join(by_label)}")
+        return by_label[value]
+
+    return Parameter(levels, named, _picking(levels))
+
+
+def _of_span(path: Path, shape: Span) -> Parameter:
+    first, last = same_unit(shape.from_, shape.to)
+    if last.number < first.number:
+        raise InputError(f"the range from {shape.from_!r} to {shape.to!r} is empty")
+    whole = not first.unit and first.number.denominator == last.number.denominator == 1
+
+    def sampled(u: float) -> Level:
+        if shape.scale == "log":
+            number = float(first.number) * (last.number / first.number) ** u
+        elif whole:
+            number = first.number + math.floor(u * (last.number - first.number + 1))
+        else:
+            number = float(first.number) + u * float(last.number - first.number)
+        return _level(first.of(_rounded(number)), shape.key, path)
+
+    if shape.scale == "log" and first.number <= 0:
+        raise InputError("a logarithmic range begins above zero")
+    levels = [_level(first.of(number), shape.key, path)
+              for number in _numbers(shape, first, last, whole)]
+    _refuse_twins(levels)
+    return Parameter(levels, lambda value: _level(value, shape.key, ("vectors",)), sampled)
+
+
+def _numbers(shape: Span, first: Quantity, last: Quantity, whole: bool) -> list[Fraction | float]:
+    """The numbers of a range; none where neither step nor count is given: it is for samples."""
+    if shape.count is not None:
+        if shape.step is not None:
+            raise InputError("has step and count; one of them is enough")
+        if shape.scale == "log":
+            ratio = float(last.number / first.number)
+            return [_rounded(float(first.number) * ratio ** (i / (shape.count - 1)))
+                    for i in range(shape.count)]
+        return [first.number + (last.number - first.number) * i / (shape.count - 1)
+                for i in range(shape.count)]
+    if shape.scale == "log":
+        if shape.step is not None:
+            raise InputError("a logarithmic range has a count, not a step")
+        return []
+    if shape.step is None and not whole:
+        return []
+    step = same_unit(first.of(first.number), 1 if shape.step is None else shape.step)[1].number
+    if step <= 0:
+        raise InputError(f"the step {shape.step!r} must be above zero")
+    count = (last.number - first.number) // step + 1
+    if count > _MOST_LEVELS:
+        raise InputError(f"has more than {_MOST_LEVELS:,} values")
+    return [first.number + i * step for i in range(count)]
+
+
+_MAKERS = {Values: _of_values, Levels: _of_levels, Span: _of_span}
+
+
+def _level(value: Any, key: str | None, path: Path) -> Level:
+    label = value if isinstance(value, str) else json.dumps(value)
+    return Level(label, value, () if key is None else (Setting(key, value, path),))
+
+
+def _picking(levels: list[Level]) -> Callable[[float], Level]:
+    """Listed levels have no order in between: each has the same share of [0, 1)."""
+    return lambda u: levels[math.floor(u * len(levels))]
+
+
+def _refuse_twins(levels: list[Level]) -> None:
+    seen: set[str] = set()
+    for level in levels:
+        if level.label in seen:
+            raise InputError(f"the value {level.label} stands there twice")
+        seen.add(level.label)
+
+
+def _rounded(number: Fraction | float) -> Fraction | float:
+    return number if isinstance(number, Fraction) else float(f"{number:.{_DIGITS}g}")

@@ -1,0 +1,1 @@
+"""What a campaign keeps: its runs, their index, the table, a copy of the design."""

@@ -1,0 +1,52 @@
+"""The folder of a campaign, read again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from desim.campaign.design.design import Design, read_design
+from desim.errors import InputError
+from desim.results.folder import FINISHED
+from desim.results.run import Run, columns
+
+
+class Campaign:
+    """A campaign's folder, as ``desim sweep`` leaves it: everything is read when it is asked for.
+    Iterating gives its finished runs, by vector and iteration."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        if not (self.path / "design.yaml").is_file():
+            raise InputError(f"{self.path}: not the folder of a campaign; that has a design.yaml, "
+                             "see desim sweep")
+
+    @cached_property
+    def design(self) -> Design:
+        """What was asked, every default spelled out."""
+        return read_design(str(self.path / "design.yaml"))[0]
+
+    @cached_property
+    def runs(self) -> dict[str, np.ndarray]:
+        """The table of all runs that are done, failed ones too, by column."""
+        return columns(self.path / "runs.parquet")
+
+    def run(self, run_id: str) -> Run:
+        """One of its runs. Raises ``InputError`` where there is no folder of it."""
+        for scenario in sorted((self.path / "runs").glob("*")):
+            if (scenario / run_id / "manifest.json").is_file():
+                return Run(scenario / run_id)
+        errors = dict(zip(self.runs["run_id"], self.runs["error"], strict=True))
+        raise InputError(f"{self.path}: " + (f"run {run_id!r} has left no folder: {errors[run_id]}"
+                                             if run_id in errors else f"has no run {run_id!r}"))
+
+    def __iter__(self) -> Iterator[Run]:
+        for run_id, status in zip(self.runs["run_id"], self.runs["status"], strict=True):
+            if status == FINISHED:
+                yield self.run(run_id)
+
+    def __repr__(self) -> str:
+        return f"Campaign({str(self.path)!r})"

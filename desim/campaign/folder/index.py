@@ -1,0 +1,154 @@
+"""A campaign's memory: one line of JSON for each run that came to an end, appended and never
+changed, with a checksum at its end. It is a copy of what the runs' folders say, and is made again
+from these if it is damaged.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zlib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from desim.errors import InputError
+from desim.files import content, refuse_link, replacing
+from desim.results.folder import FAILED, FINISHED
+from desim.results.row import Row
+
+_FINISHED_HAS = {"digest", "cost", "metrics", "functions"}
+_MOST_BYTES = 10**11
+_CHECK = b', "check": "'
+
+
+class Index:
+    """``rows`` by run id; of several lines of one run the last one holds.
+
+    A line at the end that was cut off (the process was killed, the disk was full) is taken away;
+    ``damaged`` is the number of other lines that cannot be read: ``recover`` then writes the file
+    anew. ``lost``: there was no line. Raises ``OSError``.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        refuse_link(path)
+        self.rows, self.damaged, rest_bytes = read(path)
+        self.lost = not self.rows and not self.damaged
+        # Unbuffered: a line is in the file, whole, or not at all, when add returns.
+        self._file = open(path, "ab", buffering=0)  # noqa: SIM115
+        if rest_bytes:
+            os.truncate(path, path.stat().st_size - rest_bytes)
+
+    def add(self, row: Row) -> None:
+        """Remember a run. Raises ``OSError``; the line is then not there."""
+        line = line_of(row)
+        end = self._file.seek(0, os.SEEK_END)
+        try:
+            if self._file.write(line) != len(line):
+                raise OSError("the line was cut off")
+        except OSError:
+            os.truncate(self._file.fileno(), end)
+            raise
+        self.rows[row["run_id"]] = row
+
+    def recover(self, present: Iterable[str], like: Callable[[str], str | None],
+                again: Callable[[str], Row], functions: tuple[str, ...] = ()) -> dict[str, str]:
+        """Bring it in line with the folders, as ``recovered`` tells. What cannot be read is
+        forgotten, and returned with the reason."""
+        rows, wrong = recovered(self.rows, present, like, again, functions)
+        made = [row for run_id, row in rows.items() if row != self.rows.get(run_id)]
+        self.rows = rows
+        if self.damaged:
+            self._rewrite()
+        else:
+            for row in made:
+                self.add(row)
+        return wrong
+
+    def close(self) -> None:
+        """No more lines."""
+        self._file.close()
+
+    def _rewrite(self) -> None:
+        """The lines that could be read, in a file that takes the damaged one's place at once."""
+        with replacing(self._path) as beside, open(beside, "wb") as file:
+            file.writelines(map(line_of, self.rows.values()))
+            file.flush()
+        self._file.close()
+        self._file = open(self._path, "ab", buffering=0)  # noqa: SIM115
+
+
+def recovered(rows: dict[str, Row], present: Iterable[str], like: Callable[[str], str | None],
+              again: Callable[[str], Row], functions: tuple[str, ...] = (),
+              ) -> tuple[dict[str, Row], dict[str, str]]:
+    """The rows in line with the folders of runs that are ``present``: without finished runs whose
+    folder is gone, and with those read ``again`` whose folder is not ``like`` it was, and those of
+    which it lacks one of the ``functions``, or one raised: it may have been mended. And why others
+    cannot be read."""
+    known = dict.fromkeys(present)
+    found = {run_id: row for run_id, row in rows.items()
+             if run_id in known or row["status"] != FINISHED}
+    wrong: dict[str, str] = {}
+    for run_id in known:
+        if is_current(found.get(run_id), like(run_id), functions):
+            continue
+        try:
+            found[run_id] = again(run_id)
+        except InputError as error:
+            wrong[run_id] = str(error)
+            found.pop(run_id, None)
+    return found, wrong
+
+
+def is_current(row: Row | None, folder: str | None, functions: tuple[str, ...] = ()) -> bool:
+    """Whether a row says what a folder that is like this would say."""
+    return (row is not None and row.get("folder") == folder and "raised" not in row
+            and (row["status"] == FAILED or all(name in row["functions"] for name in functions)))
+
+
+def read(path: Path) -> tuple[dict[str, Row], int, int]:
+    """The rows of an index by run id (none where there is no file), how many of its lines cannot be
+    read, and how many bytes of its last line are there if that was cut off. Raises ``OSError``."""
+    text = content(path, _MOST_BYTES) if path.exists() else b""
+    *lines, rest = text.split(b"\n")
+    rows: dict[str, Row] = {}
+    damaged = 0
+    names: dict[tuple[str, ...], tuple[str, ...]] = {}
+    for line in lines:
+        row = _row(line)
+        if row is None:
+            damaged += 1
+            continue
+        if "metrics" in row:  # thousands of rows share one set of names
+            own = tuple(row["metrics"])
+            row["metrics"] = dict(zip(names.setdefault(own, own), row["metrics"].values(),
+                                      strict=True))
+        rows[row["run_id"]] = row
+    return rows, damaged, len(rest)
+
+
+def line_of(row: Row) -> bytes:
+    """A row as a line of the index: a JSON object whose last key is the checksum of the others."""
+    text = json.dumps(row, allow_nan=False)[:-1].encode()
+    return b'%s%s%s"}\n' % (text, _CHECK, _checked(text))
+
+
+def _checked(text: bytes) -> bytes:
+    return b"%08x" % zlib.crc32(text)
+
+
+def _row(line: bytes) -> Row | None:
+    """What a line says; None for what is no row, or not what was written."""
+    text, _, check = line.rpartition(_CHECK)
+    if check != _checked(text) + b'"}':
+        return None
+    try:
+        row = json.loads(text + b"}")
+    except (ValueError, RecursionError):
+        return None
+    if not (isinstance(row, dict) and isinstance(row.get("run_id"), str)):
+        return None
+    whole = (row.get("status") == FAILED and "error" in row
+             or row.get("status") == FINISHED and row.keys() >= _FINISHED_HAS
+             and isinstance(row["metrics"], dict) and isinstance(row["functions"], dict))
+    return row if whole else None

@@ -1,0 +1,57 @@
+"""The folders of a campaign's runs: which there are, and whether each is as it was when its row was
+made."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from desim.errors import InputError
+from desim.results.row import Row, row_of
+from desim.results.run import Run
+from desim.results.seal import damage, likeness
+
+_ID = re.compile(r"[0-9a-f]{12}")
+
+
+class Folders:
+    """Those in ``runs/<scenario>``."""
+
+    def __init__(self, runs: Path, scenario: str) -> None:
+        self._runs, self._scenario = runs, scenario
+
+    def present(self) -> list[str]:
+        """The ids of runs that may be finished. Raises ``OSError``."""
+        try:
+            with os.scandir(self._runs / self._scenario) as entries:
+                return sorted(entry.name for entry in entries
+                              if _ID.fullmatch(entry.name) and entry.is_dir())
+        except FileNotFoundError:  # nothing has been run yet
+            return []
+
+    def likeness(self, run_id: str) -> str | None:
+        """What a row of the run has for ``folder``; None where there is none."""
+        try:
+            return likeness(self._path(run_id))
+        except OSError:
+            return None
+
+    def row(self, run_id: str, functions: tuple[str, ...]) -> Row:
+        """Made again from what is there. Raises ``InputError`` where that is not as desim wrote
+        it, or is another run."""
+        run = Run(self._path(run_id))
+        if run.manifest["run_id"] != run_id:
+            raise InputError(f"{run.path}: damaged: holds the run {run.manifest['run_id']}")
+        wrong = damage(run.path, run.manifest)
+        if wrong is not None:
+            raise InputError(f"{run.path}: damaged: {wrong}")
+        return row_of(run, functions)
+
+    def _path(self, run_id: str) -> Path:
+        return folder_of(self._runs, self._scenario, run_id)
+
+
+def folder_of(out: Path, name: str, run_id: str) -> Path:
+    """Where the run's results are."""
+    return out / name / run_id

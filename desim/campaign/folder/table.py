@@ -1,0 +1,77 @@
+"""``runs.parquet``: one row a run, with its parameters and its metrics.
+
+It holds results only, no times: the same design gives the same file, on whatever machine and
+however often it was interrupted. Its metadata say which metrics raised.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from desim.campaign.design.columns import FIXED, labelled
+from desim.campaign.design.metrics import Metrics
+from desim.campaign.design.plan import Plan, Vector
+from desim.files import replacing
+from desim.results.row import Row, Rows
+
+RAISED = "desim.raised"  # of the metadata: by metric, in how many runs, and the first error
+
+
+def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
+                runs: list[tuple[Vector, int, str]]) -> None:
+    """Write it anew, by vector and iteration; runs that were not made are not in it."""
+    made = sorted(((vector, iteration, run_id) for vector, iteration, run_id in runs
+                   if run_id in rows), key=lambda run: (run[0].number, run[1]))
+    columns: dict[str, list[Any]] = {
+        "run_id": [run_id for _, _, run_id in made],
+        "vector": [vector.number for vector, _, _ in made],
+        "iteration": [iteration for _, iteration, _ in made],
+        "seed": [plan.seed(vector, iteration) for vector, iteration, _ in made],
+        **{name: [rows[run_id].get(name) for _, _, run_id in made]
+           for name in ("status", "error", "digest")},
+        **{column: [of[vector.levels[name].label] for vector, _, _ in made]
+           for name in plan.parameters for column, of in labelled(plan, name).items()}}
+    found = [metrics.of(rows[run_id]) if rows[run_id]["status"] == "finished" else {}
+             for _, _, run_id in made]
+    names = dict.fromkeys((*metrics.names, *sorted(
+        {name for values in found for name in values} - {*metrics.names})))
+    for name in names:
+        columns[name] = [values.get(name) for values in found]
+    table = pa.table({name: _column(values, pa.string() if name in FIXED else pa.float64())
+                      for name, values in columns.items()})
+    finished = {run_id: rows[run_id] for _, _, run_id in made}.values()
+    table = table.replace_schema_metadata({RAISED: json.dumps(raised(metrics, finished))})
+    with replacing(path) as beside:
+        pq.write_table(table, beside, compression="zstd")
+
+
+class Raised(NamedTuple):
+    """A metric's function raised in so many ``runs``; ``error`` is that of the first of them."""
+
+    runs: int
+    error: str
+
+
+def raised(metrics: Metrics, rows: Iterable[Row]) -> dict[str, Raised]:
+    """By metric, of those whose function raised."""
+    found: dict[str, Raised] = {}
+    for row in rows:
+        for name, error in metrics.raised(row).items():
+            before = found.get(name, Raised(0, error))
+            found[name] = before._replace(runs=before.runs + 1)
+    return found
+
+
+def _column(values: list[Any], empty: pa.DataType) -> pa.Array:
+    """Whole numbers stay whole; where there are others too, all become floats. ``empty`` is the
+    type of a column in which nothing stands."""
+    kinds = {type(value) for value in values if value is not None}
+    if kinds == {int, float}:
+        values = [None if value is None else float(value) for value in values]
+    return pa.array(values, None if kinds else empty)

@@ -1,0 +1,1 @@
+"""What is run, in which order, and by whom: processes here, or a Dask cluster."""

@@ -1,0 +1,142 @@
+"""Which run is next: what a plan still lacks, in an order that covers the whole design early."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from desim.campaign.design.design import Until
+from desim.campaign.design.plan import Plan, Vector
+from desim.campaign.design.quantities import quantity
+from desim.results.folder import FAILED
+from desim.results.row import Row, Rows
+
+if TYPE_CHECKING:  # scipy.stats is slow to import, and few designs need it
+    from desim.statistics.sequential import Rule
+
+Value = Callable[[Row], Any]
+
+
+class Agenda:
+    """Iteration by iteration over all vectors. With ``iterations: {until: ...}`` a vector asks for
+    its next iteration when those before it are known and do not suffice: what is run does not
+    depend on how many work.
+
+    ``rows`` are those of the runs that are done, ``add`` tells of another one; ``value`` gives a
+    row's value of the metric that is to be known well enough. ``runs`` are all that belong to the
+    campaign as far as that is known: vector, iteration, id.
+    """
+
+    def __init__(self, plan: Plan, rows: Rows, only: tuple[str, ...] = (),
+                 value: Value | None = None) -> None:
+        self.rows = rows
+        self.runs: list[tuple[Vector, int, str]] = []
+        self._plan, self._value = plan, value
+        self._next = 0  # in runs
+        self._vectors_of: dict[str, list[Vector]] = {}  # two may ask for one and the same run
+        self._done = self._failed = 0
+        vectors = [vector for vector in plan.vectors if vector.matches(only)]
+        self._ids: dict[int, list[str]] = {vector.number: [] for vector in vectors}
+        for iteration in range(plan.least_iterations):
+            for vector in vectors:
+                self._append(vector, iteration)
+        rule = plan.design.iterations
+        self._until = rule_of(rule) if isinstance(rule, Until) else None
+        self._to_judge = vectors if self._until else []
+        self._extend()
+
+    @property
+    def progress(self) -> tuple[int, int, int]:
+        """Runs that are done, those that failed among them, and all as far as that is known; a run
+        that two vectors ask for is one."""
+        return self._done, self._failed, len(self._vectors_of)
+
+    @property
+    def most_left(self) -> dict[int, int]:
+        """How many runs of each vector there may still be, by its number."""
+        left = {number: sum(run_id not in self.rows for run_id in ids)
+                for number, ids in self._ids.items()}
+        if self._until:
+            left = {number: count and count + self._until.at_most - len(self._ids[number])
+                    for number, count in left.items()}
+        return left
+
+    @property
+    def wide(self) -> list[Vector]:
+        """The vectors that are not known well enough after all iterations that they may have."""
+        if not self._until:
+            return []
+        return [vector for vector in self._plan.vectors
+                if len(ids := self._ids.get(vector.number, [])) >= self._until.at_most
+                and all(run_id in self.rows for run_id in ids)
+                and not is_narrow(self._known(ids), self._until)]
+
+    def __contains__(self, run_id: str) -> bool:
+        """Whether the run belongs to the campaign."""
+        return run_id in self._vectors_of
+
+    def next(self) -> tuple[Vector, int, str] | None:
+        """A run to begin with now; None if there is none, yet or at all."""
+        while self._next < len(self.runs):
+            vector, iteration, run_id = self.runs[self._next]
+            self._next += 1
+            first = self._vectors_of[run_id][0] is vector
+            if first and run_id not in self.rows:
+                return vector, iteration, run_id
+        return None
+
+    def add(self, row: Row) -> None:
+        """A run has come to an end."""
+        self.rows[row["run_id"]] = row
+        self._count(row)
+        if self._until:
+            self._to_judge += self._vectors_of[row["run_id"]]
+            self._extend()
+
+    def _append(self, vector: Vector, iteration: int) -> None:
+        run_id = self._plan.run_id(vector, iteration)
+        self.runs.append((vector, iteration, run_id))
+        self._ids[vector.number].append(run_id)
+        vectors = self._vectors_of.setdefault(run_id, [])
+        vectors.append(vector)
+        if len(vectors) == 1 and run_id in self.rows:
+            self._count(self.rows[run_id])
+
+    def _count(self, row: Row) -> None:
+        self._done += 1
+        self._failed += row["status"] == FAILED
+
+    def _extend(self) -> None:
+        """More iterations of each vector that is not known well enough."""
+        while self._to_judge:
+            vector = self._to_judge.pop(0)
+            ids = self._ids[vector.number]
+            while all(run_id in self.rows for run_id in ids) and self._lacks(ids):
+                self._append(vector, len(ids))
+
+    def _lacks(self, ids: list[str]) -> bool:
+        from desim.statistics.sequential import enough
+
+        return len(ids) < self._until.at_most and not enough(self._known(ids), *self._until)
+
+    def _known(self, ids: list[str]) -> list[float]:
+        """The metric's values, of those runs that have one."""
+        values = [self._value(self.rows[run_id]) for run_id in ids]
+        return [float(value) for value in values if value is not None]
+
+
+def is_narrow(values: Sequence[float], rule: Rule) -> bool:
+    """Whether the interval of all the values that there are is as narrow as it should be."""
+    from desim.statistics.sequential import enough
+
+    return len(values) >= 2 and enough(values, rule.width, rule.relative, 2, len(values) + 1)
+
+
+def rule_of(until: Until) -> Rule:
+    """When a vector's iterations suffice; the rule's width is that of half the interval."""
+    from desim.statistics.sequential import Rule
+
+    width = quantity(until.width)
+    relative = width.unit == "%"
+    return Rule(float(width.number) / (200 if relative else 2), relative, until.at_least,
+                until.at_most)

@@ -1,0 +1,176 @@
+"""Runs on a Dask cluster: who is a ``Crew`` on one machine is a ``Cluster`` on many.
+
+A worker does one run at a time and writes its folder itself, so that all machines must see the
+campaign's folder, and the folder that the campaign was started in, under the same path.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import socket
+from collections.abc import Callable
+from concurrent.futures import CancelledError
+from functools import cache
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Lock
+from typing import IO, Any
+
+from distributed import Client, Future, KilledWorker
+
+from desim.campaign.folder.run_folders import folder_of
+from desim.campaign.running.crew import Crew
+from desim.campaign.running.work import Task, Unwritable, work
+from desim.engine.garbage import keep_what_there_is
+from desim.errors import InputError
+from desim.results.identity import Identity
+from desim.results.row import Row, failure, row_of
+from desim.results.run import Run
+from desim.results.seal import manifest_of
+
+_LOOK_S = 1.0  # for workers that have come or gone, where nothing else happens
+_alone = Lock()
+
+
+class Cluster:
+    """The workers of ``client``'s cluster, whose death costs a run one retry; ``up`` is told how
+    many there are when that changes. A run may take ``wall_ns`` of clock time (None: as long as it
+    likes)."""
+
+    def __init__(self, client: Client, up: Callable[[int], Any] = lambda count: None,
+                 wall_ns: int | None = None) -> None:
+        self._client, self._up, self._wall_ns = client, up, wall_ns
+        self._folder = os.getcwd()
+        self._done: SimpleQueue[Future] = SimpleQueue()
+        self._tasks: dict[Future, Task] = {}
+        self._count = -1
+        self._unseen = 0  # runs that have ended since workers were counted
+        self._look()
+
+    @property
+    def has_room(self) -> bool:
+        """Whether a worker is idle; a first run waits for the first worker."""
+        return len(self._tasks) < max(self._count, 1)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether something is being run."""
+        return bool(self._tasks)
+
+    def begin(self, task: Task) -> None:
+        """Send a run to the cluster."""
+        future = self._client.submit(carried_out, task, self._folder, self._wall_ns,
+                                     pure=False)
+        self._tasks[future] = task
+        future.add_done_callback(self._done.put)
+
+    def finished(self) -> list[tuple[Task, Row | Exception]]:
+        """Wait for a while until something is done, and return it: rows, or what makes all further
+        work pointless. Nothing is done where workers came meanwhile."""
+        try:
+            done = [self._done.get(timeout=_LOOK_S)]
+        except Empty:
+            self._look()
+            return []
+        while not self._done.empty():
+            done.append(self._done.get())
+        self._unseen += len(done)
+        if self._unseen >= self._count:  # each worker has done something since: often enough
+            self._look()
+        return [(task := self._tasks.pop(future), _outcome(task, future)) for future in done]
+
+    def _look(self) -> None:
+        self._unseen = 0
+        try:
+            count = len(self._client.nthreads())
+        except OSError as gone:
+            raise InputError("the Dask scheduler is gone; what is finished stays, and the same "
+                             "command goes on from there") from gone
+        if count != self._count:
+            self._count = count
+            self._up(count)
+
+
+def _outcome(task: Task, future: Future) -> Row | Exception:
+    try:
+        return future.result()
+    except KilledWorker as killed:
+        return failure(task.run_id, f"its worker died {killed.allowed_failures + 1} times")
+    except InputError as error:
+        return error
+    except CancelledError:
+        return InputError("the Dask cluster has dropped a run, as it does when its scheduler goes; "
+                          "the same command goes on from what is finished")
+    except Exception as error:  # it could not even be begun
+        return InputError(f"a worker of the cluster fails before it runs anything: "
+                          f"{type(error).__name__}: {error}")
+
+
+def carried_out(task: Task, folder: str, wall_ns: int | None = None) -> Row:
+    """On a worker: the run as if it were made in ``folder``, where the campaign was started.
+
+    Raises ``InputError`` where this worker's runs would not be those of the campaign.
+    """
+    with _alone:  # a process has one current folder, and a worker may have several threads
+        machine = socket.gethostname()
+        try:
+            os.chdir(folder)
+        except OSError as error:
+            raise Unwritable(f"{machine} does not see {folder}: {error.strerror}") from None
+        if not os.path.isdir(task.out):
+            raise Unwritable(f"{machine} does not see {os.path.abspath(task.out)}: a campaign's "
+                             "folder must be on a file system that all workers share")
+        scenario = task.loaded.scenario
+        if Identity(scenario).run_id(scenario.seed) != task.run_id:
+            raise InputError(f"{machine} has another version of Python, desim, a plug-in or a "
+                             "package than the machine that runs the campaign; its results would "
+                             "be others")
+        _freeze_modules()
+        return _left_behind(task) or (work(task) if wall_ns is None else
+                                      _ended_in_time(task, _child(folder, wall_ns)))
+
+
+def _ended_in_time(task: Task, child: Crew) -> Row:
+    child.begin(task)
+    while True:
+        for _, outcome in child.finished():
+            if isinstance(outcome, Exception):
+                raise outcome
+            return outcome
+
+
+@cache
+def _child(_: str, wall_ns: int) -> Crew:
+    """A process in the current folder that the worker can end, which no thread of its own allows.
+    It stays for the next run, and leaves with the worker."""
+    return Crew(1, wall_ns)
+
+
+@cache
+def _freeze_modules() -> None:
+    """Once only: what Dask leaves behind later is not ours to keep."""
+    keep_what_there_is()
+
+
+def _left_behind(task: Task) -> Row | None:
+    """If somebody is still writing this run, whom a campaign that was killed or a lost worker has
+    left behind: what becomes of it, as soon as it is there."""
+    name = task.loaded.scenario.name
+    path = folder_of(Path(task.out), name, task.run_id)
+    try:
+        with open(path.with_name(f"{path.name}.partial") / ".lock") as lock:
+            if _free(lock):
+                return None
+            fcntl.flock(lock, fcntl.LOCK_EX)
+    except OSError:  # nobody has begun it, or there are no locks here
+        return None
+    return None if manifest_of(path) is None else row_of(Run(path), task.functions)
+
+
+def _free(lock: IO) -> bool:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

@@ -1,0 +1,121 @@
+"""Worker processes on this machine: each takes a run, gives back its row, and takes the next.
+
+They are started once, so that importing and loading compiled kernels is paid once. One that dies
+(out of memory, killed) is replaced, and its run is tried once more.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from multiprocessing.connection import Connection, wait
+from time import monotonic
+
+from desim.campaign.running.work import Task
+from desim.results.row import Row, failure
+from desim.units import DURATION, NS_PER_S
+
+_TRIES = 2
+
+
+class Crew:
+    """``jobs`` processes. Use it as a context; leaving it ends them, at work or not. A run may
+    take ``wall_ns`` of clock time (None: as long as it likes)."""
+
+    def __init__(self, jobs: int, wall_ns: int | None = None) -> None:
+        self._idle = [_Worker() for _ in range(jobs)]
+        self._busy: dict[Connection, tuple[_Worker, Task, int]] = {}
+        self._wall_ns = wall_ns
+        self._begun_s: dict[Connection, float] = {}  # in the order in which they are due
+
+    def __enter__(self) -> Crew:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for worker in (*self._idle, *(worker for worker, *_ in self._busy.values())):
+            worker.end()
+
+    @property
+    def has_room(self) -> bool:
+        """Whether somebody is idle."""
+        return bool(self._idle)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether somebody is at work."""
+        return bool(self._busy)
+
+    def begin(self, task: Task, tries: int = 1) -> None:
+        """Give an idle worker something to do."""
+        worker = self._idle.pop()
+        try:
+            worker.connection.send(task)
+        except OSError:  # it died while it was idle, which costs nobody a try
+            worker.end()
+            worker = _Worker()
+            worker.connection.send(task)
+        self._busy[worker.connection] = worker, task, tries
+        self._begun_s[worker.connection] = monotonic()
+
+    def finished(self) -> list[tuple[Task, Row | Exception]]:
+        """Wait until something is done, and return it: rows, or what makes all further work
+        pointless."""
+        done: list[tuple[Task, Row | Exception]] = []
+        for connection in wait(list(self._busy), self._left_s()):
+            worker, task, tries = self._busy.pop(connection)
+            del self._begun_s[connection]
+            try:
+                done.append((task, connection.recv()))
+                self._idle.append(worker)
+            except (EOFError, OSError):
+                cause = worker.end()
+                self._idle.append(_Worker())
+                if tries < _TRIES:
+                    self.begin(task, tries + 1)
+                else:
+                    done.append((task, failure(task.run_id, f"its process died {tries} times "
+                                                            f"({cause})")))
+        return done + self._overdue()
+
+    def _left_s(self) -> float | None:
+        """Until the first one is due."""
+        if self._wall_ns is None:
+            return None
+        begun_s = next(iter(self._begun_s.values()))
+        return max(begun_s + self._wall_ns / NS_PER_S - monotonic(), 0.0)
+
+    def _overdue(self) -> list[tuple[Task, Row | Exception]]:
+        """End those that take too long: one that computes without end hears nobody."""
+        done: list[tuple[Task, Row | Exception]] = []
+        while self._begun_s and self._left_s() == 0.0:
+            connection = next(iter(self._begun_s))
+            worker, task, _ = self._busy.pop(connection)
+            del self._begun_s[connection]
+            worker.end()
+            self._idle.append(_Worker())
+            done.append((task, failure(task.run_id, "ended after "
+                         f"{DURATION.format(self._wall_ns)} of clock time (limits.wall)")))
+        return done
+
+
+class _Worker:
+    def __init__(self) -> None:
+        ours, theirs = socket.socketpair()
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "desim.campaign.running.worker", str(theirs.fileno())],
+                pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL,
+                start_new_session=True)  # Ctrl-C is for the campaign, which ends its workers
+        self.connection = Connection(ours.detach())
+
+    def end(self) -> str:
+        """Kill it if it lives; what it died of."""
+        if self._process.poll() is None:
+            # What it is writing stays a .partial folder, which the next try empties.
+            os.killpg(self._process.pid, signal.SIGKILL)
+        code = self._process.wait()
+        self.connection.close()
+        return signal.Signals(-code).name if code < 0 else f"exit code {code}"

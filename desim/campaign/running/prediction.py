@@ -1,0 +1,132 @@
+"""How long a campaign will take: what its runs have cost so far, or what a few real probes cost.
+
+A run costs so many seconds of CPU for each simulated second, which grows with the fleet, and lasts
+so many simulated seconds; if only its beginning is known, what this cost beyond the rate comes on
+top, once. All is taken from runs of the same vector; else from those of the vectors that share most
+levels with it, with the rate scaled by the size of the fleet; a run of which nothing is known lasts
+until its time limit.
+"""
+
+from __future__ import annotations
+
+from statistics import fmean
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.campaign.design.plan import Plan, Vector
+from desim.campaign.running.agenda import Agenda
+from desim.results.folder import FINISHED
+
+_MOST_COMPARED = 64  # vectors: enough to see what matters, few enough for large designs
+_OVERHEAD_S = 0.015  # of a run, beside what its manifest says (measured: tools/bench.py campaign)
+
+
+class Cost(NamedTuple):
+    """Of one run: seconds of CPU, simulated seconds, and whether it had its end by then.
+    ``start_s``: seconds of CPU that are not the simulated seconds' but the beginning's, such as
+    hosts that find each other."""
+
+    cpu_s: float
+    simulated_s: float
+    ended: bool
+    start_s: float = 0.0
+
+
+class Forecast(NamedTuple):
+    """Seconds of CPU: expected, and if every run that is left lasts until its time limit
+    (and every vector takes all iterations that it may)."""
+
+    expected_s: float
+    longest_s: float
+
+
+class Model:
+    """What runs cost, from ``costs`` by vector number."""
+
+    def __init__(self, plan: Plan, costs: dict[int, list[Cost]]) -> None:
+        known = [vector for vector in plan.vectors if costs.get(vector.number)]
+        self._costs = costs
+        self._known = known[::-(-len(known) // _MOST_COMPARED) or 1]
+        self._ended = [vector for vector in self._known
+                       if any(cost.ended for cost in costs[vector.number])]
+        by_size: dict[int, list[float]] = {}
+        for vector in self._known:
+            by_size.setdefault(vector.robots, []).append(self._own_rate(vector))
+        self._sizes = sorted(by_size)
+        self._rates = [fmean(by_size[size]) for size in self._sizes]
+
+    def expected_s(self, vector: Vector) -> float:
+        """Of one run."""
+        return self._once_s(vector) + self._rate(vector) * min(self._lasts_s(vector),
+                                                               vector.limit_s)
+
+    def longest_s(self, vector: Vector) -> float:
+        """Of one run."""
+        return self._once_s(vector) + self._rate(vector) * vector.limit_s
+
+    def _once_s(self, vector: Vector) -> float:
+        """Seconds of CPU whatever its length."""
+        alike = [vector] if self._costs.get(vector.number) else _nearest(vector, self._known)
+        return _OVERHEAD_S + fmean(cost.start_s for other in alike
+                                   for cost in self._costs[other.number])
+
+    def _rate(self, vector: Vector) -> float:
+        """Seconds of CPU for a simulated one."""
+        if self._costs.get(vector.number):
+            return self._own_rate(vector)
+        near = _nearest(vector, self._known)
+        return self._by_size(vector.robots) * fmean(
+            self._own_rate(other) / self._by_size(other.robots) for other in near)
+
+    def _own_rate(self, vector: Vector) -> float:
+        costs = self._costs[vector.number]
+        return (sum(cost.cpu_s - cost.start_s for cost in costs)
+                / max(sum(cost.simulated_s for cost in costs), 1e-9))
+
+    def _by_size(self, robots: int) -> float:
+        """Interpolated between fleets that are known; beyond the largest, in proportion."""
+        rate = float(np.interp(robots, self._sizes, self._rates))
+        return max(rate * max(robots / self._sizes[-1], 1.0), 1e-9)
+
+    def _lasts_s(self, vector: Vector) -> float:
+        own = [cost.simulated_s for cost in self._costs.get(vector.number, ()) if cost.ended]
+        if own or not self._ended:
+            return fmean(own) if own else vector.limit_s
+        return fmean(cost.simulated_s for other in _nearest(vector, self._ended)
+                     for cost in self._costs[other.number] if cost.ended)
+
+
+def finished_costs(agenda: Agenda) -> dict[int, list[Cost]]:
+    """What the campaign's finished runs cost, by vector number."""
+    costs: dict[int, list[Cost]] = {}
+    for vector, _, run_id in agenda.runs:
+        row = agenda.rows.get(run_id)
+        if row is not None and row["status"] == FINISHED:
+            costs.setdefault(vector.number, []).append(
+                Cost(row["cost"]["cpu_s"], row["cost"]["simulated_s"], True))
+    return costs
+
+
+def forecast(plan: Plan, agenda: Agenda, costs: dict[int, list[Cost]]) -> Forecast:
+    """Of what the agenda has left. ``costs``: of at least one vector."""
+    model = Model(plan, costs)
+    left: dict[int, int] = {}
+    for vector, _, run_id in agenda.runs:
+        left.setdefault(vector.number, 0)
+        left[vector.number] += run_id not in agenda.rows
+    most = agenda.most_left
+    return Forecast(sum(count * model.expected_s(plan.vectors[number])
+                        for number, count in left.items() if count),
+                    sum(most[number] * model.longest_s(plan.vectors[number])
+                        for number in left if most[number]))
+
+
+def _nearest(vector: Vector, others: list[Vector]) -> list[Vector]:
+    """Those that share most levels with it."""
+    def shared(other: Vector) -> int:
+        return sum(other.levels[name].label == level.label
+                   for name, level in vector.levels.items())
+
+    most = max(map(shared, others))
+    return [other for other in others if shared(other) == most]

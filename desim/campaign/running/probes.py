@@ -1,0 +1,101 @@
+"""A few real runs of a design, made for nothing but to see what they cost."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Event, Timer
+from time import process_time
+from typing import Any
+
+from desim import api
+from desim.campaign.design.plan import Plan, Vector
+from desim.campaign.running.agenda import Agenda
+from desim.campaign.running.prediction import Cost
+from desim.results.folder import FINISHED, RunFolder
+from desim.results.run import Run
+from desim.simulation.simulation import Simulation
+from desim.units import NS_PER_S
+
+BUDGET_S = 20.0
+_MOST_PROBES = 8
+_SHARE = 10  # runs for each probe: what predicts takes about a tenth of what it predicts
+_GOLDEN = 0.6180339887  # its multiples, modulo 1, fill the interval evenly
+
+
+def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
+           told: Callable[[int, int], Any] = lambda done, total: None) -> dict[int, list[Cost]]:
+    """Runs of a few vectors that are spread over the design, small fleets first, made for nothing
+    else; of few runs one. Together they take ``budget_s``: each one is stopped when its share of
+    what is left is used up. What fails has no cost."""
+    left = [vector.number for vector, _, run_id in agenda.runs if run_id not in agenda.rows]
+    vectors = _spread([plan.vectors[number] for number in dict.fromkeys(left)],
+                      min(_MOST_PROBES, max(len(left) // _SHARE, 1)))
+    costs: dict[int, list[Cost]] = {}
+    for done, vector in enumerate(vectors):
+        told(done, len(vectors))
+        try:
+            cost = _probe(plan, vector, budget_s / (len(vectors) - done))
+        except Exception:  # a run that fails is a result, but none of these
+            continue
+        costs[vector.number] = [cost]
+        budget_s -= min(cost.cpu_s, budget_s)
+    return costs
+
+
+def _probe(plan: Plan, vector: Vector, budget_s: float) -> Cost:
+    """What the second half of its time cost is what goes on; the first half may be dearer."""
+    loaded, due = plan.scenario(vector, 0), Event()
+    marks: list[tuple[float, float]] = []  # at half of the time and at the end: CPU, simulated s
+
+    @contextmanager
+    def limited(simulation: Simulation, _: RunFolder) -> Iterator[None]:
+        def mark() -> None:
+            marks.append((process_time(), simulation.kernel.now_ns / NS_PER_S))
+
+        def stop() -> None:
+            due.set()
+            simulation.interrupt()
+
+        timers = Timer(budget_s / 2, mark), Timer(budget_s, stop)
+        for timer in timers:
+            timer.start()
+        try:
+            yield
+        finally:
+            for timer in timers:
+                timer.cancel()
+        mark()
+
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            run = api.run(loaded, out=folder, watch=limited)
+        except KeyboardInterrupt as stopped:
+            if not due.is_set():
+                raise
+            run = Run(str(stopped))
+        cpu_s, simulated_s = run.manifest["cpu_s"], run.manifest["simulated_s"]
+        if run.manifest["status"] == FINISHED:
+            return Cost(cpu_s, simulated_s, True)
+        return Cost(cpu_s, simulated_s, False, _start_s(cpu_s, simulated_s, marks))
+
+
+def _start_s(cpu_s: float, simulated_s: float, marks: list[tuple[float, float]]) -> float:
+    """``Cost.start_s`` of a run that was stopped: its time beyond the rate of its second half."""
+    (half_cpu_s, half_s), (end_cpu_s, end_s) = marks
+    if end_s <= half_s:
+        return 0.0
+    rate = (end_cpu_s - half_cpu_s) / (end_s - half_s)
+    return max(cpu_s - rate * simulated_s, 0.0)
+
+
+def _spread(vectors: list[Vector], most: int) -> list[Vector]:
+    """Some of them, by ascending fleet; the largest one is among them. One alone is of the middle
+    fleet."""
+    if most == 1:
+        return [sorted(vectors, key=lambda vector: vector.robots)[len(vectors) // 2]]
+    count = min(most, len(vectors))
+    places = sorted({int(i * _GOLDEN % 1 * len(vectors)) for i in range(1, count - 1)}
+                    | {0, max(range(len(vectors)), key=lambda i: vectors[i].robots)})
+    return sorted((vectors[place] for place in places), key=lambda vector: vector.robots)

@@ -1,0 +1,158 @@
+"""Dask schedulers: how one is started here, or reached elsewhere."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib
+import logging
+import shutil
+import signal
+import socket
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from multiprocessing import resource_tracker
+from typing import Any
+from urllib.parse import urlsplit
+
+import dask
+from distributed import Client, LocalCluster
+from distributed.comm import connect
+from distributed.deploy import SpecCluster
+
+from desim.campaign.running.cluster_settings import Local, Queue, Running, Settings
+from desim.errors import InputError
+from desim.units import NS_PER_S
+
+_CONNECT_S = 5
+_COMMANDS = {"slurm": ("sbatch", "SLURMCluster"), "pbs": ("qsub", "PBSCluster")}
+_DASK = {
+    "distributed.scheduler.allowed-failures": 1,  # a second death of its worker ends a run
+    "distributed.scheduler.worker-saturation": 1.0,  # nobody dies with runs that have not begun
+    "distributed.deploy.lost-worker-timeout": "5s",
+}
+
+
+@contextmanager
+def connected(settings: Settings, cores: int) -> Iterator[Client]:
+    """A client of the cluster that is meant; leaving it ends what was started for it. ``cores``:
+    how many this machine has. Raises ``InputError`` where it cannot be had."""
+    with dask.config.set(_DASK), ExitStack() as stack:
+        stack.callback(logging.disable, logging.root.manager.disable)
+        logging.disable()  # Dask talks a lot; what matters is told by us
+        if isinstance(settings, Running):
+            yield stack.enter_context(_reached(settings.address))
+            return
+        cluster = stack.enter_context(_local(settings.jobs or cores) if isinstance(
+            settings, Local) else _queued(settings))
+        yield stack.enter_context(Client(cluster, set_as_default=False))
+
+
+def _reached(address: str) -> Client:
+    try:
+        with socket.create_connection(_host_and_port(address), timeout=_CONNECT_S):
+            pass  # Dask tries again until the time is over where nobody listens
+    except OSError as error:
+        raise InputError(f"--cluster {address}: cannot be reached: "
+                         f"{error.strerror or error}") from error
+    try:
+        asyncio.run(_greeted(address))  # a Client that cannot connect is noisy when it goes
+    except Exception as error:  # whatever somebody else's answer makes Dask do
+        raise InputError(f"--cluster {address}: no Dask scheduler answers there within "
+                         f"{_CONNECT_S} s") from error
+    return Client(address, timeout=_CONNECT_S, set_as_default=False)
+
+
+def _host_and_port(address: str) -> tuple[str, int]:
+    where = urlsplit(address)
+    try:
+        return where.hostname or "", where.port or 0
+    except ValueError:  # a port that is none
+        raise InputError(f"--cluster {address}: must be tcp://host:port, with a port of "
+                         "1 to 65535") from None
+
+
+async def _greeted(address: str) -> None:
+    connection = await connect(address, timeout=_CONNECT_S)
+    await connection.close()
+
+
+def _local(workers: int) -> LocalCluster:
+    # Ctrl-C is for the campaign, which ends its workers. They would print where it has met them.
+    # What the threads that begin now block is blocked in every process that these start, unless one
+    # of them has to start multiprocessing's tracker, which unblocks it.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return LocalCluster(n_workers=workers, threads_per_worker=1, memory_limit=0,
+                            dashboard_address=":0", silence_logs=logging.CRITICAL)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _queued(settings: Queue) -> SpecCluster:
+    command, make = _COMMANDS[settings.kind]
+    if shutil.which(command) is None:
+        raise InputError(f"--cluster: there is no {command} here; start the campaign on a machine "
+                         f"that can submit jobs")
+    try:
+        cluster = _jobqueue(make)(**_keywords(settings))
+    except (OSError, RuntimeError, ValueError) as error:
+        raise InputError(f"--cluster: {error}") from error
+    try:
+        cluster.scale(jobs=settings.jobs)
+        cluster.sync(_begun, cluster)
+    except (OSError, RuntimeError) as error:
+        with suppress(AssertionError):  # Dask does not expect jobs that were refused
+            cluster.close()
+        cluster.shutdown_on_close = False  # nor does it then know at exit that it is closed
+        raise InputError(f"--cluster: {command} refuses the job: {_reason(error)}") from error
+    # Jobs that end (their time is over, their machine went down) are replaced.
+    cluster.adapt(minimum_jobs=settings.jobs, maximum_jobs=settings.jobs)
+    return cluster
+
+
+def _jobqueue(name: str) -> type[SpecCluster]:
+    """A class of dask-jobqueue, which (0.9) makes Ctrl-C leave with exit code 0 when imported."""
+    before = signal.getsignal(signal.SIGINT)
+    try:
+        return getattr(importlib.import_module("dask_jobqueue"), name)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+async def _begun(cluster: SpecCluster) -> None:
+    """Jobs are submitted behind the caller's back. To wait for one that was refused submits it
+    again and raises what is wrong."""
+    await cluster
+    for job in cluster.workers.values():
+        await job
+
+
+def _reason(error: Exception) -> str:
+    """What the batch system says, of all that dask-jobqueue tells, in one line."""
+    said = str(error).rpartition("stderr:")[2]
+    return "; ".join(line.strip() for line in said.splitlines() if line.strip())
+
+
+def _keywords(settings: Queue) -> dict[str, Any]:
+    """In dask-jobqueue's words; one process for each core, as Python runs one thing at a time."""
+    ours = f"jobqueue.{settings.kind}"
+    cores = settings.cores or dask.config.get(f"{ours}.cores", None) or 1
+    memory = (f"{settings.memory_bytes} B" if settings.memory_bytes else
+              dask.config.get(f"{ours}.memory", None) or f"{2 * cores} GB")
+    walltime_ns = settings.walltime_ns
+    given = {"queue": settings.queue, "account": settings.account,
+             "interface": settings.interface, "resource_spec": settings.resources,
+             "walltime": None if walltime_ns is None else _clock(-(-walltime_ns // NS_PER_S)),
+             "job_extra_directives": settings.directives and list(settings.directives),
+             "job_script_prologue": settings.prologue and list(settings.prologue),
+             "log_directory": settings.logs}
+    return {"cores": cores, "processes": cores, "memory": memory,
+            "scheduler_options": {"dashboard_address": ":0",  # any free port
+                                  **dask.config.get(f"{ours}.scheduler-options", {})},
+            **{name: value for name, value in given.items() if value is not None}}
+
+
+def _clock(seconds: int) -> str:
+    minutes, seconds = divmod(seconds, 60)
+    return f"{minutes // 60:02d}:{minutes % 60:02d}:{seconds:02d}"

@@ -1,0 +1,226 @@
+"""A campaign: its folder, and how what it lacks is run.
+
+``<out>/`` holds ``design.yaml``, ``runs/<scenario>/<run id>/``, ``index.jsonl`` and
+``runs.parquet``. A run is finished when its folder is in place; everything else follows from the
+folders, so that a campaign that was killed goes on where it was.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Callable
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Protocol
+
+from desim.campaign.design.design import LoadedDesign
+from desim.campaign.design.metrics import Metrics
+from desim.campaign.design.plan import Plan, Vector
+from desim.campaign.folder.design_copy import refuse_another, store
+from desim.campaign.folder.index import Index, read, recovered
+from desim.campaign.folder.run_folders import Folders
+from desim.campaign.folder.table import write_table
+from desim.campaign.running.agenda import Agenda
+from desim.campaign.running.remarks import remarks
+from desim.campaign.running.work import Task
+from desim.errors import InputError, did_you_mean
+from desim.files import refuse_link
+from desim.results.folder import FAILED
+from desim.results.row import Row, Rows
+
+INDEX, TABLE = "index.jsonl", "runs.parquet"
+
+
+class Workers(Protocol):
+    """Who runs tasks: a ``Crew`` of this machine's processes, or a cluster."""
+
+    has_room: bool
+    is_busy: bool
+
+    def begin(self, task: Task) -> None:
+        """Take a task on; there is room."""
+
+    def finished(self) -> list[tuple[Task, Row | Exception]]:
+        """Wait for something to be done, and return it."""
+
+
+class Sweep:
+    """One campaign being run in ``out``. Use it as a context: nobody else may run it meanwhile.
+
+    ``progress`` and ``agenda`` tell how far it is. Raises ``InputError`` where the folder cannot be
+    written, or another process runs the campaign.
+    """
+
+    def __init__(self, plan: Plan, metrics: Metrics, out: Path, *, only: tuple[str, ...] = (),
+                 retry_failed: bool = False) -> None:
+        self.plan, self.metrics, self.out = plan, metrics, out
+        self._only, self._retry_failed = only, retry_failed
+        self._scenario = _scenario_of(plan)
+
+    def __enter__(self) -> Sweep:
+        place = self._runs / self._scenario
+        with _writing(self.out):
+            for link in (self._runs, place):
+                refuse_link(link)
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+        except (NotADirectoryError, FileExistsError, FileNotFoundError, PermissionError) as error:
+            raise InputError(f"{self.out}: cannot be a campaign's folder: {error.strerror}; choose "
+                             "another one with --out") from error
+        with _writing(self.out):
+            self._lock = os.open(self.out / ".lock", os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW)
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(f"{self.out}: another process is running this campaign") from None
+            store(self.plan.loaded, self.out)
+            self._index = Index(self.out / INDEX)
+            folders, functions = Folders(self._runs, self._scenario), self.metrics.functions
+            self._wrong = self._index.recover(
+                folders.present(), folders.likeness, lambda run_id: folders.row(run_id, functions),
+                functions)
+            # Whether there were runs and no index of them: it was made again from their folders.
+            self.index_was_lost = self._index.lost and bool(self._index.rows)
+        self.agenda = _agenda(self.plan, self.metrics, self._index.rows, self._only,
+                               self._retry_failed)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._index.close()
+        os.close(self._lock)
+
+    @property
+    def runs(self) -> list[tuple[Vector, int, str]]:
+        """Vector, iteration and run id of every run, as far as these are known."""
+        return self.agenda.runs
+
+    @property
+    def progress(self) -> tuple[int, int, int]:
+        """Runs that are done, those that failed among them, and all as far as that is known."""
+        return self.agenda.progress
+
+    @property
+    def rows(self) -> Rows:
+        """By run id, of the runs that are done."""
+        return self.agenda.rows
+
+    @property
+    def damaged_runs(self) -> dict[str, str]:
+        """By run id, what is wrong with folders whose runs are made again."""
+        return {run_id: wrong for run_id, wrong in self._wrong.items() if run_id in self.agenda}
+
+    @property
+    def damaged(self) -> int:
+        """Lines of the index that could not be read; it was made again from the runs' folders."""
+        return self._index.damaged
+
+    @property
+    def remarks(self) -> list[str]:
+        """What to know of its metrics, a line each."""
+        return remarks(self.plan, self.metrics, self.agenda)
+
+    @property
+    def others(self) -> int:
+        """Runs in the folder that do not belong to the campaign: they are of an earlier design, of
+        another scenario or another version of desim."""
+        return 0 if self._only else sum(run_id not in self.agenda for run_id in self._index.rows)
+
+    def run(self, workers: Workers, heard: Callable[[Row], Any] = lambda row: None) -> None:
+        """Run what is missing; ``heard`` is told of each run that ends. The table is written at
+        the end, whatever the end is. Raises ``InputError`` where results cannot be written."""
+        try:
+            while True:
+                while workers.has_room and (task := self._next()) is not None:
+                    workers.begin(task)
+                if not workers.is_busy:
+                    return
+                for _, outcome in workers.finished():
+                    if isinstance(outcome, Exception):
+                        raise outcome
+                    self._add(outcome)
+                    heard(outcome)
+        finally:
+            with _writing(self.out):
+                write_table(self.out / TABLE, self.plan, self.metrics, self.rows,
+                            self.agenda.runs)
+
+    def _next(self) -> Task | None:
+        run = self.agenda.next()
+        if run is None:
+            return None
+        vector, iteration, run_id = run
+        return Task(run_id, self.plan.scenario(vector, iteration), str(self._runs),
+                    self.metrics.functions)
+
+    def _add(self, row: Row) -> None:
+        with _writing(self.out):
+            self._index.add(row)
+        self.agenda.add(row)
+
+    @property
+    def _runs(self) -> Path:
+        return self.out / "runs"
+
+
+@contextmanager
+def _writing(out: Path) -> Any:
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"cannot write to {out}: {_told(error)}; what is finished stays, and the "
+                         "same command goes on from there") from error
+
+
+def _told(error: OSError) -> str:
+    """With the file that it is about, where that is known."""
+    text = error.strerror or str(error)
+    return f"{os.path.basename(error.filename)}: {text}" if error.filename else text
+
+
+def _scenario_of(plan: Plan) -> str:
+    """Its name, which all vectors share."""
+    return plan.scenario(plan.vectors[0], 0).scenario.name
+
+
+def foreseen(plan: Plan, metrics: Metrics, out: Path, only: tuple[str, ...] = (),
+             retry_failed: bool = False) -> Agenda:
+    """What a sweep would do now; nothing is written. Raises ``InputError`` as a sweep does."""
+    refuse_another(plan.loaded, out)
+    try:
+        rows = read(out / INDEX)[0]
+    except OSError as error:
+        raise InputError(f"cannot read {out / INDEX}: {error.strerror or error}") from error
+    folders, functions = Folders(out / "runs", _scenario_of(plan)), metrics.functions
+    rows, _ = recovered(rows, folders.present(), folders.likeness,
+                        lambda run_id: folders.row(run_id, functions), functions)
+    return _agenda(plan, metrics, rows, only, retry_failed)
+
+
+def _agenda(plan: Plan, metrics: Metrics, rows: Rows, only: tuple[str, ...],
+            retry_failed: bool) -> Agenda:
+    if retry_failed:
+        rows = {run_id: row for run_id, row in rows.items() if row["status"] != FAILED}
+    return Agenda(plan, rows, only,
+                  lambda row: metrics.value(plan.design.iterations.metric, row))
+
+
+def selected(plan: Plan, only: tuple[str, ...]) -> tuple[str, ...]:
+    """``only``, if every one of them is ``parameter=level`` of the plan. Raises ``InputError``."""
+    for text in only:
+        name, equals, label = map(str.strip, text.partition("="))
+        if not equals or name not in plan.parameters:
+            raise InputError(f"--only {text}: must be PARAMETER=LEVEL; parameters: "
+                             f"{', '.join(plan.parameters) or 'none'}")
+        labels = dict.fromkeys(vector.levels[name].label for vector in plan.vectors)
+        if label not in labels:
+            raise InputError(f"--only {text}: {name} has no level {label!r}"
+                             f"{did_you_mean(label, labels)}; allowed: {', '.join(labels)}")
+    if not any(vector.matches(only) for vector in plan.vectors):
+        raise InputError(f"--only {' --only '.join(only)}: no vector has these levels together")
+    return only
+
+
+def default_folder(loaded: LoadedDesign) -> Path:
+    """Where a campaign is, unless somebody says otherwise."""
+    return Path("results") / loaded.design.name

@@ -1,0 +1,141 @@
+"""Network cases and what they came to, for the terminal."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from typing import Any, get_args
+
+from rich.table import Table
+from rich.text import Text
+
+from desim import plugins
+from desim.commands.options import told
+from desim.commands.views.catalogue import first_sentence
+from desim.ports import Params
+
+FLEET = "fleet"  # not a plug-in: it plays a scenario
+LAYOUT = "layout"  # its parameters, lists of places and flows, stand in a file
+
+
+def overview() -> str:
+    """How to use ``desim net``, and which cases there are."""
+    points = plugins.available("case")
+    width = max(map(len, (*points, FLEET)))
+    return "\n".join([
+        "Usage: desim net CASE [--key value ...] [--seed N] [--json]", "",
+        "Play a standard network case without robots. Cases:",
+        *(f"  {case:<{width}}  {first_sentence('case', case)}" for case in points), "",
+        "or what robots say, without the robots:",
+        f"  {FLEET:<{width}}  Whether a scenario's network carries what its robots say", "",
+        "desim net CASE --help shows the options of one."])
+
+
+def usage(case: str) -> str:
+    """What a case is, and its options. Raises ``InputError`` if there is no such case."""
+    if case == FLEET:
+        return fleet_usage()
+    if case == LAYOUT:
+        return layout_usage()
+    return _usage(case, plugins.parameters("case", case), plugins.load("case", case), "1")
+
+
+def fleet_usage() -> str:
+    """What ``desim net fleet`` is, and its options."""
+    from desim.netcases.fleet import Question
+
+    return _usage(f"{FLEET} SCENARIO", Question, Question, "the scenario's")
+
+
+def layout_usage() -> str:
+    """What ``desim net layout`` is, and the keys of its file."""
+    keys = list(_keys(plugins.parameters("case", LAYOUT)))
+    width = max(len(key) for key, _ in keys)
+    return "\n".join([f"Usage: desim net {LAYOUT} FILE [--seed N] [--json]", "",
+                      inspect.getdoc(plugins.load("case", LAYOUT)) or "", "",
+                      "The keys of the file, which is YAML:", "",
+                      *(f"  {key:<{width}}  {about}" for key, about in keys), "",
+                      "  --seed N  of all luck; default 1", "  --json    one JSON object"])
+
+
+def _keys(block: type[Params], lead: str = "") -> Iterator[tuple[str, str]]:
+    """Each key of a file with its description, and below a list of blocks theirs."""
+    for name, info in block.model_fields.items():
+        default = "" if info.is_required() or info.default in (None, ()) else (
+            f"; default {_word(info.default)}")
+        key, (inside, *_) = info.alias or name, (*get_args(info.annotation), None)
+        yield f"{lead}{key}", f"{info.description}{default}"
+        if isinstance(inside, type) and issubclass(inside, Params):
+            yield from _keys(inside, f"{lead}{key}[].")
+
+
+def layout_title(params: Params, seed: int) -> str:
+    """What was played, in few words."""
+    settings = params.model_dump(mode="json", by_alias=True)
+    many = {"hosts": len(settings.pop("places")), "flows": len(settings.pop("flows"))}
+    return title(LAYOUT, seed, many | settings)
+
+
+def _usage(words: str, block: type[Params], about: type, seed: str) -> str:
+    options = [*told(block), ("--seed N", f"of all luck; default {seed}"),
+               ("--json", "one JSON object")]
+    width = max(len(option) for option, _ in options)
+    return "\n".join([f"Usage: desim net {words} [--key value ...] [--seed N] [--json]", "",
+                      inspect.getdoc(about) or "", "",
+                      *(f"  {option:<{width}}  {about}" for option, about in options), "",
+                      "A number without a unit has the one that is shown."])
+
+
+def title(case: str, seed: int, settings: dict[str, Any]) -> str:
+    """What was played, in the words of the command."""
+    given = (f"{key} {_word(value)}" for key, value in settings.items() if value is not None)
+    return f"{case}: {', '.join((*given, f'seed {seed}'))}"
+
+
+def _word(value: Any) -> str:
+    return ("yes" if value else "no") if isinstance(value, bool) else str(value)
+
+
+def measures_table(measures: dict[str, Any]) -> Table:
+    """What ``desim.netcases.case.play`` measured."""
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    table.add_column(style="cyan", no_wrap=True)
+    table.add_column(no_wrap=True, justify="right")
+    table.add_column(style="dim")
+    for row in _rows(measures):
+        table.add_row(*(Text(cell) for cell in row))
+    return table
+
+
+def _rows(m: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
+    offered = m["offered_mbps"]
+    yield ("goodput", f"{m['goodput_mbps']:.3f} Mb/s",
+           "of payload" + ("" if offered is None else f"; offered {offered:.3f} Mb/s"))
+    if m["goodput_share"] is not None:
+        yield "", f"{m['goodput_share']:.4f}", "of what it is compared with (goodput_share)"
+    yield "throughput", f"{m['throughput_mbps']:.3f} Mb/s", "with headers"
+    if m["delay_mean_ms"] is not None:
+        error = m["delay_error_ms"]
+        yield ("delay", f"{m['delay_mean_ms']:.3f} ms",
+               "mean" + ("" if error is None else f", standard error {error:.3f} ms"))
+        for share in (50, 95, 99):
+            yield "", f"{m[f'delay_p{share}_ms']:.3f} ms", f"{share} % arrive within"
+    yield "delivered", str(m["delivered"]), _share(m["delivery_ratio"], "of what was settled")
+    for reason, count in m["lost"].items():
+        yield "lost", str(count), reason
+    if m["attempts"] is not None:
+        yield "attempts", str(m["attempts"]), _share(m["failure_rate"], "failed (failure_rate)")
+    if m["control_frames"] is not None:
+        yield "control", f"{m['control_bytes']} B", f"in {m['control_frames']} frames of protocols"
+    if m["utilisation"] is not None:
+        yield ("utilisation", f"{m['utilisation']['mean']:.4f}",
+               f"mean over hosts, ports or cables; the largest {m['utilisation']['max']:.4f}")
+    if m["drop_rate"] is not None:
+        yield "drop rate", f"{m['drop_rate']:.5f}", "given up, of those that were not refused"
+    if m["fairness"] is not None:
+        yield "fairness", f"{m['fairness']:.4f}", "Jain's index of the flows"
+    yield "measured", f"{m['measured_s']:.3f} s", "simulated, without the warm-up"
+
+
+def _share(value: float | None, of: str) -> str:
+    return "" if value is None else f"{value:.4f} {of}"

@@ -1,0 +1,88 @@
+"""Does a run repeat itself, and where do two runs part?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from typing import Any
+
+from desim import api
+from desim.commands.views.rows import text
+from desim.results.run import Run
+from desim.results.traces import (
+    CONTEXT,
+    TRACE,
+    Rows,
+    Spool,
+    complete,
+    first_difference,
+    simulated,
+    spools,
+    trace_of,
+)
+from desim.scenario.load import Loaded
+
+
+def checked(loaded: Loaded, out: Path, watch: api.Watch | None,
+            command: str) -> tuple[Run, str | None]:
+    """Run twice. The first run, and in words where the second parts from it, None if nowhere."""
+    names: dict[int, str] = {}
+
+    @contextmanager
+    def noting(simulation: Any, folder: Any) -> Iterator[None]:
+        with watch(simulation, folder) if watch else nullcontext():
+            yield
+        names.update(simulation.names.items())
+
+    with spools() as folder:
+        spool = Spool(folder / "first")
+        run = api.run(loaded, out=out, watch=noting, rows=spool.add, command=command)
+        again = simulated(loaded.scenario, folder / "second")
+        return run, _difference(Rows(spool.rows(), names), again, "first run", "second run")
+
+
+def difference(first: Path, second: Path) -> str | None:
+    """Where two runs part, in words; None if their traces are equal.
+
+    Where rows were not kept, the scenario is run again. Raises ``InputError`` for a failed run.
+    """
+    runs = Run(first), Run(second)
+    for run in runs:
+        complete(run)
+    digests = [run.manifest["digest"] for run in runs]
+    for run in runs:
+        if run.has(TRACE):
+            run.file(TRACE)  # what is equal is the rows, as far as they are there
+    if digests[0] is not None and digests[0] == digests[1]:
+        return None
+    with spools() as folder:
+        one, other = (trace_of(run, folder / str(i)) for i, run in enumerate(runs))
+        parted = _difference(one, other, str(first), str(second))
+        if parted is None:
+            return ("the digests differ, but the rows are equal now; the runs were made with "
+                    "other versions, or on other machines (see their manifests)")
+        return "\n".join([*_entities(*(run.manifest for run in runs)), parted])
+
+
+def _entities(first: dict[str, Any], second: dict[str, Any]) -> list[str]:
+    one, other = (manifest.get("digest_by_entity", {}) for manifest in (first, second))
+    unlike = [name for name in sorted(one | other) if one.get(name) != other.get(name)]
+    shown = ", ".join(unlike[:12]) + (", ..." if len(unlike) > 12 else "")
+    return [f"{len(unlike)} of {len(one | other)} entities differ: {shown}"]
+
+
+def _difference(one: Rows, other: Rows, name: str, other_name: str) -> str | None:
+    at = first_difference(one.rows, other.rows)
+    if at is None:
+        return None
+    begin = max(0, at - CONTEXT)
+    lines = [f"row {at} is the first that differs; before it:" if at else
+             "row 0 is the first that differs"]
+    lines += [f"    {text(row, one.names)}" for row in one.rows[begin:at]]
+    for side, title in ((one, name), (other, other_name)):
+        lines.append(f"from there on, {title}:")
+        rows = side.rows[at:at + CONTEXT + 1]
+        lines += [f"  {'>' if i == 0 else ' '} {text(row, side.names)}"
+                  for i, row in enumerate(rows)] or ["  > (it ends here)"]
+    return "\n".join(lines)

@@ -1,0 +1,118 @@
+"""How a run is getting on, while it is. Looks at counters from a thread of its own, so that the
+simulation neither knows of it nor waits for it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+from desim.monitor.traffic import totals
+from desim.results.folder import RunFolder
+from desim.units import NS_PER_S
+
+REFRESH_HZ = 4  # on a terminal
+LINE_EVERY_S = 10.0  # elsewhere
+
+
+class Gauge:
+    """Reads a simulation's counters and what they grew by since the reading before."""
+
+    def __init__(self, simulation: Any, folder: RunFolder,
+                 clock: Callable[[], float] = time.perf_counter) -> None:
+        self._simulation, self._folder, self._clock = simulation, folder, clock
+        self._before = (clock(), 0, 0, 0)
+
+    def read(self) -> dict[str, float]:
+        """time_s, explored, explored_union, factor (simulated over wall time), messages_per_s and
+        bytes_per_s of simulated time, links that carried a message in the last second."""
+        simulation = self._simulation
+        monitor, traffic = simulation.monitor, totals(simulation.graph)
+        now = (self._clock(), simulation.kernel.now_ns, traffic.delivered, traffic.bytes_on_air)
+        wall_s, sim_ns, messages, size_bytes = (
+            after - before for after, before in zip(now, self._before, strict=True))
+        self._before = now
+        coverage, sim_s = monitor.coverage, sim_ns / NS_PER_S
+        return {"time_s": now[1] / NS_PER_S,
+                "explored": coverage.share(max(coverage.known, default=0)),
+                "explored_union": coverage.share(coverage.union_known),
+                "factor": sim_s / wall_s if wall_s > 0.0 else 0.0,
+                "messages_per_s": messages / sim_s if sim_s > 0.0 else 0.0,
+                "bytes_per_s": size_bytes / sim_s if sim_s > 0.0 else 0.0,
+                "links": self._folder.active_links(now[1] - NS_PER_S)}
+
+
+@contextmanager
+def how_far(console: Console) -> Iterator[Callable[[Any, int], None]]:
+    """A line on a terminal: how much is played of what the yielded function was told of last, a
+    kernel and until when it runs, and how long the rest will take at this pace."""
+    played: list[tuple[Any, int, float]] = []
+
+    def watch(kernel: Any, until_ns: int) -> None:
+        played.append((kernel, until_ns, time.perf_counter()))
+
+    if not console.is_terminal:
+        yield watch
+        return
+    with Live(console=console, refresh_per_second=REFRESH_HZ, transient=True,
+              get_renderable=lambda: _line(*played[-1]) if played else Text()):
+        yield watch
+
+
+def _line(kernel: Any, until_ns: int, begin_s: float) -> Text:
+    share = kernel.now_ns / until_ns
+    left_s = (time.perf_counter() - begin_s) * (1 - share) / share if share else float("inf")
+    return Text(f"{kernel.now_ns / NS_PER_S:.1f} of {until_ns / NS_PER_S:g} simulated s"
+                + (f", {left_s:.0f} s left" if left_s < float("inf") else ""))
+
+
+def watching(console: Console) -> Callable[[Any, RunFolder], Any]:
+    """A ``watch`` for ``desim.api.run``: a panel on a terminal, else a line every 10 s."""
+    @contextmanager
+    def watch(simulation: Any, folder: RunFolder) -> Iterator[None]:
+        gauge = Gauge(simulation, folder)
+        if console.is_terminal:
+            with Live(console=console, refresh_per_second=REFRESH_HZ, transient=True,
+                      get_renderable=lambda: _panel(gauge.read())):
+                yield
+            return
+        over = threading.Event()
+        thread = threading.Thread(target=_lines, args=(console, gauge, over), daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            over.set()
+            thread.join()
+
+    return watch
+
+
+def _lines(console: Console, gauge: Gauge, over: threading.Event) -> None:
+    while not over.wait(LINE_EVERY_S):
+        now = gauge.read()
+        console.print(f"{now['time_s']:7.1f} s simulated, {now['factor']:.1f} x real time, "
+                      f"explored {now['explored']:.1%}, {now['messages_per_s']:.0f} messages/s, "
+                      f"{now['bytes_per_s'] / 1e6:.2f} MB/s, {now['links']} links",
+                      highlight=False, soft_wrap=True)
+
+
+def _panel(now: dict[str, float]) -> Text:
+    # Plain text: a rich table would cost seven times as much at every refresh.
+    return Text("\n".join((
+        f"simulated      {now['time_s']:8.1f} s   {now['factor']:.1f} x real time",
+        f"explored       {now['explored']:8.1%}     {_bar(now['explored'])}",
+        f"by the union   {now['explored_union']:8.1%}     {_bar(now['explored_union'])}",
+        f"network        {now['messages_per_s']:8.0f} messages/s, "
+        f"{now['bytes_per_s'] / 1e6:.2f} MB/s, {now['links']} active links")), no_wrap=True)
+
+
+def _bar(share: float, width: int = 40) -> str:
+    full = round(share * width)
+    return "█" * full + "░" * (width - full)

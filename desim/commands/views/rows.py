@@ -1,0 +1,90 @@
+"""Trace rows in words, and the story of one message."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.engine.trace import Names, real
+from desim.units import NS_PER_S
+
+# Columns that hold the bits of a float.
+_REALS = {"pose": "abc", "sample": "abc", "sample_motion": "c"}
+_SMALLEST_ID = 1 << 16  # below it a value is a number, although it might be the id of a name
+
+# Rows about a message: its source is the entity, or column a; column b is its number there.
+_AT_SOURCE = ("sent", "frame")
+_AT_OTHERS = ("lost", "delivered", "dropped", "callback", "overwritten",
+               "repeated")
+
+
+def text(row: np.void, names: Mapping[int, str]) -> str:
+    """One row: time, kind, entity, and what it says."""
+    kind = names.get(int(row["kind"]), "?")
+    return (f"{int(row['t_ns']) / NS_PER_S:14.9f} s  {kind:<16} "
+            f"{names.get(int(row['entity']), '?'):<20} {values(row, kind, names)}").rstrip()
+
+
+def values(row: np.void, kind: str, names: Mapping[int, str]) -> str:
+    """Columns a, b and c: names where they are ids, floats where they are bits."""
+    reals = _REALS.get(kind, "")
+    out = []
+    for column in "abc":
+        value = int(row[column])
+        if column in reals:
+            out.append(f"{real(value):.9g}")
+        else:
+            out.append(names.get(value, str(value)) if value >= _SMALLEST_ID else str(value))
+    return "  ".join(out)
+
+
+class Step(NamedTuple):
+    """One row of a message's story."""
+
+    time_ns: int
+    what: str
+    where: str
+    detail: str
+
+
+def nth_sent(rows: np.ndarray, number: int) -> np.void | None:
+    """The ``sent`` row of message ``number`` (1 is the first of the run), None if there is none."""
+    sent = np.flatnonzero(rows["kind"] == Names().id("sent"))
+    return rows[sent[number - 1]] if 1 <= number <= len(sent) else None
+
+
+def story(rows: np.ndarray, names: Mapping[int, str], number: int) -> list[Step]:
+    """Every row about message ``number``, in order; empty if there is no such message."""
+    first = nth_sent(rows, number)
+    if first is None:
+        return []
+    ids = Names()
+    media = [id_ for id_, name in names.items() if name.startswith("medium/")]
+    source, seq = first["entity"], first["b"]
+    own = (rows["entity"] == source) & np.isin(rows["kind"], [ids.id(kind) for kind in _AT_SOURCE])
+    others = (rows["a"] == source) & (
+        np.isin(rows["kind"], [ids.id(kind) for kind in _AT_OTHERS])
+        | np.isin(rows["entity"], media))
+    found = rows[(rows["b"] == seq) & (own | others)]
+    again = ("its reader asks for it after the next heartbeat" if ids.id("acknack") in names
+             else "sent again at its retransmission timeout, or when TCP finds out sooner")
+    return [_step(row, names, again) for row in found]
+
+
+def _step(row: np.void, names: Mapping[int, str], again: str) -> Step:
+    """``again``: what becomes of a lost frame."""
+    kind, where = names[int(row["kind"])], names[int(row["entity"])]
+    a, c = int(row["a"]), int(row["c"])
+    detail = {
+        "sent": lambda: f"{names[a]}, {c} B",
+        "frame": lambda: f"to {names.get(a, a)}, {c} B with headers",
+        "lost": lambda: f"{names[c]}; {again}",
+        "delivered": lambda: f"{c / 1e6:.6f} ms after it was sent",
+        "dropped": lambda: names[c],
+        "callback": lambda: names[c],
+        "overwritten": lambda: "the queue was full",
+        "repeated": lambda: "a copy",
+    }.get(kind, lambda: f"{c} receivers")()
+    return Step(int(row["t_ns"]), kind, where, detail)

@@ -1,0 +1,52 @@
+"""``desim validate``: published numbers beside measured ones, row by row as they come."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from desim import plugins
+from desim.errors import InputError, did_you_mean
+from desim.netcases.case import play
+from desim.ports.cases import Check, Validation
+
+HEADER = f"{'':4}  {'measured':>12}  {'published':>12}  {'tolerance':>12}"
+
+
+def chosen(only: Iterable[str]) -> dict[str, Validation]:
+    """The groups to run by name, all of them if none is named. Raises ``InputError``."""
+    known = plugins.available("validation")
+    for name in only:
+        if name not in known and ":" not in name:
+            raise InputError(f"--only: there is no group {name!r}{did_you_mean(name, known)}; "
+                             f"known: {', '.join(known)}")
+    names = list(dict.fromkeys(only)) or list(known)
+    return {name: plugins.load("validation", name)() for name in names}
+
+
+def compared(groups: dict[str, Validation], say: Callable[[str], Any]) -> list[dict[str, Any]]:
+    """All comparisons, told line by line as they are made. Returns what ``--json`` prints."""
+    records = []
+    for name, group in groups.items():
+        say(f"{name}: {group.source}\n{HEADER}")
+        for check in group.checks(play):
+            say(line(check))
+            records.append({"group": name, "source": group.source, **check._asdict(),
+                            "holds": check.holds})
+    return records
+
+
+def line(check: Check) -> str:
+    """A row of the table under ``HEADER``."""
+    digits = _digits(check)
+    numbers = "  ".join(f"{value:12.{digits}f}" for value in (
+        check.measured, check.published, check.tolerance))
+    return f"{'ok' if check.holds else 'FAIL':4}  {numbers}  {check.unit:<4}  {check.what}".rstrip()
+
+
+def _digits(check: Check) -> int:
+    """Enough to see the tolerance."""
+    if not 0 < check.tolerance < math.inf:
+        return 6
+    return min(max(2 - math.floor(math.log10(check.tolerance)), 0), 9)

@@ -1,0 +1,212 @@
+"""How a host finds the address of another one on its subnet, and how it loses it: ARP, with the
+states and times of Linux (net/core/neighbour.c, net/ipv4/arp.c)."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+from desim.engine.kernel import Phase, pair
+from desim.middleware.jiffies import fires_ns
+
+if TYPE_CHECKING:
+    from desim.middleware.context import Context
+    from desim.network.medium import Medium
+
+_S = 10**9  # ns
+ARP_BYTES = 64  # 28 B in the shortest frame of Ethernet, with its check sequence
+REACHABLE_NS = 30 * _S  # base_reachable_time; each host draws 0.5 to 1.5 times it
+REDRAW_NS = 300 * _S  # ... anew so often (neigh_periodic_work)
+DELAY_NS = 5 * _S  # delay_first_probe_time
+RETRANS_NS = _S  # retrans_time
+PROBES = 3  # ucast_solicit, and mcast_solicit
+QUEUE_BYTES = 212_992  # unres_qlen_bytes
+
+# States (NUD_...): nothing known, asked by broadcast, not found; known but old, to be asked soon,
+# asked by unicast, known.
+NONE, INCOMPLETE, FAILED, STALE, DELAY, PROBE, REACHABLE = range(7)
+QUESTION, ANSWER = range(2)
+
+Frame = tuple[int, tuple[int, ...], int, int, bool, Any, Any]  # arguments of Medium.transmit
+
+
+class Neighbours:
+    """The ARP tables of all hosts, which TCP and the carriers of datagrams share."""
+
+    def __init__(self, context: Context, tick_ns: int) -> None:
+        self.context = context
+        self.tick_ns = tick_ns
+        self._known: dict[tuple[Medium, int, int], Neighbour] = {}
+        self._reachable: dict[tuple[int, int], int] = {}  # ns, by host and how often it was drawn
+
+    def of(self, medium: Medium, host: int, peer: int) -> Neighbour:
+        """The ARP entry of ``peer`` at ``host``, made on first use."""
+        known = self._known.get((medium, host, peer))
+        if known is None:
+            hosts = self.context.graph.hosts
+            known = self._known[medium, host, peer] = Neighbour(
+                self, medium, host, peer, pair(hosts[host].id, hosts[peer].id))
+        return known
+
+    def forget(self, host: int) -> None:
+        """``host`` has stopped: its entries are gone."""
+        for (_, owner, _), neighbour in self._known.items():
+            if owner == host:
+                neighbour.forget()
+
+    def reachable_ns(self, host: int) -> int:
+        """For how long ``host`` trusts an address that was confirmed: 0.5 to 1.5 times the base,
+        drawn anew now and then (Linux neigh_rand_reach_time)."""
+        context = self.context
+        drawn = host, context.now_ns // REDRAW_NS
+        if drawn not in self._reachable:
+            luck = context.stream("arp", context.graph.hosts[host].name, drawn[1])
+            self._reachable[drawn] = REACHABLE_NS // 2 + int(luck.integers(REACHABLE_NS))
+        return self._reachable[drawn]
+
+
+class Neighbour:
+    """One host's ARP entry for another host. All frames to that host go through ``transmit``. While
+    the address is being resolved they wait; if nobody answers they are lost, and each sender is
+    told (``unresolved``). TCP sets ``confirmed_ns`` when an acknowledgement arrives. A peer's
+    question also confirms its address here."""
+
+    __slots__ = ("confirmed_ns", "used_ns", "_state", "_queue", "_probes", "_call", "_all",
+                 "_medium", "_transmit", "_host", "_peer", "_entity", "_kernel", "_tick_ns")
+
+    def __init__(self, all_: Neighbours, medium: Medium, host: int, peer: int, entity: int) -> None:
+        self.confirmed_ns = self.used_ns = -DELAY_NS - REACHABLE_NS
+        self._state = NONE
+        self._queue: deque[Frame] = deque()
+        self._probes = 0
+        self._call: Any = None
+        self._all = all_
+        self._medium, self._transmit = medium, medium.transmit
+        self._host, self._peer = host, peer
+        self._entity = entity
+        self._kernel = all_.context.graph.kernel
+        self._tick_ns = all_.tick_ns
+
+    def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
+                 broadcast: bool, carrier: Any, token: Any) -> int | None:
+        """As ``Medium.transmit``. (``*frame`` would cost a thousand instructions more.)"""
+        if self._state <= STALE:
+            if self._state < STALE:
+                self._hold((source, receivers, size_bytes, segments, broadcast, carrier, token))
+                return None
+            self._state = DELAY
+            self._look_after(DELAY_NS)
+        self.used_ns = self._kernel.now_ns
+        transmit = self._transmit
+        return transmit(source, receivers, size_bytes, segments, broadcast, carrier, token)
+
+    def forget(self) -> None:
+        """The host has stopped: the address is forgotten, and what waits for it is lost."""
+        self._state = NONE
+        self._rest()
+        self._lose("host_down")
+
+    # Questions and answers, of which it is the carrier.
+
+    def arrived(self, what: int, receiver: int) -> None:
+        if what == QUESTION:
+            self._all.of(self._medium, self._peer, self._host).asked()
+        else:
+            self._all.of(self._medium, self._peer, self._host).found(REACHABLE)
+
+    def asked(self) -> None:
+        """The peer asks for this host's address, and its question holds its own."""
+        if self._state < STALE:
+            self.found(STALE)
+        self._say(ANSWER)
+
+    def found(self, state: int) -> None:
+        """The address of the peer is known: what waited is sent."""
+        self._rest()
+        self._state = state
+        if state == REACHABLE:
+            self.confirmed_ns = self._kernel.now_ns
+            self._look_after(self._all.reachable_ns(self._host))
+        queue, self._queue = self._queue, deque()
+        for frame in queue:
+            self.transmit(*frame)
+
+    def arrived_in_part(self, what: int, receiver: int, lost: dict[int, str]) -> None:
+        """Cannot happen: an ARP frame is a single packet."""
+
+    def lost(self, what: int, receiver: int, reason: str) -> None:
+        """Nobody is told."""
+
+    def repeated(self, what: int, receiver: int) -> None:
+        """A copy says nothing new."""
+
+    def missed(self, what: int, receivers: Any, reason: str, medium: Medium) -> None:
+        """Nobody is told."""
+
+    # Time goes by.
+
+    def _look(self, _: Any) -> None:
+        """Linux neigh_timer_handler."""
+        self._call = None
+        now_ns, state = self._kernel.now_ns, self._state
+        if state == REACHABLE:
+            late_ns = now_ns - self.confirmed_ns - self._all.reachable_ns(self._host)
+            if late_ns < 0:
+                self._look_after(-late_ns)
+            elif now_ns <= self.used_ns + DELAY_NS:
+                self._state = DELAY
+                self._look_after(DELAY_NS)
+            else:
+                self._state = STALE
+        elif state == DELAY and now_ns <= self.confirmed_ns + DELAY_NS:
+            self._state = REACHABLE
+            self._look_after(self._all.reachable_ns(self._host))
+        elif state == DELAY:
+            self._ask(PROBE)
+        elif self._probes < PROBES:
+            self._ask(state)
+        else:
+            self._state = FAILED
+            self._lose("no_neighbour")
+
+    def _hold(self, frame: Frame) -> None:
+        """Queue a frame until the address is known; drop the oldest above QUEUE_BYTES."""
+        self._queue.append(frame)
+        while sum(waiting[2] for waiting in self._queue) > QUEUE_BYTES and len(self._queue) > 1:
+            *_, carrier, token = self._queue.popleft()
+            carrier.lost(token, self._peer, "no_neighbour")
+        if self._state != INCOMPLETE:
+            self._ask(INCOMPLETE)
+
+    def _ask(self, state: int) -> None:
+        """Ask for the address, by broadcast if it is unknown. (Only the peer receives the question;
+        for all others it is a short frame on the air.)"""
+        if state != self._state:
+            self._state = state
+            self._probes = 0
+        self._probes += 1
+        self._look_after(RETRANS_NS)
+        self._say(QUESTION)
+
+    def _say(self, what: int) -> None:
+        context = self._all.context
+        broadcast = what == QUESTION and self._state == INCOMPLETE
+        context.book("arp", self._host, context.graph.hosts[self._peer].id, ARP_BYTES)
+        self._transmit(self._host, (self._peer,), ARP_BYTES, 1, broadcast, self, what)
+
+    def _lose(self, reason: str) -> None:
+        queue, self._queue = self._queue, deque()
+        for *_, carrier, token in queue:
+            carrier.lost(token, self._peer, reason)
+            if reason == "no_neighbour":
+                carrier.unresolved(token)
+
+    def _look_after(self, delay_ns: int) -> None:
+        self._rest()
+        self._call = self._kernel.at(fires_ns(self._kernel.now_ns, delay_ns, self._tick_ns),
+                                     Phase.NETWORK, self._entity, self._look)
+
+    def _rest(self) -> None:
+        if self._call is not None:
+            self._call.cancel()
+            self._call = None

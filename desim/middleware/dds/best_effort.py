@@ -1,0 +1,128 @@
+"""Best-effort data: a writer says it once, and what is lost of a sample loses the sample."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from desim.middleware.dds.dds import Dds
+    from desim.middleware.topics import Message
+    from desim.network.medium import Medium
+    from desim.ports.middleware import Offer
+
+
+class Sample:
+    """A message on its way in some frames: how many of them have not met their fate at each
+    receiver, and why one of them was lost there."""
+
+    __slots__ = ("message", "number", "left", "failed")
+
+    def __init__(self, message: Message, number: int, receivers: tuple[int, ...], frames: int
+                 ) -> None:
+        self.message = message
+        self.number = number
+        self.left = dict.fromkeys(receivers, frames)
+        self.failed: dict[int, str] = {}
+
+
+class BestEffort:
+    """One writer, to each matched reader by unicast, or by one multicast on each medium. A sample
+    that comes to a host which has not matched the writer (yet, or any more) is ``unmatched``; one
+    that a later one has overtaken is of no use to the reader, and ``overtaken``."""
+
+    socket = "rtps"  # a participant sends all by one
+
+    def __init__(self, dds: Dds, offer: Offer) -> None:
+        self._dds, self._topic = dds, offer.publisher.topic
+        self._graph = dds.context.graph
+        self._host = offer.publisher.host
+        self._guid = dds.participants[self._host].guid
+        self._multicast = offer.via == "broadcast"
+        self._routes: list[tuple[Medium, tuple[int, ...]]] = []
+        self._known: dict[int, Any] = {}  # receivers and their participants
+        self._unrouted: list[int] = []
+        self._flying = self._sent = 0
+        self._newest: dict[int, int] = {}  # number that each receiver has had
+
+    def connect(self, receivers: list[int]) -> list[int]:
+        graph, old = self._graph, self._known
+        by_medium: dict[Any, list[int]] = {}
+        for receiver in sorted(receivers):
+            medium = graph.route(graph.hosts[self._host], receiver)
+            by_medium.setdefault(medium, []).append(receiver)
+        self._unrouted = by_medium.pop(None, [])
+        self._routes = [(medium, tuple(part)) for medium, group in by_medium.items()
+                        for part in ([group] if self._multicast else [[one] for one in group])]
+        self._known = {receiver: self._dds.reader(self._host, receiver, self._topic)
+                       for group in by_medium.values() for receiver in group}
+        return [receiver for receiver, guid in self._known.items() if old.get(receiver) != guid]
+
+    def send(self, message: Message, only: list[int] | None = None) -> None:
+        for medium, group in self._routes:
+            wanted = group if only is None else tuple(one for one in group if one in only)
+            if wanted:
+                self._send(message, medium, wanted)
+        if only is None:
+            for receiver in self._unrouted:
+                self._graph.drop(message, receiver, "no_route")
+
+    def _send(self, message: Message, medium: Medium, group: tuple[int, ...]) -> None:
+        graph, host = self._graph, self._host
+        trains = self._dds.trains(message.size_bytes, ())
+        to = medium.id if self._multicast else graph.hosts[group[0]].id
+        self._sent += 1
+        sample = Sample(message, self._sent, group, len(trains))
+        self._flying += len(group)
+        for train in trains:
+            chunk = train.chunk
+            graph.trace.row(graph.kernel.now_ns, graph.FRAME, graph.hosts[host].id, to,
+                            message.seq, chunk.size_bytes)
+            medium.transmit(host, group, chunk.size_bytes, chunk.packets, self._multicast, self,
+                            sample)
+
+    def arrived(self, sample: Sample, receiver: int) -> None:
+        self._settle(sample, receiver)
+
+    def arrived_in_part(self, sample: Sample, receiver: int, lost: dict[int, str]) -> None:
+        """A sample is lost with any fragment of it."""
+        self.lost(sample, receiver, next(iter(lost.values())))
+
+    def lost(self, sample: Sample, receiver: int, reason: str) -> None:
+        sample.failed.setdefault(receiver, reason)
+        self._settle(sample, receiver)
+
+    def missed(self, sample: Sample, receivers: Collection[int], reason: str,
+               medium: Medium) -> None:
+        for receiver in receivers:
+            self.lost(sample, receiver, reason)
+
+    def repeated(self, sample: Sample, receiver: int) -> None:
+        """A reader knows by its number what it has already, and throws it away."""
+        self._graph.repeat(sample.message, self._graph.hosts[receiver])
+
+    def _settle(self, sample: Sample, receiver: int) -> None:
+        sample.left[receiver] -= 1
+        if sample.left[receiver]:
+            return
+        self._flying -= 1
+        graph, message = self._graph, sample.message
+        born_ns, reason = message.born_ns, sample.failed.get(receiver)
+        if reason is None:
+            writer = self._dds.writer(self._guid, receiver, self._topic)
+            reason = "unmatched"
+            if writer is not None:
+                writer.heard_ns = graph.kernel.now_ns
+                reason = "overtaken"
+                if sample.number > self._newest.get(receiver, 0):
+                    self._newest[receiver] = sample.number
+                    graph.deliver(message, graph.hosts[receiver], born_ns, born_ns)
+                    return
+        graph.drop(message, receiver, reason, born_ns, born_ns)
+
+    def close(self, reason: str) -> None:
+        """Nothing waits here, and what is on its way goes on."""
+        self._routes, self._known, self._unrouted = [], {}, []
+
+    def waiting(self) -> int:
+        return self._flying

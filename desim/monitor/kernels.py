@@ -1,0 +1,42 @@
+"""Counting known cells of a map, tile by tile."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from desim.ports.kernels import lean
+from desim.robot.tiles import CELLS, FREE, OCCUPIED
+
+_FREE, _OCCUPIED = np.int16(FREE), np.int16(OCCUPIED)
+
+
+@lean("i8(i2[:, ::1], u1[:, ::1], i4[::1], i8, u1[:, ::1], i4[:, ::1], i8[::1])")
+def recount(fused, inside, tiles, robot, union, known, total):
+    """Count again the cells that ``tiles`` of one robot's map know, and add them to the union.
+
+    fused [T, 1024] log-odds | inside [T, 1024] 1 where a cell counts | tiles [k] changed tiles |
+    robot its row | union [T, 1024] 1 where some robot has known the cell | known [R + 1, T] counts
+    of each robot, and of the union in the last row | total [R + 1] their sums. Returns the robot's
+    total << 32 | the union's: one number crosses faster than two.
+
+    Three plain loops over 16-bit values: each of them becomes vector instructions.
+    """
+    last = known.shape[0] - 1
+    for k in range(tiles.shape[0]):
+        tile = tiles[k]
+        values, mask, seen = fused[tile], inside[tile], union[tile]
+        own, all_ = np.int16(0), np.int16(0)
+        for cell in range(CELLS):
+            value = values[cell]
+            is_known = np.uint8((value <= _FREE) | (value >= _OCCUPIED))
+            own = np.int16(own + np.int16(mask[cell] & is_known))
+        for cell in range(CELLS):
+            value = values[cell]
+            seen[cell] |= mask[cell] & np.uint8((value <= _FREE) | (value >= _OCCUPIED))
+        for cell in range(CELLS):
+            all_ = np.int16(all_ + np.int16(seen[cell]))
+        total[robot] += own - known[robot, tile]
+        total[last] += all_ - known[last, tile]
+        known[robot, tile] = own
+        known[last, tile] = all_
+    return total[robot] << 32 | total[last]

@@ -1,0 +1,237 @@
+"""The monitor: it alone sees the truth. It samples, decides when the run is over, and sums up.
+
+It watches out of band, so that no load on the networks can delay its verdict. First instants (99 %
+of the terrain known, a condition met at an event) come from what happens, not from polling.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from desim.engine.kernel import Kernel, Phase
+from desim.engine.trace import Trace, bits
+from desim.middleware.graph import Graph
+from desim.monitor.awareness import Awareness
+from desim.monitor.coverage import EXPLORED, Coverage, Ground, Reached, map_age_s
+from desim.monitor.links import Links
+from desim.monitor.overlap import Overlap
+from desim.monitor.partitions import Splits
+from desim.monitor.traffic import Families, totals
+from desim.robot.tiles import Belief
+from desim.scenario.expression import condition
+from desim.scenario.schema.experiment import QUANTITIES
+from desim.scenario.schema.whole import Scenario
+from desim.units import NS_PER_S
+
+MOVING_M = 0.05  # who came farther than this within the last second is moving
+
+
+class Monitor:
+    """Watches one run.
+
+    ``robots`` names in index order, ``explorers`` those of them that carry software; each is the
+    name of its host, too. ``poses()`` gives [robots, 3] x m, y m, yaw rad, ``travelled_m()``
+    [robots] m, both true.
+    """
+
+    def __init__(self, kernel: Kernel, trace: Trace, scenario: Scenario, *,
+                 robots: tuple[str, ...], explorers: tuple[str, ...], ground: Ground,
+                 graph: Graph, poses: Callable[[], np.ndarray],
+                 travelled_m: Callable[[], np.ndarray]) -> None:
+        self.robots, self.explorers, self.ground, self.graph = robots, explorers, ground, graph
+        self.beliefs: dict[str, Belief | None] = dict.fromkeys(explorers)
+        self.families = Families(graph)
+        self.hosts = [graph.host(name) for name in robots]
+        self.splits = Splits()
+        self.overlap = Overlap(ground.grid, ground.reachable)
+        self.awareness = Awareness(graph, [host for host in self.hosts
+                                           if host.name in self.beliefs], self._links)
+        # Where nobody has to find anything out, nobody will ask.
+        self.links = None if graph.context.beliefs is None else Links(graph)
+        self.collisions = 0
+        self.collisions_of = [0] * len(robots)
+        self.recoveries_of = [0] * len(robots)
+        self.stop_reason: str | None = None
+        self.samples: list[dict[str, Any]] = []
+        # Of each second: time_ns, poses, cells known to each and to some, travelled, rx, tx.
+        self.tracks: list[tuple] = []
+        self._kernel, self.trace, self._stop = kernel, trace, scenario.stop
+        self._poses, self.travelled_m = poses, travelled_m
+        self._measured_on = frozenset(scenario.measure.on)
+        self.safety_scale = scenario.measure.safety_scale
+        self.started_ns = 0  # when the first robot's software started
+        self._has_started = False
+        self._condition = (condition(scenario.stop.when, QUANTITIES)
+                           if scenario.stop.when else None)
+        self._causes: list[str] = []
+        self._next_percent = 1
+        self._finished = False
+        self._moved_m = travelled_m().copy()
+        self._moving = 0
+        self._watch_coverage(scenario)
+        graph.listeners["recovery"] = self._recovered
+        self._name_rows(trace)
+        # Entity 0: before the sample of the same instant, whichever was booked first.
+        kernel.ticker(1, Phase.OBSERVE, 0, self._each_second)
+        kernel.ticker(Fraction(NS_PER_S, scenario.measure.every_ns), Phase.OBSERVE, self._entity,
+                      lambda k: self._sample("period"))
+
+    def _watch_coverage(self, scenario: Scenario) -> None:
+        self.coverage = Coverage(self.ground, self.explorers, self._learned)
+        count = len(self.explorers)
+        self.explored = Reached(self.coverage.cells_for(EXPLORED), count)
+        enough = self.coverage.cells_for(scenario.stop.explored)
+        self._enough = (self.explored if enough == self.explored.cells
+                        else Reached(enough, count))
+
+    def _name_rows(self, trace: Trace) -> None:
+        self._entity = trace.names.id("monitor")
+        self._robot_ids = [trace.names.id(name) for name in self.robots]
+        self._kind = {kind: trace.names.id(kind) for kind in (
+            "sample", "sample_traffic", "sample_motion", "pose", "partition", "stop")}
+
+    # ------------------------------------------------------------------------- what happens
+
+    def watch(self, robot: str, belief: Belief | None) -> None:
+        """``robot`` has a fresh belief (its software started), or none (its host stopped)."""
+        if belief is not None and not self._has_started:
+            self._has_started, self.started_ns = True, self._kernel.now_ns
+        i = self.explorers.index(robot)
+        if self.beliefs[robot] is not None:
+            self.overlap.forgets(robot, self.beliefs[robot])
+        self.beliefs[robot] = belief
+        self.coverage.restart(i)
+        if belief is not None:
+            belief.observers.append(self.coverage.observer(i))
+
+    def collided(self, robot: int, other: int) -> None:
+        """A collision episode of ``robot`` with robot ``other``, or with a wall (-1), began."""
+        self.collisions += 1
+        self.collisions_of[robot] += 1
+        if other >= 0:
+            self.collisions_of[other] += 1
+        self._happened("collision")
+
+    def _recovered(self, robot: str) -> None:
+        self.recoveries_of[self.robots.index(robot)] += 1
+        self._happened("recovery")
+
+    def _learned(self, i: int) -> None:
+        coverage, now_ns = self.coverage, self._kernel.now_ns
+        known, union = coverage.known[i], coverage.union_known
+        self.explored.look(i, known, union, now_ns)
+        if self._enough is not self.explored:
+            self._enough.look(i, known, union, now_ns)
+        if self.stop_reason is None and self._enough.first_ns[self._stop.by] is not None:
+            self._end("explored")
+        if 100 * known >= self._next_percent * coverage.cells > 0:
+            percent = 100 * known // coverage.cells
+            ten = percent // 10 > (self._next_percent - 1) // 10
+            self._next_percent = percent + 1
+            self._happened("explored_10pct" if ten else "explored_1pct")
+
+    def _happened(self, event: str) -> None:
+        # Looked at once, when the instant's other phases are complete.
+        if not self._causes:
+            self._kernel.after(0, Phase.OBSERVE, self._entity, self._look)
+        if event not in self._causes:
+            self._causes.append(event)
+
+    def _look(self, _: Any) -> None:
+        causes, self._causes = self._causes, []
+        measured = [cause for cause in causes if cause in self._measured_on]
+        if measured:
+            self._sample("+".join(measured))
+        elif self._condition is not None:
+            self._judge(self.quantities())
+
+    # ----------------------------------------------------------------------------- sampling
+
+    def quantities(self) -> dict[str, float]:
+        """The present values of ``QUANTITIES``, as expressions see them."""
+        coverage, traffic = self.coverage, totals(self.graph)
+        return {
+            "time_s": self._kernel.now_ns / NS_PER_S,
+            "explored": coverage.share(max(coverage.known, default=0)),
+            "explored_union": coverage.share(coverage.union_known),
+            "explored_all": coverage.share(min(coverage.known, default=0)),
+            "collisions": self.collisions,
+            "recoveries": sum(self.recoveries_of),
+            "messages_sent": traffic.sent,
+            "messages_delivered": traffic.delivered,
+            "messages_dropped": sum(traffic.dropped.values()),
+            "bytes_on_air": traffic.bytes_on_air,
+            "distance_m": math.fsum(self.travelled_m().tolist()),
+            "partitions": self.splits.count,
+            "robots_moving": self._moving,
+        }
+
+    def finish(self, reason: str | None = None) -> None:
+        """The run is over, at the time limit unless ``reason`` or an earlier one says otherwise:
+        take the last sample, close what is open. A second call does nothing."""
+        if self._finished:
+            return
+        self._finished = True
+        if self.stop_reason is None:
+            self.stop_reason = reason or "elapsed"
+        if not self.tracks or self.tracks[-1][0] < self._kernel.now_ns:
+            self._each_second(-1)
+        self.splits.close(self._kernel.now_ns)
+        self._sample("end")
+
+    def _sample(self, cause: str) -> None:
+        values = self.quantities()
+        now_ns, row, kind = self._kernel.now_ns, self.trace.row, self._kind
+        # The row has what the media were given: what they take is their models' affair.
+        refused_bytes = sum(medium.refused_bytes for medium in self.graph.media)
+        row(now_ns, kind["sample"], self._entity, bits(values["explored"]),
+            bits(values["explored_union"]), bits(values["explored_all"]))
+        row(now_ns, kind["sample_traffic"], self._entity, values["messages_sent"],
+            values["messages_delivered"], values["bytes_on_air"] + refused_bytes)
+        row(now_ns, kind["sample_motion"], self._entity, values["collisions"],
+            values["recoveries"], bits(values["distance_m"]))
+        self.samples.append({**values, "parts": self.splits.parts,
+                             "map_age_s": map_age_s(self.beliefs, now_ns),
+                             **self.awareness.sample(), "cause": cause,
+                             "bytes": self.families.bytes()})
+        self._judge(values)
+
+    def _judge(self, values: dict[str, float]) -> None:
+        if (self._condition is not None and self.stop_reason is None
+                and self._condition.evaluate(values)):
+            self._end(f"condition: {self._condition.text}")
+
+    def _end(self, reason: str) -> None:
+        self.stop_reason = reason
+        self.trace.row(self._kernel.now_ns, self._kind["stop"], self._entity)
+        self._kernel.stop()
+
+    def _each_second(self, _: int) -> None:
+        now_ns, row, pose_kind = self._kernel.now_ns, self.trace.row, self._kind["pose"]
+        poses, travelled_m = self._poses().copy(), self.travelled_m().copy()
+        as_bits = poses.view(np.int64).tolist()
+        for entity, (x, y, yaw) in zip(self._robot_ids, as_bits, strict=True):
+            row(now_ns, pose_kind, entity, x, y, yaw)
+        self._moving = int(np.count_nonzero(travelled_m - self._moved_m > MOVING_M))
+        self._moved_m = travelled_m
+        self.tracks.append((now_ns, poses, tuple(self.coverage.known),
+                            self.coverage.union_known, travelled_m,
+                            [host.rx_bytes for host in self.hosts],
+                            [host.tx_bytes for host in self.hosts]))
+        if self.links is not None:
+            self.links.look(now_ns)
+        links = self._links()
+        self.awareness.each_second(links)
+        if self.splits.look(now_ns, links):
+            row(now_ns, self._kind["partition"], self._entity, self.splits.parts)
+            self._happened("partition")
+
+    def _links(self) -> np.ndarray | None:
+        """Between which explorers that are up frames can get now."""
+        up = [host.index for host in self.hosts if host.up and host.name in self.beliefs]
+        return self.graph.linked(np.array(up, np.int64))

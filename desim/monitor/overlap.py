@@ -1,0 +1,48 @@
+"""How much of the terrain several robots have seen, where one would have been enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from desim.ports import GridSpec
+from desim.robot.tiles import CELLS, FREE, OCCUPIED, Belief, tiles_of
+
+
+class Overlap:
+    """What each robot has seen with its own laser, also before it forgot it.
+
+    ``grid`` and ``reachable`` are those of ``desim.monitor.coverage.Ground``.
+    """
+
+    def __init__(self, grid: GridSpec, reachable: np.ndarray) -> None:
+        self._inside = tiles_of(grid, reachable.astype(np.uint8)) != 0
+        self._before: dict[str, np.ndarray] = {}
+
+    def forgets(self, robot: str, belief: Belief) -> None:
+        """``robot``'s host stops; so far it had ``belief``."""
+        self._before[robot] = self._seen(robot, belief)
+
+    def measures(self, beliefs: Mapping[str, Belief | None]) -> dict[str, float | None]:
+        """``duplicated_exploration``: the cells of G that at least two robots have seen, as a share
+        of those that at least one has; ``robots_per_cell``: how many robots have seen each of
+        these, on average. None where there are none. A cell is seen where a robot's own scans make
+        it free or occupied."""
+        seen = np.zeros(self._inside.shape, np.int32)
+        for robot, belief in beliefs.items():
+            seen += self._seen(robot, belief)
+        seen = seen[self._inside]
+        anybody = np.count_nonzero(seen)
+        if not anybody:
+            return {"duplicated_exploration": None, "robots_per_cell": None}
+        return {"duplicated_exploration": np.count_nonzero(seen > 1) / anybody,
+                "robots_per_cell": int(seen.sum()) / anybody}
+
+    def _seen(self, robot: str, belief: Belief | None) -> np.ndarray:
+        """[tiles, 1024] bool."""
+        seen = self._before.get(robot, np.zeros((1, CELLS), bool))
+        if belief is None:
+            return seen
+        own = belief.own.snapshot().cells()
+        return seen | (own <= FREE) | (own >= OCCUPIED)

@@ -1,0 +1,31 @@
+"""How busy the media are: shares of time, of each part of a medium that is one thing at a time (the
+air around a host, a port in one direction, a cable)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from desim.errors import ModelError, class_of
+from desim.network.medium import Medium
+
+
+def busy_ns(medium: Medium) -> np.ndarray | None:
+    """[parts] for how long each has been in use so far; None: the model does not say."""
+    if not hasattr(medium.model, "busy_ns"):
+        return None
+    busy = np.asarray(medium.model.busy_ns(medium.attached))
+    if busy.ndim != 1 or busy.size and busy.dtype.kind not in "iu":
+        raise ModelError(f"{class_of(medium.model)} was busy for {busy.tolist()!r}; wanted: a list "
+                         "of whole nanoseconds")
+    return busy.astype(np.int64)
+
+
+def utilisation(medium: Medium, elapsed_ns: int,
+                before_ns: np.ndarray | int = 0) -> dict[str, float] | None:
+    """``mean`` and ``max`` over the parts of ``medium``, of ``elapsed_ns`` at whose beginning
+    ``busy_ns`` was ``before_ns``. None: its model does not say."""
+    busy = busy_ns(medium)
+    if busy is None or not len(busy) or not elapsed_ns:
+        return None
+    shares = (busy - before_ns) / elapsed_ns
+    return {"mean": float(shares.mean()), "max": float(shares.max())}

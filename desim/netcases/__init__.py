@@ -1,0 +1,1 @@
+"""Networks without robots: standard cases, and the load of a whole fleet."""

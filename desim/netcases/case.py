@@ -1,0 +1,242 @@
+"""Plays a network case: sources send over one medium, and what becomes of their frames is counted.
+
+There are no robots, transports or topics in between; a frame is one packet.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from desim import ports
+from desim.engine.kernel import Kernel, Phase
+from desim.engine.streams import Streams
+from desim.engine.trace import Names
+from desim.errors import InputError
+from desim.monitor.utilisation import busy_ns, utilisation
+from desim.network.medium import Medium
+from desim.network.place import Still
+from desim.ports.cases import Flow, Setup
+from desim.units import NS_PER_S, PERIOD
+
+Watch = Callable[[Kernel, int], None]
+
+_BATCHES = 20  # of the delays, for the standard error of their mean
+_DRAWN = 1024  # gaps at a time
+
+
+def play(setup: Setup, seed: int = 1, watch: Watch | None = None) -> dict[str, Any]:
+    """Play ``setup`` and measure. Every key is there in every case; None: it has no meaning there.
+    Raises ``InputError`` for a setup that cannot be played. ``watch`` is told of each kernel, and
+    until when it will run.
+
+    ``goodput_mbps``, ``throughput_mbps``: payloads, and frames with their headers, that arrived,
+    each copy of a broadcast | ``offered_mbps``: payloads sent, for each receiver (None: saturated)
+    | ``fairness``: Jain's index of the flows' goodput | ``frames`` sent | ``delivered``, ``lost``
+    (by reason): receivers of frames that were settled | ``delivery_ratio``, ``loss``: their shares
+    | ``drop_rate``: lost by other reasons than a full queue, among those that were let in (None:
+    broadcast) | ``attempts``: transmissions, where the model counts them | ``failure_rate``: the
+    share of them that failed | ``delay_mean_ms``, ``_p50_``, ``_p95_``, ``_p99_``: from sending to
+    arriving | ``delay_error_ms``: standard error of the mean, of 20 batches | ``control_frames``,
+    ``control_bytes``: sent by the model's own protocols, where it counts them | ``utilisation``:
+    the share of time that the medium was busy, mean and max over its hosts, ports or cables, where
+    the model says it | ``goodput_share``: of the goodput of the setup that this one is compared
+    with | ``measured_s``.
+    """
+    measures = _play(setup, seed, watch)
+    compared = setup.compared and play(setup.compared, seed, watch)
+    measures["goodput_share"] = compared and _share(measures["goodput_mbps"],
+                                                    compared["goodput_mbps"])
+    return measures
+
+
+def _play(setup: Setup, seed: int, watch: Watch | None) -> dict[str, Any]:
+    _check(setup)
+    hosts = tuple(sorted(setup.places, key=ports.natural_key))
+    kernel, names = Kernel(), Names()
+    if watch is not None:
+        watch(kernel, setup.duration_ns)
+    medium = Medium("case", setup.model, setup.rules, kernel=kernel, names=names,
+                    streams=Streams(seed), hosts=hosts,
+                    place=Still(np.array([setup.places[host] for host in hosts])))
+    streams, sources = Streams(seed), []
+    for number, flow in enumerate(setup.flows):
+        source = Source(flow, hosts, kernel, medium, names.id(f"{flow.source} {number}"))
+        source.begin(streams("case", "flow", number))
+        sources.append(source)
+    before: dict[str, tuple[int, int]] = {}
+    before_ns: Any = 0
+    if setup.warm_up_ns:
+        kernel.run(setup.warm_up_ns)
+        before, before_ns = _counted(setup.model), busy_ns(medium)
+        for source in sources:
+            source.forget()
+    kernel.run(setup.duration_ns)
+    counts = {name: tuple(np.subtract(count, before.get(name, 0)).tolist())
+              for name, count in _counted(setup.model).items()}
+    measured_ns = setup.duration_ns - setup.warm_up_ns
+    return {**_measures(sources, counts, measured_ns / NS_PER_S),
+            "utilisation": utilisation(medium, measured_ns, before_ns)}
+
+
+def _check(setup: Setup) -> None:
+    if setup.duration_ns > PERIOD.maximum:
+        raise InputError(f"it would last {setup.duration_ns / NS_PER_S:.3g} simulated seconds; at "
+                         f"most {PERIOD.maximum / NS_PER_S:.3g}")
+    for flow in setup.flows:
+        if flow.arrivals != "saturated" and flow.every_ns < 1:
+            raise InputError(f"{flow.source} would send a frame every {flow.every_ns} ns; at most "
+                             "one each ns")
+
+
+class Source:
+    """Sends one flow and hears what becomes of it (it is the medium's ``Carrier``). What it gives
+    along with a frame is when that was sent."""
+
+    __slots__ = ("flow", "sent", "arrivals_ns", "delays_ns", "losses", "_host", "_receivers",
+                 "_next_host", "_kernel", "_medium", "_entity", "_gaps", "_saturated")
+
+    def __init__(self, flow: Flow, hosts: tuple[str, ...], kernel: Kernel, medium: Medium,
+                 entity: int) -> None:
+        self.flow, self._kernel, self._medium, self._entity = flow, kernel, medium, entity
+        self._saturated = flow.arrivals == "saturated"
+        self._host = hosts.index(flow.source)
+        legs = tuple(map(hosts.index, (flow.source, *flow.via, *flow.receivers)))
+        self._receivers = legs[1:2] if flow.via else tuple(sorted(legs[1:]))
+        self._next_host = dict(pairwise(legs[1:])) if flow.via else {}
+        self.forget()
+
+    def forget(self) -> None:
+        """Count anew."""
+        self.sent = 0
+        self.arrivals_ns = array("q")
+        self.delays_ns = array("q")
+        self.losses: dict[str, int] = {}
+
+    def begin(self, luck: np.random.Generator) -> None:
+        after, flow = self._kernel.after, self.flow
+        for _ in range(flow.backlog + 2 * self._saturated):
+            after(flow.begin_ns, Phase.CONTROL, self._entity, self._send)
+        if not self._saturated:
+            self._gaps = _gaps(flow, luck)
+            after(flow.begin_ns + next(self._gaps), Phase.CONTROL, self._entity, self._next)
+
+    def _next(self, _: Any) -> None:
+        self._send(None)
+        self._kernel.after(next(self._gaps), Phase.CONTROL, self._entity, self._next)
+
+    def _send(self, _: Any) -> None:
+        flow = self.flow
+        self.sent += 1
+        self._medium.transmit(self._host, self._receivers, flow.size_bytes, 1, flow.broadcast,
+                              self, self._kernel.now_ns)
+
+    def arrived(self, sent_ns: int, receiver: int) -> None:
+        now_ns = self._kernel.now_ns
+        if self.flow.echo and receiver != self._host:
+            self._medium.transmit(receiver, (self._host,), self.flow.size_bytes, 1, False, self,
+                                  sent_ns)
+            return
+        if receiver in self._next_host:
+            self._medium.transmit(receiver, (self._next_host[receiver],), self.flow.size_bytes, 1,
+                                  False, self, sent_ns)
+            return
+        self.arrivals_ns.append(now_ns)
+        self.delays_ns.append(now_ns - sent_ns)
+        if self._saturated:
+            self._send(None)
+
+    def arrived_in_part(self, sent_ns: int, receiver: int, lost: dict[int, str]) -> None:
+        """A flow sends single packets: this does not happen."""
+
+    def repeated(self, sent_ns: int, receiver: int) -> None:
+        """A copy counts as no further arrival."""
+
+    def lost(self, sent_ns: int, receiver: int, reason: str) -> None:
+        self.losses[reason] = self.losses.get(reason, 0) + 1
+        if self._saturated and sent_ns < self._kernel.now_ns:  # else refused: so it would be again
+            self._send(None)
+
+    def missed(self, sent_ns: int, receivers: tuple[int, ...], reason: str,
+               medium: Medium) -> None:
+        self.losses[reason] = self.losses.get(reason, 0) + len(receivers)
+
+
+def _gaps(flow: Flow, luck: np.random.Generator) -> Iterator[int]:
+    """From time 0 to the first frame, from there to the second one, and so on, in ns."""
+    if flow.arrivals == "poisson":
+        while True:
+            drawn_ns = np.minimum(luck.exponential(flow.every_ns, _DRAWN), PERIOD.maximum)
+            yield from np.rint(drawn_ns).astype(np.int64).tolist()
+    yield int(luck.integers(flow.every_ns)) if flow.arrivals == "periodic" else 0
+    while True:
+        yield flow.every_ns
+
+
+def _counted(model: ports.NetworkModel) -> dict[str, tuple[int, int]]:
+    """What the model counts itself, so far."""
+    return {name: getattr(model, name)() for name in ("attempts", "control")
+            if hasattr(model, name)}
+
+
+def _measures(sources: list[Source], counts: dict[str, tuple[int, int]],
+              seconds: float) -> dict[str, Any]:
+    lost: dict[str, int] = {}
+    for source in sources:
+        for reason, count in source.losses.items():
+            lost[reason] = lost.get(reason, 0) + count
+    delivered = sum(len(source.delays_ns) for source in sources)
+    settled = delivered + sum(lost.values())
+    let_in = settled - lost.get("queue_full", 0)
+    by_flow = [source.flow.payload_bytes * len(source.delays_ns) for source in sources]
+    unicast = not any(source.flow.broadcast for source in sources)
+    transmitted, failed = counts.get("attempts", (None, None))
+    control_frames, control_bytes = counts.get("control", (None, None))
+    megabits_per_s = 8e-6 / seconds
+    return {
+        "goodput_mbps": sum(by_flow) * megabits_per_s,
+        "throughput_mbps": megabits_per_s * sum(
+            source.flow.size_bytes * len(source.delays_ns) for source in sources),
+        "offered_mbps": None if any(
+            source.flow.arrivals == "saturated" for source in sources) else megabits_per_s * sum(
+            source.flow.payload_bytes * source.sent * len(source.flow.receivers)
+            for source in sources),
+        "fairness": _share(sum(by_flow) ** 2, len(by_flow) * sum(size ** 2 for size in by_flow)),
+        "frames": sum(source.sent for source in sources),
+        "delivered": delivered,
+        "lost": dict(sorted(lost.items())),
+        "delivery_ratio": _share(delivered, settled),
+        "loss": _share(settled - delivered, settled),
+        "drop_rate": _share(let_in - delivered, let_in) if unicast else None,
+        "attempts": transmitted,
+        "failure_rate": _share(failed, transmitted) if unicast and transmitted else None,
+        **_delays(sources),
+        "control_frames": control_frames,
+        "control_bytes": control_bytes,
+        "measured_s": seconds,
+    }
+
+
+def _share(part: float, whole: float) -> float | None:
+    return part / whole if whole else None
+
+
+def _delays(sources: list[Source]) -> dict[str, float | None]:
+    delays_ms, arrivals_ns = (np.concatenate([[], *arrays]) for arrays in (
+        [np.array(source.delays_ns) / 1e6 for source in sources],
+        [source.arrivals_ns for source in sources]))
+    order = np.argsort(arrivals_ns, kind="stable")
+    measures: dict[str, float | None] = dict.fromkeys(
+        ("delay_mean_ms", "delay_error_ms", *(f"delay_p{share}_ms" for share in (50, 95, 99))))
+    if len(delays_ms):
+        measures["delay_mean_ms"] = float(delays_ms.mean())
+        for share in (50, 95, 99):
+            measures[f"delay_p{share}_ms"] = float(np.percentile(delays_ms, share))
+    if len(delays_ms) >= 10 * _BATCHES:
+        means = [batch.mean() for batch in np.array_split(delays_ms[order], _BATCHES)]
+        measures["delay_error_ms"] = float(np.std(means, ddof=1)) / _BATCHES ** 0.5
+    return measures

@@ -1,0 +1,54 @@
+"""How large the map of a whole terrain is when a robot tells it: its laser is put down at one place
+after the other until the map is there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from desim.engine.streams import Streams
+from desim.middleware.messages import LaserScan
+from desim.monitor.coverage import EXPLORED, Ground
+from desim.robot.map_message import Wire
+from desim.robot.tiles import FREE, Belief, TilePool, raster
+from desim.simulation.simulation import Simulation
+
+_LOOK = 20  # scans between looks at how much is known
+_MOST = 5000  # scans; a terrain that needs more is known well enough after these
+
+
+def whole_map_bytes(parts: Simulation, streams: Streams) -> int:
+    """The size of an update with all of a robot's own evidence, in the scenario's content and
+    encoding, when 99 % of what can be seen is known from scans at free places that are drawn."""
+    exchange, ground = parts.scenario.coordination.exchange, parts.monitor.ground
+    belief = Belief(ground.grid, TilePool())
+    wanted = EXPLORED * np.count_nonzero(ground.reachable)
+    for number in range(_MOST):
+        if number % _LOOK == 0:
+            known = raster(ground.grid, belief.fused) <= FREE
+            if np.count_nonzero(known & ground.reachable) >= wanted:
+                break
+        _scan(parts, belief, streams, number)
+    return Wire(ground.grid, exchange.content, exchange.encoding).size_bytes(belief.own.snapshot())
+
+
+def free_place(ground: Ground, streams: Streams, *name: str | int) -> tuple[float, float]:
+    """x, y in m of the middle of a cell that can be seen, drawn by ``name``."""
+    grid, cells = ground.grid, np.flatnonzero(ground.reachable)
+    row, column = divmod(int(cells[streams.integer(len(cells), *name)]), grid.width)
+    return (grid.x_m + (column + 0.5) * grid.resolution_m,
+            grid.y_m + (row + 0.5) * grid.resolution_m)
+
+
+def _scan(parts: Simulation, belief: Belief, streams: Streams, number: int) -> None:
+    """Scan ``number`` of the first robot, from a place and with a heading of its own."""
+    ground, robot = parts.monitor.ground, parts.scenario.robot
+    x_m, y_m = free_place(ground, streams, "survey", number)
+    yaw_rad = float(streams("survey", "heading", number).uniform(-np.pi, np.pi))
+    snapshot = parts.world.snapshot()
+    poses = snapshot.poses.copy()
+    poses[0] = x_m, y_m, yaw_rad
+    ranges = parts.world.scan(snapshot._replace(poses=poses), np.array([0]), number)[0]
+    angle_rad = robot.laser.field_of_view_rad
+    belief.integrate_scan(x_m, y_m, yaw_rad, LaserScan(
+        0, ranges, -0.5 * angle_rad, angle_rad / (robot.laser.beams - 1),
+        robot.laser.max_range_m), robot.mapping.usable_range_m)

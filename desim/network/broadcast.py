@@ -1,0 +1,84 @@
+"""The account of one broadcast frame: at whom of its receivers it is settled already.
+
+It costs nothing for those whom no settlement names, most of a large fleet: they are counted when
+the rest is settled at once, and looked for only by who asks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from typing import Any
+
+from desim.network.gate import PLAIN, Terms
+from desim.ports import Frame
+
+
+class Broadcast:
+    """``carrier`` and ``token`` are its sender's; ``terms`` by receiver are those of the rules and
+    of the packets lost so far (None: plain ones). It is not settled yet at ``left`` receivers."""
+
+    __slots__ = ("carrier", "token", "frame", "terms", "left", "_settled")
+
+    def __init__(self, carrier: Any, token: Any, frame: Frame,
+                 terms: dict[int, Terms] | None) -> None:
+        self.carrier = carrier
+        self.token = token
+        self.frame = frame
+        self.terms = terms
+        self.left = len(frame.receivers)
+        self._settled: set[int] = set()
+
+    def settle(self, receivers: Sequence[int] | None) -> Collection[int]:
+        """It is settled at ``receivers`` now, None: at all that are left. Returns them. Raises
+        ``KeyError`` if it is settled at one of them already, or was not meant for one."""
+        frame, settled = self.frame, self._settled
+        if receivers is None or receivers is frame.receivers and not settled:
+            self.left = 0
+            return Rest(frame.receivers, settled) if settled else frame.receivers
+        before, count = len(settled), len(receivers)
+        settled.update(receivers)
+        if len(settled) < before + count or len(frame.among(receivers)) < count:
+            raise KeyError(receivers)
+        self.left -= count
+        return tuple(receivers)
+
+    def claim(self, receiver: int) -> tuple[Any, Any, int, int, int, Terms]:
+        """A medium's ``Claim`` of one receiver."""
+        terms = PLAIN if self.terms is None else self.terms[receiver]
+        frame = self.frame
+        return self.carrier, self.token, receiver, frame.size_bytes, frame.segments, terms
+
+    def lacking(self, receivers: Collection[int]) -> int:
+        """How many packets are lost at ``receivers``, taken together."""
+        return 0 if self.terms is None else sum(len(self.terms[receiver].lost)
+                                                for receiver in receivers)
+
+    def lose(self, receiver: int, terms: Terms) -> None:
+        """Packets are lost at a receiver at whom it is not settled yet."""
+        if self.terms is None:
+            self.terms = dict.fromkeys(self.frame.receivers, PLAIN)
+        self.terms[receiver] = terms
+
+    def awaits(self, receiver: int) -> bool:
+        """Whether it was meant for ``receiver`` and is not settled there."""
+        return bool(self.left and receiver not in self._settled
+                    and self.frame.among((receiver,)))
+
+
+class Rest:
+    """The receivers whom no settlement of a broadcast has named."""
+
+    __slots__ = ("_receivers", "_others")
+
+    def __init__(self, receivers: tuple[int, ...], others: set[int]) -> None:
+        self._receivers = receivers
+        self._others = others
+
+    def __len__(self) -> int:
+        return len(self._receivers) - len(self._others)
+
+    def __iter__(self) -> Iterator[int]:
+        return (receiver for receiver in self._receivers if receiver not in self._others)
+
+    def __contains__(self, receiver: object) -> bool:
+        return receiver in self._receivers and receiver not in self._others

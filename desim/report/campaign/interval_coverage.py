@@ -1,0 +1,59 @@
+"""What stopping by the width of an interval does to the interval, vector by vector."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.campaign.design.design import Until
+from desim.campaign.running.agenda import rule_of
+from desim.report.campaign.estimates import Estimates
+from desim.report.campaign.study import Study, Vector
+from desim.report.campaign.tables import Table
+from desim.statistics.sequential import Coverage, coverage_of
+
+_DIGITS = 2  # of the spread, so that vectors alike are simulated once
+_MOST_SIMULATED = 24  # different ones
+
+
+class Covered(NamedTuple):
+    """How often the interval of a vector whose values spread like these holds the mean."""
+
+    vector: Vector
+    n: int
+    coverage: Coverage
+
+
+def measured(study: Study, estimates: Estimates) -> list[Covered]:
+    """For each vector of a design that iterates until its metric is known; values that do not
+    vary, and what would take too long, are left out."""
+    until = study.design.iterations
+    if not isinstance(until, Until) or until.metric not in study.metrics:
+        return []
+    rule, simulated, out = rule_of(until), set(), []
+    for vector in study.vectors:
+        values = estimates.of(until.metric, vector).values
+        if len(values) < 2 or not np.ptp(values) > 0:
+            continue
+        # Only the spread in units of the mean, or of the width, matters.
+        mean, scale = (1.0, abs(values.mean())) if rule.relative else (0.0, 1.0)
+        if scale == 0.0:
+            continue
+        deviation = float(f"{values.std(ddof=1) / scale:.{_DIGITS}g}")
+        if deviation not in simulated and len(simulated) == _MOST_SIMULATED:
+            continue
+        simulated.add(deviation)
+        out.append(Covered(vector, len(values), coverage_of(rule, mean, deviation)))
+    return out
+
+
+def coverage_table(study: Study, found: list[Covered]) -> Table:
+    """The same as a table."""
+    metric = study.design.iterations.metric
+    rows = [[study.label(one.vector), one.n, one.coverage.share, one.coverage.mean_n,
+             one.coverage.narrow] for one in found]
+    head = ["vector", "runs", "holds the mean", "runs needed on average", "stopped by width"]
+    return Table(f"{metric}_coverage", "Sequential stopping: how often a nominal 95 % interval "
+                 "holds the mean when this rule stops, simulated for normal values that spread as "
+                 "measured.", head, rows, head, rows)

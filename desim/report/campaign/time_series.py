@@ -1,0 +1,95 @@
+"""The explored share over time, of the runs whose folders are there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow.parquet as pq
+from matplotlib.figure import Figure
+
+from desim.errors import InputError
+from desim.report.campaign import figures
+from desim.report.campaign.lines import Panel
+from desim.report.campaign.study import Axis, Study, Vector
+from desim.report.campaign.style import WIDTH_IN, colour
+from desim.results.run import Run
+
+_MOST_LINES = 6  # in a panel
+_MOST_PANELS = 4
+_MOST_RUNS = 30  # read of a vector
+_INSTANTS = 121
+_DASHES = ("-", (0, (6, 1.5)), (0, (4, 1.5, 1, 1.5)), (0, (2, 1.2)), (0, (1, 1)), "-")
+
+
+class Band(NamedTuple):
+    """Median and quartiles [instants] over the runs of a vector."""
+
+    label: str
+    low: np.ndarray
+    median: np.ndarray
+    high: np.ndarray
+
+
+def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
+    """A panel for each line of the metrics' figures, in it some of its vectors; None where no run's
+    folder is there any more."""
+    parts = [(", ".join(filter(None, [panel.title, line.label])), _some(line.vectors))
+             for panel in panels for line in panel.lines][:_MOST_PANELS]
+    folders = {entry.name: entry for entry in sorted(study.folder.glob("runs/*/*"))}
+    series = [(title, [(vector, list(_read(study, vector, folders))) for vector in vectors])
+              for title, vectors in parts]
+    longest_s = max((time_s[-1] for _, vectors in series for _, runs in vectors
+                     for time_s, _ in runs), default=0.0)
+    if not longest_s:
+        return None
+    instants_s = np.linspace(0.0, longest_s, _INSTANTS)
+    figure, all_axes = figures.paneled(len(series))
+    figure.set_size_inches(WIDTH_IN, figure.get_figheight() + 0.3)
+    for axes, (title, vectors) in zip(all_axes, series, strict=True):
+        for i, (vector, runs) in enumerate(vectors):
+            if runs:
+                band = _band(study.against, vector, runs, instants_s)
+                axes.fill_between(instants_s, band.low, band.high, color=colour(i),
+                                  alpha=0.2, linewidth=0)
+                axes.plot(instants_s, band.median, color=colour(i), linewidth=1.5,
+                          linestyle=_DASHES[i % len(_DASHES)], label=band.label)
+        axes.set(xlabel="simulated time [s]", xlim=(0.0, longest_s), ylim=(0.0, 103.0),
+                 title=title)
+    keys = {line.get_label(): line for axes in all_axes for line in axes.get_lines()}
+    figures.finish(figure, all_axes, [], "explored share [%]",
+                   list(keys.values()) if len(keys) > 1 else [])
+    return figure
+
+
+def _some(vectors: list[Vector]) -> list[Vector]:
+    if len(vectors) <= _MOST_LINES:
+        return vectors
+    return [vectors[round(k * (len(vectors) - 1) / (_MOST_LINES - 1))]
+            for k in range(_MOST_LINES)]
+
+
+def _read(study: Study, vector: Vector, folders: dict[str, Path],
+          ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Times [s] and explored shares [%] of its finished runs."""
+    ids = study.text("run_id")
+    for row in vector.rows[~study.failed[vector.rows]][:_MOST_RUNS]:
+        try:
+            file = Run(folders[ids[row]]).file("samples.parquet")
+        except (KeyError, InputError):  # gone, or damaged: it is left out, and counted
+            continue
+        table = pq.read_table(file, columns=["time_s", "explored"])
+        if table.num_rows:
+            yield (table["time_s"].to_numpy(),
+                   100.0 * table["explored"].to_numpy(zero_copy_only=False).astype(float))
+
+
+def _band(axis: Axis | None, vector: Vector, runs: list[tuple[np.ndarray, np.ndarray]],
+          instants_s: np.ndarray) -> Band:
+    """A run that has ended keeps its last share."""
+    shares = np.stack([np.interp(instants_s, time_s, share) for time_s, share in runs])
+    low, median, high = np.quantile(shares, [0.25, 0.5, 0.75], axis=0)
+    label = "" if axis is None else f"{axis.name} = {axis.labels[vector.levels[axis.name]]}"
+    return Band(label, low, median, high)

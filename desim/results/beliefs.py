@@ -1,0 +1,211 @@
+"""Who believed what about whom at an instant of a run, folded from its trace rows."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from desim import plugins
+from desim.results.run import Run
+from desim.errors import InputError, did_you_mean
+from desim.results.traces import Rows, complete, spools, trace_of
+from desim.monitor.links import Pair, linked_at
+from desim.middleware.beliefs import STATES, Beliefs
+from desim.ports import natural_key
+from desim.engine.trace import Names
+from desim.units import DURATION, NS_PER_S
+
+KINDS = ("host_started", "host_stopped", "advertises", "subscribes", "believes", "sees")
+_NAMED = 8  # topics in an error
+
+
+class View(NamedTuple):
+    """What one host believes of another one: ``sees`` is online, offline, removed or never;
+    the topics of matches that it knows, that it has not learnt of, and that there are not.
+    ``reached`` is the truth: both are up and frames get from each to the other, as of the last look
+    at the links, which is less than a second ago; None: the run has not kept it."""
+
+    believer: str
+    other: str
+    sees: str
+    known: tuple[str, ...]
+    missing: tuple[str, ...]
+    ghosts: tuple[str, ...]
+    reached: bool | None = None
+
+    @property
+    def mistaken(self) -> bool:
+        """Taken for online and out of reach, or taken for gone and in reach."""
+        return (self.reached is not None and self.sees != "never"
+                and (self.sees == "online") != self.reached)
+
+
+class Knowledge(NamedTuple):
+    """``informed`` is the end of a match that has to learn of the other one. ``up`` is by host,
+    and ``views`` has each ordered pair of hosts, believer by believer."""
+
+    at_ns: int
+    informed: str
+    up: dict[str, bool]
+    views: tuple[View, ...]
+
+    @property
+    def known(self) -> int:
+        """Matches that are known."""
+        return sum(len(view.known) for view in self.views)
+
+    @property
+    def missing(self) -> int:
+        return sum(len(view.missing) for view in self.views)
+
+    @property
+    def ghosts(self) -> int:
+        return sum(len(view.ghosts) for view in self.views)
+
+    @property
+    def seen(self) -> dict[str, int]:
+        """Ordered pairs (believer, other) of whom the believer is up, by what it takes the other
+        one for."""
+        count = Counter(view.sees for view in self.views if self.up[view.believer])
+        return {state: count[state] for state in (*STATES, "never")}
+
+    @property
+    def mistaken(self) -> int:
+        return sum(view.mistaken for view in self.views)
+
+    @property
+    def parts(self) -> list[list[str]] | None:
+        """The hosts that are up, by who can reach whom over a chain of others; None: the run has
+        not kept it."""
+        if any(view.reached is None for view in self.views):
+            return None
+        joined = {(view.believer, view.other) for view in self.views if view.reached}
+        left, parts = [host for host, up in self.up.items() if up], []
+        while left:
+            part = [left[0]]
+            for member in part:  # which grows
+                part += [host for host in left if host not in part and (member, host) in joined]
+            left = [host for host in left if host not in part]
+            parts.append([host for host in self.up if host in part])
+        return parts
+
+    @property
+    def divergence(self) -> float:
+        """As ``desim.middleware.beliefs.Beliefs`` has it."""
+        wrong = self.missing + self.ghosts
+        return wrong / max(1, self.known + wrong)
+
+    @property
+    def headline(self) -> str:
+        """All of it in two lines: matches, and pairs (believer, other) of hosts."""
+        sights = ", ".join(f"{number} {'never seen' if state == 'never' else f'seen {state}'}"
+                           for state, number in self.seen.items() if number)
+        reached = ("" if self.parts is None else
+                   f"; in truth {sum(bool(view.reached) for view in self.views)} in reach, "
+                   f"{self.mistaken} mistaken")
+        return (f"at {self.at_ns / NS_PER_S:g} s: {self.known} of {self.known + self.missing} "
+                f"matches known, {self.missing} missing, {_count(self.ghosts, 'ghost')}, "
+                f"divergence {self.divergence:.3f}\n"
+                f"{_count(sum(self.seen.values()), 'pair')} of hosts: {sights or 'none'}{reached}")
+
+    def of(self, topic: str) -> Knowledge:
+        """Of this topic only. Raises ``InputError`` where nobody has a match on it."""
+        topics = sorted({own for view in self.views
+                         for own in (*view.known, *view.missing, *view.ghosts)}, key=natural_key)
+        if topic not in topics:
+            raise InputError(f"--topic: nobody knows or should know a match on {topic!r} then"
+                             f"{did_you_mean(topic, topics)}; topics: "
+                             f"{', '.join(topics[:_NAMED]) or 'none'}"
+                             f"{', ...' if len(topics) > _NAMED else ''}")
+        return self._replace(views=tuple(view._replace(
+            **{name: tuple(own for own in getattr(view, name) if own == topic)
+               for name in ("known", "missing", "ghosts")}) for view in self.views))
+
+
+def knowledge(run: Run, at_ns: int | None = None) -> Knowledge:
+    """What was believed in ``run`` after everything that happened at ``at_ns`` (None: at its end).
+
+    Where trace rows were not kept, the run is repeated up to then. Raises ``InputError`` for an
+    instant after the end, for a middleware without beliefs, and where a run can be neither read
+    nor repeated.
+    """
+    informed = _informed(run)
+    end_ns = round(run.manifest["simulated_s"] * NS_PER_S)
+    if at_ns is None:
+        complete(run)
+        at_ns = end_ns
+    elif at_ns > end_ns:
+        raise InputError(f"--at: {DURATION.format(at_ns)} is after the end of the run, which was "
+                         f"at {DURATION.format(end_ns)}")
+    # Runs that failed, and those of earlier versions, have no links.
+    linked = linked_at(run.table("links"), at_ns) if run.has("links.parquet") else None
+    with spools() as folder:
+        return folded(trace_of(run, folder / "trace", at_ns), at_ns, informed, linked)
+
+
+def folded(trace: Rows, at_ns: int, informed: str,
+           linked: Mapping[Pair, bool] | None = None) -> Knowledge:
+    """What the rows up to ``at_ns`` come to; ``informed`` as middlewares say it, ``linked`` between
+    whom frames get then."""
+    kinds = {Names().id(kind): kind for kind in KINDS}
+    rows, names = trace.rows, trace.names
+    rows = rows[np.isin(rows["kind"], list(kinds)) & (rows["t_ns"] <= at_ns)]
+    started = rows["entity"][rows["kind"] == Names().id("host_started")]
+    hosts = sorted((names[id_] for id_ in np.unique(started).tolist()), key=natural_key)
+    place = {Names().id(name): i for i, name in enumerate(hosts)}
+    beliefs = Beliefs(informed, lambda *row: None, list(range(len(hosts))), lambda name: 0)
+    up = [False] * len(hosts)
+    for _, kind, entity, a, b, c in rows.tolist():
+        kind, host = kinds[kind], place[entity]
+        if kind in ("host_started", "host_stopped"):
+            up[host] = kind == "host_started"
+            if not up[host]:
+                beliefs.stops(host)
+        elif kind == "sees":
+            beliefs.sees(host, place[a], names[b])
+        elif kind == "believes":
+            beliefs.knows(host, place[a], names[b], bool(c))
+        elif kind == "subscribes":
+            beliefs.subscribes(host, names[a])
+        else:
+            beliefs.advertises(host, names[a])
+    known = Knowledge(at_ns, informed, dict(zip(hosts, up, strict=True)), _views(hosts, beliefs))
+    return known if linked is None else _beside(known, linked)
+
+
+def _beside(known: Knowledge, linked: Mapping[Pair, bool]) -> Knowledge:
+    """With the truth of who reaches whom."""
+    return known._replace(views=tuple(view._replace(reached=all(
+        known.up[one] and known.up[other] and linked.get((one, other), False)
+        for one, other in (view[:2], view[1::-1]))) for view in known.views))
+
+
+def _views(hosts: list[str], beliefs: Beliefs) -> tuple[View, ...]:
+    topics: dict[tuple[int, int], tuple[list[str], list[str], list[str]]] = {
+        (believer, other): ([], [], []) for believer in range(len(hosts))
+        for other in range(len(hosts)) if other != believer}
+    for believer, other, topic in sorted(beliefs.true.keys() | beliefs.believed.keys()):
+        match = believer, other, topic
+        which = 2 if match not in beliefs.true else 0 if match in beliefs.believed else 1
+        topics[believer, other][which].append(topic)
+    return tuple(View(hosts[believer], hosts[other],
+                      beliefs.seen.get((believer, other), "never"), *map(tuple, lists))
+                 for (believer, other), lists in topics.items())
+
+
+def _informed(run: Run) -> str:
+    choice = run.scenario.middleware
+    cls = plugins.load("middleware", choice.model)
+    informed = getattr(cls(cls.Params(**choice.parameters())), "informed", None)
+    if informed is None:
+        raise InputError(f"{run.path}: under middleware {choice.model!r} nobody believes anything: "
+                         "everybody knows at once who is there; desim graph shows runs of a "
+                         "middleware that has to find out (desim plugins lists them)")
+    return informed
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -1,0 +1,247 @@
+"""The folder that a run leaves. Until it is complete it is called ``<run id>.partial``."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import json
+import os
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager, suppress
+from itertools import chain, count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from desim.errors import InputError
+from desim.results import identity, maps, parquet
+from desim.results.message_log import MessageLog
+from desim.monitor.coverage import states
+from desim.monitor.monitor import Monitor
+from desim.results.seal import MANIFEST, MAPS, SUMMARY, manifest_of, seal
+from desim.monitor.summary import judged_robot, known_map, robots_table, samples_table, summarize
+from desim.monitor.traffic import latency_table
+from desim.files import refuse_link, settled
+from desim.scenario.resolved import resolved
+from desim.scenario.schema.whole import Scenario
+from desim.engine.trace import Names
+
+FINISHED, INTERRUPTED, FAILED = "finished", "interrupted", "failed"
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+_SCENARIO, _NAMES, _LOCK = "scenario.resolved.yaml", "names.json", ".lock"
+# What a run that was cut off may have left.
+_WRITTEN = (
+    MANIFEST, SUMMARY, _SCENARIO, _NAMES, _LOCK,
+    *(f"{table}.parquet" for table in ("trace", "messages", "samples", "robots", "latency",
+                                       "links")),
+    *(f"{MAPS}/{name}.{ending}" for name in ("truth", "merged") for ending in ("pgm", "yaml")))
+
+
+class RunFolder:
+    """``out/<name>/<run id>/``, written beside it and renamed at the end. What somebody else has
+    put into a run's folder stays in it when the run is made again.
+
+    Give ``trace_sink`` to the run's ``Trace`` and ``on_fate`` to its ``Graph`` (None where nothing
+    is kept), and call ``begin`` before the clock runs. Raises ``InputError`` where the folder
+    cannot be written, or another process is writing it.
+    """
+
+    def __init__(self, out: str | Path, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self._identity = identity.Identity(scenario)
+        self.run_id = self._identity.run_id(scenario.seed)
+        self.path = Path(out) / scenario.name / self.run_id
+        self._partial = self.path.with_name(f"{self.run_id}.partial")
+        keep = scenario.trace.keep
+        self._trace: parquet.TraceTable | None = None
+        self._messages: parquet.MessageTable | None = None
+        self._log = MessageLog(self._add_messages) if keep != "none" else None
+        self.trace_sink: Callable[[np.ndarray], None] | None = (
+            self._add_rows if keep == "all" else None)
+        self.on_fate = self._log.fate if self._log is not None else None
+        with self._writing():
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._lock: int | None = self._claim()
+            (self._partial / _SCENARIO).write_text(
+                resolved(scenario, self._partial))
+
+    def begin(self, names: Names, hosts: tuple[str, ...]) -> None:
+        """``names`` of the run's trace, ``hosts`` in index order: tables can be opened now."""
+        with self._writing():
+            if self.trace_sink is not None:
+                self._trace = parquet.TraceTable(self._partial / "trace.parquet", names)
+            if self._log is not None:
+                self._messages = parquet.MessageTable(self._partial / "messages.parquet", names,
+                                                      hosts)
+
+    def finish(self, monitor: Monitor, now_ns: int, manifest: dict[str, Any]) -> Path | None:
+        """Write what the run came to, and put the folder in its place, which is returned; None if
+        a finished run stays there instead. ``manifest`` has ``status`` and ``digest`` and what the
+        caller measured."""
+        summary = {**summarize(monitor, now_ns), "digest": manifest["digest"]}
+        with self._writing():
+            self._close_tables()
+            parquet.write(self._partial / "samples.parquet", samples_table(monitor))
+            parquet.write(self._partial / "robots.parquet", robots_table(monitor))
+            parquet.write(self._partial / "latency.parquet", latency_table(monitor.graph))
+            if monitor.links is not None:
+                parquet.write(self._partial / "links.parquet", monitor.links.table())
+            self._write_maps(monitor)
+            _write_json(self._partial / SUMMARY, summary)
+            if self.trace_sink is not None:
+                names = monitor.trace.names.items()
+                _write_json(self._partial / _NAMES,
+                            {str(id_): names[id_] for id_ in sorted(names)})
+            return self._publish(manifest)
+
+    def abandon(self, manifest: dict[str, Any]) -> None:
+        """The run failed: keep what there is, with a manifest that says so."""
+        with self._writing():
+            self._close_tables()
+            self._publish(manifest)
+
+    def discard(self) -> None:
+        """Nothing of the run is worth keeping."""
+        with suppress(OSError):
+            _clear(self._partial, _WRITTEN)
+        self._release()
+
+    def active_links(self, since_ns: int) -> int:
+        """How many pairs of hosts had a message settled since then; 0 where none are kept."""
+        return self._log.active_links(since_ns) if self._log is not None else 0
+
+    def _add_rows(self, rows: np.ndarray) -> None:
+        with self._writing():
+            self._trace.add(rows)
+
+    def _add_messages(self, rows: np.ndarray, reasons: list[str]) -> None:
+        with self._writing():
+            self._messages.add(rows, reasons)
+
+    def _close_tables(self) -> None:
+        if self._log is not None:
+            self._log.flush()
+        for table in (self._trace, self._messages):
+            if table is not None:
+                table.close()
+
+    def _write_maps(self, monitor: Monitor) -> None:
+        folder, ground = self._partial / MAPS, monitor.ground
+        folder.mkdir(exist_ok=True)
+        truth = np.where(ground.solid != 0, 100, np.where(ground.reachable, 0, -1))
+        maps.save(folder, "truth", truth, ground.grid)
+        maps.save(folder, "merged", states(known_map(monitor, judged_robot(monitor))),
+                  ground.grid)
+
+    def _publish(self, manifest: dict[str, Any]) -> Path | None:
+        complete = {"desim_version": identity.versions()["desim"], "run_id": self.run_id,
+                    "name": self.scenario.name, "seed": self.scenario.seed, **manifest,
+                    "versions": identity.versions(), "plugins": self._identity.plugins,
+                    "source": self._identity.source, "machine": identity.machine()}
+        before = manifest_of(self.path)
+        if before is not None and before["status"] == manifest["status"] == FINISHED \
+                and before["digest"] != manifest["digest"]:
+            complete["differs_from_earlier"] = before["digest"]
+        # A finished run is not replaced by part of the same run.
+        if manifest["status"] != FINISHED and before is not None \
+                and before["status"] == FINISHED:
+            self.discard()
+            return None
+        written = [name for name in _files(self._partial)
+                   if name not in (*self._kept, MANIFEST, _LOCK)
+                   and (self._partial / name).is_file()]
+        seal(self._partial, complete, written)
+        self._put_in_place([*written, MANIFEST])
+        return self.path
+
+    def _put_in_place(self, written: list[str]) -> None:
+        """By one rename, after everything is on the disk: whatever happens, what has the run's name
+        is whole."""
+        for name in written:
+            settled(self._partial / name)
+        (self._partial / _LOCK).unlink()
+        settled(self._partial)
+        if os.path.lexists(self.path):
+            os.replace(self.path, _free(self.path.with_name(f"{self.run_id}.old")))
+        os.replace(self._partial, self.path)
+        settled(self.path.parent)
+        self._release()
+        for old in sorted(self.path.parent.glob(f"{self.run_id}.old*")):
+            _hand_over(old, self.path)
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+
+    def _claim(self) -> int:
+        """Take over the partial folder, empty but for what desim has not written, unless a living
+        process is at work in it."""
+        refuse_link(self._partial)
+        self._partial.mkdir(exist_ok=True)
+        lock = os.open(self._partial / _LOCK, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(lock)
+            raise InputError(f"{self._partial}: another process is writing this run; wait for it, "
+                             "or choose another folder with --out") from None
+        refuse_link(self._partial / MAPS)
+        _clear(self._partial, [name for name in _WRITTEN if name != _LOCK])
+        self._kept = tuple(_files(self._partial))
+        return lock
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            space = "free some space, or " if error.errno in _FULL else ""
+            raise InputError(f"cannot write results to {self._partial}: "
+                             f"{error.strerror or error}; {space}choose another folder with "
+                             "--out") from error
+
+
+def _files(folder: Path) -> Iterator[str]:
+    """The names of the files of a run's folder."""
+    for entry in folder.iterdir():
+        if entry.name == MAPS and entry.is_dir() and not entry.is_symlink():
+            yield from (f"{MAPS}/{below.name}" for below in entry.iterdir())
+        else:
+            yield entry.name
+
+
+def _clear(folder: Path, written: Collection[str]) -> None:
+    """Remove what desim has written, and the folder if nothing else is in it. Raises ``OSError``.
+    """
+    elsewhere = f"{MAPS}/" if (folder / MAPS).is_symlink() else None
+    for name in written:
+        if elsewhere is None or not name.startswith(elsewhere):
+            (folder / name).unlink(missing_ok=True)
+    for empty in (folder / MAPS, folder):
+        with suppress(OSError):
+            empty.rmdir()
+
+
+def _hand_over(old: Path, new: Path) -> None:
+    """What somebody else has put into the folder of a run moves to that of the same run, made
+    again; where something of its name is there, it stays in ``old``."""
+    if old.is_symlink() or not old.is_dir():
+        return
+    own = (*_WRITTEN, *(manifest_of(old) or {}).get("files", ()))
+    for name in _files(old):
+        if name not in own and not os.path.lexists(new / name):
+            os.replace(old / name, new / name)
+    with suppress(OSError):
+        _clear(old, own)
+
+
+def _free(path: Path) -> Path:
+    """``path``, or the first of ``path2``, ``path3``, ... that is not there."""
+    names = chain([path], (path.with_name(f"{path.name}{number}") for number in count(2)))
+    return next(name for name in names if not os.path.lexists(name))
+
+
+def _write_json(path: Path, content: dict[str, Any]) -> None:
+    path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n")

@@ -1,0 +1,130 @@
+"""Two traces side by side: where do they part?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from desim.results.run import Run
+from desim.errors import InputError
+from desim.results import identity
+from desim.results.folder import FAILED
+from desim.scenario.load import load
+from desim.scenario.schema.whole import Scenario
+from desim.simulation.simulation import Simulation
+from desim.engine.trace import ROW, Names
+
+TRACE = "trace.parquet"
+CONTEXT = 5  # rows shown on either side of a difference
+_CHUNK = 1 << 18
+
+
+class Rows(NamedTuple):
+    """A whole trace: ``rows`` of dtype ``trace.ROW``, and the names of its ids."""
+
+    rows: np.ndarray
+    names: dict[int, str]
+
+
+class Spool:
+    """A trace sink into a file; ``rows`` maps what was written back into memory."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file = path.open("wb")
+
+    def add(self, rows: np.ndarray) -> None:
+        self._file.write(rows.tobytes())
+
+    def rows(self) -> np.ndarray:
+        """All rows; nothing can be added any more."""
+        self._file.close()
+        if self._path.stat().st_size == 0:
+            return np.empty(0, ROW)
+        return np.memmap(self._path, ROW, "r")
+
+
+@contextmanager
+def spools() -> Iterator[Path]:
+    """A folder for spools, gone afterwards."""
+    with TemporaryDirectory(prefix="desim-") as folder:
+        yield Path(folder)
+
+
+def simulated(scenario: Scenario, spool: Path, until_ns: int | None = None) -> Rows:
+    """Run ``scenario`` (to ``until_ns``) and keep every row in the file ``spool``."""
+    sink = Spool(spool)
+    simulation = Simulation(scenario, trace_sink=sink.add)
+    simulation.run(until_ns)
+    return Rows(sink.rows(), simulation.names.items())
+
+
+def kept(run: Run, spool: Path) -> Rows | None:
+    """The trace that a run has kept, or None."""
+    if not run.has(TRACE):
+        return None
+    names, sink = Names(), Spool(spool)
+    for batch in _batches(run.file(TRACE)):
+        rows = np.empty(len(batch), ROW)
+        for name in ("t_ns", "a", "b", "c"):
+            rows[name] = batch[name].to_numpy()
+        for name in ("kind", "entity"):
+            words = batch[name].dictionary_encode()
+            ids = np.array([names.id(word) for word in words.dictionary.to_pylist()], "<u4")
+            rows[name] = ids[words.indices.to_numpy()]
+        sink.add(rows)
+    return Rows(sink.rows(), run.names | names.items())
+
+
+def _batches(path: Path) -> Iterator[pa.RecordBatch]:
+    try:
+        with pq.ParquetFile(path) as file:
+            yield from file.iter_batches()
+    except (ValueError, OSError) as error:
+        raise InputError(f"{path}: damaged: {str(error).splitlines()[0]}") from error
+
+
+def complete(run: Run) -> None:
+    """Raises ``InputError`` for a run that failed."""
+    if run.manifest["status"] == FAILED:
+        raise InputError(f"{run.path}: the run failed, it has no digest and no end to compare or "
+                         "repeat; its manifest.json has the error")
+
+
+def trace_of(run: Run, spool: Path, until_ns: int | None = None) -> Rows:
+    """The trace of a run: the kept one, or that of running its scenario again. Raises
+    ``InputError`` where it was not kept and other versions are installed now, and for the whole
+    of a run that failed."""
+    if until_ns is None:
+        complete(run)
+    rows = kept(run, spool)
+    if rows is not None:
+        return rows
+    scenario = load(run.file("scenario.resolved.yaml")).scenario
+    now = {"versions": identity.versions(), "plugins": identity.plugin_references(scenario),
+           "source": identity.source(identity.modules(scenario))}
+    other = [name for name, value in now.items() if run.manifest.get(name) != value]
+    if other:
+        raise InputError(f"{run.path}: its trace rows were not kept, and it cannot be repeated: "
+                         f"{', '.join(other)} in its manifest differ from those installed now; "
+                         "run the scenario again (with --set trace.keep=all the rows are kept)")
+    return simulated(scenario, spool, until_ns)
+
+
+def first_difference(first: np.ndarray, second: np.ndarray) -> int | None:
+    """The number of the first row in which two traces differ; where one ends, if it is the
+    beginning of the other; None if they are equal."""
+    shorter = min(len(first), len(second))
+    for begin in range(0, shorter, _CHUNK):
+        end = min(begin + _CHUNK, shorter)
+        unequal = np.asarray(first[begin:end] != second[begin:end])
+        if unequal.any():
+            return begin + int(np.argmax(unequal))
+    return None if len(first) == len(second) else shorter

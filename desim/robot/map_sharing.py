@@ -1,0 +1,98 @@
+"""The node through which robots exchange what each has seen itself."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from desim.errors import below
+from desim.middleware.graph import Host, Message, Node
+from desim.middleware.messages import Pose
+from desim.middleware.topics import Latest
+from desim.ports import Peer
+from desim.robot.map_message import MapUpdate, Peers, Wire
+from desim.robot.tiles import Belief, LayerSnapshot
+from desim.scenario.schema.communication import Exchange
+from desim.units import NS_PER_S
+
+# A robot whose evidence does not change says nothing (gmapping publishes only after a processed
+# scan), but tells all it knows at least every so many periods: a peer that started again with
+# empty memory, or that missed a part, hears it then.
+REFRESH_PERIODS = 6
+
+
+class MapSharing(Node):
+    """Every ``exchange.period_ns`` sends this robot's own evidence to the others if it changed, and
+    takes in theirs. ``exchange`` None: this robot shares nothing.
+
+    With ``changed_tiles`` an update holds the tiles that changed since the last one sent; whoever
+    missed one has the newest of each tile that it did get, and the rest at the next complete
+    update. The map topic is latched, as gmapping's is.
+
+    Publishes on local topics ``map``, the belief itself, when an update changed what is known, and
+    ``peers``, where every robot heard of was at its last update. Both are live: ``peers`` is said
+    anew only when there is one more.
+    """
+
+    __slots__ = ("belief", "_exchange", "_peers", "_topic", "_pose", "_sent", "_complete_at",
+                 "_heard_of", "_wire")
+
+    def __init__(self, host: Host, exchange: Exchange | None, belief: Belief,
+                 peers: tuple[str, ...]) -> None:
+        super().__init__(host, "map_sharing")
+        self.belief = belief
+        self._exchange = exchange
+        self._peers = peers
+        self._topic = f"/map_exchange/{host.name}"
+        self._pose = Latest()
+        self._sent: LayerSnapshot | None = None  # all of the evidence at the last update
+        self._complete_at = 0  # the period in which everything was sent last
+        self._heard_of = Peers()
+        if exchange is not None:
+            self._wire = Wire(belief.spec, exchange.content, exchange.encoding)
+
+    def start(self) -> None:
+        if self._exchange is None:
+            return
+        self.advertise("map")
+        self.advertise("peers")
+        with below("coordination.exchange"):
+            self.advertise(self._topic, transport="stream", latch=True, via=self._exchange.via)
+        self._pose = self.latest("pose")
+        for peer in self._peers:
+            self.subscribe(f"/map_exchange/{peer}", self._on_update)
+        self.timer(Fraction(NS_PER_S, self._exchange.period_ns), self._on_period)
+
+    def _on_period(self, period: int) -> None:
+        if self._pose.message is None or not self.has_subscribers(self._topic):
+            return
+        layer = self._news(period)
+        if layer is not None:
+            pose: Pose = self._pose.message.content
+            self.publish(self._topic, MapUpdate(self.host.name, self.now_ns, pose.x_m, pose.y_m,
+                                                pose.yaw_rad, layer, self._wire.size_bytes(layer)))
+
+    def _news(self, period: int) -> LayerSnapshot | None:
+        """What the others have to be told now, noted as told."""
+        known, sent = self.belief.own.snapshot(), self._sent
+        if sent is None:
+            if not len(known.filled()):
+                return None
+        elif period - self._complete_at < REFRESH_PERIODS:
+            changed = self.belief.own.changed_since(sent)
+            if not len(changed):
+                return None
+            if self._wire.content == "changed_tiles":
+                self._sent = known
+                return known.only(changed)
+        self._sent, self._complete_at = known, period
+        return known
+
+    def _on_update(self, message: Message) -> None:
+        update: MapUpdate = message.content
+        peers = self._heard_of
+        news = update.source not in peers
+        peers[update.source] = Peer(update.x_m, update.y_m, update.yaw_rad, self.now_ns)
+        if news:
+            self.publish("peers", peers)
+        if self.belief.receive(update.source, update.version, update.layer):
+            self.publish("map", self.belief)

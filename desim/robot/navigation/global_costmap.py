@@ -1,0 +1,99 @@
+"""The global costmap: what a robot knows, and how near to obstacles it is (costmap_2d)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from desim.middleware.messages import occupancy_grid_bytes
+from desim.robot.navigation.kernels import search as kernels
+from desim.robot.navigation.kernels.search import INSCRIBED, LETHAL, UNKNOWN
+from desim.robot.tiles import FREE, OCCUPIED, Belief
+
+__all__ = ["INSCRIBED", "LETHAL", "UNKNOWN", "Costmap"]
+
+
+def inflated_cost(distance_m: float, radius_m: float, scaling: float) -> int:
+    """The cost of a free cell at ``distance_m`` from an obstacle: inscribed within the robot's
+    radius, else 252 exp(-scaling (distance - radius)) (costmap_2d, inflation_layer.h)."""
+    if distance_m <= radius_m:
+        return INSCRIBED
+    return int((INSCRIBED - 1) * math.exp(-scaling * (distance_m - radius_m)))
+
+
+class Costmap:
+    """Costs of a belief's cells, brought up to date when somebody plans, not before.
+
+    ``values`` uint8 [height + 2, width + 2] with a lethal rim one cell wide, ``flat`` the same as
+    one line: a *cell* is its place there. Only tiles that changed since the last ``update`` are
+    looked at.
+    """
+
+    def __init__(self, belief: Belief, radius_m: float, inflation_radius_m: float,
+                 inflation_scaling: float) -> None:
+        spec = belief.spec
+        self.belief, self.spec = belief, spec
+        self.size_bytes = occupancy_grid_bytes(spec.width * spec.height)
+        self.values = np.full((spec.height + 2, spec.width + 2), LETHAL, np.uint8)
+        self.values[1:-1, 1:-1] = UNKNOWN
+        self.flat = self.values.reshape(-1)
+        self.across = spec.width + 2
+        self.seen = 0  # the belief's version as of the last update
+        self._reach = math.floor(inflation_radius_m / spec.resolution_m)
+        self._stencil = self._make_stencil(radius_m, inflation_radius_m, inflation_scaling)
+        self._boxes = np.zeros((len(belief.fused), 4), np.int64)
+
+    def _make_stencil(self, radius_m: float, inflation_radius_m: float,
+                      scaling: float) -> np.ndarray:
+        offsets = range(-self._reach, self._reach + 1)
+        near = ((r, c, math.hypot(r, c) * self.spec.resolution_m) for r in offsets for c in offsets)
+        return np.array([(r, c, inflated_cost(d, radius_m, scaling))
+                         for r, c, d in near if 0 < d <= inflation_radius_m],
+                        np.int64).reshape(-1, 3)
+
+    def update(self) -> None:
+        """Take in what changed in the belief since the last time."""
+        belief = self.belief
+        if belief.version == self.seen:
+            return
+        count = kernels.classify(belief.fused, belief.tile_version, self.seen, belief.tiles_x,
+                                 FREE, OCCUPIED, self._reach, self.values, self._boxes)
+        kernels.inflate(self._boxes, count, self._stencil, self._reach, self.values)
+        self.seen = belief.version
+
+    def changed_at(self, cell: int, since: int) -> bool:
+        """Whether the belief changed in the tile of ``cell`` after its version ``since``."""
+        row, column = divmod(cell, self.across)
+        row = min(max(row, 1), self.spec.height)
+        column = min(max(column, 1), self.spec.width)
+        tile = (row - 1 >> 5) * self.belief.tiles_x + (column - 1 >> 5)
+        return bool(self.belief.tile_version[tile] > since)
+
+    def cell(self, x_m: float, y_m: float) -> int:
+        """The cell of a point; for one outside the map the nearest inside."""
+        column, row = self.spec.cell(x_m, y_m)
+        column = min(max(column, 0), self.spec.width - 1)
+        return (min(max(row, 0), self.spec.height - 1) + 1) * self.across + column + 1
+
+    def centre(self, cell: int) -> tuple[float, float]:
+        """x, y in m of a cell's centre."""
+        row, column = divmod(int(cell), self.across)
+        resolution_m = self.spec.resolution_m
+        return (self.spec.x_m + (column - 0.5) * resolution_m,
+                self.spec.y_m + (row - 0.5) * resolution_m)
+
+    def free_near(self, x_m: float, y_m: float, reach_m: float) -> int:
+        """The nearest cell on which the robot's centre may be, at most ``reach_m`` away, or -1."""
+        return kernels.nearest_free(self.flat, self.across, self.cell(x_m, y_m),
+                                    int(reach_m / self.spec.resolution_m))
+
+    def clear_line(self, a_m: tuple[float, float], b_m: tuple[float, float]) -> bool:
+        """Whether the robot's centre may go straight from one point to another."""
+        return kernels.dearest(self.flat, self.across, self.cell(*a_m),
+                               self.cell(*b_m)) < INSCRIBED
+
+    def frontier_cells(self, cell: int, reach: int, highest: int) -> int:
+        """How many cells beside the unknown, of cost ``highest`` or less, lie in the square of
+        ``reach`` cells around a cell."""
+        return kernels.frontier_cells(self.flat, self.across, cell, reach, highest)

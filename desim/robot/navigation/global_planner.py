@@ -1,0 +1,164 @@
+"""One search from where the robot is, read twice: the nearest frontiers, and the way there."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from desim.ports import Frontier
+from desim.robot.navigation.global_costmap import INSCRIBED, Costmap
+from desim.robot.navigation.kernels import search as kernels
+from desim.robot.navigation.kernels.search import BUCKETS
+
+START_REACH_M = 1.0  # a robot that stands too near to something starts from a free cell so near
+_INWARD_M = 2.0  # a frontier is aimed at so far from its nearest cell, which often is a wall's end
+_STAND_OFF_M = 1.0  # one beside an obstacle is looked at from up to so far away,
+_AT_EASE = 34  # from where the cost is at most this: 0.2 m beyond the robot's radius (costmap_2d)
+MOST_FRONTIERS = 4096  # of one search
+_STRAIGHT, _DIAGONAL = 5, 7  # 7 / 5 is sqrt(2) within 1 %
+_LONGEST_LEG_M = 8.0  # of a straightened way; bounds the work, and no line of sight is longer here
+
+# A step costs neutral + 0.8 * cost of the cell with neutral 50 (navfn, COST_NEUTRAL, COST_FACTOR).
+_FACTOR = 0.8 / 50.0
+
+
+def _toll(squeezing: bool) -> np.ndarray:
+    """[2, 256] cost of a straight and a diagonal step into a cell of a given cost, 0 = impassable.
+    ``squeezing`` goes through inscribed cells too, at the highest cost that the buckets hold."""
+    costs = np.arange(256)
+    toll = np.zeros((2, 256), np.int32)
+    for row, length in zip(toll, (_STRAIGHT, _DIAGONAL), strict=True):
+        row[:INSCRIBED] = (length * (1 + _FACTOR * costs[:INSCRIBED])).astype(np.int32)
+        row[INSCRIBED] = BUCKETS - 1 if squeezing else 0
+    return toll
+
+
+_WALKING, _SQUEEZING = _toll(False), _toll(True)
+_NO_DISCS = np.zeros((0, 3), np.int64)
+
+
+class _Room:
+    """Arrays that one search at a time works in, shared by all robots with maps of one size.
+
+    ``last`` says whose search is in them: (costmap, its version, start, settled up to)."""
+
+    def __init__(self, cells: int) -> None:
+        self.distance = np.empty(cells, np.int32)
+        self.seen = np.empty(cells, np.uint8)
+        self.queue = np.empty(cells, np.int32)
+        self.way = np.empty(cells, np.int32)
+        self.points = np.empty((cells, 2))
+        self.buckets = np.empty((BUCKETS, cells), np.int32)  # touched only as far as it is filled
+        self.used = np.array([0, cells])
+        self.found = np.empty((MOST_FRONTIERS, 2), np.int64)
+        self.last: tuple | None = None
+
+
+_room = lru_cache(maxsize=4)(_Room)
+
+
+class Wavefront:
+    """Searches over one robot's costmap."""
+
+    def __init__(self, costmap: Costmap) -> None:
+        self.costmap = costmap
+        self._room = _room(len(costmap.flat))
+        self._beside: dict[Frontier, tuple[int, int]] = {}  # of the last search
+
+    def plan(self, from_m: tuple[float, float], to_m: tuple[float, float],
+             tolerance_m: float) -> np.ndarray | None:
+        """Way points [n, 2] in m of the cheapest way, n >= 1, or None if there is none. It ends at
+        the free cell nearest to ``to_m``, at most ``tolerance_m`` away."""
+        costmap, room = self.costmap, self._room
+        costmap.update()
+        start = costmap.free_near(*from_m, START_REACH_M)
+        goal = costmap.free_near(*to_m, tolerance_m)
+        if start < 0 or goal < 0:
+            return None
+        if not self._settled(start, goal):
+            self._spread(_WALKING, start, goal, 0, 0, _NO_DISCS)
+            if not self._settled(start, goal):
+                return None
+        spec = costmap.spec
+        count = kernels.trace_back(costmap.flat, costmap.across, _WALKING, room.distance, goal,
+                                   room.way)
+        count = kernels.straighten(costmap.flat, costmap.across, room.way, count,
+                                   int(_LONGEST_LEG_M / spec.resolution_m), spec.resolution_m,
+                                   spec.x_m, spec.y_m, room.points)
+        return room.points[:count].copy()
+
+    def frontiers(self, from_m: tuple[float, float], limit: int | None, smallest: int,
+                  discs: np.ndarray = _NO_DISCS) -> list[Frontier]:
+        """Frontier clusters of at least ``smallest`` cells in the order of ``path_m``. With a
+        ``limit``, those that are met first on the way.
+
+        The cell to drive to is one of the cluster's a little way in from the one met first, or,
+        where that is beside an obstacle, one before it on the way there. ``path_m`` is the cost
+        of the way as a length: steps in obstacles' margins count for more. ``discs`` int64 [k, 3],
+        row, column and squared radius in cells, are left out.
+        """
+        found = self._search(_WALKING, from_m, limit, smallest, discs)
+        return [frontier for frontier, _ in found]
+
+    def hidden_frontiers(self, from_m: tuple[float, float], limit: int | None,
+                         discs: np.ndarray = _NO_DISCS) -> list[Frontier]:
+        """As ``frontiers``, of any size, and also those so near to obstacles that the robot's
+        centre cannot get there. The cell to drive to must not lie in ``discs`` either."""
+        found = self._search(_SQUEEZING, from_m, None, 1, discs)
+        row, column = np.divmod(np.array([goal for _, goal in found], np.int64)[:, None],
+                                self.costmap.across)
+        avoided = ((row - discs[:, 0])**2 + (column - discs[:, 1])**2 <= discs[:, 2]).any(axis=1)
+        return [frontier for (frontier, _), skip in zip(found, avoided, strict=True)
+                if not skip][:limit]
+
+    def beside(self, frontier: Frontier) -> tuple[int, int]:
+        """The cell of the unknown's edge that a frontier of the last search stands for, and the
+        highest cost that cells of its cluster may have."""
+        cell = self.costmap.cell(frontier.x_m, frontier.y_m)
+        return self._beside.get(frontier, (cell, INSCRIBED))
+
+    def _search(self, toll: np.ndarray, from_m: tuple[float, float], limit: int | None,
+                smallest: int, discs: np.ndarray) -> list[tuple[Frontier, int]]:
+        """Frontiers, each with the cell to drive to."""
+        self.costmap.update()
+        self._beside = {}
+        start = self.costmap.free_near(*from_m, START_REACH_M)
+        if start < 0:
+            return []
+        count = self._spread(toll, start, -1, min(limit or MOST_FRONTIERS, MOST_FRONTIERS),
+                             smallest, discs)
+        found = [self._read(toll, cell, cells) for cell, cells in self._room.found[:count].tolist()]
+        return sorted(found, key=lambda entry: entry[0].path_m)
+
+    def _spread(self, toll: np.ndarray, start: int, goal: int, limit: int, smallest: int,
+                discs: np.ndarray) -> int:
+        """See ``kernels.spread``; returns the number of clusters found."""
+        room, costmap = self._room, self.costmap
+        inward = int(_INWARD_M / costmap.spec.resolution_m)
+        count, settled = kernels.spread(
+            costmap.flat, costmap.across, toll, start, goal, limit, smallest, inward, discs,
+            room.distance, room.seen, room.queue, room.buckets, room.used, room.found)
+        room.last = (costmap, costmap.seen, start, settled) if toll is _WALKING else None
+        return count
+
+    def _settled(self, start: int, goal: int) -> bool:
+        """Whether the last search of all was this robot's from here, and got as far as ``goal``: as
+        when it has just looked for frontiers. The way is the same as a new search would find."""
+        last = self._room.last
+        return (last is not None and last[0] is self.costmap and last[1] == self.costmap.seen
+                and last[2] == start and bool(self._room.distance[goal] <= last[3]))
+
+    def _read(self, toll: np.ndarray, cell: int, cells: int) -> tuple[Frontier, int]:
+        """A cluster just found: back from its ``cell`` to where the robot is at ease, if near."""
+        costmap, room = self.costmap, self._room
+        length = kernels.trace_back(costmap.flat, costmap.across, toll, room.distance, cell,
+                                    room.way)
+        near = room.way[:min(length, int(_STAND_OFF_M / costmap.spec.resolution_m) + 1)]
+        costs = costmap.flat[near]
+        at_ease = costs <= _AT_EASE
+        goal = int(near[np.argmax(at_ease) if at_ease.any() else np.argmin(costs)])
+        path_m = int(room.distance[cell]) / _STRAIGHT * costmap.spec.resolution_m
+        frontier = Frontier(*costmap.centre(goal), path_m, cells)
+        self._beside[frontier] = cell, INSCRIBED if toll is _SQUEEZING else INSCRIBED - 1
+        return frontier, goal

@@ -1,0 +1,255 @@
+"""Loops of the dynamic window.
+
+``near2`` is the local layer, ``flat`` and ``frame`` are the global costmap (``sight.kernels``).
+``setup`` is one record of ``SETUP``. Poses without a frame named are the layer's.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import from_dtype, njit, types
+
+from desim.ports.kernels import atan2, cos, exp, lean, sin
+from desim.robot.navigation.kernels.local_costmap import FRAME, clearance2, place
+from desim.robot.navigation.kernels.search import INSCRIBED, LETHAL
+
+SETUP = np.dtype([(name, "f8") for name in (
+    "max_speed_mps", "max_turn_radps", "turn_acceleration_radps2",
+    "speed_step_mps", "turn_step_radps",  # the most that changes in one control period
+    "rollout_s", "safe_m", "inflation_m", "inflation_scaling",
+    "cell_m", "look_ahead_m", "keep_right_m", "path_weight", "goal_weight", "obstacle_weight")])
+
+_ALIGN_M = 0.325  # a rollout is judged by a point so far ahead of its end (dwa_local_planner,
+#                   forward_point_distance)
+_STEP_M = 0.15  # a rollout is looked at so often; obstacles are wider than that by the robot's size
+_FAN_RAD, _FAN = math.pi / 12.0, 11  # where the way is blocked: directions to try on either side
+_FAN_M = 1.5  # how far they are looked along
+_RIGHT = 1.2  # what a way on the right is worth of one on the left
+_FORWARD_M = 0.2  # a move that brings less forward is none
+_ESCAPE_M = 0.3  # the way out of a place that is too near to something
+_ARC_RADPS = 1.5  # a comfortable turn: an aim near by is driven to no faster than this allows
+_AIMS = 4  # points ahead on the way that are tried, from far to near
+_YIELD_S = 0.55  # time to react and brake: 0.3 s + v / 2a at 1.2 m/s and 2.5 m/s^2
+_CREEP_MPS = 0.15  # yielding does not go below this, or two robots would wait for each other
+_TURN_FIRST_RAD = 1.0  # turn on the spot where the way leads off by more than this,
+_SLOW_MPS = 0.3  # once slower than this
+_GENTLE = 0.8  # share of the braking deceleration that turning on the spot counts on
+
+_setup, _frame = types.Array(from_dtype(SETUP), 1, "C"), types.Array(from_dtype(FRAME), 1, "C")
+_f8, _i8, _f4x2 = types.float64, types.int64, types.float32[:, ::1]
+_f8x1, _f8x2, _i8x1, _u1x1 = _f8[::1], _f8[:, ::1], _i8[::1], types.uint8[::1]
+
+
+@lean("f8(f8[:,::1], i8[::1], f8, f8)")
+def locate(way, leg, x, y):
+    """Move on to the leg of ``way`` [n, 2] that is nearest to (x, y), among the present one and the
+    next few. leg [1], in and out. Returns the share of it that lies behind."""
+    last, best2, along, first = len(way) - 1, np.inf, 1.0, leg[0]
+    for k in range(first, min(first + 4, last)):
+        dx, dy = way[k + 1, 0] - way[k, 0], way[k + 1, 1] - way[k, 1]
+        length2 = dx * dx + dy * dy
+        t = ((x - way[k, 0]) * dx + (y - way[k, 1]) * dy) / length2 if length2 > 0.0 else 1.0
+        t = min(max(t, 0.0), 1.0)
+        d2 = (way[k, 0] + t * dx - x)**2 + (way[k, 1] + t * dy - y)**2
+        if d2 < best2:
+            best2, leg[0], along = d2, k, t
+    return along
+
+
+@lean("UniTuple(f8, 3)(f8[:,::1], i8, f8, f8, f8)")
+def ahead(way, leg, along, ahead_m, right_m):
+    """The point of ``way`` that is ``ahead_m`` further on, moved to the right by ``right_m``; near
+    the end of the way, the end itself. And the length still to go."""
+    last, togo, found = len(way) - 1, 0.0, False
+    px, py = way[last, 0], way[last, 1]
+    for k in range(leg, last):
+        dx, dy = way[k + 1, 0] - way[k, 0], way[k + 1, 1] - way[k, 1]
+        length, done = math.sqrt(dx * dx + dy * dy), along if k == leg else 0.0
+        rest = (1.0 - done) * length
+        if not found and togo + rest > ahead_m:
+            found, t = True, done + (ahead_m - togo) / length
+            px = way[k, 0] + t * dx + right_m * dy / length
+            py = way[k, 1] + t * dy - right_m * dx / length
+        togo += rest
+    return px, py, togo
+
+
+@lean(types.boolean(_u1x1, _frame, _f8, _f8, _f8, _f8))
+def in_sight(flat, frame, x, y, px, py):
+    """Whether no known obstacle is in the way from one point to another, nor its margin, unless
+    the way begins in one."""
+    start = place(x, y, frame)
+    bar = LETHAL if start >= 0 and flat[start] == INSCRIBED else INSCRIBED
+    steps = int(2.0 * math.sqrt((px - x)**2 + (py - y)**2) / frame[0].cell_m) + 1
+    for k in range(1, steps + 1):
+        cell = place(x + (px - x) * k / steps, y + (py - y) * k / steps, frame)
+        if cell >= 0 and bar <= flat[cell] <= LETHAL:
+            return False
+    return True
+
+
+@lean(types.UniTuple(_f8, 3)(_f8x2, _i8x1, _f8, _f8, _setup, _u1x1, _frame))
+def aim(way, leg, x, y, setup, flat, frame):
+    """The point to steer for, as far ahead and to the right as it is in sight; and the length
+    still to go."""
+    along = locate(way, leg, x, y)
+    for k in range(_AIMS):
+        far_m = setup[0].look_ahead_m * (_AIMS - k) / _AIMS
+        for right_m in (setup[0].keep_right_m, 0.0):
+            px, py, togo = ahead(way, leg[0], along, far_m, right_m)
+            if in_sight(flat, frame, x, y, px, py):
+                return px, py, togo
+    return px, py, togo
+
+
+@lean("f8(f4[:,::1], f8, f8, f8, f8)")
+def bar2(near2, cell_m, safe_m, x, y):
+    """The squared distance that a robot at (x, y) has to keep for a start: where it is too near to
+    something already, it may not come nearer than the layer can tell."""
+    return min(safe_m, math.sqrt(clearance2(near2, cell_m, x, y)) - 0.5 * cell_m)**2
+
+
+@lean("f8(f4[:,::1], f8, f8, f8, f8, f8, f8, f8, f8)")
+def free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, length_m):
+    """How far the robot could go straight, up to ``length_m``, keeping the root of ``first2`` at
+    first and ``safe_m`` from there on."""
+    for k in range(1, int(length_m / cell_m) + 1):
+        bar = first2 if k * cell_m <= _ESCAPE_M else safe_m**2
+        if clearance2(near2, cell_m, x + k * cell_m * ux, y + k * cell_m * uy) < bar:
+            return (k - 1) * cell_m
+    return length_m
+
+
+@lean("UniTuple(f8, 3)(f4[:,::1], f8, f8, f8, f8, f8, f8)")
+def around(near2, cell_m, safe_m, x, y, dx, dy):
+    """The offset (dx, dy) from the robot to its aim, or where something is in the way, the straight
+    move that brings it forward most, on the right side rather than on the left; if none does, the
+    longest there is. And 1.0 if it is shut in."""
+    length = math.sqrt(dx * dx + dy * dy)
+    if length < cell_m:
+        return dx, dy, 0.0
+    first2, reach = bar2(near2, cell_m, safe_m, x, y), min(length, _FAN_M)
+    best, best_x, best_y = 0.0, dx, dy
+    for k in range(2 * _FAN + 1):
+        angle = (k + 1) // 2 * _FAN_RAD * (-1.0 if k % 2 == 1 else 1.0)
+        c, s = cos(angle), sin(angle)
+        ux, uy = (c * dx - s * dy) / length, (s * dx + c * dy) / length
+        free = free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, reach)
+        if k == 0 and free == reach:
+            return dx, dy, 0.0
+        forward = free * c * (_RIGHT if angle < 0.0 else 1.0)
+        if forward < _FORWARD_M:
+            forward = 0.1 * free if free > _ESCAPE_M else 0.0
+        if forward > best:
+            best, best_x, best_y = forward, free * ux, free * uy
+    return best_x, best_y, 1.0 if best == 0.0 else 0.0
+
+
+@lean(types.void(_setup, *[_f8] * 3, _f8x2))
+def fan(setup, yaw, low_w, high_w, arcs):
+    """What arcs of the turn rates within reach have in common whatever their speed: arcs [turns +
+    1, 6], out: turn rate | chord over arc length | direction of the chord | direction of its end.
+    The first is straight on, or as straight as can be."""
+    s, turns = setup[0], len(arcs) - 1
+    for j in range(turns + 1):
+        w = low_w + (high_w - low_w) * (j - 1) / (turns - 1) if j else min(max(0.0, low_w), high_w)
+        half = 0.5 * w * s.rollout_s
+        arcs[j, 0], arcs[j, 1] = w, sin(half) / half if abs(half) > 1e-6 else 1.0
+        arcs[j, 2], arcs[j, 3] = cos(yaw + half), sin(yaw + half)
+        arcs[j, 4], arcs[j, 5] = cos(yaw + 2.0 * half), sin(yaw + 2.0 * half)
+
+
+@lean(_f8(_setup, _f8, _f8x1, _f8, _f8))
+def detour(setup, v, arc, lx, ly):
+    """What an arc of speed v costs on open ground: by how far its end is off the straight line to
+    the aim, (lx, ly) from here, and how far the point ahead of its end is from the aim."""
+    s = setup[0]
+    chord_m = v * s.rollout_s * arc[1]
+    dx, dy = chord_m * arc[2], chord_m * arc[3]
+    fx, fy = dx + _ALIGN_M * arc[4] - lx, dy + _ALIGN_M * arc[5] - ly
+    off_m = abs(lx * dy - ly * dx) / (math.sqrt(lx * lx + ly * ly) + 1e-9)
+    return s.path_weight * off_m + s.goal_weight * math.sqrt(fx * fx + fy * fy)
+
+
+@lean(_f8(_f4x2, _setup, *[_f8] * 6))
+def danger(near2, setup, x, y, yaw, v, w, first2):
+    """What it costs that an arc comes near to obstacles, as in costmap_2d's inflation. Infinite if
+    it comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
+    s = setup[0]
+    steps = int(v * s.rollout_s / _STEP_M) + 1
+    turn, step_m = w * s.rollout_s / steps, v * s.rollout_s / steps
+    c, si, ux, uy = cos(turn), sin(turn), cos(yaw + 0.5 * turn), sin(yaw + 0.5 * turn)
+    low2 = s.inflation_m**2
+    for k in range(steps if v > 0.0 else 0):
+        x, y = x + step_m * ux, y + step_m * uy
+        ux, uy = ux * c - uy * si, uy * c + ux * si
+        d2 = clearance2(near2, s.cell_m, x, y)
+        if d2 < (first2 if (k + 1) * step_m <= _ESCAPE_M else s.safe_m**2):
+            return np.inf
+        low2 = min(low2, d2)
+    if low2 >= s.inflation_m**2:
+        return 0.0
+    near = exp(-s.inflation_scaling * (math.sqrt(low2) - s.safe_m))
+    return s.obstacle_weight * 252.0 * min(near, 1.0)
+
+
+@njit(types.void(_f4x2, _setup, *[_f8] * 6, _i8, _i8, _f8, _f8, _f8x1), cache=True)
+def window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, aim_x, aim_y, out):
+    """The dynamic window (Fox, Burgard, Thrun 1997): of the velocities within reach in one control
+    period the one with the cheapest rollout; braking straight ahead if none is clear.
+
+    out [3]: speed, turn rate, 1.0 if blocked
+    """
+    s = setup[0]
+    low_v, high_v = max(v - s.speed_step_mps, 0.0), min(v + s.speed_step_mps, s.max_speed_mps)
+    high_v = max(min(high_v, top_v), low_v)
+    low_w = max(w - s.turn_step_radps, -s.max_turn_radps)
+    high_w = min(w + s.turn_step_radps, s.max_turn_radps)
+    first2 = bar2(near2, s.cell_m, s.safe_m, x, y)
+    best, arcs = np.inf, np.empty((turns + 1, 6))
+    fan(setup, yaw, low_w, high_w, arcs)
+    out[0], out[1], out[2] = low_v, min(max(0.0, low_w), high_w), 1.0
+    for i in range(speeds):
+        speed = high_v - (high_v - low_v) * i / max(speeds - 1, 1)
+        for j in range(turns + 1):
+            turn, cost = arcs[j, 0], detour(setup, speed, arcs[j], aim_x - x, aim_y - y)
+            if cost >= best:
+                continue  # obstacles cannot make it any better
+            cost += danger(near2, setup, x, y, yaw, speed, turn, first2)
+            if cost < best:
+                best, out[0], out[1], out[2] = cost, speed, turn, 0.0
+
+
+@lean(types.void(_f4x2, _setup, _f8x1, _f8x1, _f8, _f8, _f8, _f8x2, _i8x1, _i8, _i8, _u1x1, _frame,
+                 _f8x1))
+def steer(near2, setup, pose, seen_from, yield_m, v, w, way, leg, speeds, turns, flat, frame, out):
+    """The next velocity on ``way``. pose, seen_from [3] x, y, yaw on the map, of the robot now and
+    of the layer | yield_m distance to what has the right of way | v, w present velocity |
+    out [4]: speed, turn rate, 1.0 if blocked, length of the way still to go."""
+    s = setup[0]
+    px, py, out[3] = aim(way, leg, pose[0], pose[1], setup, flat, frame)
+    c, si = cos(seen_from[2]), sin(seen_from[2])
+    dx, dy = pose[0] - seen_from[0], pose[1] - seen_from[1]
+    x, y, yaw = c * dx + si * dy, c * dy - si * dx, pose[2] - seen_from[2]
+    dx, dy = px - pose[0], py - pose[1]
+    dx, dy, out[2] = around(near2, s.cell_m, s.safe_m, x, y, c * dx + si * dy, c * dy - si * dx)
+    if out[2] > 0.0:
+        out[0], out[1] = max(v - s.speed_step_mps, 0.0), 0.0
+        return
+    off = atan2(dy, dx) - yaw
+    off -= 2.0 * math.pi * np.floor(off / (2.0 * math.pi) + 0.5)
+    if abs(off) > _TURN_FIRST_RAD and v < _SLOW_MPS:
+        # The fastest turn that can still stop in time: w^2 = 2 a off.
+        turn = min(math.sqrt(2.0 * _GENTLE * s.turn_acceleration_radps2 * abs(off)),
+                   s.max_turn_radps)
+        out[0], out[1] = max(v - s.speed_step_mps, 0.0), math.copysign(turn, off)
+        return
+    # Aim beyond the end of the way: a robot brakes when it is there, not long before.
+    beyond = max(s.look_ahead_m / math.sqrt(dx * dx + dy * dy + 1e-9), 1.0)
+    # The arc through the aim has the radius d / (2 sin off): v = w r, or a robot would circle it.
+    arc_v = _ARC_RADPS * math.sqrt(dx * dx + dy * dy) / (2.0 * abs(sin(off)) + 1e-9)
+    top_v = max(min(arc_v, (yield_m - s.safe_m) / _YIELD_S), _CREEP_MPS)
+    window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, x + beyond * dx, y + beyond * dy,
+           out)

@@ -1,1 +1,0 @@
-"""The local planner: the velocity to drive next."""

@@ -1,0 +1,1 @@
+"""Strategies: where a robot explores next."""

@@ -1,0 +1,76 @@
+"""The JSON Schema of a scenario: what editors complete and check while one is written."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic.json_schema import models_json_schema
+
+from desim import plugins
+from desim.errors import InputError
+from desim.ports import Params
+from desim.scenario.schema.communication import Coordination, Medium, MiddlewareChoice, RuleChoice
+from desim.scenario.schema.whole import Scenario
+
+_CHOICES = ((Medium, "network", "model"), (RuleChoice, "rule", "rule"),
+            (MiddlewareChoice, "middleware", "model"), (Coordination, "strategy", "strategy"))
+
+
+def json_schema() -> dict[str, Any]:
+    """Draft 2020-12. A plug-in's own parameters are known where its name is that of an installed
+    one; a dotted path may have any."""
+    blocks = {(kind, name): block for _, kind, _ in _CHOICES
+              for name, block in _blocks(kind).items()}
+    models = [Scenario, *blocks.values(), *(choice for choice, _, _ in _CHOICES)]
+    references, whole = models_json_schema([(model, "validation") for model in models],
+                                           by_alias=True)
+    definitions = whole["$defs"]
+    root = _definition(definitions, references[Scenario, "validation"])
+    for choice, kind, key in _CHOICES:
+        own = _definition(definitions, references[choice, "validation"])
+        alternatives = [
+            _alternative(own, key, name, _definition(definitions, references[block, "validation"]))
+            for (its_kind, name), block in blocks.items() if its_kind == kind]
+        definitions[_name(references[choice, "validation"])] = {
+            "description": own.get("description", ""), "anyOf": [*alternatives, _dotted(own, key)]}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "desim scenario",
+            **{key: value for key, value in root.items() if key not in ("title", "required")},
+            "anyOf": [{"required": root["required"]}, {"required": ["extends"]}],
+            "properties": {"extends": {"type": "string", "description":
+                                       "a scenario file that this one is laid over"},
+                           **root["properties"]},
+            "$defs": dict(sorted(definitions.items()))}
+
+
+def _blocks(kind: str) -> dict[str, type[Params]]:
+    """Name to parameters of the installed plug-ins; one that cannot be loaded is left out."""
+    found = {}
+    for name in plugins.available(kind):
+        try:
+            found[name] = plugins.parameters(kind, name)
+        except InputError:
+            continue
+    return found
+
+
+def _alternative(own: dict, key: str, name: str, params: dict) -> dict[str, Any]:
+    chosen = {**own["properties"][key], "const": name}
+    return {"type": "object", "title": name, "description": params.get("description", ""),
+            "properties": {**own["properties"], **params.get("properties", {}), key: chosen},
+            "required": sorted({*own.get("required", []), *params.get("required", [])}),
+            "additionalProperties": False}
+
+
+def _dotted(own: dict, key: str) -> dict[str, Any]:
+    chosen = {**own["properties"][key], "pattern": ":"}
+    return {"type": "object", "title": "package.module:Class", "additionalProperties": True,
+            "description": "a plug-in by its dotted path, with its own parameters",
+            "properties": {**own["properties"], key: chosen}, "required": [key]}
+
+
+def _name(reference: dict) -> str:
+    return reference["$ref"].rpartition("/")[2]
+
+
+def _definition(definitions: dict, reference: dict) -> dict:
+    return definitions[_name(reference)]

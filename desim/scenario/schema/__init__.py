@@ -1,0 +1,1 @@
+"""The schema of a scenario, a family of parameters a file."""

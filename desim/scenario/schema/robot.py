@@ -1,0 +1,121 @@
+"""The robot family: sensors and software. Every robot of a fleet carries the same."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from desim.ports import Params
+from desim.scenario.schema.shapes import by_shape
+from desim.units import Angle, Duration, Frequency, Length, Period
+
+
+class Laser(Params):
+    """A planar laser scanner."""
+
+    beams: int = Field(180, ge=2, le=100_000, description="rays of a sweep (the paper: 180)")
+    field_of_view_rad: Angle = Field("190 deg", gt=0, description="(SICK LMS500, the paper)")
+    max_range_m: Length = Field("26 m", gt=0, description="(the paper)")
+    rate_hz: Frequency = Field("25 Hz", description="(the paper)")
+    noise_m: Length = Field("0 m", description="standard deviation of a range, Gaussian (MORSE's "
+                                             "Sick has none)")
+    pose: Literal["last_tick", "interpolated"] = Field("last_tick", description=(
+        "a scan between two world ticks sees the pose of the last tick, or the interpolated one"))
+
+
+BUILT_IN_LASERS = {"lms500": Laser()}
+
+
+class Odometry(Params):
+    """Wheel odometry. Only ``localization: odometry`` reads it."""
+
+    rate_hz: Frequency = Field("10 Hz", description="(the paper)")
+    model: Literal["independent", "random_walk"] = Field("independent", description=(
+        "independent: each reading is the true pose plus fresh noise (MORSE's pose noise); "
+        "random_walk: each step adds noise, so that it drifts"))
+    position_noise_m: Length = Field("0.022 m", description="standard deviation (the paper)")
+    heading_noise_rad: Angle = Field("0.02 rad", ge=0, description="standard deviation (the paper)")
+
+
+class Mapping(Params):
+    """The occupancy grid that a robot makes of its own scans."""
+
+    resolution_m: Length = Field("0.2 m", gt=0, description="(the published gmapping delta)")
+    linear_update_m: Length = Field("1 m", description="a scan is taken in after driving so far "
+                                                     "(gmapping linearUpdate)")
+    angular_update_rad: Angle = Field("0.5 rad", ge=0, description="or turning so far (gmapping)")
+    temporal_update_ns: Period | None = Field(None, description=(
+        "or when the last one is so old: with this a robot that stands still sees doors open and "
+        "close (null: never; gmapping temporalUpdate)"))
+    usable_range_m: Length = Field("25 m", gt=0, description=(
+        "a longer beam clears space up to here and marks nothing (the published code's maxUrange)"))
+
+
+MAX_LOCAL_SIDE = 1000  # cells of the local window; the published one has 60
+
+
+class Navigation(Params):
+    """Costmaps, global and local planner, recovery."""
+
+    control_rate_hz: Frequency = Field("10 Hz", description="(the published code)")
+    local_rate_hz: Frequency = Field("5 Hz", description="update of the local layer (the paper)")
+    local_size_m: Length = Field("6 m", gt=0,
+                                 description="side of the local window (the published yaml)")
+    local_resolution_m: Length = Field("0.1 m", gt=0, description="(the published yaml)")
+    inflation_radius_m: Length = Field("0.55 m", description="(costmap_2d default)")
+    inflation_scaling: float = Field(10.0, gt=0, description="cost decay per metre (costmap_2d "
+                                                             "cost_scaling_factor)")
+    sim_time_ns: Period = Field("1 s", description="rollout length (TrajectoryPlannerROS)")
+    speed_samples: int = Field(3, ge=1, le=100, description="(TrajectoryPlannerROS vx_samples)")
+    turn_samples: int = Field(20, ge=3, le=1000,
+                              description="(TrajectoryPlannerROS vtheta_samples)")
+    goal_tolerance_m: Length = Field("0.4 m", gt=0, description="(two cells of the map)")
+    stuck_after_ns: Period = Field("5 s", description="no progress for so long starts a recovery "
+                                                     "(move_base controller_patience)")
+    give_up_after: int = Field(3, ge=1, description="recoveries before the goal is aborted")
+    sensor_timeout_ns: Period = Field("0.5 s", description=(
+        "the robot stops when its newest scan is older (move_base: sensor not current; at least "
+        "two periods of the laser)"))
+    keep_right_m: Length = Field("0.4 m", description=(
+        "drive so far to the right of the planned way, so that robots that meet on one way pass "
+        "each other (1.5 robot radii)"))
+    clearance_m: Length = Field("0.1 m", description=(
+        "distance that rollouts keep from obstacles beside the robot's radius (one cell of the "
+        "local grid)"))
+    path_weight: float = Field(0.6, ge=0, description=(
+        "per metre that a rollout ends beside the way (TrajectoryPlannerROS path_distance_bias)"))
+    goal_weight: float = Field(0.8, ge=0, description=(
+        "per metre to the point ahead on the way (TrajectoryPlannerROS goal_distance_bias)"))
+    obstacle_weight: float = Field(0.001, ge=0, description=(
+        "per unit of inflated cost (TrajectoryPlannerROS occdist_scale 0.01 per cell of 0.1 m)"))
+
+
+class Exploration(Params):
+    """Frontiers and goals."""
+
+    rate_hz: Frequency = Field("1 Hz", description="goals are looked at no oftener than this "
+                                                "(explore planner_frequency)")
+    min_frontier_m: Length = Field("0.8 m", description="smaller clusters are ignored "
+                                                      "(explore_lite min_frontier_size 0.75 m)")
+    blacklist_radius_m: Length = Field("1 m", description="around a goal that was given up "
+                                                        "(explore_lite: 5 cells)")
+    blacklist_for_ns: Duration = Field("60 s", description="how long a given-up goal is avoided")
+
+
+class Robot(Params):
+    """What every robot carries."""
+
+    localization: Literal["ground_truth", "odometry"] = Field("ground_truth", description=(
+        "ground_truth: a sensor that publishes the true pose; odometry: the odometry taken at its "
+        "word"))
+    laser: by_shape(str, Laser) = Field(default_factory=Laser,
+                                        description="lms500, or its parameters")
+    odometry: Odometry = Field(default_factory=Odometry)
+    mapping: Mapping = Field(default_factory=Mapping)
+    navigation: Navigation = Field(default_factory=Navigation)
+    exploration: Exploration = Field(default_factory=Exploration)
+    passive: tuple[str, ...] = Field((), description="names of robots that carry no software: they "
+                                               "stand where they are and say nothing")
+
+

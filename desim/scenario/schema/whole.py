@@ -1,0 +1,69 @@
+"""A whole scenario, family by family."""
+
+from __future__ import annotations
+
+import zlib
+from typing import Literal
+
+from pydantic import Field
+
+from desim.ports import Params
+from desim.scenario.schema.communication import (
+    Coordination,
+    Fault,
+    MiddlewareChoice,
+    Name,
+    Network,
+    StationaryHost,
+)
+from desim.scenario.schema.environment import Environment
+from desim.scenario.schema.experiment import Measure, Stop, TraceParams
+from desim.scenario.schema.fleet import Fleet
+from desim.scenario.schema.robot import Robot
+from desim.units import Frequency, Pace
+
+
+class Testbed(Params):
+    """The paper's cluster: simulator and monitor on a workstation, controllers in virtual machines
+    on cluster nodes."""
+
+    __test__ = False
+
+    robots_per_node: int = Field(4, ge=1, description="virtual machines that share a node's "
+                                                      "network port (the paper)")
+    monitor_period_ns: Pace = Field("1 s", description="each robot's map and distance to the "
+                                                        "monitor (the published code)")
+
+
+class Physics(Params):
+    """The world's own clock."""
+
+    model: str = Field("plane", description="a world plug-in")
+    rate_hz: Frequency = Field("60 Hz", description="base tick (MORSE, the paper)")
+
+
+class Scenario(Params):
+    """One run, fully described."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")
+    seed: int = Field(0, ge=0, le=2**63 - 1)
+    deployment: Literal["testbed", "field"] = Field("testbed", description=(
+        "testbed: the paper's cluster, everything over one LAN; field: a computer on each robot, "
+        "radio between them"))
+    testbed: Testbed = Field(default_factory=Testbed)
+    physics: Physics = Field(default_factory=Physics)
+    environment: Environment = Field(default_factory=Environment)
+    fleet: Fleet = Field(default_factory=Fleet)
+    robot: Robot = Field(default_factory=Robot)
+    hosts: dict[Name, StationaryHost] = Field({}, description="computers without a body, by name")
+    network: Network = Field(default_factory=Network)
+    middleware: MiddlewareChoice = Field(default_factory=MiddlewareChoice)
+    coordination: Coordination = Field(default_factory=Coordination)
+    faults: tuple[Fault, ...] = ()
+    stop: Stop = Field(default_factory=Stop)
+    measure: Measure = Field(default_factory=Measure)
+    trace: TraceParams = Field(default_factory=TraceParams)
+
+    def __hash__(self) -> int:
+        # Mappings have no hash of their own, and Python's hash of text differs between processes.
+        return zlib.crc32(self.model_dump_json(by_alias=True).encode())

@@ -1,0 +1,1 @@
+"""A run put together: its hosts, its network, its world and its clock."""

@@ -1,0 +1,48 @@
+"""Which computers there are, what each is attached to, and where they stand.
+
+``testbed``: simulator and monitor on a workstation, each robot's controller in a virtual machine on
+a cluster node, everything on one LAN. ``field``: one computer on each robot, over the air.
+"""
+
+from __future__ import annotations
+
+from math import nan
+from typing import NamedTuple
+
+from desim.ports import natural_key
+from desim.scenario.names import WORKSTATION, robot_names
+from desim.scenario.schema.whole import Scenario
+
+
+class HostPlan(NamedTuple):
+    """One computer.
+
+    ``robot`` index of the body whose place it shares, or None; otherwise it stands at
+    ``x_m, y_m`` (NaN: nowhere, in reach of everybody). ``drives`` indices of the bodies whose
+    sensors and motors are attached to it. ``software`` index of the robot that it controls.
+    ``monitor`` whether robots send it their maps and distances.
+    """
+
+    name: str
+    robot: int | None
+    x_m: float
+    y_m: float
+    drives: tuple[int, ...]
+    software: int | None
+    monitor: bool
+
+
+def plan(scenario: Scenario) -> list[HostPlan]:
+    """The hosts of a scenario in natural order of their names."""
+    testbed = scenario.deployment == "testbed"
+    robots = robot_names(scenario)
+    passive = frozenset(scenario.robot.passive)
+    hosts = [HostPlan(name, i, nan, nan, () if testbed else (i,),
+                      None if name in passive else i, False)
+             for i, name in enumerate(robots)]
+    if testbed:
+        hosts.append(HostPlan(WORKSTATION, None, nan, nan, tuple(range(len(robots))), None, True))
+    for name, stationary in scenario.hosts.items():
+        x_m, y_m = stationary.at_m or (nan, nan)
+        hosts.append(HostPlan(name, None, x_m, y_m, (), None, stationary.monitor))
+    return sorted(hosts, key=lambda host: natural_key(host.name))

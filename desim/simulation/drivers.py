@@ -1,0 +1,75 @@
+"""The nodes that give the world a voice: they publish what the sensors see and apply commands.
+
+In ``testbed`` one of them sits on the workstation and speaks for every robot, as the simulator of
+the paper does; in ``field`` each robot's computer runs one for its own body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+
+from desim.middleware.graph import Host, Message, Node
+from desim.middleware.messages import ODOMETRY_BYTES, LaserScan, Lazy, Pose, laser_scan_bytes
+from desim.middleware.topics import Publisher
+from desim.ports import Snapshot, World
+from desim.scenario.schema.robot import Laser
+
+
+class Driver(Node):
+    """Sensors and motors of ``robots`` (indices into ``world.robots``)."""
+
+    __slots__ = ("robots", "_world", "_laser", "_scan_bytes", "_increment_rad", "_alone", "_scans",
+                 "_poses")
+
+    def __init__(self, host: Host, world: World, robots: Sequence[int], laser: Laser) -> None:
+        super().__init__(host, "driver")
+        self.robots = tuple(robots)
+        self._world = world
+        self._laser = laser
+        self._scan_bytes = laser_scan_bytes(laser.beams)
+        self._increment_rad = laser.field_of_view_rad / (laser.beams - 1)
+        self._alone = {i: np.array([i]) for i in self.robots}
+        self._scans: list[tuple[int, Publisher]] = []
+        self._poses: list[tuple[Publisher, Callable[[Snapshot, int], Pose]]] = []
+
+    def start(self) -> None:
+        for robot in self.robots:
+            prefix = f"/{self._world.robots[robot]}"
+            self._scans.append((robot, self.advertise(f"{prefix}/scan")))
+            self._poses.append((self.advertise(f"{prefix}/odom"), partial(self._odometry, robot)))
+            self._poses.append((self.advertise(f"{prefix}/true_pose"), partial(_true_pose, robot)))
+            self.subscribe(f"{prefix}/cmd_vel", partial(self._on_command, robot))
+
+    def sense_scan(self, snapshot: Snapshot, tick: int) -> None:
+        """Publish scan number ``tick`` of every robot; the beams are cast when somebody reads."""
+        for robot, publisher in self._scans:
+            if publisher.has_subscribers():
+                publisher.publish(Lazy(self._scan_bytes,
+                                       partial(self._scan, snapshot, robot, tick)))
+
+    def sense_pose(self, snapshot: Snapshot, tick: int) -> None:
+        """Publish odometry reading number ``tick`` and the true pose of every robot."""
+        for publisher, read in self._poses:
+            if publisher.has_subscribers():
+                publisher.publish(Lazy(ODOMETRY_BYTES, partial(read, snapshot, tick)))
+
+    def _scan(self, snapshot: Snapshot, robot: int, tick: int) -> LaserScan:
+        ranges = self._world.scan(snapshot, self._alone[robot], tick)[0]
+        return LaserScan(snapshot.time_ns, ranges, -0.5 * self._laser.field_of_view_rad,
+                         self._increment_rad, self._laser.max_range_m)
+
+    def _odometry(self, robot: int, snapshot: Snapshot, tick: int) -> Pose:
+        x_m, y_m, yaw_rad = self._world.odometry(snapshot, robot, tick)
+        return Pose(snapshot.time_ns, float(x_m), float(y_m), float(yaw_rad))
+
+    def _on_command(self, robot: int, message: Message) -> None:
+        twist = message.content
+        self._world.command(robot, twist.forward_mps, twist.left_mps, twist.turn_radps)
+
+
+def _true_pose(robot: int, snapshot: Snapshot, tick: int) -> Pose:
+    x_m, y_m, yaw_rad = snapshot.poses[robot].tolist()
+    return Pose(snapshot.time_ns, x_m, y_m, yaw_rad)

@@ -1,0 +1,79 @@
+"""The network of a scenario: its hosts, middleware and media, ready for nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from desim import plugins
+from desim.engine.kernel import Kernel
+from desim.engine.streams import Streams
+from desim.engine.trace import Trace
+from desim.errors import below
+from desim.middleware.graph import Graph
+from desim.network.medium import Medium
+from desim.network.place import Place
+from desim.ports import Obstacles, World
+from desim.scenario.schema.whole import Scenario
+from desim.simulation.deployment import HostPlan
+
+
+class HostPlaces:
+    """Where the hosts are, as of the last world tick: the media's view of the world."""
+
+    def __init__(self, world: World, hosts: list[HostPlan]) -> None:
+        self._world = world
+        self._fixed = np.array([(host.x_m, host.y_m) for host in hosts]).reshape(-1, 2)
+        carried = [(i, host.robot) for i, host in enumerate(hosts) if host.robot is not None]
+        self._carried, self._bodies = map(_rows, np.array(carried, np.int64).reshape(-1, 2).T)
+        self._seen: Any = None
+        self._positions = self._fixed
+
+    @property
+    def obstacles(self) -> Obstacles:
+        return self._world.obstacles()
+
+    def positions(self, time_ns: int) -> np.ndarray:
+        """[hosts, 2] m; ``time_ns`` is now."""
+        snapshot = self._world.snapshot()
+        if snapshot is not self._seen:
+            self._seen = snapshot
+            self._positions = self._fixed.copy()
+            self._positions[self._carried] = snapshot.poses[self._bodies, :2]
+            self._positions.flags.writeable = False
+        return self._positions
+
+
+def _rows(indices: np.ndarray) -> slice | np.ndarray:
+    """``indices`` to index by; as a slice, which is quicker, where they are consecutive."""
+    if len(indices) and (np.diff(indices) == 1).all():
+        return slice(int(indices[0]), int(indices[-1]) + 1)
+    return indices
+
+
+def wired(scenario: Scenario, place: Place, kernel: Kernel, trace: Trace, streams: Streams,
+          hosts: Sequence[str], **options: Any) -> Graph:
+    """A graph of ``hosts`` that stand at ``place``, with the scenario's middleware and media;
+    ``options`` are those of ``Graph``. Raises ``InputError`` that begins with the path of what does
+    not fit."""
+    middleware = _plugin("middleware", "middleware", scenario.middleware.model,
+                         scenario.middleware.parameters())
+    graph = Graph(kernel, trace.names, trace, streams, middleware, hosts, **options)
+    for name, choice in scenario.network.media.items():
+        path = f"network.media.{name}"
+        model = _plugin("network", path, choice.model, choice.parameters())
+        rules = [_plugin("rule", f"{path}.rules.{number}", rule.rule, rule.parameters())
+                 for number, rule in enumerate(choice.rules)]
+        with below(path):
+            graph.attach(Medium(name, model, rules, kernel=kernel, names=trace.names,
+                                streams=streams, hosts=hosts, place=place), choice.hosts)
+    return graph
+
+
+def _plugin(kind: str, path: str, name: str, parameters: dict[str, Any]) -> Any:
+    """A plug-in with the parameters that stand at ``path`` of the scenario."""
+    with below(path):
+        cls = plugins.load(kind, name)
+        return cls(cls.Params(**parameters))

@@ -1,0 +1,61 @@
+"""The world's share of the agenda: base ticks, scans and odometry, each one event for the fleet.
+
+Sensors keep the common grid: reading k is due at k / rate, and sees the pose of the last world
+tick (a laser, where it is asked for, the pose in between). A whole fleet's ticks are one event, one
+kernel call; the drivers then publish.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from desim.engine.kernel import Kernel, Phase
+from desim.engine.trace import Trace
+from desim.ports import World
+from desim.scenario.schema.whole import Scenario
+from desim.simulation.drivers import Driver
+
+WALL = -1
+# Order of what is due in one instant: a reader of both finds the scan there when the pose comes.
+_TICK, _SCANS, _POSES = range(3)
+
+
+class WorldClock:
+    """Moves ``world`` and lets ``drivers()`` speak.
+
+    ``collided(robot, other)`` hears of each collision episode; other is ``WALL`` for a wall.
+    """
+
+    def __init__(self, kernel: Kernel, world: World, trace: Trace, scenario: Scenario,
+                 drivers: Callable[[], Iterable[Driver]],
+                 collided: Callable[[int, int], None]) -> None:
+        self._kernel, self._world, self._trace = kernel, world, trace
+        self._drivers, self._collided = drivers, collided
+        self._ids = [trace.names.id(name) for name in world.robots]
+        self._collision = trace.names.id("collision")
+        self._interpolated = scenario.robot.laser.pose == "interpolated"
+        self._wall = trace.names.id("wall")
+        kernel.ticker(scenario.physics.rate_hz, Phase.WORLD, _TICK, self._advance, 0)
+        kernel.ticker(scenario.robot.laser.rate_hz, Phase.SENSE, _SCANS, self._scan, 0)
+        kernel.ticker(scenario.robot.odometry.rate_hz, Phase.SENSE, _POSES, self._pose, 0)
+
+    def _advance(self, tick: int) -> None:
+        if tick == 0:  # the start poses
+            return
+        now_ns = self._kernel.now_ns
+        self._world.advance(now_ns)
+        for robot, other in self._world.contacts():
+            self._trace.row(now_ns, self._collision, self._ids[robot],
+                            self._wall if other == WALL else self._ids[other])
+            self._collided(robot, other)
+
+    def _scan(self, tick: int) -> None:
+        now_ns, world = self._kernel.now_ns, self._world
+        snapshot = world.snapshot_at(now_ns) if self._interpolated else world.snapshot()
+        for driver in self._drivers():
+            driver.sense_scan(snapshot, tick)
+
+    def _pose(self, tick: int) -> None:
+        snapshot = self._world.snapshot()
+        for driver in self._drivers():
+            driver.sense_pose(snapshot, tick)

@@ -1,0 +1,94 @@
+"""The bodies of the fleet, moved together by one kernel call."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import distance_transform_cdt
+
+from desim.errors import InputError
+from desim.units import NS_PER_S
+from desim.world.fleet import RobotSpec
+from desim.world.kernels import bodies as kernels
+from desim.world.terrain import Raster, Terrain
+from desim.world.wall_index import tile_index
+
+EPISODE_NS = NS_PER_S // 2  # a collision is over after so long without contact
+TILE_M = 2.0
+_NEVER_NS = -(1 << 62)
+
+
+class Bodies:
+    """Poses and velocities of robots, in the order of ``specs``.
+
+    ``poses`` [n, 3] x m, y m, yaw rad; ``velocities`` [n, 3] forward, left m/s, turn rad/s;
+    ``travelled_m`` [n] the way that each has gone.
+    """
+
+    def __init__(self, specs: list[RobotSpec], terrain: Terrain, tick_s: float) -> None:
+        n = len(specs)
+        for spec in specs:
+            _check(spec, tick_s)
+        self.poses = np.array([(s.x_m, s.y_m, s.yaw_rad) for s in specs], dtype=np.float64)
+        self.poses[:, 2] -= 2.0 * np.pi * np.floor((self.poses[:, 2] + np.pi) / (2.0 * np.pi))
+        self.velocities = np.zeros((n, 3))
+        self.travelled_m = np.zeros(n)
+        self._commands = np.zeros((n, 3))
+        self._limits = np.array([(b.radius_m, b.max_speed_mps, b.max_turn_radps,
+                                  b.acceleration_mps2, b.turn_acceleration_radps2,
+                                  float(b.drive == "holonomic"))
+                                 for b in (spec.body for spec in specs)])
+        self._clocks = np.full((n, 3), _NEVER_NS, dtype=np.int64)
+        self._clocks[:, kernels.TIMEOUT] = [spec.body.command_timeout_ns for spec in specs]
+        self._order = np.arange(n)
+        self._pairs = np.zeros((n * (n - 1) // 2 + 1, 2), dtype=np.int64)
+        self._before = np.zeros((n, 4))
+        self._last = np.full((n, n), _NEVER_NS, dtype=np.int64)
+        self._episodes = np.zeros((n + n * (n - 1) // 2, 2), dtype=np.int64)
+        widest = float(self._limits[:, kernels.RADIUS].max())
+        self._matter = (*tile_index(terrain.lines, terrain.bounds, TILE_M, widest + kernels.NEAR_M),
+                        len(terrain.lines), *_field(terrain.raster))
+
+    @property
+    def radii_m(self) -> np.ndarray:
+        """[n] m."""
+        return np.ascontiguousarray(self._limits[:, kernels.RADIUS])
+
+    def command(self, robot: int, velocity: tuple[float, float, float], now_ns: int) -> None:
+        """What ``robot`` shall do from the next tick on: forward, left m/s, turn rad/s."""
+        self._commands[robot] = velocity
+        self._clocks[robot, kernels.COMMANDED] = now_ns
+
+    def ahead(self, after_s: float) -> np.ndarray:
+        """[n, 3] the poses after ``after_s`` more at the present velocities."""
+        poses = self.poses.copy()
+        kernels.move_all(poses, self.velocities, after_s)
+        return poses
+
+    def advance(self, now_ns: int, dt_s: float, walls: np.ndarray,
+                discs: np.ndarray) -> list[tuple[int, int]]:
+        """One tick that ends at ``now_ns`` among ``walls`` (the terrain's, then closed doors') and
+        ``discs``. Returns the contact episodes that began: (robot, other or -1)."""
+        began = kernels.advance(self.poses, self.velocities, self._commands, self._limits,
+                                self._clocks, self._order, self._pairs, self._before, self._last,
+                                self.travelled_m, walls, *self._matter, discs, now_ns, dt_s,
+                                EPISODE_NS, self._episodes)
+        return [tuple(row) for row in self._episodes[:began].tolist()] if began else []
+
+
+def _check(spec: RobotSpec, tick_s: float) -> None:
+    body = spec.body
+    if body.max_speed_mps * tick_s > body.radius_m / 2.0:
+        raise InputError(
+            f"physics.rate: at {body.max_speed_mps:g} m/s {spec.name} covers "
+            f"{body.max_speed_mps * tick_s:g} m in a tick and could pass through walls; allowed: "
+            f"half its radius ({body.radius_m / 2.0:g} m)")
+
+
+def _field(raster: Raster | None) -> tuple[np.ndarray, np.ndarray]:
+    """How far the nearest solid cell is: [rows, cols] uint8 chessboard distance in cells, at most
+    255, and the frame: x0 m, y0 m, cells per m. No raster: no cells."""
+    if raster is None:
+        return np.zeros((0, 0), dtype=np.uint8), np.array([0.0, 0.0, 1.0])
+    near = distance_transform_cdt(~raster.solid, metric="chessboard").clip(0, 255)
+    return (np.ascontiguousarray(near, dtype=np.uint8),
+            np.array([raster.x_m, raster.y_m, 1.0 / raster.resolution_m]))

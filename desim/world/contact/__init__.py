@@ -1,1 +1,0 @@
-"""Contacts of discs with matter."""

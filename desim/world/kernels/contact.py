@@ -1,0 +1,78 @@
+"""How deep a disc is in walls, raster cells and other discs, and the way out."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit, types
+
+from desim.ports.kernels import lean
+
+_FIXED = types.Array(types.float64, 2, "C", readonly=True)
+_DEPTH = types.UniTuple(types.float64, 3)
+
+
+@njit(_DEPTH(types.float64, types.float64, types.float64, _DEPTH), cache=True, inline="always")
+def deeper(dx, dy, radius, worst):
+    """The deeper of ``worst`` and a point of matter from which the disc's centre is (dx, dy) away.
+
+    A contact is (depth m, unit vector to the outside x, y).
+    """
+    distance2 = dx * dx + dy * dy
+    reach = radius - worst[0]
+    if distance2 >= reach * reach or distance2 == 0.0 or reach <= 0.0:
+        return worst
+    distance = math.sqrt(distance2)
+    return radius - distance, dx / distance, dy / distance
+
+
+@lean(_DEPTH(types.float64, types.float64, types.float64, _FIXED, types.int64, _DEPTH))
+def against_wall(x, y, radius, walls, w, worst):
+    """Against the nearest point of wall w of walls [n, 4]."""
+    x1, y1 = walls[w, 0], walls[w, 1]
+    ex, ey = walls[w, 2] - x1, walls[w, 3] - y1
+    along = ((x - x1) * ex + (y - y1) * ey) / (ex * ex + ey * ey)
+    along = min(max(along, 0.0), 1.0)
+    return deeper(x - x1 - along * ex, y - y1 - along * ey, radius, worst)
+
+
+@lean(_DEPTH(types.float64, types.float64, types.float64, types.uint8[:, ::1],
+             types.float64[::1], _DEPTH))
+def against_raster(x, y, radius, near, frame, worst):
+    """Against the nearest points of solid cells around; near as in ``Bodies``."""
+    col, row = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2]
+    r = radius * frame[2]
+    rows, cols = near.shape
+    inside = 0 <= row < rows and 0 <= col < cols
+    if inside and near[int(row), int(col)] > r + 1.0:
+        return worst
+    for i in range(max(math.floor(row - r), 0), min(math.floor(row + r) + 1, rows)):
+        for j in range(max(math.floor(col - r), 0), min(math.floor(col + r) + 1, cols)):
+            if near[i, j] == 0:
+                dx = col - min(max(col, float(j)), j + 1.0)
+                dy = row - min(max(row, float(i)), i + 1.0)
+                worst = deeper(dx / frame[2], dy / frame[2], radius, worst)
+    return worst
+
+
+@lean(_DEPTH(types.float64, types.float64, types.float64, _FIXED, types.int64[:, ::1],
+             types.int64[::1], types.float64[::1], types.int64, types.uint8[:, ::1],
+             types.float64[::1], _FIXED))
+def deepest(x, y, radius, walls, tile_start, tile_items, tile_frame, indexed, near, near_frame,
+            discs):
+    """The deepest contact of a disc with all that stands fast; depth 0 if there is none.
+
+    walls [n, 4], the first ``indexed`` of them in the tiles | discs [d, 3] x, y, radius
+    """
+    worst = (0.0, 0.0, 0.0)
+    row = min(max(int((y - tile_frame[1]) * tile_frame[2]), 0), tile_start.shape[0] - 1)
+    col = min(max(int((x - tile_frame[0]) * tile_frame[2]), 0), tile_start.shape[1] - 2)
+    for j in range(tile_start[row, col], tile_start[row, col + 1]):
+        worst = against_wall(x, y, radius, walls, tile_items[j], worst)
+    for w in range(indexed, walls.shape[0]):
+        worst = against_wall(x, y, radius, walls, w, worst)
+    if near.shape[0] > 0:
+        worst = against_raster(x, y, radius, near, near_frame, worst)
+    for d in range(discs.shape[0]):
+        worst = deeper(x - discs[d, 0], y - discs[d, 1], radius + discs[d, 2], worst)
+    return worst

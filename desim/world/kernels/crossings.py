@@ -1,0 +1,132 @@
+"""Walls and blocks that the straight lines between antennas cross."""
+
+from __future__ import annotations
+
+import math
+
+from numba import types
+
+from desim.ports.kernels import lean
+
+_FIXED = types.Array(types.float64, 2, "C", readonly=True)  # accepts writable arrays too
+
+
+@lean(types.int64(_FIXED, _FIXED, types.Array(types.int64, 2, "C")))
+def crossings(walls, pairs, out):
+    """Which walls the straight lines between antennas cross, touching included.
+
+    walls [n, 4] m | pairs [k, 4] m | out [capacity, 2] rows (pair, wall), sorted
+    Returns how many there are, which may be more than fit.
+    Two segments cross when each has its ends on different sides of the other (or on it).
+    """
+    found = 0
+    for k in range(pairs.shape[0]):
+        px, py = pairs[k, 0], pairs[k, 1]
+        dx, dy = pairs[k, 2] - px, pairs[k, 3] - py
+        left, right = min(px, px + dx), max(px, px + dx)
+        low, high = min(py, py + dy), max(py, py + dy)
+        for w in range(walls.shape[0]):
+            x1, y1, x2, y2 = walls[w, 0], walls[w, 1], walls[w, 2], walls[w, 3]
+            if max(x1, x2) < left or min(x1, x2) > right:
+                continue
+            if max(y1, y2) < low or min(y1, y2) > high:
+                continue
+            side1 = dx * (y1 - py) - dy * (x1 - px)
+            side2 = dx * (y2 - py) - dy * (x2 - px)
+            ex, ey = x2 - x1, y2 - y1
+            side3 = ex * (py - y1) - ey * (px - x1)
+            side4 = ex * (py + dy - y1) - ey * (px + dx - x1)
+            parallel = side1 == 0.0 and side2 == 0.0
+            if side1 * side2 <= 0.0 and side3 * side4 <= 0.0 and not parallel:
+                if found < out.shape[0]:
+                    out[found, 0] = k
+                    out[found, 1] = w
+                found += 1
+    return found
+
+
+_OUT = types.Array(types.int64, 2, "C")
+
+
+@lean(types.int64(_OUT, types.int64, types.int64, types.int64, types.int64, types.int64))
+def _crossed(out, found, line, kind, way_in, way_out):
+    """Note a stretch of ``kind`` on ``line``: a block's two faces, one of a post's; -1 is none."""
+    for face in (way_in, way_out):
+        if face >= 0:
+            if found < out.shape[0]:
+                out[found, 0] = line
+                out[found, 1] = face
+            found += 1
+            if kind % 2 == 1:
+                break
+    return found
+
+
+@lean(types.UniTuple(types.float64, 2)(types.float64, types.float64, types.float64, types.float64,
+                                       types.float64))
+def _within(start, way, width, first, last):
+    """The part of [first, last] of a line in which ``start`` + part * ``way`` is in [0, width]."""
+    if way == 0.0:
+        return (first, last) if 0.0 <= start <= width else (1.0, 0.0)
+    one, other = -start / way, (width - start) / way
+    return max(first, min(one, other)), min(last, max(one, other))
+
+
+@lean(types.int64(types.Array(types.int8, 2, "C"), types.Array(types.float64, 2, "C"),
+                  types.float64, _OUT))
+def stretches(kinds, pairs, gap, out):
+    """The faces of posts and blocks that lines cross, cell by cell (Amanatides and Woo 1987).
+
+    kinds [rows, cols], 0 free, odd in a post, even in a block | pairs [k, 4] in cells |
+    out [capacity, 2] rows (pair, face), by pair; returns how many there are, which may be more than
+    fit. A stretch is of one kind; it goes on behind free cells on a way shorter than ``gap``.
+
+    A face is (side * span + line) * span + place: on which side of its cell it is (0 below, 1
+    above, 2 left, 3 right), on which grid line, and where on it. Lines go from left to right.
+    """
+    rows, cols = kinds.shape
+    span = max(rows, cols) + 1
+    found = 0
+    for k in range(pairs.shape[0]):
+        x, y = pairs[k, 0], pairs[k, 1]
+        dx, dy = pairs[k, 2] - x, pairs[k, 3] - y
+        if dx < 0.0 or dx == 0.0 and dy < 0.0:
+            x, y, dx, dy = x + dx, y + dy, -dx, -dy
+        at, last = _within(x, dx, cols, 0.0, 1.0)
+        at, last = _within(y, dy, rows, at, last)
+        if at > last:
+            continue
+        up = 1 if dy >= 0.0 else -1
+        col, row = min(int(x + at * dx), cols - 1), min(int(y + at * dy), rows - 1)
+        length = max(math.sqrt(dx * dx + dy * dy), 1e-9)
+        kind = kinds[row, col]
+        way_in, way_out, left_at = -1, -1, 0.0
+        while True:
+            next_x = (col + 1 - x) / dx if dx > 0.0 else math.inf
+            next_y = (row + (up > 0) - y) / dy if dy != 0.0 else math.inf
+            at = min(next_x, next_y)
+            here = kinds[row, col]
+            if next_x <= next_y:
+                col += 1
+                leave, enter = (3 * span + col) * span + row, (2 * span + col) * span + row
+            else:
+                row += up
+                line = row + (up < 0)
+                leave = ((up > 0) * span + line) * span + col
+                enter = ((up < 0) * span + line) * span + col
+            if at > last or col >= cols or row < 0 or row >= rows:
+                break
+            there = kinds[row, col]
+            if there == here:
+                continue
+            if here > 0:
+                way_out, left_at = leave, at
+            if there > 0:
+                if there != kind or (at - left_at) * length >= gap:
+                    if kind > 0:
+                        found = _crossed(out, found, k, kind, way_in, way_out)
+                    kind, way_in = there, enter
+                way_out = -1
+        if kind > 0:
+            found = _crossed(out, found, k, kind, way_in, way_out)
+    return found

@@ -1,0 +1,54 @@
+"""The laser scanners of the fleet: all of one kind, cast by one kernel call."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from desim.errors import InputError
+from desim.ports.kernels import cos, sin
+from desim.scenario.schema.robot import Laser
+from desim.world.kernels import lidar as kernels
+from desim.world.terrain import Raster, Terrain
+from desim.world.wall_index import tile_index
+
+TILE_M = 8.0  # a road of the paper; smaller tiles list fewer walls and cost memory
+
+
+class Lidar:
+    """Casts sweeps. Beam i points to ``angle_min_rad + i * increment_rad`` from the heading."""
+
+    def __init__(self, laser: Laser, terrain: Terrain, radii_m: np.ndarray,
+                 keys: np.ndarray) -> None:
+        if laser.field_of_view_rad > 2.0 * np.pi + 1e-9:
+            raise InputError("robot.laser.field_of_view: must be at most 360 deg, got "
+                             f"{np.degrees(laser.field_of_view_rad):g} deg")
+        self.beams = laser.beams
+        self.angle_min_rad = -laser.field_of_view_rad / 2.0
+        self.increment_rad = laser.field_of_view_rad / (laser.beams - 1)
+        angles = [self.angle_min_rad + self.increment_rad * i for i in range(laser.beams)]
+        tiles = tile_index(terrain.lines, terrain.bounds, TILE_M, laser.max_range_m)
+        self._fixed = (np.array([[cos(a) for a in angles], [sin(a) for a in angles]]), *tiles,
+                       *_squares(terrain.raster))
+        self._radii_m = radii_m
+        self._laser = np.array([self.angle_min_rad, self.increment_rad, laser.max_range_m,
+                                laser.noise_m, float(len(terrain.lines))])
+        self._keys = keys
+        self._inverse = np.empty(laser.beams)
+
+    def scan(self, poses: np.ndarray, walls: np.ndarray, discs: np.ndarray, robots: np.ndarray,
+             tick: int) -> np.ndarray:
+        """[len(robots), beams] float32 m, among ``walls`` [n, 4] (the terrain's, then closed
+        doors') and ``discs`` [d, 3]."""
+        out = np.empty((len(robots), self.beams), dtype=np.float32)
+        kernels.scan(poses, robots, tick, self._radii_m, walls, *self._fixed, discs, self._laser,
+                     self._keys, self._inverse, out)
+        return out
+
+
+def _squares(raster: Raster | None) -> tuple[np.ndarray, np.ndarray]:
+    """The free squares of a raster, and its frame: x0 m, y0 m, cells per m. No raster: no cells."""
+    if raster is None:
+        return np.zeros((4, 0, 0), dtype=np.uint8), np.array([0.0, 0.0, 1.0])
+    squares = np.zeros((4, *raster.solid.shape), dtype=np.uint8)
+    kernels.free_squares(raster.solid, squares)
+    return squares, np.array([raster.x_m, raster.y_m, 1.0 / raster.resolution_m])

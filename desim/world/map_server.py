@@ -1,0 +1,183 @@
+"""Maps in the format of ROS map_server: a YAML file beside a PGM or PNG image.
+
+Trinary mode (map_server's default): with p = (255 - value) / 255, or value / 255 if ``negate``,
+a cell is occupied above ``occupied_thresh``, free below ``free_thresh`` and unknown in between.
+Unknown cells are solid here: nothing has ever been seen in them. Of a colour image the mean of
+its channels counts, without transparency.
+
+``materials`` is a key of ours, which ROS leaves alone: by grey value, what occupied (and unknown)
+cells are made of. All greys that count as occupied look alike to a laser, there as here.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from desim.errors import InputError, did_you_mean
+from desim.files import content
+from desim.scenario.schema.environment import MapFile
+from desim.world import materials
+from desim.world.terrain import MAX_CELLS, Raster, Terrain, from_raster
+
+IMAGES = (".pgm", ".png", ".pnm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff")
+_MOST_BYTES = 10_000_000  # of the YAML file
+HEIGHT_M = 2.0  # the paper: obstacles 2 m high; a map says nothing of it
+MATERIALS = "materials"
+KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode",
+        MATERIALS)
+
+
+def load(map_file: MapFile, other: int) -> Terrain:
+    """The terrain of a map_server YAML; of material ``other`` where it says nothing.
+
+    Raises ``InputError`` for whatever is wrong with either file.
+    """
+    path = Path(map_file.map)
+    facts = _facts(path)
+    image = _image_path(path, facts, map_file.image)
+    values = _values(image)
+    occupied, free = _thresholds(path, facts)
+    p = values / 255.0 if _flag(path, facts, "negate") else (255.0 - values) / 255.0
+    is_free = (p < free) & ~(p > occupied)
+    if not is_free.any():
+        raise InputError(f"{image}: no free cell (free means p < {free:g}; see free_thresh and "
+                         f"negate in {path.name})")
+    resolution = _number(path, facts, "resolution")
+    if not 0.0 < resolution < np.inf:
+        raise InputError(f"{path}: resolution must be above zero, got {facts['resolution']!r}")
+    x_m, y_m = _origin(path, facts)
+    material = _material(path, image, facts, other, values, is_free, p > occupied)
+    raster, material = _cropped(is_free[::-1], material[::-1], resolution,
+                                x_m + map_file.offset_m[0], y_m + map_file.offset_m[1])
+    return from_raster(path.stem, raster, material, HEIGHT_M)
+
+
+def _material(path: Path, image: Path, facts: dict[str, Any], other: int, values: np.ndarray,
+              is_free: np.ndarray, is_occupied: np.ndarray) -> np.ndarray:
+    """[rows, cols] of each cell, rows of ``materials.NAMES``; ``other`` where nothing is said."""
+    legend = facts.get(MATERIALS)
+    material = np.full(values.shape, other, np.int8)
+    if legend is None:
+        return material
+    if not isinstance(legend, dict) or not all(type(grey) is int for grey in legend):
+        raise InputError(f"{path}: {MATERIALS} must name a material by grey value, as in "
+                         f"{{0: concrete, 40: glass}}, got {legend!r}")
+    greys, listed = np.rint(values), np.zeros(values.shape, bool)
+    for grey, name in sorted(legend.items()):
+        here = greys == grey
+        if (here & is_free).any():
+            raise InputError(f"{path}: {MATERIALS}.{grey}: {image.name} has free cells of this "
+                             "grey value; only what is occupied or unknown has a material")
+        material[here] = materials.row(name, f"{path}: {MATERIALS}.{grey}")
+        listed |= here
+    rows, cols = np.nonzero(is_occupied & ~listed)
+    if len(rows):
+        raise InputError(f"{image}: occupied cells of grey value {greys[rows[0], cols[0]]:g} "
+                         f"(row {rows[0] + 1}, column {cols[0] + 1}; {len(rows)} cells in all) "
+                         f"have no material; {MATERIALS} of {path.name} has "
+                         f"{', '.join(map(str, sorted(legend)))} (an image drawn with smooth edges "
+                         "has more grey values than it shows)")
+    return material
+
+
+def _facts(path: Path) -> dict[str, Any]:
+    import yaml
+
+    try:
+        facts = yaml.safe_load(content(path, _MOST_BYTES).decode("utf-8"))
+    except FileNotFoundError:
+        there = sorted(file.name for file in path.parent.glob("*.y*ml")) or ["none"]
+        raise InputError(f"{path}: no such map; YAML files beside it: {', '.join(there)}") from None
+    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
+        reason = " ".join(str(error).split())
+        raise InputError(f"{path}: cannot be read as YAML: {reason}") from None
+    if not isinstance(facts, dict):
+        raise InputError(f"{path}: not a map_server file; its keys are {', '.join(KEYS)}")
+    for key in KEYS[:6]:
+        if key not in facts:
+            near = did_you_mean(key, [str(k) for k in facts if k not in KEYS])
+            raise InputError(f"{path}: {key!r} is missing{near}")
+    if facts.get("mode", "trinary") != "trinary":
+        raise InputError(f"{path}: mode {facts['mode']!r} is not supported; allowed: trinary")
+    return facts
+
+
+def _image_path(path: Path, facts: dict[str, Any], override: str | None) -> Path:
+    image = path.parent / str(override if override is not None else facts["image"])
+    if image.is_file():
+        return image
+    there = sorted(file.name for file in path.parent.iterdir() if file.suffix.lower() in IMAGES)
+    raise InputError(f"{path}: its image {image.name!r} does not exist; images beside it: "
+                     f"{', '.join(there) or 'none'}; `image:` in the scenario's terrain overrides "
+                     "the one that the YAML names")
+
+
+def _values(path: Path) -> np.ndarray:
+    """[rows, cols] float, 0 to 255, top row first."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(path) as image:
+            if image.width * image.height > MAX_CELLS:
+                raise InputError(f"{path}: {image.width} x {image.height} pixels are too many "
+                                 f"(allowed: {MAX_CELLS})")
+            sixteen_bits = image.mode.startswith("I")
+            pixels = np.asarray(image if sixteen_bits or image.mode == "L"
+                                else image.convert("RGB"), dtype=np.float64)
+    except (OSError, UnidentifiedImageError, SyntaxError, ValueError,
+            Image.DecompressionBombError) as error:
+        raise InputError(f"{path}: cannot be read as an image: {error}") from None
+    if pixels.size == 0:
+        raise InputError(f"{path}: the image is empty")
+    values = pixels.mean(axis=2) if pixels.ndim == 3 else pixels
+    return values / 257.0 if sixteen_bits else values
+
+
+def _number(path: Path, facts: dict[str, Any], key: str) -> float:
+    try:
+        return float(facts[key])
+    except (TypeError, ValueError):
+        raise InputError(f"{path}: {key} must be a number, got {facts[key]!r}") from None
+
+
+def _flag(path: Path, facts: dict[str, Any], key: str) -> bool:
+    value = _number(path, facts, key)
+    if value not in (0.0, 1.0):
+        raise InputError(f"{path}: {key} must be 0 or 1, got {facts[key]!r}")
+    return value == 1.0
+
+
+def _thresholds(path: Path, facts: dict[str, Any]) -> tuple[float, float]:
+    occupied, free = _number(path, facts, "occupied_thresh"), _number(path, facts, "free_thresh")
+    if not 0.0 <= free < occupied <= 1.0:
+        raise InputError(f"{path}: free_thresh must lie below occupied_thresh and both between 0 "
+                         f"and 1, got free_thresh {free:g} and occupied_thresh {occupied:g}")
+    return occupied, free
+
+
+def _origin(path: Path, facts: dict[str, Any]) -> tuple[float, float]:
+    try:
+        x_m, y_m, yaw_rad = (float(part) for part in facts["origin"])
+    except (TypeError, ValueError):
+        raise InputError(f"{path}: origin must be [x, y, yaw], got {facts['origin']!r}") from None
+    if not (np.isfinite(x_m) and np.isfinite(y_m)):
+        raise InputError(f"{path}: origin must be finite, got {facts['origin']!r}")
+    if yaw_rad != 0.0:
+        raise InputError(f"{path}: origin has a yaw of {yaw_rad:g} rad; only maps that are not "
+                         "rotated (yaw 0) are supported")
+    return x_m, y_m
+
+
+def _cropped(free: np.ndarray, material: np.ndarray, resolution_m: float, x_m: float, y_m: float
+             ) -> tuple[Raster, np.ndarray]:
+    """The part that has free cells in it, with one cell of solid border around, and its material
+    [rows, cols]: the border's is that of the cell beside it, if there is none in the image."""
+    rows, cols = np.flatnonzero(free.any(axis=1)), np.flatnonzero(free.any(axis=0))
+    part = slice(rows[0], rows[-1] + 3), slice(cols[0], cols[-1] + 3)  # of one with a border
+    solid = np.ascontiguousarray(np.pad(~free, 1, constant_values=True)[part])
+    return (Raster(solid, resolution_m, x_m + (int(cols[0]) - 1) * resolution_m,
+                   y_m + (int(rows[0]) - 1) * resolution_m),
+            np.pad(material, 1, mode="edge")[part])

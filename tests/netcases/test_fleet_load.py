@@ -1,0 +1,231 @@
+"""Will it carry? What a scenario's topics ask of its media, against sums by hand and runs."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from desim.cli import app
+from desim.commands.views.fleet_load import told, verdict
+from desim.engine.streams import Streams
+from desim.middleware.messages import occupancy_grid_bytes
+from desim.middleware.transports import stream_frame
+from desim.netcases import fleet
+from desim.netcases.fleet import Question
+from desim.netcases.survey import free_place
+from desim.netcases.talks import Pace
+from desim.scenario.load import from_mapping
+from desim.simulation.simulation import Simulation
+
+S = 10**9
+
+
+def scenario(size=3, deployment="testbed", lan="ideal", overrides=(), **more):
+    lan = {"model": lan} if isinstance(lan, str) else lan
+    return from_mapping({
+        "name": "small", "deployment": deployment,
+        "environment": {"terrain": {"size": ["20 m", "12 m"]}},
+        "fleet": {"size": size, "start": {"from": ["-6 m", "0 m"], "step": ["3 m", "0 m"]}},
+        "network": {"media": {"lan": lan}}, **more}, overrides).scenario
+
+
+def play(of, **options):
+    return fleet.play(of, Question(scenario="", **options))
+
+
+def test_offered_is_what_the_topics_sum_up_to():
+    """Three robots in a testbed: sensors from the workstation, commands and maps to it, and each
+    map to two others. Nothing takes time."""
+    of = scenario()
+    grid = Simulation(of).grid
+    map_bytes = occupancy_grid_bytes(grid.width * grid.height)
+    found = play(of)
+    by_hand = {  # messages a second, bytes
+        "/*/scan": (75, 797), "/*/true_pose": (30, 738), "/*/cmd_vel": (30, 48),
+        "/*/explored_map": (3, map_bytes), "/*/distance": (3, 8),
+        "/map_exchange/*": (3 * 2 / 5, map_bytes)}
+    assert (found["map_bytes"], found["left_out"]) == (map_bytes, [])
+    assert set(found["topics"]) == set(by_hand)
+    for name, (per_s, size_bytes) in by_hand.items():
+        topic = found["topics"][name]
+        assert (topic["sent"], topic["size_bytes"]) == (20 * per_s, size_bytes), name
+        assert topic["offered_mbps"] == pytest.approx(per_s * size_bytes * 8e-6)
+        assert (topic["delivered"], topic["lost"], topic["delay_p99_ms"]) == (20 * per_s, {}, 0.0)
+    lan = found["media"]["lan"]
+    assert lan["offered_mbps"] == lan["carried_mbps"] == pytest.approx(sum(
+        per_s * stream_frame(size_bytes)[0] * 8e-6 for per_s, size_bytes in by_hand.values()))
+    assert lan["utilisation"] is None
+    assert verdict(found, 0.99) == (
+        True, "carries: 1 of all messages arrive, 95 % of each topic's within 0 ms (/*/cmd_vel)")
+
+
+def test_the_twin_of_another_rate():
+    """A laser of 23 Hz is not one of 25 Hz."""
+    found = play(scenario(robot={"laser": {"rate": "23 Hz"}}))
+    assert found["topics"]["/*/scan"]["sent"] == 20 * 3 * 23 != 20 * 75
+
+
+def test_a_run_says_the_same():
+    """What does not depend on driving is as often and as large in a run of ten seconds, of which
+    the prediction has the second half. Sensors begin at time 0."""
+    of = from_mapping({"name": "two", "fleet": {"size": 2}}).scenario
+    simulation = Simulation(of)
+    assert simulation.run(10 * S).simulated_ns == 10 * S
+    simulated = {name: topic.counts for name, topic in simulation.graph.topics.items()
+                 if topic.counts.intended}
+    found = play(of, duration="5 s")["topics"]  # from 5 s to 10 s
+    robots = frozenset({"robot_0", "robot_1"})
+    assert {fleet.family(name, robots) for name in simulated} == set(found)
+    for kind, at_zero in ("scan", 1), ("true_pose", 1), ("explored_map", 0), ("distance", 0):
+        counts = [simulated[f"/robot_{i}/{kind}"] for i in range(2)]
+        sent = sum(own.intended - at_zero for own in counts)
+        assert 2 * found[f"/*/{kind}"]["sent"] == sent
+        assert all(own.bytes == own.delivered * found[f"/*/{kind}"]["size_bytes"]
+                   for own in counts)
+
+
+def test_in_the_field_only_maps_cross_and_what_a_base_collects():
+    air = {"lan": None, "air": {"model": "disk"}}
+    found = play(scenario(deployment="field", network={"media": air}), map="5 kB")
+    assert (list(found["topics"]), found["map_bytes"]) == (["/map_exchange/*"], 5000)
+    base = play(scenario(deployment="field", network={"media": air},
+                         hosts={"base": {"monitor": True}}))
+    assert {name: topic["receivers"] for name, topic in base["topics"].items()} == {
+        "/*/distance": 1, "/*/explored_map": 1, "/map_exchange/*": 3}
+
+
+def test_nothing_to_say():
+    found = play(scenario(1, deployment="field", network={"media": {"air": {"model": "disk"}}}))
+    assert found["topics"] == {}
+    assert verdict(found, 0.99) == (True, "carries: nothing is said between hosts")
+    assert "medium" in told(found)
+
+
+def overloaded(rate):
+    """Two robots tell each other 100 kB every half second over links of ``rate``."""
+    lan = {"model": "link", "rate": rate}
+    return play(scenario(2, "field", lan, coordination={"exchange": {"period": "500 ms"}}),
+                map="100 kB", duration="60 s")
+
+
+def test_a_line_that_is_too_narrow_carries_what_it_can():
+    """1 Mb/s for frames of 104 834 B: one after the other, each 0.84 s; what waits is replaced."""
+    frame_bytes = stream_frame(100_000)[0]
+    found = overloaded("1 Mb/s")
+    topic, lan = found["topics"]["/map_exchange/*"], found["media"]["lan"]
+    expected = 1e6 / (8 * frame_bytes) / 2
+    assert topic["offered_mbps"] == pytest.approx(3.2)
+    assert topic["delivery_ratio"] == pytest.approx(expected, rel=0.02)
+    assert lan["utilisation"] == {"mean": pytest.approx(1), "max": pytest.approx(1)}
+    assert lan["carried_mbps"] == pytest.approx(2, rel=0.02)
+    carries, said = verdict(found, 0.99)
+    assert not carries
+    assert said.startswith("does not carry: /map_exchange/* loses 40")
+    assert "(outbox_full" in said
+    twin = overloaded("0.92 Mb/s")["topics"]["/map_exchange/*"]["delivery_ratio"]
+    assert twin != pytest.approx(expected, rel=0.02)
+
+
+def test_what_arrives_too_late_is_not_carried():
+    """A second on the way, where a new scan comes after 40 ms; nothing is lost."""
+    topic = {"delivery_ratio": 1.0, "lost": {}, "delay_p95_ms": 1000.0, "rate_hz": 25.0}
+    assert verdict({"topics": {"/*/scan": topic}}, 0.99) == (
+        False, "does not carry: /*/scan is late, 95 % within 1 s where the next one comes after "
+               "40 ms")
+
+
+def test_the_same_answer_again_and_other_phases_with_another_seed():
+    radio = {"model": "radio"}
+    one, again = (play(scenario(5, "field", radio)) for _ in range(2))
+    assert one == again
+    assert one != play(scenario(5, "field", radio, overrides=["seed=2"]))
+    assert 0 < one["media"]["lan"]["utilisation"]["max"] < 0.2
+
+
+def test_robots_anywhere():
+    """By their names: one more robot moves nobody. Far from each other less arrives."""
+    ground = Simulation(scenario(2)).monitor.ground
+    places = [free_place(ground, Streams(1), "spread", f"robot_{k}") for k in range(40)]
+    cells = [ground.grid.cell(*place) for place in places]
+    assert all(ground.reachable[row, column] for column, row in cells)
+    assert np.ptp(places, axis=0) == pytest.approx([20, 12], rel=0.2)
+    disk = {"model": "disk", "range": "5 m"}
+    shares = [play(scenario(4, "field", disk), map="1 kB", spread=spread)["topics"][
+        "/map_exchange/*"]["delivery_ratio"] for spread in (False, True)]
+    assert shares[0] != shares[1]
+
+
+def test_topics_that_nobody_has_a_rate_for_are_named(monkeypatch):
+    monkeypatch.setattr(fleet, "paces", lambda *_: {"scan": Pace(25, 797)})
+    found = play(scenario())
+    assert list(found["topics"]) == ["/*/scan"]
+    assert found["left_out"] == ["/*/cmd_vel", "/*/distance", "/*/explored_map", "/*/true_pose",
+                                 "/map_exchange/*"]
+    assert "left out, for nobody says how often: /*/cmd_vel, " in told(found)
+
+
+# ------------------------------------------------------------------------------------ the command
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two.yaml").write_text(
+        "name: two\ndeployment: field\nenvironment: {terrain: {size: [20 m, 10 m]}}\n"
+        "fleet: {size: 2, start: {from: [0 m, 0 m], step: [1 m, 0 m]}}\n"
+        "network: {media: {air: {model: link, rate: 8 Mb/s}}}\n")
+
+
+def desim(*words, code=0):
+    done = CliRunner().invoke(app, ["net", *words])
+    assert "Traceback" not in done.stderr
+    assert done.exit_code == code, done.stderr
+    return done.stdout if code == 0 else done.stderr
+
+
+def test_the_command():
+    """931 B with headers at 8 Mb/s."""
+    assert desim("fleet", "two.yaml", "--map", "857", "--set", "seed=7") == (
+        "two, seed 7: 2 hosts, 20 s\n"
+        "  robots stand where they start\n"
+        "  a map update is 857 B: as given\n"
+        "  all drive, and have a new map to tell each time; there are no faults\n\n"
+        "topic            from  to   Hz    B   Mb/s  arrived      mean      95 %      99 %  lost\n"
+        "/map_exchange/*     2   2  0.2  857  0.003   1.0000  0.931 ms  0.931 ms  0.931 ms\n\n"
+        "medium   Mb/s  carried    busy  at most  frames  lost\n"
+        "air     0.003    0.003  0.0002   0.0002       8\n\n"
+        "carries: 1 of all messages arrive, 95 % of each topic's within 0.931 ms "
+        "(/map_exchange/*)\n")
+
+
+def test_the_command_in_json():
+    found = json.loads(desim("fleet", "two.yaml", "--set", "seed=7", "--seed", "3", "--json",
+                             "--set", "network.media.air.rate=9 Mb/s", "--duration", "10"))
+    assert (found["scenario"], found["seed"], found["carries"]) == ("two", 3, True)
+    assert found["settings"]["set"] == ["seed=7", "network.media.air.rate=9 Mb/s"]
+    assert found["media"]["air"]["utilisation"]["max"] == pytest.approx(
+        2 * stream_frame(found["map_bytes"])[0] * 8 / 9e6 / 10, rel=1e-3)
+
+
+def test_help_lists_it():
+    assert "\n  fleet       Whether a scenario's network carries what its robots say\n" in desim()
+    said = desim("fleet", "--help")
+    assert said.startswith("Usage: desim net fleet SCENARIO [--key value ...] [--seed N] [--json]")
+    assert "  --set A.B.C=VALUE  another value of the scenario; can be given again\n" in said
+
+
+@pytest.mark.parametrize(("words", "says"), [
+    (["none.yaml"], "none.yaml: no such file"),
+    ([], "SCENARIO is missing: a scenario's YAML file"),
+    (["two.yaml", "--set", "network.fidelty=mac"], "--set network.fidelty=mac: network.fidelty: "
+     "unknown key (did you mean 'fidelity'?); allowed: fidelity, media"),
+    (["two.yaml", "--mpa", "3"], "--mpa: there is no such option (did you mean 'map'?); allowed: "
+     "--scenario, --set, --map, --spread, --duration, --enough, --seed, --json"),
+    (["two.yaml", "--enough", "200"], "--enough: '200 %' is too large; at most 100 %"),
+    (["two.yaml", "--set", "fleet.start.from=[90 m, 0 m]"],
+     "two.yaml:4:25: fleet.start: the start of robot_0 at (90, 0) m lies outside the terrain"),
+])
+def test_wrong_questions(words, says):
+    complaint = desim("fleet", *words, code=2)
+    assert complaint.startswith(says) and complaint.count("\n") == 1

@@ -1,0 +1,99 @@
+"""A run's name moves with the code that makes it, wherever that is installed."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from desim.results import identity
+from desim.scenario.load import load
+
+ASK = "from desim.results.identity import source; print(source(()))"
+
+
+def source_in(folder, path=""):
+    """What the copy of desim in ``folder`` says that its source is, after a change of ``path``."""
+    if path:
+        with open(folder / "desim" / path, "a") as file:
+            file.write("\nCHANGED = 1\n")
+    found = subprocess.run([sys.executable, "-c", ASK], cwd=folder, check=True, text=True,
+                           capture_output=True, env={**os.environ, "PYTHONPATH": str(folder)})
+    return found.stdout.strip()
+
+
+@pytest.fixture(scope="module")
+def folders(repository, tmp_path_factory):
+    """Two copies; the names of the folders above one of them are names of desim's own folders."""
+    found = [tmp_path_factory.mktemp("copies") / folder
+             for folder in ("plain", "report/campaign/statistics")]
+    for folder in found:
+        shutil.copytree(repository / "desim", folder / "desim",
+                        ignore=shutil.ignore_patterns("__pycache__"))
+    return found
+
+
+def test_where_the_code_lies_says_nothing(folders):
+    plain, below = map(source_in, folders)
+    assert plain == below
+
+
+@pytest.mark.parametrize("path, moves", [("kernel.py", True), ("campaign/design/plan.py", False)])
+def test_a_change_of_what_computes_moves_it(folders, path, moves):
+    for folder in folders:
+        before = source_in(folder)
+        assert (source_in(folder, path) != before) == moves
+
+
+NAMED = """\
+import desim
+from desim.results.identity import Identity
+print(Identity(desim.load("s.yaml").scenario).run_id(1))
+"""
+OWN = {
+    "s.yaml": "name: s\ncoordination: {strategy: 'mine:Mine'}\nstop: {when: 'ends:late'}\n",
+    "mine.py": "from base import Mine\n",
+    "base.py": "from desim.ports import Params\n\n\nclass Mine:\n    class Params(Params):\n"
+               "        pass\n\n    def __init__(self, params):\n        pass\n\n"
+               "    def choose(self, view):\n        from picked.first import pick\n"
+               "        return pick(view.frontiers())\n",
+    "broken.py": "print 'of another Python'\n",
+    "picked/__init__.py": "",
+    "picked/first.py": "def pick(frontiers):\n    return frontiers[0]\n",
+    "ends.py": "import limit\ntry:\n    import broken\nexcept SyntaxError:\n    pass\n\n\n"
+               "def late(quantities):\n    return False\n",
+    "limit.py": "",
+    "other.py": "",
+}
+
+
+def run_id_in(folder):
+    """The name of the run of ``s.yaml``, as a process of its own gives it."""
+    found = subprocess.run([sys.executable, "-c", NAMED], cwd=folder, check=True, text=True,
+                           capture_output=True)
+    return found.stdout.strip()
+
+
+def test_what_a_users_module_imports_from_its_folder_moves_it(tmp_path):
+    for name, text in OWN.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    ids = {None: run_id_in(tmp_path)}
+    for name in OWN:
+        if name.endswith(".py"):
+            (tmp_path / name).write_text(OWN[name] + "\nCHANGED = 1\n")
+            ids[name] = run_id_in(tmp_path)
+            (tmp_path / name).write_text(OWN[name])
+    assert ids.pop("other.py") == ids[None]
+    assert len(set(ids.values())) == len(ids)
+
+
+@pytest.mark.parametrize("function", ["math:isfinite", "shutil:which", "sys:exit"])
+def test_a_function_that_was_installed_stands_by_itself(tmp_path, function):
+    """``shutil`` imports its neighbours, the others have no source."""
+    (tmp_path / "plain.yaml").write_text("name: s\n")
+    (tmp_path / "ends.yaml").write_text(f"name: s\nstop: {{when: '{function}'}}\n")
+    plain, ends = (len(identity._files(identity.modules(
+        load(tmp_path / f"{name}.yaml").scenario))) for name in ("plain", "ends"))
+    assert ends - plain <= 2  # where it is named, and where it is defined

@@ -1,0 +1,209 @@
+"""The explore node, as a log of the goals that it sends."""
+
+import numpy as np
+import pytest
+from drawn import Drawn, cells, costmap
+
+from desim.engine.kernel import Kernel
+from desim.engine.streams import Streams
+from desim.engine.trace import Names, Trace, real
+from desim.middleware.direct import Direct
+from desim.middleware.graph import Graph, Node
+from desim.middleware.messages import GoalResult, Lazy, Pose
+from desim.ports import Frontier, Peer
+from desim.robot.exploration import Explore
+from desim.robot.localization import GroundTruth, OdometryLocalization
+from desim.robot.map_message import Peers
+from desim.robot.strategies.nearest_frontier import NearestFrontier
+from desim.robot.strategies.random_frontier import RandomFrontier
+from desim.scenario.schema.fleet import BodyType
+from desim.scenario.schema.robot import Exploration, Navigation
+
+S = 10**9
+
+# 6 m x 3 m; the robot stands in the middle of a known square, with the unknown on both sides.
+START = ["#" * 30] + ["?" * 9 + "." * 14 + "?" * 7] * 13 + ["#" * 30]
+LEFT_KNOWN = ["#" * 30] + ["#" + "." * 22 + "?" * 7] * 13 + ["#" * 30]
+ALL_KNOWN = ["#" * 30] + ["#" + "." * 28 + "#"] * 13 + ["#" * 30]
+
+
+class Script(Node):
+    """Everything around the explore node: pose, costmap, results. ``log`` has its goals."""
+
+    def __init__(self, host, belief):
+        super().__init__(host, "script")
+        self.belief, self.log = belief, []
+        self.answer = None  # for the next goal: reached or not
+
+    def start(self):
+        for topic in ("pose", "goal_result", "peers"):
+            self.advertise(topic)
+        self.advertise("costmap", latch=True)
+        self.subscribe("goal", self.note)
+        self.timer(10, lambda _: self.publish("pose", Pose(self.now_ns, 2.9, 1.5, 0.0)), "zero")
+        self.after(0, lambda _: self.publish("costmap", costmap(self.belief)))
+
+    def note(self, message):
+        goal = message.content
+        self.log.append((self.now_ns // S, None if goal.x_m is None
+                         else (round(goal.x_m, 1), round(goal.y_m, 1))))
+        if self.answer is not None and goal.x_m is not None:
+            self.after(S // 10, lambda _: self.publish(
+                "goal_result", GoalResult(goal.x_m, goal.y_m, self.answer)))
+
+
+class Play:
+    """An explore node with a strategy, and the script around it."""
+
+    def __init__(self, lines=START, strategy=None, **exploration):
+        self.kernel, self.names, self.rows = Kernel(), Names(), []
+        self.trace = Trace(self.names, self.rows.append)
+        self.graph = Graph(self.kernel, self.names, self.trace, Streams(3), Direct(), ["r0"])
+        host = self.graph.host("r0")
+        self.belief = Drawn(cells(lines))
+        self.script = Script(host, self.belief)
+        strategy = strategy or NearestFrontier(NearestFrontier.Params())
+        self.explore = Explore(host, Exploration(**exploration), strategy, Navigation(), BodyType())
+        host.software = lambda _: [self.script, self.explore]
+        self.graph.start()
+
+    def at(self, seconds, fn):
+        self.kernel.at(seconds * S, 0, 0, lambda _: fn())
+        return self
+
+    def know(self, lines):
+        self.belief.know(cells(lines))
+
+    def run(self, seconds):
+        self.kernel.run(seconds * S)
+        return self.script.log
+
+
+def test_nearest_first_and_the_next_when_what_was_unknown_is_known():
+    play = Play()
+    play.at(10, lambda: play.know(LEFT_KNOWN)).at(20, lambda: play.know(ALL_KNOWN))
+    (first_s, first), (second_s, second), (third_s, third) = play.run(30)
+    assert (first_s, second_s, third_s) == (0, 10, 20)
+    assert first[0] < 2.9 < second[0]  # the left edge is nearer
+    assert third is None  # nothing left: stop
+
+
+def test_one_goal_as_long_as_nothing_changes_near_it():
+    play = Play()
+    play.at(10, lambda: play.know(START[:1] + ["?" * 9 + "." * 15 + "?" * 6] * 13 + START[-1:]))
+    assert len(play.run(30)) == 1
+
+
+def test_it_goes_on_when_a_map_arrives_later():
+    play = Play(ALL_KNOWN)
+    play.at(15, lambda: play.know(LEFT_KNOWN))
+    assert [second for second, _ in play.run(30)] == [15]
+
+
+def test_a_goal_given_up_is_avoided_for_a_while():
+    play = Play(blacklist_for="8 s", blacklist_radius="2 m")
+    play.script.answer = False
+    log = play.run(12)
+    sides = [(second, "left" if goal[0] < 2.9 else "right") for second, goal in log]
+    assert sides[:2] == [(0, "left"), (1, "right")]
+    # both are on the list until the first has been there for 8 s
+    assert sides[2:] == [(9, "left"), (10, "right")]
+
+
+def test_a_frontier_still_there_after_two_visits_is_avoided():
+    play = Play(blacklist_radius="2 m")
+    play.script.answer = True
+    log = play.run(6)
+    assert [goal[0] < 2.9 for _, goal in log] == [True, True, False, False]
+
+
+def test_a_result_of_an_older_goal_means_nothing():
+    play = Play()
+    play.at(5, lambda: play.script.publish("goal_result", GoalResult(0.1, 0.1, False)))
+    assert len(play.run(20)) == 1
+
+
+def test_goals_are_on_record():
+    play = Play()
+    (_, goal), = play.run(3)
+    play.trace.flush()
+    row, = [row for rows in play.rows for row in rows if play.names[int(row["kind"])] == "goal"]
+    assert (round(real(int(row["a"])), 1), round(real(int(row["b"])), 1)) == goal
+    assert row["c"] == 11  # cells of the left edge that are not too near to a wall
+
+
+class Curious:
+    """A strategy that notes what it sees, and stays."""
+
+    def __init__(self):
+        self.seen = []
+
+    def choose(self, view):
+        self.seen.append((view.name, view.now_ns // S, view.pose, dict(view.peers),
+                          len(view.frontiers()), len(view.frontiers(limit=1)),
+                          view.stream("x").integers(100)))
+
+
+def test_what_a_strategy_sees():
+    strategy = Curious()
+    play = Play(strategy=strategy)
+    play.kernel.at(S // 100, 0, 0, lambda _: play.script.publish(
+        "peers", Peers(r7=Peer(1.0, 2.0, 3.0, S // 100))))
+    play.run(1)
+    (name, second, pose, peers, frontiers, nearest, number), = strategy.seen
+    assert (name, second, pose) == ("r0", 0, (2.9, 1.5, 0.0))
+    assert peers == {"r7": Peer(1.0, 2.0, 3.0, S // 100)}
+    assert (frontiers, nearest) == (2, 1)
+    assert number == Streams(3)("host", "r0", "explore", "strategy", "x").integers(100)
+
+
+def test_a_strategy_of_ones_own_may_choose_any_place():
+    class Fixed:
+        def choose(self, view):
+            return Frontier(2.5, 1.5, 0.0, 1)
+
+    play = Play(strategy=Fixed())
+    play.script.answer = True
+    assert play.run(4) == [(k, (2.5, 1.5)) for k in range(4)]
+
+
+def test_random_frontier_draws_from_all():
+    class View:
+        def __init__(self, count):
+            self.count, self.rng = count, np.random.Generator(np.random.PCG64(5))
+
+        def frontiers(self, limit=None):
+            return [Frontier(float(i), 0.0, 1.0, 4) for i in range(self.count)][:limit]
+
+        def stream(self, *name):
+            return self.rng
+
+    strategy = RandomFrontier(RandomFrontier.Params())
+    view = View(3)
+    assert {strategy.choose(view).x_m for _ in range(50)} == {0.0, 1.0, 2.0}
+    assert strategy.choose(View(0)) is None
+
+
+@pytest.mark.parametrize("node, topic", [(GroundTruth, "true_pose"),
+                                         (OdometryLocalization, "odom")])
+def test_localization_passes_on_its_sensor_unread(node, topic):
+    kernel, names = Kernel(), Names()
+    graph = Graph(kernel, names, Trace(names), Streams(1), Direct(), ["r0"])
+    host, read, got = graph.host("r0"), [], []
+
+    class Ends(Node):
+        def start(self):
+            self.advertise(topic)
+            self.subscribe("pose", got.append)
+            self.after(S, lambda _: self.publish(topic, reading()))
+
+    def reading():
+        return Lazy(729, lambda: read.append(1) or Pose(S, 1.0, 2.0, 3.0))
+
+    host.software = lambda _: [Ends(host, "ends"), node(host)]
+    graph.start()
+    kernel.run(2 * S)
+    message, = got
+    assert (message.size_bytes, read) == (729, [])
+    assert message.content == Pose(S, 1.0, 2.0, 3.0)
+    assert read == [1]

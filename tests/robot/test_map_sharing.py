@@ -1,0 +1,288 @@
+"""The exchange of maps: what is said, when, how large it is, and that everybody ends up alike."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from desim.engine.kernel import Kernel
+from desim.engine.streams import Streams
+from desim.engine.trace import Names, Trace
+from desim.middleware.direct import Direct
+from desim.middleware.graph import Graph, Node
+from desim.middleware.messages import LaserScan, Pose, occupancy_grid_bytes
+from desim.network.medium import Medium
+from desim.network.place import Nowhere
+from desim.ports import GridSpec
+from desim.robot.map_message import MapUpdate, Wire
+from desim.robot.map_sharing import REFRESH_PERIODS, MapSharing
+from desim.robot.monitor_feed import MonitorFeed
+from desim.robot.tiles import Belief, TilePool, fuse
+from desim.scenario.schema.communication import Exchange
+from netmodels.ideal import Ideal
+from netmodels.rules.loss import Loss
+from netmodels.rules.partition import Partition
+
+S = 1_000_000_000
+SPEC = GridSpec(0.2, 70, 50, 0.0, 0.0)
+CELLS = 70 * 50
+
+poses = st.tuples(st.floats(0.5, 13.5), st.floats(0.5, 9.5), st.floats(-4.0, 4.0))
+
+
+def see(belief, x_m, y_m, yaw_rad, range_m=3.0):
+    scan = LaserScan(0, np.full(12, range_m, np.float32), -1.5, 0.25, 26.0)
+    belief.integrate_scan(x_m, y_m, yaw_rad, scan, 25.0)
+
+
+# ---- on the wire --------------------------------------------------------------------------------
+
+
+@given(st.lists(poses, max_size=4), st.lists(poses, max_size=2), poses, st.integers(0, 10**13),
+       st.sampled_from(["full", "changed_tiles"]), st.sampled_from(["raw", "zlib"]), st.booleans())
+def test_decoding_undoes_encoding_and_the_size_is_true(before, after, pose, version, content,
+                                                       encoding, complete):
+    belief = Belief(SPEC, TilePool())
+    for seen in before:
+        see(belief, *seen)
+    sent = belief.own.snapshot()
+    for seen in after:
+        see(belief, *seen)
+    layer = belief.own.snapshot()
+    if content == "changed_tiles" and not complete:
+        layer = layer.only(belief.own.changed_since(sent))
+    wire = Wire(SPEC, content, encoding)
+    update = MapUpdate("robot_1", version, *pose, layer, wire.size_bytes(layer))
+    data = wire.encode(update)
+    received = wire.decode(data)
+    assert len(data) == update.size_bytes
+    assert received[:4] == (version, *pose)
+    assert np.array_equal(received.tiles, layer.tiles)
+    assert np.array_equal(received.cells, layer.cells())
+
+
+def test_sizes():
+    belief = Belief(SPEC, TilePool())
+    see(belief, 7.0, 5.0, 0.0)
+    layer = belief.own.snapshot()
+    filled = len(layer.filled())
+    assert filled == 2
+    assert Wire(SPEC, "full", "raw").size_bytes(layer) == occupancy_grid_bytes(CELLS) == 109 + CELLS
+    assert Wire(SPEC, "changed_tiles", "raw").size_bytes(layer) == 35 + filled * (2 + 1024)
+    assert Wire(SPEC, "changed_tiles", "zlib").size_bytes(layer) < 600
+    assert Wire(SPEC, "full", "zlib").size_bytes(layer) < 600
+
+
+# ---- robots that talk ---------------------------------------------------------------------------
+
+
+class Explorer(Node):
+    """Sees something new at the given seconds, and says where it is every second."""
+
+    def __init__(self, host, belief, seconds):
+        super().__init__(host, "explorer")
+        self._belief, self._seconds = belief, seconds
+        self._number = int(host.name[-1])
+
+    def start(self):
+        self.advertise("pose")
+        self.timer(1, self._tick, start="zero")
+
+    def _tick(self, _):
+        second = self.now_ns // S
+        self.publish("pose", Pose(self.now_ns, float(second), self._number, 0.0))
+        if second in self._seconds:
+            see(self._belief, 1.0 + second % 11, 1.0 + 2 * self._number, 0.3 * second)
+
+
+class Ear(Node):
+    """Writes down what is heard on a host: (second, kind, of whom)."""
+
+    def __init__(self, host, log, others):
+        super().__init__(host, "ear")
+        self._log, self._others = log, others
+        self.peers = None
+
+    def start(self):
+        self.subscribe("map", lambda message: self._note("map", self.host.name), queue=0)
+        for other in self._others:
+            self.subscribe(f"/map_exchange/{other}",
+                           lambda message: self._note("peer", message.content.source))
+        self.peers = self.latest("peers")
+
+    def _note(self, kind, name):
+        self._log.append((self.now_ns // S, self.host.name, kind, name))
+
+
+class Fleet:
+    """Three robots on one ideal medium with ``rules``; ``seconds`` [3] when each sees something."""
+
+    def __init__(self, exchange, seconds, rules=()):
+        self.kernel, names = Kernel(), Names()
+        hosts = ("robot_1", "robot_2", "robot_3")
+        trace, streams = Trace(names), Streams(0)
+        self.graph = Graph(self.kernel, names, trace, streams, Direct(), hosts)
+        self.medium = Medium("air", Ideal(Ideal.Params()), list(rules), kernel=self.kernel,
+                             names=names, streams=streams, hosts=list(hosts), place=Nowhere(3))
+        self.graph.attach(self.medium)
+        self.pool, self.beliefs, self.log = TilePool(), {}, []
+        self.exchange = exchange
+        for name, own in zip(hosts, seconds, strict=True):
+            self.graph.host(name).software = lambda host, own=own: self._nodes(host, own)
+        self.graph.start()
+
+    def _nodes(self, host, seconds):
+        belief = self.beliefs[host.name] = Belief(SPEC, self.pool)
+        others = tuple(other.name for other in self.graph.hosts if other is not host)
+        return [Explorer(host, belief, seconds), Ear(host, self.log, others),
+                MapSharing(host, self.exchange, belief, others)]
+
+    def run(self, until_s):
+        self.kernel.run(until_s * S)
+        return self
+
+    def alike(self):
+        """Whether every belief is the sum of what all have seen themselves."""
+        everything = fuse(tuple(belief.own.snapshot() for belief in self.beliefs.values()))
+        return [bool((belief.fused == everything).all()) for belief in self.beliefs.values()]
+
+
+def exchange(content="full", encoding="raw", via="unicast"):
+    return Exchange(content=content, encoding=encoding, period="5 s", via=via)
+
+
+BOTH = pytest.mark.parametrize("content", ["full", "changed_tiles"])
+
+
+def test_a_robot_tells_the_others_what_is_new_and_then_falls_silent():
+    fleet = Fleet(exchange(), [{1}, set(), set()]).run(29)
+    told = fleet.log[0][0]
+    assert 1 <= told <= 6  # its phase is random
+    assert sorted(fleet.log) == [
+        (told, "robot_2", "map", "robot_2"), (told, "robot_2", "peer", "robot_1"),
+        (told, "robot_3", "map", "robot_3"), (told, "robot_3", "peer", "robot_1")]
+    assert fleet.alike() == [True] * 3
+
+
+def test_what_is_known_of_the_others_is_live():
+    fleet = Fleet(exchange(), [{1}, {1, 22}, {5}]).run(19)
+    latest = fleet.graph.host("robot_1").nodes[1].peers
+    peers = dict(latest.message.content)
+    assert sorted(peers) == ["robot_2", "robot_3"]
+    assert all(int(peer.x_m) == peer.heard_ns // S for peer in peers.values())
+    fleet.run(29)
+    now = latest.message.content
+    assert now["robot_2"].heard_ns // S > 22 and now["robot_3"] == peers["robot_3"]
+    assert latest.message.born_ns < 19 * S
+
+
+@BOTH
+def test_it_says_everything_again_after_six_periods(content):
+    fleet = Fleet(exchange(content), [{1}, set(), set()]).run(70)
+    heard = [second for second, host, kind, _ in fleet.log if (host, kind) == ("robot_2", "peer")]
+    assert np.diff(heard).tolist() == [5 * REFRESH_PERIODS] * (len(heard) - 1)
+    assert len(heard) >= 2
+    assert len([1 for _, host, kind, _ in fleet.log if (host, kind) == ("robot_2", "map")]) == 1
+
+
+@BOTH
+@pytest.mark.parametrize("encoding", ["raw", "zlib"])
+def test_after_all_has_arrived_all_know_the_same(content, encoding):
+    seconds = [set(range(0, 60, 3)), set(range(1, 60, 7)), {5, 6, 40}]
+    fleet = Fleet(exchange(content, encoding), seconds).run(66)
+    assert fleet.alike() == [True] * 3
+
+
+def test_changed_tiles_say_less():
+    seconds = [set(range(0, 60, 3)), set(range(1, 60, 7)), {5, 6, 40}]
+    sizes = []
+    for way in (("full", "raw"), ("full", "zlib"), ("changed_tiles", "raw"),
+                ("changed_tiles", "zlib")):
+        fleet = Fleet(exchange(*way), seconds).run(66)
+        sizes.append(sum(fleet.graph.topic(f"/map_exchange/robot_{k}").counts.bytes
+                         for k in (1, 2, 3)))
+    assert sizes[3] < sizes[1] < sizes[0]
+    assert sizes[3] < sizes[2]
+
+
+@BOTH
+def test_a_partition_heals(content):
+    rule = Partition(Partition.Params(groups=[["robot_1"]], **{"from": "10 s", "until": "70 s"}))
+    seconds = [set(range(0, 60, 3)), set(range(1, 60, 4)), {5, 25, 45}]
+    fleet = Fleet(exchange(content), seconds, [rule]).run(69)
+    assert fleet.alike() == [False] * 3
+    # The stream's own retransmission may wait as long again; a complete update is due in 30 s.
+    fleet.run(69 + 200)
+    assert fleet.alike() == [True] * 3
+
+
+@BOTH
+def test_lost_broadcasts_are_made_good(content):
+    seconds = [set(range(0, 60, 3)), set(range(1, 60, 7)), {5, 6, 40}]
+    fleet = Fleet(exchange(content, via="broadcast"), seconds,
+                  [Loss(Loss.Params(probability="10 %"))]).run(600)
+    assert fleet.alike() == [True] * 3
+
+
+@BOTH
+def test_a_robot_that_starts_again_hears_old_maps(content):
+    fleet = Fleet(exchange(content), [{1, 2, 8}, {1, 9}, set()]).run(40)
+    fleet.graph.host("robot_3").stop()
+    fleet.run(60)
+    fleet.graph.host("robot_3").start()
+    assert fleet.beliefs["robot_3"].version == 0
+    fleet.run(60 + 5 * REFRESH_PERIODS + 5)
+    assert fleet.alike() == [True] * 3
+
+
+def test_what_a_restarted_robot_sees_replaces_what_it_saw_before():
+    fleet = Fleet(exchange(), [{1, 2, 8, 60}, {1}, set()]).run(40)
+    fleet.graph.host("robot_1").stop()
+    fleet.run(50)
+    fleet.graph.host("robot_1").start()
+    fleet.run(100)
+    assert fleet.alike() == [True] * 3
+
+
+def test_nothing_is_said_where_nothing_is_shared():
+    fleet = Fleet(None, [{1, 2}, {1}, set()]).run(100)
+    assert fleet.log == []
+    assert fleet.graph.messages == 0
+
+
+# ---- for the monitor ----------------------------------------------------------------------------
+
+
+class Station(Node):
+    def __init__(self, host, log):
+        super().__init__(host, "station")
+        self._log = log
+
+    def start(self):
+        for topic in ("explored_map", "distance"):
+            self.subscribe(f"/robot_1/{topic}", self._log.append)
+
+
+def test_the_monitor_gets_map_and_distance_once_a_second():
+    kernel, names, log = Kernel(), Names(), []
+    graph = Graph(kernel, names, Trace(names), Streams(0), Direct(), ["robot_1"])
+    belief = Belief(SPEC, TilePool())
+    see(belief, 7.0, 5.0, 0.0)
+
+    def walk(host):
+        explorer = Explorer(host, belief, {2})
+        return [explorer, MonitorFeed(host, belief, S), Station(host, log)]
+
+    graph.host("robot_1").software = walk
+    graph.start()
+    kernel.run(4 * S - 1)
+    maps = [message for message in log if message.topic.endswith("explored_map")]
+    metres = [message.content.value for message in log if message.topic.endswith("distance")]
+    assert [message.size_bytes for message in maps] == [occupancy_grid_bytes(CELLS)] * 4
+    assert metres == [0.0, 1.0, 2.0, 3.0]  # the explorer says that it moves 1 m in a second
+    grids = [message.content for message in maps]  # read late: as they were when published
+    known = [np.count_nonzero(grid >= 0) for grid in grids]
+    assert 0 < known[0] == known[1] < known[3]
+    assert set(np.unique(grids[3]).tolist()) == {-1, 0, 100}
+    column, row = SPEC.cell(7.0 + 1.0, 5.0 + 0.125)
+    assert grids[0][row, column] == 0

@@ -1,0 +1,93 @@
+"""The costmap: costmap_2d's costs, and incremental equals recomputed."""
+
+import math
+
+import numpy as np
+from drawn import Drawn, costmap, drawn
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.ndimage import distance_transform_edt
+
+from desim.robot.navigation.global_costmap import INSCRIBED, LETHAL, UNKNOWN, inflated_cost
+from desim.robot.tiles import FREE, OCCUPIED
+
+FREE_OCCUPIED_UNKNOWN = np.array([FREE, OCCUPIED, 0], np.int16)
+
+
+def by_distance(cells, resolution_m=0.2, radius_m=0.26, inflation_m=0.55):
+    """The same costs from a distance transform over the whole map."""
+    distance_m = distance_transform_edt(cells < OCCUPIED) * resolution_m
+    if not (cells >= OCCUPIED).any():
+        distance_m[:] = math.inf
+    costs = np.zeros(cells.shape, np.uint8)
+    for (row, column), d in np.ndenumerate(distance_m):
+        if d <= inflation_m:
+            costs[row, column] = inflated_cost(d, radius_m, 10.0)
+    costs[cells >= OCCUPIED] = LETHAL
+    costs[(cells > FREE) & (cells < OCCUPIED)] = UNKNOWN
+    return costs
+
+
+def test_costs_fall_off_as_in_costmap_2d():
+    # int(252 exp(-10 (d - 0.26))) at 0.2 (inscribed), 0.4, 0.6 m (beyond 0.55 m nothing)
+    belief = drawn("#....")
+    assert costmap(belief).values[1, 1:-1].tolist() == [LETHAL, INSCRIBED, 62, 0, 0]
+
+
+def test_unknown_stays_unknown_and_the_rim_is_solid_without_inflating():
+    made = costmap(drawn("..", "?."))
+    assert made.values.tolist() == [[LETHAL] * 4, [LETHAL, UNKNOWN, 0, LETHAL],
+                                    [LETHAL, 0, 0, LETHAL], [LETHAL] * 4]
+
+
+@st.composite
+def changing_maps(draw):
+    """A map over several tiles and some rectangles that change in it, one after another."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    shape = draw(st.sampled_from([(40, 70), (33, 32), (5, 65)]))
+    share = draw(st.sampled_from([0.01, 0.1, 0.5]))
+    maps = [rng.choice(FREE_OCCUPIED_UNKNOWN, shape, p=[0.9 - share, share, 0.1])]
+    for _ in range(draw(st.integers(1, 4))):
+        cells = maps[-1].copy()
+        row, column = rng.integers(shape[0]), rng.integers(shape[1])
+        part = cells[row:row + rng.integers(1, 8), column:column + rng.integers(1, 8)]
+        part[:] = rng.choice(FREE_OCCUPIED_UNKNOWN, part.shape)
+        maps.append(cells)
+    return maps
+
+
+@given(changing_maps())
+def test_incremental_is_recomputed_and_both_follow_the_distance(maps):
+    belief = Drawn(maps[0])
+    made = costmap(belief)
+    for cells in maps:
+        belief.know(cells)
+        made.update()
+        assert np.array_equal(made.values, costmap(Drawn(cells)).values)
+        assert np.array_equal(made.values[1:-1, 1:-1], by_distance(cells))
+
+
+@given(changing_maps())
+def test_changed_at_knows_the_tiles_that_changed(maps):
+    belief = Drawn(maps[0])
+    made = costmap(belief)
+    belief.know(maps[-1])
+    height, width = maps[0].shape
+    for row, column in np.argwhere(maps[0] != maps[-1])[:20]:
+        assert made.changed_at((int(row) + 1) * made.across + int(column) + 1, made.seen)
+    made.update()
+    assert not any(made.changed_at(made.cell(x, y), made.seen)
+                   for x in np.arange(0, width * 0.2) for y in np.arange(0, height * 0.2))
+
+
+def test_cells_and_points():
+    made = costmap(drawn("...", "...", resolution_m=0.5))
+    assert made.centre(made.cell(0.6, 0.9)) == (0.75, 0.75)
+    assert made.centre(made.cell(-3.0, 99.0)) == (0.25, 0.75)  # outside: the nearest inside
+
+
+def test_the_nearest_free_cell_is_not_within_the_robots_radius_of_a_wall():
+    made = costmap(drawn("#.....", "#.....", "#....."))
+    near = made.free_near(0.1, 0.3, 1.0)
+    assert made.centre(near) == (0.5, 0.30000000000000004)
+    assert made.free_near(0.1, 0.3, 0.3) == -1

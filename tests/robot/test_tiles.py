@@ -1,0 +1,227 @@
+"""Evidence in tiles: exact sums, in any order; snapshots that stay; nothing leaks."""
+
+import gc
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from desim.middleware.messages import LaserScan
+from desim.monitor.coverage import states
+from desim.ports import GridSpec
+from desim.robot.tiles import (
+    CLAMP_HIGH,
+    CLAMP_LOW,
+    FREE,
+    HIT,
+    MISS,
+    OCCUPIED,
+    Belief,
+    LayerSnapshot,
+    TilePool,
+    fuse,
+    raster,
+    tiles_of,
+)
+
+SPEC = GridSpec(0.2, 70, 50, 0.0, 0.0)  # 3 x 2 tiles, the last ones cut
+CENTRE = (7.0, 5.0, 0.0)
+
+
+def scan(ranges, field_of_view_rad=math.pi, range_max_m=26.0):
+    increment_rad = field_of_view_rad / (len(ranges) - 1)
+    return LaserScan(0, np.asarray(ranges, np.float32), -0.5 * field_of_view_rad, increment_rad,
+                     range_max_m)
+
+
+poses = st.tuples(st.floats(0.5, 13.5), st.floats(0.5, 9.5), st.floats(-4.0, 4.0))
+sights = st.tuples(poses, st.lists(st.floats(0.1, 26.0), min_size=2, max_size=6).map(scan))
+
+
+def see(belief, sight, usable_m=25.0):
+    pose, what = sight
+    belief.integrate_scan(*pose, what, usable_m)
+
+
+# ---- the sum ------------------------------------------------------------------------------------
+
+
+@st.composite
+def conversations(draw):
+    """What three robots see and send: (source, version, snapshot), complete or changes only, each
+    source ending with a complete one; then the order in which it all arrives: any, with repetitions
+    and with any but the last update of a source missing."""
+    pool = TilePool(8)
+    updates, last = [], []
+    for source in ("robot_1", "robot_2", "robot_3"):
+        teller, sent = Belief(SPEC, pool), None
+        history = draw(st.lists(st.lists(sights, min_size=1, max_size=3), min_size=1, max_size=4))
+        for version, seen in enumerate(history):
+            for sight in seen:
+                see(teller, sight)
+            known = teller.own.snapshot()
+            complete = sent is None or version == len(history) - 1 or draw(st.booleans())
+            update = known if complete else known.only(teller.own.changed_since(sent))
+            updates.append((source, version, update))
+            sent = known
+        last.append(updates[-1])
+    some = draw(st.lists(st.sampled_from(updates), max_size=2 * len(updates)))
+    return pool, updates, draw(st.permutations(some + last))
+
+
+@given(conversations())
+def test_any_order_with_duplicates_and_gaps_gives_the_same_sum(talk):
+    pool, in_order, as_it_came = talk
+    straight, crooked = Belief(SPEC, pool), Belief(SPEC, pool)
+    for update in in_order:
+        straight.receive(*update)
+    for update in as_it_came:
+        crooked.receive(*update)
+    assert np.array_equal(straight.fused, crooked.fused)
+
+
+@given(conversations(), st.lists(sights, max_size=5))
+def test_the_incremental_sum_is_the_recomputed_one(talk, seen):
+    pool, _, as_it_came = talk
+    belief = Belief(SPEC, pool)
+    for number, update in enumerate(as_it_came):
+        belief.receive(*update)
+        if number < len(seen):
+            see(belief, seen[number])
+        assert np.array_equal(belief.fused, fuse(belief.layers()))
+
+
+@given(conversations())
+def test_a_repetition_changes_nothing_and_says_so(talk):
+    pool, updates, _ = talk
+    belief = Belief(SPEC, pool)
+    heard = []
+    belief.observers.append(lambda _, changed: heard.append(changed.tolist()))
+    for update in updates:
+        belief.receive(*update)
+    version, before = belief.version, len(heard)
+    assert not any(belief.receive(*update) for update in updates)
+    assert (belief.version, len(heard)) == (version, before)
+
+
+@given(st.lists(sights, min_size=1, max_size=8))
+def test_observers_hear_exactly_the_tiles_where_cells_became_something_else(seen):
+    belief, log, expected = Belief(SPEC, TilePool()), [], []
+    belief.observers.append(lambda who, changed: log.append((who.version, sorted(changed))))
+    for sight in seen:
+        before = states(belief.fused)
+        see(belief, sight)
+        tiles = np.flatnonzero((states(belief.fused) != before).any(axis=1))
+        if len(tiles):
+            expected.append((len(expected) + 1, tiles.tolist()))
+            assert (belief.tile_version[tiles] == belief.version).all()
+    assert log == expected
+
+
+def test_a_source_that_starts_again_replaces_what_it_said_before():
+    pool = TilePool()
+    first, second, listener = Belief(SPEC, pool), Belief(SPEC, pool), Belief(SPEC, pool)
+    see(first, (CENTRE, scan([3.0, 3.0])))
+    see(second, ((2.0, 2.0, 1.0), scan([1.0, 1.0])))
+    listener.receive("robot_1", 5_000_000_000, first.own.snapshot())
+    listener.receive("robot_1", 90_000_000_000, second.own.snapshot())
+    assert np.array_equal(listener.fused, second.fused)
+
+
+# ---- cells --------------------------------------------------------------------------------------
+
+
+def test_cells_are_clamped_and_known_after_one_observation():
+    belief = Belief(SPEC, TilePool())
+    wall, free = SPEC.cell(7.0 + 3.1, 5.1), SPEC.cell(7.0 + 1.0, 5.1)
+
+    def cell(column_row):
+        return int(raster(SPEC, belief.fused)[column_row[1], column_row[0]])
+
+    ahead = ((7.0, 5.1, 0.0), scan([3.1, 3.1], 1e-6))
+    see(belief, ahead)
+    assert (cell(wall), cell(free)) == (HIT, MISS) == (OCCUPIED, FREE)
+    for _ in range(20):
+        see(belief, ahead)
+    assert (cell(wall), cell(free)) == (CLAMP_HIGH, CLAMP_LOW)
+    version = belief.version
+    see(belief, ahead)
+    assert belief.version == version
+
+
+@given(st.integers(1, 100), st.integers(1, 100), st.data())
+def test_raster_and_tiles_are_inverse(width, height, data):
+    spec = GridSpec(0.2, width, height, 0.0, 0.0)
+    seed = data.draw(st.integers(0, 2**32 - 1))
+    cells = np.random.default_rng(seed).integers(-40, 71, (height, width)).astype(np.int8)
+    assert np.array_equal(raster(spec, tiles_of(spec, cells)), cells)
+
+
+# ---- sharing ------------------------------------------------------------------------------------
+
+
+@given(st.lists(sights, min_size=2, max_size=8))
+def test_a_snapshot_stays_as_it_was(seen):
+    belief = Belief(SPEC, TilePool())
+    taken: list[tuple[LayerSnapshot, np.ndarray]] = []
+    for sight in seen:
+        see(belief, sight)
+        taken.append((belief.own.snapshot(), belief.own.snapshot().cells()))
+    for snapshot, cells in taken:
+        assert np.array_equal(snapshot.cells(), cells)
+
+
+@given(st.lists(sights, min_size=2, max_size=8))
+def test_tiles_that_did_not_change_are_shared(seen):
+    belief = Belief(SPEC, TilePool())
+    for sight in seen:
+        before = belief.own.snapshot()
+        see(belief, sight)
+        after = belief.own.snapshot()
+        changed = belief.own.changed_since(before)
+        differ = np.flatnonzero((before.cells() != after.cells()).any(axis=1))
+        assert changed.tolist() == differ.tolist()
+
+
+def test_no_tile_leaks_and_none_is_freed_twice():
+    pool = TilePool(4)
+    rng = np.random.default_rng(1)
+    beliefs = [Belief(SPEC, pool) for _ in range(4)]
+    held = []
+    for turn in range(60):
+        teller = beliefs[turn % 4]
+        pose = (rng.uniform(1, 13), rng.uniform(1, 9), rng.uniform(-3, 3))
+        see(teller, (pose, scan(rng.uniform(0.1, 26.0, 8))))
+        held.append(teller.own.snapshot())
+        for number, listener in enumerate(beliefs):
+            if number != turn % 4:
+                listener.receive(f"robot_{turn % 4}", turn, held[-1].only(held[-1].filled()))
+        if turn % 3 == 0:
+            held.pop(turn % len(held))
+    layers = [layer for belief in beliefs for layer in (belief.own, *belief.received.values())]
+    snapshots = {id(s): s for s in held + [layer._latest for layer in layers] if s is not None}
+    points = np.concatenate([one.indices for one in (*layers, *snapshots.values())])
+    assert np.array_equal(np.bincount(points[points > 0], minlength=len(pool.refs)), pool.refs)
+    free = pool.free[:pool.free_count[0]]
+    assert sorted(free) == [tile for tile in range(1, len(pool.refs)) if pool.refs[tile] == 0]
+    del beliefs, layers, snapshots, held, teller, listener
+    gc.collect()
+    assert pool.in_use == 0
+    assert not pool.refs.any()
+
+
+@pytest.mark.parametrize("capacity", [1, 3, 64])
+def test_the_pool_grows_and_nobody_notices(capacity):
+    large, small = Belief(SPEC, TilePool(1024)), Belief(SPEC, TilePool(capacity))
+    rng = np.random.default_rng(2)
+    kept = []
+    for _ in range(30):
+        sight = ((rng.uniform(1, 13), rng.uniform(1, 9), 0.0), scan(rng.uniform(0.1, 26.0, 8)))
+        for belief in (large, small):
+            see(belief, sight)
+            kept.append(belief.own.snapshot())
+    assert np.array_equal(large.fused, small.fused)
+    assert len(small.pool.data) >= small.pool.in_use > 30
+    assert not small.pool.data[0].any()

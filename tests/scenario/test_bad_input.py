@@ -1,0 +1,484 @@
+"""Wrong scenarios: each gives its complaints, all at once, with their places, and nothing else."""
+
+import sys
+
+import pytest
+
+from desim import plugins
+from desim.errors import InputError
+from desim.scenario.load import from_mapping, load
+from desim.simulation.simulation import Simulation
+
+TIMES = "allowed: s, ms, us, ns, min, h, µs, e.g."
+RATES = ("allowed: b/s, kb/s, Mb/s, Gb/s, bit/s, kbit/s, Mbit/s, Gbit/s, B/s, kB/s, MB/s, GB/s, "
+         "e.g. '54 Mb/s'")
+LENGTHS = "allowed: m, km, cm, mm, e.g."
+GRAMMAR = ("allowed: numbers, names, + - * /, comparisons, and, or, not, min(), max(), abs() and "
+           "parentheses")
+DOTTED = "or a dotted path 'package.module:Class'"
+WANTED = ("it is not a plug-in for this place; wanted: a class with all methods of "
+          "desim.ports.")
+STRATEGIES = ", ".join(plugins.available("strategy"))  # other packages may bring their own
+NETWORKS = ", ".join(plugins.available("network"))
+RULES = ", ".join(plugins.available("rule"))
+
+# What follows "name: x\n", and the complaints without "case.yaml:" in front.
+WRONG = {
+    "unknown key": ("fleet: {siz: 3}", [
+        "2:9: fleet.siz: unknown key (did you mean 'size'?); allowed: size, robots, types, start"]),
+    "unknown family": ("networks: {}", [
+        "2:1: networks: unknown key (did you mean 'network'?); allowed: name, seed, deployment, "
+        "testbed, physics, environment, fleet, robot, hosts, network, middleware, coordination, "
+        "faults, stop, measure, trace"]),
+    "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
+        "2:9: robot.<<: unknown key; allowed: localization, laser, odometry, mapping, navigation, "
+        "exploration, passive"]),
+    "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
+        "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
+        "content, encoding, period, via"]),
+    "wrong unit": ("network: {media: {lan: {model: switch, rate: 1 m}}}", [
+        f"2:46: network.media.lan.rate: unknown unit 'm' for a bit rate; {RATES}"]),
+    "bare number": ("stop: {elapsed: 2000}", [
+        f"2:17: stop.elapsed: 2000 has no unit; {TIMES} '5 s'"]),
+    "bare zero": ("faults: [{at: 0, host: robot_0}]", [
+        f"2:15: faults.0.at: 0 has no unit; {TIMES} '20 ms'"]),
+    "number in quotes": ("robot: {laser: {max_range: '26'}}", [
+        f"2:28: robot.laser.max_range: '26' has no unit; {LENGTHS} '200 m'"]),
+    "negative rate": ("network: {media: {lan: {model: switch, rate: -1 Gb/s}}}", [
+        "2:46: network.media.lan.rate: '-1 Gb/s' must be above zero"]),
+    "negative length": ("robot: {laser: {noise: -1 cm}}", [
+        "2:24: robot.laser.noise: '-1 cm' must not be negative"]),
+    "huge": ("stop: {elapsed: 1e20 s}", [
+        "2:17: stop.elapsed: '1e20 s' is too large; at most 1000000000 s"]),
+    "NaN": ("stop: {explored: .nan}", ["2:18: .nan is not a finite number"]),
+    "NaN with a unit": ("stop: {elapsed: nan s}", [
+        f"2:17: stop.elapsed: 'nan s' is not a period; {TIMES} '5 s'"]),
+    "infinity": ("stop: {elapsed: .inf}", ["2:17: .inf is not a finite number"]),
+    "share above one": ("stop: {explored: 120 %}", [
+        "2:18: stop.explored: '120 %' is too large; at most 100 %"]),
+    "zero period": ("measure: {every: 0 s}", ["2:18: measure.every: '0 s' must be above zero"]),
+    "zero extent": ("robot: {mapping: {resolution: 0 m}}", [
+        "2:31: robot.mapping.resolution: must be above 0, got '0 m'"]),
+    "fleet of 0": ("fleet: {size: 0}", ["2:15: fleet.size: must be at least 1, got 0"]),
+    "half a robot": ("fleet: {size: 2.5}", [
+        "2:15: fleet.size: must be a whole number, got 2.5"]),
+    "text for a number": ("seed: one", ["2:7: seed: must be a whole number, got 'one'"]),
+    "no is text": ("hosts: {base: {monitor: no}}", [
+        "2:25: hosts.base.monitor: must be true or false, got 'no'"]),
+    "number for text": ("stop: {when: 5}", ["2:14: stop.when: must be text, got 5"]),
+    "list for a mapping": ("network: {media: [lan]}", [
+        "2:18: network.media: must be a mapping, got a list of 1"]),
+    "mapping for a list": ("faults: {at: 5 s, host: robot_0}", [
+        "2:9: faults: must be a list, got a mapping"]),
+    "text for a mapping": ("network: lan", [
+        "2:10: network: must be a mapping with fidelity, media, got 'lan'"]),
+    "not of the allowed words": ("robot: {localization: ground_truh}", [
+        "2:23: robot.localization: 'ground_truh' is not allowed (did you mean 'ground_truth'?); "
+        "allowed: ground_truth, odometry"]),
+    "a word in a list": ("measure: {on: [collison]}", [
+        "2:16: measure.on.0: 'collison' is not allowed (did you mean 'collision'?); allowed: "
+        "explored_10pct, collision, recovery, partition"]),
+    "missing key": ("faults: [{host: robot_0}]", [
+        "2:10: faults.0: the key 'at' is missing: when it stops"]),
+    "misspelt required key": ("fleet: {start: {fil: a.csv}}", [
+        "2:17: fleet.start.fil: unknown key (did you mean 'file'?); allowed: file, snap"]),
+    "one coordinate": ("hosts: {base: {at: [1 m]}}", [
+        "2:20: hosts.base.at: must be a list of 2, got a list of 1"]),
+    "too many coordinates": ("fleet: {start: {from: [0 m, 0 m, 0 m]}}", [
+        "2:23: fleet.start.from: must be a list of at most 2, got a list of 3"]),
+    "a way of one point": ("environment: {moving_obstacles: [{path: [[0 m, 0 m]]}]}", [
+        "2:41: environment.moving_obstacles.0.path: must be a list of at least 2, got a list of "
+        "1"]),
+    "bad name": ("hosts: {my base: {}}", [
+        "2:9: hosts.my base: 'my base' is not allowed; allowed: text that matches "
+        "^[A-Za-z][A-Za-z0-9_]*$"]),
+    "unknown terrain": ("environment: {terrain: mase}", [
+        "2:24: environment.terrain: unknown terrain 'mase' (did you mean 'maze'?); allowed: loop, "
+        "cross, zigzag, maze, a map_server file (*.yaml), or a shape"]),
+    "missing map": ("environment: {terrain: no/map.yaml}", [
+        "2:24: environment.terrain: no such map: no/map.yaml"]),
+    "missing map with parameters": ("environment: {terrain: {map: no.yaml, offset: [1 m, 1 m]}}", [
+        "2:30: environment.terrain.map: no such map: no.yaml"]),
+    "no shape of terrain": ("environment: {terrain: 3}", [
+        "2:24: environment.terrain: must be text, or a mapping with map, image, offset, material, "
+        "or a mapping with size, rectangles, walls, drawing, got 3"]),
+    "one complaint for a union": ("environment: {terrain: {size: [1 m, 1 m], wals: []}}", [
+        "2:43: environment.terrain.wals: unknown key (did you mean 'walls'?); allowed: size, "
+        "rectangles, walls, drawing"]),
+    "rectangle inside out": (
+        "environment: {terrain: {size: [9 m, 9 m], rectangles: [{x: [3 m, 1 m], y: [0 m, 1 m]}]}}",
+        ["2:60: environment.terrain.rectangles.0.x: must go from a lower to a higher value, got "
+         "3 m to 1 m"]),
+    "door closes before it opens": (
+        "environment: {doors: [{from: [0 m, 0 m], to: [1 m, 0 m], open: [[5 s, 2 s]]}]}", [
+            "2:65: environment.doors.0.open.0: must open before it closes, got 5 s to 2 s"]),
+    "door intervals out of order": (
+        "environment: {doors: [{from: [0 m, 0 m], to: [1 m, 0 m], "
+        "open: [[5 s, 9 s], [1 s, 2 s]]}]}",
+        ["2:77: environment.doors.0.open.1: must begin after the interval before it has ended "
+         "(9 s), got 1 s"]),
+    "unknown model": ("network: {media: {lan: {model: swich}}}", [
+        "2:32: network.media.lan.model: unknown network 'swich' (did you mean 'switch'?); known: "
+        f"{NETWORKS}, {DOTTED}"]),
+    "unknown parameter of a model": ("network: {media: {air: {model: disk, rang: 5 m}}}", [
+        "2:38: network.media.air.rang: unknown key (did you mean 'range'?); allowed: model, rules, "
+        "hosts, range, rate"]),
+    "a medium of nobody": ("network: {media: {air: {model: disk, hosts: [robot_0, robot_9]}}}", [
+        "2:55: network.media.air.hosts.1: unknown host 'robot_9' (did you mean 'robot_0'?); "
+        "allowed: robot_0, workstation"]),
+    "a robot called like another host": (
+        "fleet: {start: {poses: [{x: 1 m, y: 1 m, name: workstation}]}}", [
+            "2:16: fleet.start: a robot is called 'workstation', which is the name of another host "
+            "in a testbed"]),
+    "a channel that no radio has": (
+        "network: {media: {air: {model: radio, channels: {robot_0: -5, workstation: 9999}}}}", [
+            "2:59: network.media.air.channels.robot_0: must be at least 1, got -5",
+            "2:76: network.media.air.channels.workstation: must be at most 196, got 9999"]),
+    "nothing goes at once": (
+        "network: {media: {air: {model: ideal, rules: [\n"
+        "{rule: bandwidth, rate: 1 Mb/s, burst: 0 B}]}}}", [
+            "3:40: network.media.air.rules.0.burst: must be at least 1, got '0 B'"]),
+    "unknown rule and parameter of a rule": (
+        "network: {media: {lan: {model: ideal, rules: [{rule: rang}, {rule: range, dist: 3 m}]}}}",
+        ["2:54: network.media.lan.rules.0.rule: unknown rule 'rang' (did you mean 'range'?); "
+         f"known: {RULES}, {DOTTED}",
+         "2:75: network.media.lan.rules.1.dist: unknown key (did you mean 'distance'?); allowed: "
+         "rule, distance"]),
+    "rules that cannot be": (
+        "network: {media: {lan: {model: ideal, rules: [\n"
+        "{rule: partition, groups: [[robot_0]], from: 5 s, until: 2 s},\n"
+        "{rule: outage, hosts: [robot_0], until: 5 s, every: 5 s},\n"
+        "{rule: outage, hosts: [robot_0], every: 5 s},\n"
+        "{rule: outage, from: 5 s},\n"
+        "{rule: flapping, links: [[robot_0]], up: 5 s, down: 1 us},\n"
+        "{rule: jamming, at: [0 m, 0 m], radius: 0 m},\n"
+        "{rule: gilbert_elliott, p: 0, r: 0 %},\n"
+        "{rule: latency, delay: 0 s, jitter: 1 ms, distribution: gamma},\n"
+        "{rule: latency, delay: 1 s, distribution: weibull},\n"
+        "{rule: reordering, probability: 110 %, delay: 0 s}]}}}", [
+            "3:1: network.media.lan.rules.0: until must be later than from, got 5 s to 2 s",
+            "4:1: network.media.lan.rules.1: every must be longer than what lies between from and "
+            "until, 5 s, got 5 s",
+            "5:1: network.media.lan.rules.2: what happens every so often needs until",
+            "6:1: network.media.lan.rules.3: hosts or links must be given",
+            "7:26: network.media.lan.rules.4.links.0: must be a list of 2, got a list of 1",
+            "7:53: network.media.lan.rules.4.down: '1 us' is too small; at least 1 ms",
+            "8:41: network.media.lan.rules.5.radius: must be above 0, got '0 m'",
+            "9:1: network.media.lan.rules.6: p or r must be above zero",
+            "10:1: network.media.lan.rules.7: gamma needs a delay above zero",
+            "11:43: network.media.lan.rules.8.distribution: 'weibull' is not allowed; allowed: "
+            "uniform, normal, exponential, gamma, pareto",
+            "12:33: network.media.lan.rules.9.probability: '110 %' is too large; at most 100 %",
+            "12:47: network.media.lan.rules.9.delay: '0 s' must be above zero"]),
+    "fidelity of a wire": ("network: {fidelity: disk}", [
+        "2:21: network.fidelity: no medium has one to choose: lan is a switch; allowed with a "
+        "model that has a parameter fidelity, as radio has"]),
+    "fidelity of other models": (
+        "network: {fidelity: mac, media: {air: {model: disk}, lan: {model: link}}}", [
+            "2:21: network.fidelity: no medium has one to choose: air is a disk, lan is a link; "
+            "allowed with a model that has a parameter fidelity, as radio has"]),
+    "unknown fidelity": ("deployment: field\nnetwork: {fidelity: wall}", [
+        "3:21: network.fidelity: 'wall' is not allowed (did you mean 'walls'?); allowed: ideal, "
+        "disk, walls, mac, multihop"]),
+    "fidelity of an unknown model": ("network: {fidelity: mac, media: {air: {model: radoi}}}", [
+        "2:47: network.media.air.model: unknown network 'radoi' (did you mean 'radio'?); known: "
+        f"{NETWORKS}, {DOTTED}"]),
+    "unknown strategy": ("coordination: {strategy: nearest}", [
+        "2:26: coordination.strategy: unknown strategy 'nearest' (did you mean "
+        f"'nearest_frontier'?); known: {STRATEGIES}, {DOTTED}"]),
+    "unknown middleware": ("middleware: {model: ros}", [
+        "2:21: middleware.model: unknown middleware 'ros' (did you mean 'ros1'?); known: dds, "
+        f"direct, multimaster, ros1, zenoh, {DOTTED}"]),
+    "times of TCP": (
+        "middleware: {model: ros1, tcp: {rto_min: 200 s, keepalive_interval: 1 ns,\n"
+        "retries: 256, window: 1 kB, buffer: 0 B}}", [
+            "2:69: middleware.tcp.keepalive_interval: '1 ns' is too small; at least 1 ms",
+            "3:10: middleware.tcp.retries: must be at most 255, got 256",
+            "3:23: middleware.tcp.window: must be at least 2896, got '1 kB'",
+            "3:37: middleware.tcp.buffer: must be at least 1, got '0 B'"]),
+    "timeouts of TCP out of order": (
+        "middleware: {model: zenoh, tcp: {rto_min: 200 s}}", [
+            "2:33: middleware.tcp: rto_min must not be above rto_max, got 200 s and 120 s"]),
+    "retries of ROS 1": ("middleware: {model: ros1, master_retry: 1 ns, reconnect_first: 0 s}", [
+        "2:41: middleware.master_retry: '1 ns' is too small; at least 1 ms",
+        "2:64: middleware.reconnect_first: '0 s' must be above zero"]),
+    "retries of ROS 1 out of order": (
+        "middleware: {model: ros1, client: rospy, reconnect_most: 100 ms}", [
+            "2:13: middleware: reconnect_first must not be above reconnect_most, got 1 s and "
+            "0.1 s"]),
+    "a patience without end": (
+        "middleware: {model: multimaster, timeout_factor: 1e300, measurement_intervals: 10000000}",
+        ["2:50: middleware.timeout_factor: must be at most 1e+06, got 1e+300",
+         "2:80: middleware.measurement_intervals: must be at most 1000000, got 10000000"]),
+    "masters that nobody hears": ("middleware: {model: multimaster, multicast: false}", [
+        "2:13: middleware: nobody is found with multicast: false and no robot_hosts; name hosts, "
+        "or take multicast: true"]),
+    "batches of nothing": (
+        "middleware: {model: zenoh, batch: 0 B, lease: 1 ns, scout_first: 1 us, retry_first: 0 s}",
+        ["2:35: middleware.batch: must be at least 64, got '0 B'",
+         "2:47: middleware.lease: '1 ns' is too small; at least 1 ms",
+         "2:66: middleware.scout_first: '1 us' is too small; at least 1 ms",
+         "2:85: middleware.retry_first: '0 s' must be above zero"]),
+    "too many keepalives": (
+        "middleware: {model: zenoh, keep_alive: 1000000000000}", [
+            "2:13: middleware: lease / keep_alive must be at least 1 ms, got 60 s / "
+            "1000000000000"]),
+    "scouts out of order": ("middleware: {model: zenoh, scout_last: 100 ms}", [
+        "2:13: middleware: scout_first must not be above scout_last, got 1 s and 0.1 s"]),
+    "unknown world": ("physics: {model: plan}", [
+        f"2:18: physics.model: unknown world 'plan' (did you mean 'plane'?); known: plane, {DOTTED}"
+    ]),
+    "dotted path that leads nowhere": ("network: {media: {lan: {model: 'nowhere.at:All'}}}", [
+        "2:32: network.media.lan.model: cannot load network 'nowhere.at:All': No module named "
+        "'nowhere'"]),
+    "dotted path to something else": ("network: {media: {lan: {model: 'fractions:Fraction'}}}", [
+        "2:32: network.media.lan.model: the network 'fractions:Fraction' has no start(), send(): "
+        f"{WANTED}NetworkModel"]),
+    "plug-in of another kind": ("coordination: {strategy: 'netmodels.link:Link'}", [
+        "2:26: coordination.strategy: the strategy 'netmodels.link:Link' has no choose(): "
+        f"{WANTED}Strategy"]),
+    "contract in place of a world": ("physics: {model: 'desim.ports:World'}", [
+        "2:18: physics.model: the world 'desim.ports:World' has no build(), advance(), body(), "
+        "grid(), ground(), travelled_m(), command(), snapshot(), snapshot_at(), scan(), "
+        f"odometry(), contacts(), obstacles(): {WANTED}World"]),
+    "unknown type of robot": ("fleet: {robots: [{type: pioner3dx, count: 2}]}", [
+        "2:25: fleet.robots.0.type: unknown type 'pioner3dx' (did you mean 'pioneer3dx'?); "
+        "allowed: pioneer3dx, holonomic"]),
+    "size against groups": ("fleet: {size: 3, robots: [{type: pioneer3dx, count: 2}]}", [
+        "2:15: fleet.size: must be the sum of the groups' counts, 2, got 3"]),
+    "size against poses": ("fleet: {size: 2, start: {poses: [{x: 1 m, y: 1 m}]}}", [
+        "2:33: fleet.start.poses: must be as many as there are robots, 2, got 1"]),
+    "one pose with a name": (
+        "fleet: {start: {poses: [{x: 1 m, y: 1 m, name: a}, {x: 2 m, y: 1 m}]}}", [
+            "2:52: fleet.start.poses.1: the key 'name' is missing; all poses have one or none"]),
+    "two robots of one name": (
+        "fleet: {start: {poses: [{x: 1 m, y: 1 m, name: a}, {x: 2 m, y: 1 m, name: a}]}}", [
+            "2:75: fleet.start.poses.1.name: 'a' is the name of another robot"]),
+    "missing file of starts": ("fleet: {start: {file: no.csv}}", [
+        "2:23: fleet.start.file: no such file: no.csv"]),
+    "unknown laser": ("robot: {laser: lms50}", [
+        "2:16: robot.laser: unknown laser 'lms50' (did you mean 'lms500'?); allowed: lms500, or "
+        "its parameters"]),
+    "fault on an unknown host": ("fleet: {size: 3}\nfaults: [{at: 5 s, host: robot_30}]", [
+        "3:26: faults.0.host: unknown host 'robot_30' (did you mean 'robot_0'?); allowed: robot_0, "
+        "robot_1, robot_2, workstation"]),
+    "two faults at once": (
+        "faults: [{at: 5 s, host: robot_0}, {at: 5 s, host: robot_0, down_for: 1 s}]", [
+            "2:36: faults.1: robot_0 is to stop at 5 s, but faults.0 has stopped it at 5 s for "
+            "good; allowed: one after the other"]),
+    "overlapping faults": (
+        "faults: [{at: 9 s, host: robot_0}, {at: 5 s, host: robot_0, down_for: 4 s}, "
+        "{at: 6 s, host: workstation}]", [
+            "2:10: faults.0: robot_0 is to stop at 9 s, but faults.1 has stopped it at 5 s until "
+            "9 s; allowed: one after the other"]),
+    "nothing to explore": ("stop: {explored: 0 %}", [
+        "2:18: stop.explored: must be above 0, got '0 %'"]),
+    "a seed of more than 63 bits": ("seed: 9223372036854775808", [
+        "2:7: seed: must be at most 9223372036854775807, got 9223372036854775808"]),
+    "too many robots": ("fleet: {size: 1001}", ["2:15: fleet.size: must be at most 1000, got 1001"
+                                                ]),
+    "too many robots together": (
+        "fleet: {robots: [{type: holonomic, count: 999}, {type: pioneer3dx, count: 2}]}", [
+            "2:17: fleet.robots: must be at most 1000 robots together, got 1001"]),
+    "too many beams": ("robot: {laser: {beams: 100001}}", [
+        "2:24: robot.laser.beams: must be at most 100000, got 100001"]),
+    "too fast a laser": ("robot: {laser: {rate: 11 kHz}}", [
+        "2:23: robot.laser.rate: '11 kHz' is too large; at most 10 kHz"]),
+    "too fast a world": ("physics: {rate: 1e6 Hz}", [
+        "2:17: physics.rate: '1e6 Hz' is too large; at most 10 kHz"]),
+    "too many samples": ("measure: {every: 1 ns}", [
+        "2:18: measure.every: '1 ns' is too small; at least 1 ms"]),
+    "too many maps": (
+        "coordination: {exchange: {period: 999 us}}\ntestbed: {monitor_period: 1 us}", [
+            "2:35: coordination.exchange.period: '999 us' is too small; at least 1 ms",
+            "3:27: testbed.monitor_period: '1 us' is too small; at least 1 ms"]),
+    "too fine a local window": ("robot: {navigation: {local_resolution: 1 mm}}", [
+        "2:40: robot.navigation.local_resolution: makes the local window 6000 cells wide; allowed: "
+        "1000"]),
+    "unknown passive robot": ("robot: {passive: [r2d2]}", [
+        "2:19: robot.passive.0: unknown robot 'r2d2'; allowed: robot_0"]),
+    "host with a robot's name": ("hosts: {robot_0: {}}", [
+        "2:18: hosts.robot_0: 'robot_0' is the name of another host"]),
+    "unknown quantity": ("stop: {when: explord > 0.9}", [
+        "2:14: stop.when: unknown quantity 'explord' (did you mean 'explored'?); allowed: time_s, "
+        "explored, explored_union, explored_all, collisions, recoveries, messages_sent, "
+        "messages_delivered, messages_dropped, bytes_on_air, distance_m, partitions, "
+        "robots_moving"]),
+    "half an expression": ("stop: {when: explored >}", [
+        f"2:14: stop.when: 'explored >' is not an expression; {GRAMMAR}"]),
+    "code": ("stop: {when: '__import__(\"os\")'}", [
+        "2:14: stop.when: '__import__(\"os\")' is not allowed in an expression; " + GRAMMAR]),
+    "no condition": ("stop: {when: explored}", [
+        "2:14: stop.when: 'explored' is a number, not a condition; compare it with something, e.g. "
+        "'explored > 0.9'"]),
+    "duplicate key": ("seed: 1\nseed: 2", [
+        "3:1: the key 'seed' stands here a second time, first in line 2"]),
+    "tab": ("fleet:\n\tsize: 1", ["3:1: not YAML: a tab; indent with spaces"]),
+    "number as a key": ("5: 3", ["2:1: the key '5' must be text"]),
+    "two documents": ("---\nname: y", [
+        "2:1: not YAML: expected a single document in the stream, but found another document"]),
+    "python object": ("seed: !!python/name:os.system x", [
+        "2:7: the tag 'tag:yaml.org,2002:python/name:os.system' is not allowed for 'x'"]),
+    "circular alias": ("faults: &a [*a]", [
+        "2:9: an alias that contains itself, or more than 100000 values"]),
+    "extends no file": ("extends: 5", ["2:10: extends: must be the path of a file, got 5"]),
+    "missing parent": ("extends: ../no.yaml", ["2:10: extends: no such file: ../no.yaml"]),
+    "extends itself": ("extends: case.yaml", [
+        "2:10: extends: a circle: case.yaml -> case.yaml"]),
+    "all at once, in the order of the file": (
+        "stop: {elapsed: 5, when: explord > 1}\nseed: -1\nnetwork: {media: {lan: {model: swich}}}\n"
+        "environment: {terrain: no.yaml}", [
+            f"2:17: stop.elapsed: 5 has no unit; {TIMES} '5 s'",
+            "2:26: stop.when: unknown quantity 'explord' (did you mean 'explored'?); allowed: "
+            "time_s, explored, explored_union, explored_all, collisions, recoveries, "
+            "messages_sent, messages_delivered, messages_dropped, bytes_on_air, distance_m, "
+            "partitions, robots_moving",
+            "3:7: seed: must be at least 0, got -1",
+            "4:32: network.media.lan.model: unknown network 'swich' (did you mean 'switch'?); "
+            f"known: {NETWORKS}, {DOTTED}",
+            "5:24: environment.terrain: no such map: no.yaml"]),
+}
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def complaints_about(source, *overrides):
+    with pytest.raises(InputError) as caught:
+        load(source, overrides)
+    return list(caught.value.args)
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_scenario(here, case):
+    text, complaints = WRONG[case]
+    (here / "case.yaml").write_text(f"name: x\n{text}\n")
+    assert complaints_about("case.yaml") == [f"case.yaml:{line}" for line in complaints]
+
+
+@pytest.mark.parametrize("content, complaint", [
+    (b"", "case.yaml: is empty; a scenario is a mapping, e.g. 'name: hello'"),
+    (b"# nothing\n", "case.yaml: is empty; a scenario is a mapping, e.g. 'name: hello'"),
+    (b"- a\n", "case.yaml:1:1: is a list; a scenario is a mapping, e.g. 'name: hello'"),
+    (b"hello\n", "case.yaml:1:1: is a single value; a scenario is a mapping, e.g. 'name: hello'"),
+    (b"\x7fELF\xff\xfe", "case.yaml: not a text file (UTF-8)"),
+    (b"name: \x00\n", "case.yaml: not YAML: special characters are not allowed"),
+    (b"name: [\n", "case.yaml:2:1: not YAML: expected the node content, but found '<stream end>'"),
+    (b"name: " + b"[" * 5000, "case.yaml: nested too deeply"),
+    (b"seed: 1\n", "case.yaml:1:1: the key 'name' is missing"),
+    (b"name: a b\n", "case.yaml:1:7: name: 'a b' is not allowed; allowed: text that matches "
+                     "^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"),
+])
+def test_wrong_file(here, content, complaint):
+    (here / "case.yaml").write_bytes(content)
+    assert complaints_about("case.yaml") == [complaint]
+
+
+def test_no_file(here):
+    assert complaints_about("no.yaml") == ["no.yaml: no such file"]
+    (here / "folder").mkdir()
+    assert complaints_about("folder") == ["folder: cannot be read: Is a directory"]
+
+
+def test_errors_in_a_parent_point_into_the_parent(here):
+    (here / "sub").mkdir()
+    (here / "base.yaml").write_text("name: x\nstop:\n  elapsed: 5\nfleet: {size: 0}\n")
+    (here / "sub" / "child.yaml").write_text("extends: ../base.yaml\nfleet: {size: 2}\nseed: -1\n")
+    assert complaints_about("sub/child.yaml") == [
+        f"base.yaml:3:12: stop.elapsed: 5 has no unit; {TIMES} '5 s'",
+        "sub/child.yaml:3:7: seed: must be at least 0, got -1"]
+
+
+def test_a_circle_is_named(here):
+    for name, parent in (("a", "b"), ("b", "c"), ("c", "b")):
+        (here / f"{name}.yaml").write_text(f"extends: {parent}.yaml\n")
+    assert complaints_about("a.yaml") == [
+        "c.yaml:1:10: extends: a circle: b.yaml -> c.yaml -> b.yaml"]
+
+
+@pytest.mark.parametrize("override, complaint", [
+    ("fleet.size=0", "fleet.size: must be at least 1, got 0"),
+    ("fleet.siz=3", "fleet.siz: unknown key (did you mean 'size'?); allowed: size, robots, types, "
+                    "start"),
+    ("fleet", "must look like a.b.c=value, e.g. fleet.size=8"),
+    ("a..b=3", "must look like a.b.c=value, e.g. fleet.size=8"),
+    ("fleet.size=[1", "not YAML: expected ',' or ']', but got '<stream end>'"),
+    ("faults.3.at=5 s", "faults: is a list of 1; allowed: an index from 0 to 0, not 3"),
+    ("faults.0.at=5", f"faults.0.at: 5 has no unit; {TIMES} '20 ms'"),
+    ("environment.terrain=no.yaml", "environment.terrain: no such map: no.yaml"),
+])
+def test_wrong_override(here, override, complaint):
+    (here / "case.yaml").write_text("name: x\nfaults: [{at: 1 s, host: robot_0}]\n")
+    assert complaints_about("case.yaml", override) == [f"--set {override}: {complaint}"]
+
+
+def test_a_plug_in_that_keeps_its_contract_in_part(here, monkeypatch):
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    (here / "case.yaml").write_text("name: x\n")
+    (here / "in_part.py").write_text(
+        "from desim.ports import Strategy, World\n"
+        "Half = type('Half', (World,), {name: print for name in vars(World)\n"
+        "                               if name[0] != '_' and name != 'build'})\n"
+        "class Mute(Strategy):\n    def choose(self, view): return None\n")
+    assert complaints_about("case.yaml", "physics.model=in_part:Half") == [
+        "--set physics.model=in_part:Half: physics.model: the world 'in_part:Half' has no build(): "
+        f"{WANTED}World"]
+    assert complaints_about("case.yaml", "coordination.strategy=in_part:Mute") == [
+        "--set coordination.strategy=in_part:Mute: coordination.strategy: the strategy "
+        "'in_part:Mute' has no class Params, a desim.ports.Params: it is not a plug-in for this "
+        "place"]
+
+
+@pytest.mark.parametrize("data, complaint", [
+    ({"name": "x", "seed": -1}, "scenario: seed: must be at least 0, got -1"),
+    ({"name": "x", "seed": object}, "scenario: must be made of mappings, lists, text, finite "
+     "numbers, true, false and null: Object of type type is not JSON serializable"),
+    (["name"], "scenario: must be a mapping"),
+])
+def test_wrong_mapping(data, complaint):
+    with pytest.raises(InputError) as caught:
+        from_mapping(data)
+    assert list(caught.value.args) == [complaint]
+
+
+@pytest.mark.parametrize("content, complaint", [
+    ("x_m,y_m,heading\n1,2,3\n", "starts.csv:1: unknown column 'heading' (did you mean "
+                                 "'heading_rad'?); allowed: x_m, y_m, heading_rad, name"),
+    ("x_m,y_m,yaw_rad\n1,2,3\n", "starts.csv:1: unknown column 'yaw_rad'; allowed: x_m, y_m, "
+                                 "heading_rad, name"),
+    ("x_m\n1\n", "starts.csv:1: the column 'y_m' is missing; allowed: x_m, y_m, heading_rad, "
+                 "name"),
+    ("x_m,y_m\n", "starts.csv: has no poses"),
+    ("x_m,y_m\n1,2\n1,nan\n", "starts.csv:3: x_m, y_m and heading_rad must be finite numbers and "
+                              "name a name, got 1, nan"),
+])
+def test_wrong_file_of_starts(here, content, complaint):
+    (here / "starts.csv").write_text(content)
+    (here / "case.yaml").write_text("name: x\nfleet: {start: {file: starts.csv}}\n")
+    assert complaints_about("case.yaml") == [f"case.yaml:2:23: fleet.start.file: {complaint}"]
+
+
+@pytest.mark.parametrize(("model", "name"), [
+    ("ros1", "ROS 1"), ("multimaster", "ROS 1"), ("zenoh", "zenoh")])
+def test_who_has_no_broadcast_says_where_it_is_wanted(here, model, name):
+    (here / "case.yaml").write_text(
+        f"name: x\nfleet: {{size: 1}}\nmiddleware: {{model: {model}}}\n"
+        "coordination: {exchange: {via: broadcast}}\n")
+    loaded = load("case.yaml")
+    with pytest.raises(InputError) as caught:
+        Simulation(loaded.scenario).run()
+    assert list(loaded.placed(caught.value).args) == [
+        f"case.yaml:4:32: coordination.exchange.via: {name} has no broadcast; allowed: unicast"]
+
+
+def test_what_is_found_later_gets_its_place_too(here):
+    (here / "case.yaml").write_text("name: x\nfleet:\n  start:\n    from: [0 m, 0 m]\n")
+    loaded = load("case.yaml")
+    placed = loaded.placed(InputError("fleet.start: robot_0 stands in a wall", "another: thing"))
+    assert list(placed.args) == ["case.yaml:4:5: fleet.start: robot_0 stands in a wall",
+                                 "case.yaml: another: thing"]
+    assert loaded.where("fleet.start.from.1") == "case.yaml:4:17: fleet.start.from.1"
+    assert loaded.where("fleet.size") == "case.yaml:2:1: fleet.size"

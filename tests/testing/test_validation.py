@@ -1,0 +1,226 @@
+"""Every group of ``desim validate`` agrees where it is quick to see, and has a twin: with one
+constant of physics 5 to 10 % off the same comparisons fail. The whole is what the command is for.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import pytest
+
+from desim import ports
+from desim.netcases.case import play
+from desim.ports.cases import Check
+from netmodels import aloha, bus, link
+from netmodels.cases import chain
+from netmodels.radio import Thresholds, delivery, errors, path_loss
+from netmodels.radio.budget import Links
+from netmodels.radio.errors import bit_error
+from netmodels.radio.presets import PRESETS
+from netmodels.radio.standards import STANDARDS
+from netmodels.rules.flapping import Flapping
+from netmodels.rules.gilbert_elliott import GilbertElliott
+from netmodels.rules.latency import Latency
+from netmodels.validation import propagation, rfcomms
+from netmodels.validation.aloha import RandomAccess
+from netmodels.validation.broadcast import Heartbeats
+from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
+from netmodels.validation.chain import Chains, repaired
+from netmodels.validation.chance import Bursts, Delays, Spells
+from netmodels.validation.disk import DiskOfRadio
+from netmodels.validation.fading import Outage
+from netmodels.validation.many_senders import DelaysOfRadio, ManyPairs, Mixes, RelayedFlows
+from netmodels.validation.places import HiddenTerminals, Pairs
+from netmodels.validation.propagation import PacketErrors, Propagation
+from netmodels.validation.queues import FiniteQueue, PeriodicSenders, Waiting
+from netmodels.validation.rate_control import FallbackOfRates
+from netmodels.validation.rfcomms import RadioOfGazebo
+from netmodels.validation.round_trip import RoundTrip
+from netmodels.validation.saturation import SaturationOfOfdm
+from netmodels.validation.saturation_11b import SaturationOf11b
+from netmodels.validation.single_pair import SinglePair
+
+for_stations = Thresholds.for_stations
+
+
+@dataclass(frozen=True)
+class Spreading(path_loss.LogDistance):
+    def loss_db(self, distance_m):
+        return path_loss.LogDistance(0.95 * self.exponent, self.reference_db).loss_db(distance_m)
+
+
+def slower_rates(monkeypatch):
+    """Links 5 % slower than they say."""
+    monkeypatch.setattr(link, "airtime_ns", lambda size_bytes, rate_bps: (
+        size_bytes * 8 * 10**9 * 21 // (20 * rate_bps)))
+
+
+def slower_bus(monkeypatch):
+    monkeypatch.setattr(bus, "airtime_ns", lambda size_bytes, rate_bps: (
+        size_bytes * 8 * 10**9 * 11 // (10 * rate_bps)))
+
+
+def longer_frames(monkeypatch):
+    monkeypatch.setattr(aloha, "airtime_ns", lambda size_bytes, rate_bps: (
+        size_bytes * 8 * 10**9 * 21 // (20 * rate_bps)))
+
+
+def longer_slots(monkeypatch):
+    monkeypatch.setattr(bus, "SLOT_BITS", 563)
+
+
+def shorter_interference(monkeypatch):
+    monkeypatch.setattr(chain, "INTERFERENCE", 0.905 * chain.INTERFERENCE)
+
+
+def longer_symbols(monkeypatch):
+    rates = tuple(rate._replace(symbol_ns=4_400) for rate in STANDARDS["11a"].rates)
+    monkeypatch.setitem(STANDARDS, "11a", replace(STANDARDS["11a"], rates=rates))
+
+
+def longer_preambles(monkeypatch):
+    rates = tuple(rate._replace(payload_ns=211_200) for rate in STANDARDS["11b"].rates)
+    monkeypatch.setitem(STANDARDS, "11b", replace(STANDARDS["11b"], rates=rates))
+
+
+def less_loss(monkeypatch):
+    monkeypatch.setitem(path_loss._MODELS, "log_distance", Spreading)
+    monkeypatch.setattr(propagation, "LogDistance", Spreading)
+
+
+def less_indoor_loss(monkeypatch):
+    """5 % less by decade, of ITU-R P.1238 alone."""
+    monkeypatch.setitem(path_loss._BUILDINGS, "office", (28.5, 15.0, 4.0))
+
+
+def more_signal(monkeypatch):
+    monkeypatch.setattr(errors, "bit_error", lambda mbps, ratio: bit_error(mbps, 1.05 * ratio))
+
+
+def once_begun(monkeypatch, rule, change):
+    """What a rule knows after its start is changed."""
+    start = rule.start
+
+    def changed(self, context, hosts):
+        start(self, context, hosts)
+        change(self)
+
+    monkeypatch.setattr(rule, "start", changed)
+
+
+def more_latency(monkeypatch):
+    def change(rule):
+        rule._fixed = ports.Deliver(rule._delay_ns * 21 // 20)
+
+    once_begun(monkeypatch, Latency, change)
+
+
+def more_bursts(monkeypatch):
+    def change(rule):
+        good, bad = rule._change
+        rule._change = 1.1 * good, bad
+
+    once_begun(monkeypatch, GilbertElliott, change)
+
+
+def longer_spells(monkeypatch):
+    """Of being down."""
+    def change(rule):
+        for spells in rule._hosts.values():
+            down_ns, up_ns = spells._mean_ns
+            spells._mean_ns = 1.1 * down_ns, up_ns
+
+    once_begun(monkeypatch, Flapping, change)
+
+
+def more_jitter(monkeypatch):
+    def change(rule):
+        rule._jitter_ns *= 1.1
+
+    once_begun(monkeypatch, Latency, change)
+
+
+def more_loss_in_gazebo(monkeypatch):
+    monkeypatch.setitem(rfcomms.WORLDS, "exponent", 2.625)
+
+
+def more_noise_in_gazebo(monkeypatch):
+    monkeypatch.setitem(rfcomms.WORLDS, "noise", "-85.5 dBm")
+
+
+def deafer_receivers(monkeypatch):
+    """By 10 %."""
+    monkeypatch.setattr(Thresholds, "for_stations", lambda self: replace(
+        for_stations(self), preamble_dbm=self.preamble_dbm + 0.414))
+
+
+def noisier_receivers(monkeypatch):
+    monkeypatch.setitem(PRESETS["ns3_3_44"]["reception"], "noise_figure", "7.7 dB")
+
+
+def better_receivers(monkeypatch):
+    monkeypatch.setitem(PRESETS["ns3_3_44"]["reception"], "noise_figure", "6.3 dB")
+
+
+def nobody_leaves(monkeypatch):
+    monkeypatch.setattr(chain._Deserted, "_leave", lambda self, way: None)
+
+
+def longer_disks(monkeypatch):
+    """Only where the range is computed."""
+    monkeypatch.setattr(delivery, "bit_error", lambda mbps, ratio: bit_error(mbps, 1.05 * ratio))
+
+
+def carrier_sense_of_the_standard(monkeypatch):
+    monkeypatch.setitem(PRESETS["ns3_3_44"]["reception"], "energy", "-62 dBm")
+
+
+def nothing_on_the_way(monkeypatch):
+    """Nobody knows which of two frames of one slot comes first."""
+    monkeypatch.setattr(Links, "delays_ns", lambda self, places: 0)
+
+
+def no_pause(monkeypatch):
+    monkeypatch.setitem(PRESETS["ns3_3_44"], "difs_first", False)
+
+
+class Repairs:
+    """The second half of ``Chains``."""
+
+    def checks(self, play):
+        return repaired(play, "ideal", 1)
+
+
+# Group, how many of its comparisons are quick, what is made wrong.
+TWINS = [
+    (SaturationOfOfdm, 2, longer_symbols), (SaturationOf11b, 1, longer_preambles),
+    (Waiting, 1, slower_rates), (FiniteQueue, 1, slower_rates), (PeriodicSenders, 4, slower_rates),
+    (CarrierSenseOfNs3, 6, slower_bus), (CollisionsOfEthernet, 3, longer_slots),
+    (RandomAccess, 2, longer_frames), (Pairs, 8, less_loss), (HiddenTerminals, 6, less_loss),
+    (Heartbeats, 1, longer_symbols), (Chains, 6, shorter_interference),
+    (Propagation, 27, less_loss), (Propagation, 27, less_indoor_loss),
+    (SinglePair, 6, noisier_receivers), (SinglePair, 6, better_receivers),
+    (Repairs, 2, nobody_leaves), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
+    (RadioOfGazebo, 36, more_loss_in_gazebo), (RadioOfGazebo, 36, more_noise_in_gazebo),
+    (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
+    (Delays, 8, more_jitter), (Outage, 1, deafer_receivers),
+    (FallbackOfRates, 2, longer_symbols), (ManyPairs, 2, carrier_sense_of_the_standard),
+    (RelayedFlows, 4, nothing_on_the_way), (Mixes, 1, carrier_sense_of_the_standard),
+    (DelaysOfRadio, 4, no_pause),
+]
+
+
+def first(group, count):
+    return list(islice(group().checks(play), count))
+
+
+@pytest.mark.parametrize(("group", "count", "wrong"), TWINS)
+def test_group_agrees_and_its_twin_does_not(monkeypatch, group, count, wrong):
+    assert [check for check in first(group, count) if not check.holds] == []
+    wrong(monkeypatch)
+    assert not all(check.holds for check in first(group, count))
+
+
+@pytest.mark.parametrize(("measured", "holds"), [(9.0, True), (11.0, True), (11.1, False),
+                                                 (float("nan"), False)])
+def test_a_check_holds_within_its_tolerance(measured, holds):
+    assert Check("it", measured, 10.0, 1.0).holds is holds
