@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test quick validate bench
+.PHONY: run test quick check validate bench
 
 run: $(VENV)/.installed
 	$(BIN)/desim run scenarios/maze_30.yaml
@@ -11,6 +11,13 @@ run: $(VENV)/.installed
 test: $(VENV)/.installed-test
 	$(BIN)/ruff check .
 	$(BIN)/pytest -n 2 -m "not validation"
+
+# The linter, the type checker, and the words of the code and of the pages.
+check: $(VENV)/.installed-test
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/python tools/prose.py
+	$(BIN)/codespell desim netmodels tools docs tests scenarios *.md
 
 # What a change is tried with while it is written: under a minute.
 quick: $(VENV)/.installed-test

@@ -1,14 +1,16 @@
 """Prints the rooms of the house: each package with the first line of its docstring.
 
-    python tools/rooms.py [--modules]
+    python tools/rooms.py [--modules | --counts]
 
-With --modules, each module's first line too.
+With --modules, each module's first line too. With --counts, a line a room instead: statements in
+the syntax tree, names ``Any``, and casts and ``type: ignore`` comments.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -38,13 +40,41 @@ def rooms(package: Path, modules: bool, depth: int = 0) -> list[str]:
     return lines
 
 
+def counts() -> list[str]:
+    """A line a room of desim, one for netmodels, and their sum."""
+    by_room: dict[str, Counter[str]] = {}
+    for package in ("desim", "netmodels"):
+        for file in sorted((ROOT / package).rglob("*.py")):
+            parts = file.relative_to(ROOT).with_suffix("").parts
+            room = package if package == "netmodels" else parts[1]
+            by_room.setdefault(room, Counter()).update(counted(file.read_text()))
+    by_room["all"] = sum(by_room.values(), Counter())
+    kinds = ("statements", "Any", "casts")
+    return [f"{'':16}" + "".join(f"{kind:>12}" for kind in kinds),
+            *(f"{room:16}" + "".join(f"{count[kind]:12}" for kind in kinds)
+              for room, count in by_room.items())]
+
+
+def counted(text: str) -> Counter[str]:
+    """Statements, names ``Any``, and casts and ignores of a file."""
+    nodes = list(ast.walk(ast.parse(text)))
+    return Counter(
+        statements=sum(isinstance(node, ast.stmt) for node in nodes),
+        Any=sum(isinstance(node, ast.Name) and node.id == "Any" for node in nodes),
+        casts=text.count("type: ignore") + sum(
+            isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+            and node.func.id == "cast" for node in nodes))
+
+
 def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--modules", action="store_true", help="each module's first line too")
+    parser.add_argument("--counts", action="store_true", help="statements, Any and casts by room")
     chosen = parser.parse_args()
-    for package in ("desim", "netmodels"):
-        print("\n".join(rooms(ROOT / package, chosen.modules)))
+    lines = counts() if chosen.counts else [*rooms(ROOT / "desim", chosen.modules),
+                                            *rooms(ROOT / "netmodels", chosen.modules)]
+    print("\n".join(lines))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,72 @@
+"""A run as one row of a table: its status, its costs, and its numbers by one name each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from desim import plugins
+from desim.errors import InputError, told
+from desim.results.folder import FAILED, FINISHED
+from desim.results.run import Run
+from desim.results.seal import likeness
+
+Row = dict[str, Any]
+Rows = dict[str, Row]  # by run id
+# Costs differ from machine to machine; they are not results.
+_COSTS = ("simulated_s", "wall_s", "cpu_s", "peak_memory_mb", "events")
+_NOT_NUMBERS = ("robots", "latency_by_topic", "digest")
+
+
+def failure(run_id: str, error: str) -> Row:
+    """The row of a run that came to nothing."""
+    return {"run_id": run_id, "status": FAILED, "error": error}
+
+
+def row_of(run: Run, functions: tuple[str, ...]) -> Row:
+    """The row of a run's folder; ``folder`` tells whether that has changed since. Raises
+    ``InputError`` where it is damaged."""
+    manifest = run.manifest
+    try:
+        folder = likeness(run.path)
+    except OSError as error:
+        raise InputError(f"{run.path}: damaged: {error}") from error
+    if manifest["status"] != FINISHED:
+        return {**failure(manifest["run_id"], str(manifest.get("error") or manifest["status"])),
+                "folder": folder}
+    values, raised = _evaluated(functions, run)
+    row = {"run_id": manifest["run_id"], "status": FINISHED, "folder": folder,
+           "digest": manifest["digest"],
+           "cost": {name: manifest[name] for name in _COSTS},
+           "metrics": flat(run.metrics), "functions": values}
+    return {**row, "raised": raised} if raised else row
+
+
+def flat(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """The numbers and words of a summary by one name each: ``traffic_simulation_bytes``. What is
+    told robot by robot or topic by topic stays in the run's folder."""
+    out: dict[str, Any] = {}
+    for name, value in summary.items():
+        if not prefix and name in _NOT_NUMBERS:
+            continue
+        if isinstance(value, Mapping):
+            out |= flat(value, f"{prefix}{name}_")
+        elif not isinstance(value, list):
+            out[f"{prefix}{name}"] = value
+    return out
+
+
+def _evaluated(functions: tuple[str, ...], run: Run,
+               ) -> tuple[dict[str, float | None], dict[str, str]]:
+    """The metrics that are functions of a run: None where one says so, is not finite, or raises;
+    and the errors of those that raised."""
+    values: dict[str, float | None] = {}
+    raised = {}
+    for name in functions:
+        try:
+            value = plugins.imported("function", name)(run)
+            values[name] = None if value is None or not math.isfinite(value) else float(value)
+        except (Exception, SystemExit) as error:  # the run is finished, and stays so
+            values[name], raised[name] = None, told(error)
+    return values, raised

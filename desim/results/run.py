@@ -1,0 +1,132 @@
+"""The folder of a run, read again."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from desim.errors import InputError
+from desim.results import maps
+from desim.results.seal import MANIFEST, MAPS, SUMMARY, manifest_of, wrong_with
+from desim.scenario import yaml12
+from desim.scenario.schema.whole import Scenario
+
+
+class Run:
+    """A run's folder: everything is read when it is asked for."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        found = manifest_of(self.path)
+        if found is None:
+            raise InputError(_no_run(self.path))
+        # How it ran: status, digest, versions, times.
+        self.manifest: dict[str, Any] = found
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """What was run, every value spelled out. It is not checked again: its plug-ins and its map
+        need not be there any more."""
+        with readable(self.file("scenario.resolved.yaml")) as file:
+            return Scenario.model_validate(yaml12.read(str(file))[0])
+
+    @cached_property
+    def metrics(self) -> dict[str, Any]:
+        """The summary."""
+        with readable(self.file(SUMMARY)) as file:
+            return json.loads(file.read_text())
+
+    @cached_property
+    def samples(self) -> dict[str, np.ndarray]:
+        """The monitor's time series, by column."""
+        return self.table("samples")
+
+    @cached_property
+    def robots(self) -> dict[str, np.ndarray]:
+        """Where each robot was, once a second, by column."""
+        return self.table("robots")
+
+    @cached_property
+    def map(self) -> maps.OccupancyMap:
+        """What the robot that the metrics speak of believed in at the end."""
+        return self._map("merged")
+
+    @cached_property
+    def truth(self) -> maps.OccupancyMap:
+        """The ground truth; what no laser can reach is unknown."""
+        return self._map("truth")
+
+    @cached_property
+    def names(self) -> dict[int, str]:
+        """The names of the ids in ``trace.parquet``."""
+        with readable(self.file("names.json")) as file:
+            return {int(id_): name for id_, name in json.loads(file.read_text()).items()}
+
+    def table(self, name: str) -> dict[str, np.ndarray]:
+        """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column. What is not
+        there is None among words and NaN among numbers."""
+        return columns(self.file(f"{name}.parquet"))
+
+    def has(self, name: str) -> bool:
+        """Whether the run has left this file, and it is still there."""
+        return name in self.manifest["files"] and (self.path / name).exists()
+
+    def file(self, name: str) -> Path:
+        """One of its files, as desim wrote it. Raises ``InputError`` where it is not so."""
+        if name not in self.manifest["files"]:
+            raise InputError(f"{self.path}: has no {name} (its status is "
+                             f"{self.manifest['status']!r})")
+        wrong = wrong_with(self.path, self.manifest, name)
+        if wrong is not None:
+            raise InputError(f"{self.path}: damaged: {wrong}; running its scenario again mends it")
+        return self.path / name
+
+    def _map(self, name: str) -> maps.OccupancyMap:
+        for ending in ("pgm", "yaml"):
+            self.file(f"{MAPS}/{name}.{ending}")
+        return maps.load(self.path / MAPS, name)
+
+    def __repr__(self) -> str:
+        return f"Run({str(self.path)!r})"
+
+
+def _no_run(path: Path) -> str:
+    if os.path.lexists(path / MANIFEST):
+        return (f"{path}: damaged: {MANIFEST} is not what desim writes, or what an earlier version "
+                "wrote; running its scenario again mends it")
+    cut_off = " (it is being written, or was cut off)" if path.suffix == ".partial" else ""
+    return (f"{path}: not the folder of a run{cut_off}; a run's folder has a {MANIFEST}, e.g. "
+            "results/hello/1a2b3c4d5e6f")
+
+
+@contextmanager
+def readable(file: Path) -> Iterator[Path]:
+    """The file, whatever may be wrong inside of it."""
+    try:
+        yield file
+    except (ValueError, OSError, RecursionError) as error:  # JSON's, pydantic's, pyarrow's too
+        raise InputError(f"{file}: damaged: {str(error).splitlines()[0]}") from error
+
+
+def columns(file: Path) -> dict[str, np.ndarray]:
+    with readable(file):
+        table = pq.read_table(file)
+    return {column: _array(table[column]) for column in table.column_names}
+
+
+def _array(column: pa.ChunkedArray) -> np.ndarray:
+    if not pa.types.is_dictionary(column.type):
+        return column.to_numpy()
+    # pyarrow's own to_numpy() reads a null as the dictionary's first word.
+    parts = [np.array([*chunk.dictionary.to_pylist(), None], object)[
+        chunk.indices.fill_null(-1).to_numpy(zero_copy_only=False)] for chunk in column.chunks]
+    return np.concatenate([np.empty(0, object), *parts])

@@ -1,0 +1,112 @@
+"""Checks the words of docstrings, pages and names.
+
+    python tools/prose.py [file or folder ...]
+
+The first line of a docstring is a sentence with a subject and a verb, or a noun phrase of the
+field. It does not open with a relative clause that has no head ("What is sent later ..."). Words of
+a private dialect are not used at all. A name in the code has no word that docs/glossary.md rules
+out in its last column. Exit code 1 if anything is found.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import re
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parent.parent
+GLOSSARY = ROOT / "docs" / "glossary.md"
+WORD = re.compile(r"[A-Z]?[a-z]+")
+EVERYTHING = ("desim", "netmodels", "tools", "docs", "README.md", "CONTRIBUTING.md")
+
+# No docstring opens with these.
+HEADLESS = re.compile(r"(What|Who|Whom|Whose|Which|Where|When|How|Why|That|Luck)\b")
+# Words that the field does not use, and what it says instead.
+DIALECT = {"maniest": "number", "whoever": "the one that", "hardly ever": "rarely",
+           "by luck": "at random"}
+
+
+class Finding(NamedTuple):
+    """Something to mend: its place, and why."""
+
+    file: Path
+    line: int
+    why: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}: {self.why}"
+
+
+@cache
+def ruled_out() -> dict[str, str]:
+    """Words that names do not have, to the words of the glossary that stand for them."""
+    rows = [line.strip("| \n").split(" | ") for line in GLOSSARY.read_text().splitlines()
+            if line.startswith("| ")]
+    found: dict[str, str] = {}
+    for row in rows:
+        for word in row[2].split(", ") if len(row) == 3 and row[2] != "not" else ():
+            found[word] = f"{found[word]}, {row[0]}" if word in found else row[0]
+    return found
+
+
+def in_python(file: Path) -> Iterator[Finding]:
+    """Findings in the names and docstrings of a Python file."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            continue
+        if not isinstance(node, ast.Module):
+            for word in WORD.findall(node.name):
+                if word.lower() in ruled_out():
+                    yield Finding(file, node.lineno, f"the name {node.name}: the glossary says "
+                                                     f"{ruled_out()[word.lower()]!r}")
+        text = ast.get_docstring(node)
+        if text is None:
+            continue
+        line = node.body[0].lineno
+        if HEADLESS.match(text):
+            yield Finding(file, line, f"a docstring opens with {text.split()[0]!r}: "
+                                      f"{text.partition(chr(10))[0]}")
+        yield from dialect(file, line, text)
+
+
+def in_page(file: Path) -> Iterator[Finding]:
+    """Findings in a Markdown page, outside of its code."""
+    text = re.sub(r"```.*?```", lambda found: "\n" * found[0].count("\n"), file.read_text(),
+                  flags=re.DOTALL)
+    for number, line in enumerate(text.splitlines(), 1):
+        yield from dialect(file, number, line)
+
+
+def dialect(file: Path, line: int, text: str) -> Iterator[Finding]:
+    """Findings among the words of a text."""
+    for word, instead in DIALECT.items():
+        if re.search(rf"\b{word}\b", text, re.IGNORECASE):
+            yield Finding(file, line, f"{word!r}: say {instead!r}")
+
+
+def findings(paths: list[Path]) -> list[Finding]:
+    """All findings in files and folders."""
+    files = [file for path in paths for file in (sorted(path.rglob("*")) if path.is_dir()
+                                                 else [path])]
+    return [found for file in files if file.suffix in (".py", ".md")
+            for found in (in_python(file) if file.suffix == ".py" else in_page(file))]
+
+
+def main() -> None:
+    """The command."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("paths", nargs="*", type=Path)
+    chosen = parser.parse_args().paths or [ROOT / name for name in EVERYTHING
+                                           if (ROOT / name).exists()]
+    found = findings(chosen)
+    print(*found, sep="\n")
+    sys.exit(bool(found))
+
+
+if __name__ == "__main__":
+    main()
