@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from desim import plugins
-from desim.results.run import Run
-from desim.errors import InputError, did_you_mean
-from desim.results.traces import Rows, complete, spools, trace_of
-from desim.monitor.links import Pair, linked_at
-from desim.middleware.beliefs import STATES, Beliefs
-from desim.ports import natural_key
 from desim.engine.trace import Names
+from desim.errors import InputError, did_you_mean
+from desim.middleware.beliefs import STATES, Beliefs
+from desim.monitor.links import Pair, linked_at
+from desim.ports import natural_key
+from desim.results.run import Run
+from desim.results.traces import Rows, complete, spools, trace_of
 from desim.units import DURATION, NS_PER_S
 
 KINDS = ("host_started", "host_stopped", "advertises", "subscribes", "believes", "sees")

@@ -14,18 +14,18 @@ from typing import Any
 
 import numpy as np
 
+from desim.engine.trace import Names
 from desim.errors import InputError
-from desim.results import identity, maps, parquet
-from desim.results.message_log import MessageLog
+from desim.files import refuse_link, settled
 from desim.monitor.coverage import states
 from desim.monitor.monitor import Monitor
-from desim.results.seal import MANIFEST, MAPS, SUMMARY, manifest_of, seal
 from desim.monitor.summary import judged_robot, known_map, robots_table, samples_table, summarize
 from desim.monitor.traffic import latency_table
-from desim.files import refuse_link, settled
+from desim.results import identity, maps, parquet
+from desim.results.message_log import MessageLog
+from desim.results.seal import MANIFEST, MAPS, SUMMARY, manifest_of, seal
 from desim.scenario.resolved import resolved
 from desim.scenario.schema.whole import Scenario
-from desim.engine.trace import Names
 
 FINISHED, INTERRUPTED, FAILED = "finished", "interrupted", "failed"
 _FULL = (errno.ENOSPC, errno.EDQUOT)

@@ -12,14 +12,14 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from desim.results.run import Run
+from desim.engine.trace import ROW, Names
 from desim.errors import InputError
 from desim.results import identity
 from desim.results.folder import FAILED
+from desim.results.run import Run
 from desim.scenario.load import load
 from desim.scenario.schema.whole import Scenario
 from desim.simulation.simulation import Simulation
-from desim.engine.trace import ROW, Names
 
 TRACE = "trace.parquet"
 CONTEXT = 5  # rows shown on either side of a difference

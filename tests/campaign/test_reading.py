@@ -1,7 +1,5 @@
 """A campaign's folder in Python."""
 
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -50,9 +48,3 @@ def test_what_is_not_there(path, tmp_path):
         assert str(caught.value) == f"{path}: {text}"
     with pytest.raises(InputError, match="not the folder of a campaign"):
         desim.Campaign(tmp_path)
-
-
-def test_the_package_can_be_called_whatever_was_imported_before():
-    code = ("import desim; assert callable(desim.campaign); import desim.campaign.design.design; "
-            "assert callable(desim.campaign) and desim.campaign.design.design.Design")
-    subprocess.run([sys.executable, "-c", code], check=True)

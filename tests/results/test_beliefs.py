@@ -16,11 +16,11 @@ from typer.testing import CliRunner
 
 from desim import api
 from desim.cli import app
-from desim.errors import InputError
-from desim.results.traces import Rows
-from desim.results.beliefs import Knowledge, View, folded
 from desim.commands.views import beliefs as report
+from desim.errors import InputError
 from desim.report.beliefs_figure import draw, drawn
+from desim.results.beliefs import Knowledge, View, folded
+from desim.results.traces import Rows
 
 
 def speaker(node):

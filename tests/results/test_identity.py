@@ -39,7 +39,8 @@ def test_where_the_code_lies_says_nothing(folders):
     assert plain == below
 
 
-@pytest.mark.parametrize("path, moves", [("engine/kernel.py", True), ("campaign/design/plan.py", False)])
+@pytest.mark.parametrize("path, moves", [("engine/kernel.py", True),
+                                         ("campaign/design/plan.py", False)])
 def test_a_change_of_what_computes_moves_it(folders, path, moves):
     for folder in folders:
         before = source_in(folder)

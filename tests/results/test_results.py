@@ -11,14 +11,15 @@ import pytest
 import yaml
 
 import desim
+from desim.engine.kernel import Phase
+from desim.engine.trace import ROW, Names
 from desim.errors import InputError
-from desim.results import maps, folder as results
-from desim.results.traces import first_difference, kept, simulated, spools, trace_of
+from desim.ports import GridSpec
+from desim.results import folder as results
+from desim.results import maps
 from desim.results.folder import RunFolder
 from desim.results.seal import seal
-from desim.engine.kernel import Phase
-from desim.ports import GridSpec
-from desim.engine.trace import ROW, Names
+from desim.results.traces import first_difference, kept, simulated, spools, trace_of
 
 SHORT = ("stop.elapsed=6 s",)
 S = 1_000_000_000
