@@ -30,10 +30,9 @@ import yaml
 from typer.testing import CliRunner
 
 import desim
-from desim.campaign.running import probes
+from desim.campaign.running import driver, probes
 from desim.campaign.running.work import Task, work
 from desim.cli import app
-from desim.commands.views import sweep
 from desim.results.row import Row
 
 SCENARIO = """\
@@ -463,12 +462,12 @@ def _template(folder: Path) -> Template:
 @contextmanager
 def _patched() -> Iterator[None]:
     """Runs are made in this process, and predictions cost little."""
-    before = sweep.Crew, probes.BUDGET_S
-    sweep.Crew, probes.BUDGET_S = Here, 0.1
+    before = driver.Crew, probes.BUDGET_S
+    driver.Crew, probes.BUDGET_S = Here, 0.1
     try:
         yield
     finally:
-        sweep.Crew, probes.BUDGET_S = before
+        driver.Crew, probes.BUDGET_S = before
 
 
 @contextmanager

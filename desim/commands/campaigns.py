@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from desim.commands.ending import compiling, ended_in_order, exits, say
 
+if TYPE_CHECKING:
+    from desim.campaign.design.design import LoadedDesign
+    from desim.campaign.design.plan import Plan
+    from desim.campaign.running.agenda import Agenda
+    from desim.campaign.running.cluster_settings import Settings
+    from desim.campaign.running.sweep import Sweep
+    from desim.commands.views.terminal import Terminal
+
 DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False,
                                             help="a design's YAML file")]
+_MANY = 200  # scenarios, which take a while to check
 
 
 def add_to(app: typer.Typer) -> None:
@@ -41,27 +50,62 @@ def sweep(design: DesignPath,
     """Run a design: all its runs that are not done yet. Stopped at any moment, the same command
     goes on from there. Exit code 1 where runs failed."""
     with exits():
-        from desim.commands.views.sweep import Told
+        from desim.commands.views import sweep as view
 
-        told = Told(quiet)
+        console = view.console(quiet)
         with compiling(quiet):
             from desim.campaign.design.design import load_design
-            from desim.campaign.running import sweep as campaign
+            from desim.campaign.design.metrics import Metrics
             from desim.campaign.running.cluster_settings import load_settings
+            from desim.campaign.running.sweep import Sweep, default_folder, foreseen, selected
 
-            where = None if cluster is None else load_settings(cluster, jobs)
-            plan = told.planned(load_design(design))
-            chosen = campaign.selected(plan, tuple(only))
-            metrics = campaign.Metrics(plan)
-        folder = out or campaign.default_folder(plan.loaded)
+            settings = None if cluster is None else load_settings(cluster, jobs)
+            plan = planned(load_design(design), console)
+            chosen = selected(plan, tuple(only))
+            metrics = Metrics(plan)
+        folder = out or default_folder(plan.loaded)
         if dry_run:
-            told.listed(plan, campaign.foreseen(plan, metrics, folder, chosen, retry_failed), jobs)
+            _predict(plan, foreseen(plan, metrics, folder, chosen, retry_failed), jobs, console)
             return
-        with ended_in_order(), campaign.Sweep(plan, metrics, folder, only=chosen,
-                                              retry_failed=retry_failed) as work:
-            failed = told.carried_out(work, jobs, where)
+        with ended_in_order(), Sweep(plan, metrics, folder, only=chosen,
+                                     retry_failed=retry_failed) as work:
+            failed = _carried_out(work, jobs, settings, console)
         if failed:
             raise typer.Exit(1)
+
+
+def planned(loaded: LoadedDesign, console: Terminal) -> Plan:
+    """The plan of a design, with a bar on the terminal where that takes a while."""
+    from desim.campaign.design.plan import Plan
+    from desim.commands.views.sweep import counting
+
+    with counting(console, "checking scenarios", least=_MANY) as checked:
+        return Plan(loaded, checked)
+
+
+def _predict(plan: Plan, agenda: Agenda, jobs: int | None, console: Terminal) -> None:
+    """List the runs of a campaign, and predict what those cost that are not done."""
+    from desim.campaign.running import driver, probes
+    from desim.commands.views import sweep as view
+
+    view.show_runs(console, agenda)
+    done, _, total = agenda.progress
+    if done < total:
+        with view.counting(console, f"probing, {probes.BUDGET_S:.0f} s at most") as probing:
+            found = driver.predicted(plan, agenda, probing)
+        view.show_prediction(console, found, jobs or driver.cores())
+
+
+def _carried_out(work: Sweep, jobs: int | None, settings: Settings | None, console: Terminal,
+                 ) -> int:
+    """Run what a campaign lacks, and watch; returns how many of its runs failed."""
+    from desim.campaign.running.driver import Driver
+    from desim.commands.views.sweep import SweepView
+
+    driver = Driver(work, jobs, settings)
+    with SweepView(console, work, driver.where) as view:
+        driver.run(view.run_ended, view.workers_up)
+    return work.progress[1]
 
 
 def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_default=False,
@@ -105,24 +149,26 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
            ) -> None:
     """Compare settings on every rung of the fidelity ladder: does their ranking hold?"""
     with exits():
-        from desim.commands.views.sweep import Told
+        from desim.commands.views import sweep as view
 
-        told = Told(quiet)
+        console = view.console(quiet)
         with compiling(quiet):
-            from desim.campaign.design.ladder import ladder as climbed
-            from desim.campaign.running import sweep as campaign
+            from desim.campaign.design.ladder import ladder_design
+            from desim.campaign.design.metrics import Metrics
+            from desim.campaign.running.sweep import Sweep, default_folder
 
-            plan = told.planned(climbed(str(scenario), compare, seeds, metric, overrides))
-            metrics = campaign.Metrics(plan)
-        folder = out or campaign.default_folder(plan.loaded)
-        with ended_in_order(), campaign.Sweep(plan, metrics, folder) as work:
-            failed = told.carried_out(work, jobs, None)
-        from desim.commands.views.ladder import tell
+            plan = planned(ladder_design(str(scenario), compare, seeds, metric, overrides),
+                           console)
+            metrics = Metrics(plan)
+        folder = out or default_folder(plan.loaded)
+        with ended_in_order(), Sweep(plan, metrics, folder) as work:
+            failed = _carried_out(work, jobs, None, console)
+        from desim.commands.views.ladder import show
         from desim.report.campaign.writing import write
 
         page = write(folder, plan.design)
         if not quiet:
-            tell(folder, plan.design)
+            show(folder, plan.design)
             say(f"report: {page}")
         if failed:
             raise typer.Exit(1)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from desim.commands.campaigns import DesignPath
+from desim.commands.campaigns import DesignPath, planned
 from desim.commands.ending import compiling, exits, say
 
 
@@ -31,17 +31,17 @@ def deploy(design: DesignPath,
     their virtual machines gets there, and what the runs would take in real time."""
     with exits():
         from desim.commands import options
-        from desim.commands.views.sweep import Told
+        from desim.commands.views.sweep import console
 
         with compiling(as_json):
             from desim.campaign.design.design import load_design
-            from desim.commands.views import deployment as deploying
+            from desim.commands.views.deployment import TestbedOptions, deployment_of, show
 
-            cluster = options.checked({"image": image, "model": model, "rate": rate,
-                                       "robots_per_node": robots_per_node}, deploying.Cluster)
-            plan = Told(as_json).planned(load_design(design))
-        deployment = deploying.planned(plan, cluster)
+            chosen = options.checked({"image": image, "model": model, "rate": rate,
+                                      "robots_per_node": robots_per_node}, TestbedOptions)
+            plan = planned(load_design(design), console(as_json))
+        deployment = deployment_of(plan, chosen)
         if as_json:
             say(json.dumps(deployment, indent=2))
             return
-        deploying.show(deployment)
+        show(deployment)

@@ -8,7 +8,7 @@ from designs import Here, planned
 
 from desim.campaign.design.metrics import Metrics
 from desim.campaign.folder.table import RAISED
-from desim.campaign.running import sweep as campaign
+from desim.campaign.running.sweep import Sweep
 
 MINE = """import math
 
@@ -40,7 +40,7 @@ def swept(tmp_path):
     def done(text):
         plan = planned(tmp_path, TEXT + text.replace("mine:", f"{module}:"))
         out = tmp_path / "out"
-        with campaign.Sweep(plan, Metrics(plan), out) as sweep:
+        with Sweep(plan, Metrics(plan), out) as sweep:
             sweep.run(Here())
             said = sweep.remarks
         return said, json.loads(pq.read_schema(out / "runs.parquet").metadata[RAISED.encode()])

@@ -11,7 +11,7 @@ from designs import Here, loaded, planned
 
 from desim.campaign.design.design import read_design
 from desim.campaign.design.metrics import Metrics
-from desim.campaign.running import sweep as campaign
+from desim.campaign.running.sweep import Sweep, foreseen
 from desim.campaign.running.work import Unwritable, work
 from desim.errors import InputError
 from desim.results.row import failure
@@ -27,7 +27,7 @@ SMALL = "small"  # name of the scenario
 @contextmanager
 def swept(tmp_path, out, text=TEXT, **options):
     plan = planned(tmp_path, text)
-    with campaign.Sweep(plan, Metrics(plan), out, **options) as sweep:
+    with Sweep(plan, Metrics(plan), out, **options) as sweep:
         yield sweep
 
 
@@ -164,7 +164,7 @@ def test_another_campaign_is_not_laid_over_this_one(tmp_path, whole):
     plan = Plan(load_design(file))
     assert other.design.name == "d"
     with pytest.raises(InputError) as caught:
-        campaign.Sweep(plan, Metrics(plan), out).__enter__()
+        Sweep(plan, Metrics(plan), out).__enter__()
     assert str(caught.value) == (f"{out}: holds the campaign 'd', the design's name is 'e'; choose "
                                  "another folder with --out")
 
@@ -234,9 +234,9 @@ def test_only_a_part(tmp_path, whole):
 
 def test_a_preview_writes_nothing(tmp_path, whole):
     plan = planned(tmp_path, TEXT)
-    assert campaign.foreseen(plan, Metrics(plan), tmp_path / "out").progress == (0, 0, 6)
+    assert foreseen(plan, Metrics(plan), tmp_path / "out").progress == (0, 0, 6)
     assert not (tmp_path / "out").exists()
-    assert campaign.foreseen(plan, Metrics(plan), whole).progress == (6, 0, 6)
+    assert foreseen(plan, Metrics(plan), whole).progress == (6, 0, 6)
 
 
 def test_the_stored_design_repeats_the_campaign(tmp_path, whole):
@@ -244,7 +244,7 @@ def test_the_stored_design_repeats_the_campaign(tmp_path, whole):
     from desim.campaign.design.plan import Plan
 
     plan = Plan(load_design(whole / "design.yaml"))
-    with campaign.Sweep(plan, Metrics(plan), tmp_path / "again") as sweep:
+    with Sweep(plan, Metrics(plan), tmp_path / "again") as sweep:
         sweep.run(Here())
     assert table(tmp_path / "again") == table(whole)
 
@@ -261,7 +261,7 @@ def test_a_stored_design_finds_files_and_modules_where_they_were(tmp_path):
     sweep, _ = run(tmp_path, out, text=text)
     plan = Plan(load_design(out / "design.yaml"))
     assert plan.design.metrics == {"one": "../../mine_again:one"}
-    assert [run_id for _, _, run_id in campaign.foreseen(plan, Metrics(plan), out).runs] == [
+    assert [run_id for _, _, run_id in foreseen(plan, Metrics(plan), out).runs] == [
         run_id for _, _, run_id in sweep.runs]
     assert pq.read_table(out / "runs.parquet")["one"].to_pylist() == [1.0] * 6
 
@@ -322,7 +322,7 @@ def test_damage_is_named_and_healed(tmp_path, whole, damage, with_index):
     if not with_index:
         lost_index(out)
     plan = planned(tmp_path, TEXT)
-    assert campaign.foreseen(plan, Metrics(plan), out).progress[0] == 5
+    assert foreseen(plan, Metrics(plan), out).progress[0] == 5
     sweep, begun = run(tmp_path, out)
     assert begun == [one.name] and table(out) == table(whole)
     assert [*sweep.damaged_runs] == ([] if damage is a_file else [one.name])

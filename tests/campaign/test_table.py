@@ -52,7 +52,7 @@ def test_types(written):
 
 
 def test_a_disk_that_is_full_leaves_the_table_as_it_was(tmp_path, monkeypatch):
-    from desim.campaign.running import sweep as campaign
+    from desim.campaign.running.sweep import Sweep
 
     plan = planned(tmp_path, TEXT)
     out = tmp_path / "out"
@@ -60,7 +60,7 @@ def test_a_disk_that_is_full_leaves_the_table_as_it_was(tmp_path, monkeypatch):
     class Nobody:
         has_room = is_busy = False
 
-    with campaign.Sweep(plan, Metrics(plan), out) as sweep:
+    with Sweep(plan, Metrics(plan), out) as sweep:
         sweep.run(Nobody())
         before = (out / "runs.parquet").read_bytes()
 

@@ -4,9 +4,9 @@ import pytest
 from designs import Here, written
 from typer.testing import CliRunner
 
+from desim.campaign.running import driver
 from desim.campaign.running.work import work
 from desim.cli import app
-from desim.commands.views import sweep as sweeping
 from desim.results.row import failure
 
 
@@ -25,7 +25,7 @@ def sweep(tmp_path, monkeypatch):
             pass
 
     def done(work):
-        monkeypatch.setattr(sweeping, "Crew", lambda jobs, wall_ns: Crew(work=work))
+        monkeypatch.setattr(driver, "Crew", lambda jobs, wall_ns: Crew(work=work))
         result = CliRunner().invoke(app, ["sweep", design.name, "--jobs", "1"])
         return result.exit_code, result.output.splitlines()
 

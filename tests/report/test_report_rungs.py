@@ -6,8 +6,8 @@ import pytest
 from rich.console import Console
 from synthetic import campaign, design, timed
 
-from desim.campaign.design.ladder import RUNGS, ladder
-from desim.commands.views.ladder import drawn
+from desim.campaign.design.ladder import RUNGS, ladder_design
+from desim.commands.views.ladder import terminal_table
 from desim.errors import InputError
 from desim.report.campaign import rungs
 from desim.report.campaign.estimates import Estimates
@@ -63,7 +63,7 @@ def test_a_narrow_terminal_shows_whole_names():
     table = Table("t", "T.", ["rung", *names, "flipped"],
                   [["multihop", 1234.5, 0.25, 3.5, f"{names[0]}/{names[2]}*"]], [], [])
     console = Console(width=60, file=StringIO())
-    console.print(drawn(table))
+    console.print(terminal_table(table))
     text = console.file.getvalue()
     assert "…" not in text
     flipped = "".join(line.split("│")[5].strip() for line in text.splitlines()
@@ -73,7 +73,8 @@ def test_a_narrow_terminal_shows_whole_names():
 
 def test_the_design_has_all_rungs_by_all_settings(repository):
     scenario = str(repository / "scenarios" / "field_30.yaml")
-    made = ladder(scenario, "robot.laser.beams=180, 360", seeds=3, overrides=("fleet.size=4",))
+    made = ladder_design(scenario, "robot.laser.beams=180, 360", seeds=3,
+                         overrides=("fleet.size=4",))
     assert made.design.iterations == 3
     assert made.design.set == {"fleet.size": 4}
     assert made.design.parameters["rung"].values == RUNGS
@@ -84,4 +85,4 @@ def test_the_design_has_all_rungs_by_all_settings(repository):
 @pytest.mark.parametrize("compare", ["fleet.size", "=1,2", "fleet.size=1", "fleet.size=1,,2"])
 def test_a_wrong_comparison_is_refused(repository, compare):
     with pytest.raises(InputError, match="must look like a.b.c=value,value"):
-        ladder(str(repository / "scenarios" / "field_30.yaml"), compare)
+        ladder_design(str(repository / "scenarios" / "field_30.yaml"), compare)

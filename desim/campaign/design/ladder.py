@@ -20,8 +20,8 @@ COMPARED = "coordination.strategy=nearest_frontier,random_frontier"
 METRIC = "exploration_time_s"
 
 
-def ladder(scenario: str, compare: str = COMPARED, seeds: int = 5, metric: str = METRIC,
-           overrides: Sequence[str] = ()) -> LoadedDesign:
+def ladder_design(scenario: str, compare: str = COMPARED, seeds: int = 5, metric: str = METRIC,
+                  overrides: Sequence[str] = ()) -> LoadedDesign:
     """The design: all rungs by the values of ``A.B.C=V1,V2,...``, with ``overrides`` (``A.B.C=V``)
     in every run. Raises ``InputError``."""
     place = Place(f"--compare {compare}")

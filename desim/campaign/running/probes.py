@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Timer
 from time import process_time
-from typing import Any
 
 from desim import api
 from desim.campaign.design.plan import Plan, Vector
@@ -25,7 +24,8 @@ _GOLDEN = 0.6180339887  # its multiples, modulo 1, fill the interval evenly
 
 
 def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
-           told: Callable[[int, int], Any] = lambda done, total: None) -> dict[int, list[Cost]]:
+           probing: Callable[[int, int], object] = lambda done, total: None,
+           ) -> dict[int, list[Cost]]:
     """Runs of a few vectors that are spread over the design, small fleets first, made for nothing
     else; of few runs one. Together they take ``budget_s``: each one is stopped when its share of
     what is left is used up. What fails has no cost."""
@@ -34,7 +34,7 @@ def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
                       min(_MOST_PROBES, max(len(left) // _SHARE, 1)))
     costs: dict[int, list[Cost]] = {}
     for done, vector in enumerate(vectors):
-        told(done, len(vectors))
+        probing(done, len(vectors))
         try:
             cost = _probe(plan, vector, budget_s / (len(vectors) - done))
         except Exception:  # a run that fails is a result, but none of these

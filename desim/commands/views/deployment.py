@@ -26,8 +26,10 @@ _WORDS = {
 }
 
 
-class Cluster(Params):
-    """What a design does not say about the cluster."""
+class TestbedOptions(Params):
+    """Properties of the paper's cluster that a design does not have."""
+
+    __test__ = False
 
     robots_per_node: int | None = Field(None, ge=1, description=(
         "virtual machines on a node (the scenario's testbed.robots_per_node)"))
@@ -37,30 +39,30 @@ class Cluster(Params):
     rate_bps: BitRate = Field("1 Gb/s", description="of its links (the paper: Gigabit Ethernet)")
 
 
-def planned(plan: Plan, cluster: Cluster) -> dict[str, Any]:
+def deployment_of(plan: Plan, chosen: TestbedOptions) -> dict[str, Any]:
     """Everything that ``desim deploy --json`` says: ``nodes`` to robots, ``copying`` by way with
     ``seconds``, ``copies`` and its ``rounds`` of [from, to], ``runs`` and what they take."""
-    bed = testbed.smallest_testbed(plan, cluster.robots_per_node)
+    bed = testbed.smallest_testbed(plan, chosen.robots_per_node)
     needs = testbed.demand(plan)
     return {
         "design": plan.design.name,
         "robots_per_node": bed.robots_per_node,
         "virtual_machines": bed.virtual_machines,
         "nodes": {node: list(robots) for node, robots in bed.nodes.items()},
-        "image_bytes": cluster.image_bytes,
-        "network": {"model": cluster.model, "rate_bps": cluster.rate_bps},
-        "copying": {name: _copied(way(bed), cluster) for name, way in testbed.WAYS.items()},
+        "image_bytes": chosen.image_bytes,
+        "network": {"model": chosen.model, "rate_bps": chosen.rate_bps},
+        "copying": {name: _copied(way(bed), chosen) for name, way in testbed.WAYS.items()},
         "runs": {"least": needs.least_runs, "most": needs.most_runs},
         "real_time_s": {"least": needs.least_s, "most": needs.most_s},
     }
 
 
-def _copied(rounds: testbed.Rounds, cluster: Cluster) -> dict[str, Any]:
-    block = plugins.parameters("network", cluster.model)
-    rate = BIT_RATE.format(cluster.rate_bps)
-    with below(f"--model {cluster.model}"):
-        model = plugins.load("network", cluster.model)(options.parsed(["--rate", rate], block))
-        ends_ns = round_ends_ns(model, rounds, cluster.image_bytes)
+def _copied(rounds: testbed.Rounds, chosen: TestbedOptions) -> dict[str, Any]:
+    block = plugins.parameters("network", chosen.model)
+    rate = BIT_RATE.format(chosen.rate_bps)
+    with below(f"--model {chosen.model}"):
+        model = plugins.load("network", chosen.model)(options.parsed(["--rate", rate], block))
+        ends_ns = round_ends_ns(model, rounds, chosen.image_bytes)
     ends_s = [end_ns / NS_PER_S for end_ns in ends_ns]
     return {"seconds": ends_s[-1], "copies": sum(map(len, rounds)), "round_ends_s": ends_s,
             "rounds": [[list(copy) for copy in copies] for copies in rounds]}

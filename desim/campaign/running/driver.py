@@ -1,0 +1,107 @@
+"""The driver of a campaign: it predicts the cost, makes the workers, and runs the sweep on them."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import NamedTuple
+
+from desim.campaign.design.plan import Plan
+from desim.campaign.running import probes
+from desim.campaign.running.agenda import Agenda
+from desim.campaign.running.cluster_settings import Settings
+from desim.campaign.running.crew import Crew
+from desim.campaign.running.prediction import Cost, Forecast, finished_costs, forecast
+from desim.campaign.running.sweep import Sweep, Workers
+from desim.results.row import Row
+
+_FORECAST_EVERY_S = 3.0  # it takes up to 0.1 s for a campaign of thousands of runs
+
+
+class Prediction(NamedTuple):
+    """The cost of the remaining runs, and the ``costs`` of the runs that this rests on: finished,
+    or (``by_probes``) probes. ``forecast`` is None where every probe has failed."""
+
+    forecast: Forecast | None
+    costs: list[Cost]
+    by_probes: bool
+
+
+def predicted(plan: Plan, agenda: Agenda, probing: Callable[[int, int], object]) -> Prediction:
+    """The prediction from the finished runs; without any, from probes. ``probing`` is called with
+    the number of probes that are done and of all."""
+    costs = finished_costs(agenda)
+    by_probes = not costs
+    if by_probes:
+        costs = probes.probed(plan, agenda, probes.BUDGET_S, probing)
+    return Prediction(forecast(plan, agenda, costs) if costs else None,
+                      [cost for own in costs.values() for cost in own], by_probes)
+
+
+def cores() -> int:
+    """The number of this machine's cores that desim may use."""
+    return len(os.sched_getaffinity(0))
+
+
+class Driver:
+    """Runs what a campaign lacks, in ``jobs`` processes of this machine (by default one for each
+    core) or on a cluster. ``where`` says which, in words."""
+
+    def __init__(self, sweep: Sweep, jobs: int | None, cluster: Settings | None) -> None:
+        done, _, total = sweep.progress
+        self._sweep, self._cluster = sweep, cluster
+        self._jobs = min(jobs or cores(), max(total - done, 1))
+        self.where = f"{self._jobs} at a time" if cluster is None else cluster.where
+
+    def run(self, run_ended: Callable[[Row], object], workers_up: Callable[[int], object]) -> None:
+        """Run the campaign to its end. ``run_ended`` is called with each run's row, ``workers_up``
+        with the number of a cluster's workers when that changes. Raises ``KeyboardInterrupt`` with
+        how far the campaign came, and ``InputError``."""
+        sweep = self._sweep
+        with self._workers(workers_up) as workers:
+            try:
+                sweep.run(workers, run_ended)
+            except KeyboardInterrupt:
+                done, _, total = sweep.progress
+                raise KeyboardInterrupt(f"{done} of {total} runs in {sweep.out}; the same command "
+                                        "goes on from there") from None
+
+    @contextmanager
+    def _workers(self, workers_up: Callable[[int], object]) -> Iterator[Workers]:
+        wall_ns = self._sweep.plan.design.limits.wall_ns
+        if self._cluster is None:
+            with Crew(self._jobs, wall_ns) as crew:
+                yield crew
+            return
+        # Few have Dask, and to import it takes seconds.
+        from desim.campaign.running.cluster import Cluster
+        from desim.campaign.running.schedulers import connected
+
+        with connected(self._cluster, cores()) as client:
+            yield Cluster(client, workers_up, wall_ns)
+
+
+class TimeLeft:
+    """The time until a campaign ends: the predicted cost of its remaining runs, at the pace that it
+    has had since its first run was done."""
+
+    def __init__(self, sweep: Sweep) -> None:
+        self._sweep = sweep
+        self._begin_s: float | None = None
+        self._spent_s, self._end_s, self._next_s = 0.0, 0.0, 0.0
+
+    def after(self, row: Row) -> float | None:
+        """Seconds, when a run has ended; None while that is unknown."""
+        now_s = time.monotonic()
+        if self._begin_s is None:
+            self._begin_s = now_s
+            return None
+        self._spent_s += row.get("cost", {}).get("cpu_s", 0.0)
+        if self._spent_s and now_s >= self._next_s:
+            self._next_s = now_s + _FORECAST_EVERY_S
+            agenda = self._sweep.agenda
+            left_s = forecast(self._sweep.plan, agenda, finished_costs(agenda)).expected_s
+            self._end_s = now_s + left_s * (now_s - self._begin_s) / self._spent_s
+        return max(self._end_s - now_s, 0.0) if self._next_s else None
