@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test quick check validate bench
+.PHONY: run test quick check validate bench dist schema
 
 run: $(VENV)/.installed
 	$(BIN)/desim run scenarios/maze_30.yaml
@@ -31,6 +31,14 @@ validate: $(VENV)/.installed-test
 
 bench: $(VENV)/.installed
 	$(BIN)/python tools/bench.py
+
+# The sdist and the wheel, in dist/; the wheel is installed and tried outside of the checkout.
+dist: $(VENV)/.installed-test
+	.ci/dist
+
+# The keys of scenarios, for editors: .vscode/settings.json reads this file.
+schema: $(VENV)/.installed
+	$(BIN)/desim schema > .vscode/scenario.schema.json
 
 $(VENV)/.installed: pyproject.toml
 	test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV)
