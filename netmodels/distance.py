@@ -9,8 +9,8 @@ from pydantic import Field, field_validator
 
 from desim import ports
 from desim.units import BitRate, Duration, Length, Ratio
-from netmodels.luck import REASONS, Luck
 from netmodels.outlets import Outlets
+from netmodels.random_loss import REASONS, RandomLoss
 
 
 class Distance:
@@ -50,7 +50,7 @@ class Distance:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._outlets = Outlets(len(hosts), self._params.rate_bps)
-        self._luck = Luck(context, "distance", hosts)
+        self._losses = RandomLoss(context, "distance", hosts)
 
     def send(self, frame: ports.Frame) -> None:
         now_ns = self._context.now_ns
@@ -58,5 +58,5 @@ class Distance:
         apart = places[list(frame.receivers)] - places[frame.source]
         distances_m = np.fmax(np.sqrt(np.einsum("ij,ij->i", apart, apart)), 0.0)  # NaN: 0
         chances = np.interp(distances_m, self._distances_m, self._chances, right=0.0)
-        self._luck.settle(frame, chances.tolist(),
+        self._losses.settle(frame, chances.tolist(),
                           self._outlets.delay_ns(frame, now_ns) + self._params.latency_ns)

@@ -19,7 +19,7 @@ _TOO_LARGE = ports.Drop("too_large")
 _PACKET_BYTES = 1518  # IEEE 802.3: what a longer summary is cut into
 
 
-class _Message:
+class _Bundle:
     """A unicast frame that is carried: ``copies`` are held or on the air. ``lost``: why the last
     holder gave one up."""
 
@@ -41,7 +41,7 @@ class _Store:
         self.forget()
 
     def forget(self) -> None:
-        self.held: dict[int, _Message] = {}
+        self.held: dict[int, _Bundle] = {}
         self.size_bytes = 0
         self.had: set[int] = set()
         self.asked: dict[int, int] = {}
@@ -114,7 +114,7 @@ class Epidemic:
         if frame.size_bytes > self._params.buffer_bytes:
             self._context.settle(frame, frame.receivers[0], _TOO_LARGE)
             return None
-        message = _Message(frame, self._context.now_ns + self._params.lifetime_ns)
+        message = _Bundle(frame, self._context.now_ns + self._params.lifetime_ns)
         self._context.at(message.dies_ns, self._expire, message)
         self._keep(frame.source, message)
         return None
@@ -134,7 +134,7 @@ class Epidemic:
 
     # What a host does with a message.
 
-    def _keep(self, host: int, message: _Message) -> None:
+    def _keep(self, host: int, message: _Bundle) -> None:
         store, frame, most_bytes = self._stores[host], message.frame, self._params.buffer_bytes
         store.had.add(frame.id)
         message.copies += 1
@@ -149,21 +149,21 @@ class Epidemic:
             wait_ns = int(self._draws[host]() * self._params.interval_ns)
             self._context.at(self._context.now_ns + wait_ns, self._say, host)
 
-    def _give_up(self, message: _Message, why: ports.Drop) -> None:
+    def _give_up(self, message: _Bundle, why: ports.Drop) -> None:
         message.copies -= 1
         message.lost = why
         self._settle_if_gone(message)
 
-    def _settle_if_gone(self, message: _Message) -> None:
+    def _settle_if_gone(self, message: _Bundle) -> None:
         if not message.copies:
             self._settle(message, message.lost)
 
-    def _settle(self, message: _Message, verdict: ports.Deliver | ports.Drop) -> None:
+    def _settle(self, message: _Bundle, verdict: ports.Deliver | ports.Drop) -> None:
         if not message.settled:
             message.settled = True
             self._context.settle(message.frame, message.frame.receivers[0], verdict)
 
-    def _expire(self, message: _Message) -> None:
+    def _expire(self, message: _Bundle) -> None:
         number = message.frame.id
         for store in self._stores:
             if number in store.held:
@@ -224,7 +224,7 @@ class Epidemic:
             self._hops.send(holder, (host,), frame.size_bytes, frame.segments, False, self._given,
                             message)
 
-    def _given(self, message: _Message, leg: ports.Frame, _: Sequence[int],
+    def _given(self, message: _Bundle, leg: ports.Frame, _: Sequence[int],
                verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
         if type(verdict) is ports.Deliver and not lost:
             self._context.at(self._context.now_ns + verdict.delay_ns, self._got,
@@ -233,7 +233,7 @@ class Epidemic:
             message.copies -= 1
             self._settle_if_gone(message)
 
-    def _got(self, got: tuple[_Message, int]) -> None:
+    def _got(self, got: tuple[_Bundle, int]) -> None:
         message, host = got
         store, number = self._stores[host], message.frame.id
         store.asked.pop(number, None)

@@ -9,10 +9,10 @@ from pydantic import Field
 from desim import ports
 from desim.ports import packet_sizes
 from desim.units import NS_PER_S, BitRate, ByteSize, Duration, airtime_ns
-from netmodels.line import Line, refuse
+from netmodels.drop_tail import DropTailQueue, refuse
 
 
-class Link:
+class AccessLink:
     """Each host has its own full-duplex link of ``rate`` and ``latency`` with a drop-tail queue.
 
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency. Receiving is
@@ -46,7 +46,7 @@ class Link:
         self._free_ns = [0] * len(hosts)
         self._booked_ns = [0] * len(hosts)  # of sending, up to then
         limit = self._params.queue_packets
-        self._lines = None if limit is None else [Line(limit) for _ in hosts]
+        self._lines = None if limit is None else [DropTailQueue(limit) for _ in hosts]
 
     def send(self, frame: ports.Frame) -> int | None:
         context, size_bytes = self._context, frame.size_bytes

@@ -6,7 +6,7 @@ from graphs import Net, silent
 
 from desim.middleware.tcp import Tcp, TcpParams
 from desim.ports import PASS, Drop
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.rules.partition import Partition
 
 
@@ -122,7 +122,7 @@ class Pair:
 
 
 def link(**params):
-    return Link(Link.Params(**params))
+    return AccessLink(AccessLink.Params(**params))
 
 
 def partition(start, until):

@@ -3,7 +3,7 @@
 from graphs import Net, S
 
 from desim.middleware.zenoh.zenoh import Zenoh
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.rules.partition import Partition
 
 # A lease of 10 s; nodes declare at once.
@@ -17,7 +17,7 @@ def zenoh(**params):
 
 
 def link(**params):
-    return Link(Link.Params(**{"rate": "1 Gb/s", "latency": "1 ms", **params}))
+    return AccessLink(AccessLink.Params(**{"rate": "1 Gb/s", "latency": "1 ms", **params}))
 
 
 def partition(start, until, *groups):

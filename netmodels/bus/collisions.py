@@ -11,7 +11,7 @@ Simpler than the standard: who hears a collision during its preamble does not fi
 from __future__ import annotations
 
 from desim import ports
-from netmodels.bus.stations import Cable, Station, Stations
+from netmodels.bus.stations import BusStation, BusStations, Cable
 
 SLOT_BITS = 512  # IEEE 802.3, table 4-2: slotTime, jamSize, attemptLimit, backoffLimit
 JAM_BITS = 32
@@ -19,12 +19,13 @@ _ATTEMPTS = 16
 _CEILING = 10
 
 
-class CollisionDetection(Stations):
+class CollisionDetection(BusStations):
     def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
         super().__init__(cable, context, hosts)
-        self._senders: list[tuple[Station, int]] = []  # that have begun, unheard so far, and when
+        # That have begun, unheard so far, and when.
+        self._senders: list[tuple[BusStation, int]] = []
 
-    def _try(self, station: Station) -> None:
+    def _try(self, station: BusStation) -> None:
         now_ns = self._context.now_ns
         if now_ns < self.free_ns:
             self._context.at(self.free_ns, self._try, station)
@@ -56,7 +57,7 @@ class CollisionDetection(Stations):
         self.free_ns = end_ns + self._cable.propagation_ns + self._cable.gap_ns
         self.taken_ns += self.free_ns - begin_ns
 
-    def _collided(self, station: Station, stop_ns: int) -> None:
+    def _collided(self, station: BusStation, stop_ns: int) -> None:
         station.attempts += 1
         if station.attempts == _ATTEMPTS:
             self._context.at(stop_ns, self._abort, station)
@@ -64,5 +65,5 @@ class CollisionDetection(Stations):
         slots = int(station.random() * (1 << min(station.attempts, _CEILING)))
         self._context.at(stop_ns + slots * self._cable.slot_ns, self._try, station)
 
-    def _abort(self, station: Station) -> None:
+    def _abort(self, station: BusStation) -> None:
         self._give_up(station, "excessive_collisions")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from desim import ports
 from netmodels.bus.stations import Cable
-from netmodels.line import Line, refuse
+from netmodels.drop_tail import DropTailQueue, refuse
 
 
 class Fifo:
@@ -14,7 +14,7 @@ class Fifo:
         self._cable = cable
         self._context = context
         self.free_ns = self.taken_ns = 0
-        self._line = Line(cable.queue_packets)
+        self._line = DropTailQueue(cable.queue_packets)
         self.transmissions = self.collisions = 0
 
     def take(self, frame: ports.Frame) -> None:

@@ -7,7 +7,7 @@ for the gap, so that others may begin in it. The bus stays busy while a packet p
 
 from __future__ import annotations
 
-from netmodels.bus.stations import Station, Stations
+from netmodels.bus.stations import BusStation, BusStations
 
 # ns-3 Backoff: slots of 1 us, 1 to 1000 of them, doubled ten times, given up after 1000 times.
 _SLOT_NS = 1000
@@ -16,8 +16,8 @@ _CEILING = 10
 _ATTEMPTS = 1000
 
 
-class CarrierSense(Stations):
-    def _try(self, station: Station) -> None:
+class CarrierSense(BusStations):
+    def _try(self, station: BusStation) -> None:
         """What a station will draw while the bus is certain to be busy is drawn at once."""
         now_ns = self._context.now_ns
         if now_ns >= self.free_ns:
@@ -36,5 +36,5 @@ class CarrierSense(Stations):
             now_ns += int(1 + station.random() * (most - 1)) * _SLOT_NS
         self._context.at(now_ns, self._try, station)
 
-    def _abort(self, station: Station) -> None:
+    def _abort(self, station: BusStation) -> None:
         self._give_up(station, "excessive_backoff")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from desim import ports
-from netmodels.line import refuse
+from netmodels.drop_tail import refuse
 from netmodels.losses import lose
 
 
@@ -31,7 +31,7 @@ class Packet(NamedTuple):
     last: bool  # of those that found room
 
 
-class Station:
+class BusStation:
     """A sender: the packets that wait, and the one that it is sending or wants to send."""
 
     __slots__ = ("attempts", "idle", "lost", "packet", "queue", "random")
@@ -45,7 +45,7 @@ class Station:
         self.lost: dict[str, list[int]] = {}  # packets of the present frame, by reason
 
 
-class Stations(ABC):
+class BusStations(ABC):
     """What carrier sense with and without collisions have in common. ``_try`` is theirs: to send
     a station's packet now, or to see to it that it is tried again; so is ``free_ns``, until when
     nobody can begin. ``taken_ns``: for how long that has been so, up to then."""
@@ -56,7 +56,7 @@ class Stations(ABC):
         self.transmissions = self.collisions = 0
         self.free_ns = self.taken_ns = 0
         self._arrive = ports.Deliver(cable.propagation_ns)
-        self._stations = [Station(context.stream("backoff", host).random) for host in hosts]
+        self._stations = [BusStation(context.stream("backoff", host).random) for host in hosts]
 
     def take(self, frame: ports.Frame) -> None:
         station, cable = self._stations[frame.source], self._cable
@@ -69,7 +69,7 @@ class Stations(ABC):
         if station.idle:
             self._next(station)
 
-    def _next(self, station: Station) -> None:
+    def _next(self, station: BusStation) -> None:
         station.idle = not station.queue
         if station.queue:
             station.packet = station.queue.popleft()
@@ -77,20 +77,20 @@ class Stations(ABC):
             self._try(station)
 
     @abstractmethod
-    def _try(self, station: Station) -> None: ...
+    def _try(self, station: BusStation) -> None: ...
 
-    def _sent(self, station: Station) -> None:
+    def _sent(self, station: BusStation) -> None:
         """The last bit has left the station."""
         self._passed(station)
         self._context.at(self._context.now_ns + self._cable.gap_ns, self._next, station)
 
-    def _give_up(self, station: Station, reason: str) -> None:
+    def _give_up(self, station: BusStation, reason: str) -> None:
         """The packet is lost, and the next one's turn is now."""
         station.lost.setdefault(reason, []).append(station.packet.number)
         self._passed(station)
         self._next(station)
 
-    def _passed(self, station: Station) -> None:
+    def _passed(self, station: BusStation) -> None:
         """The packet has left its queue, and with the last one of a frame that has a fate."""
         frame, _, number, last = station.packet
         if not last:

@@ -10,8 +10,8 @@ from desim import ports
 from desim.ports.cases import NOWHERE, Setup
 from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.cases.packets import MOST_UDP_BYTES, PPP_BYTES, UDP_IP_BYTES
-from netmodels.cases.senders import flows, watch
-from netmodels.link import Link
+from netmodels.cases.senders import flows, measured_span
+from netmodels.link import AccessLink
 
 _PERIODIC = 20_000  # packets that are enough
 _POISSON, _MOST = 75_000, 1_000_000
@@ -49,10 +49,11 @@ class Bottleneck:
         size_bytes = p.payload_bytes + UDP_IP_BYTES + PPP_BYTES
         packet_ns = size_bytes * 8e9 / p.capacity_bps
         queue = {} if p.queue is None else {"queue_packets": p.queue}
-        link = Link(Link.Params(
+        link = AccessLink(AccessLink.Params(
             rate=f"{p.capacity_bps} b/s", queue=_NO_BOUND,
             latency=f"{p.latency_ns} ns", **queue))
-        span = watch(packet_ns, p.load, p.queue or 0, 1, p.senders, self._packets(), p.duration_ns)
+        span = measured_span(packet_ns, p.load, p.queue or 0, 1, p.senders, self._packets(),
+                             p.duration_ns)
         return Setup(link, {_ROUTER: NOWHERE, _SINK: NOWHERE},
                      flows((_ROUTER,) * p.senders, _SINK, size_bytes, p.payload_bytes, p.arrivals,
                            p.senders * packet_ns / p.load, span.backlog),

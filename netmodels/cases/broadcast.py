@@ -21,7 +21,7 @@ from netmodels.radio import Radio
 _TURN_RAD = math.pi * (3 - math.sqrt(5))  # the golden angle
 
 
-class Broadcast:
+class HeartbeatBroadcast:
     """Heartbeats that every station broadcasts to all others: the share of copies that arrive
     (delivery_ratio). Of those who wait for the same frame to end, some draw the same slot, and
     their frames are lost; those who send in the same instant collide with certainty."""

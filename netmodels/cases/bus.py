@@ -11,7 +11,7 @@ from desim.ports.cases import NOWHERE, Setup
 from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.bus import Bus
 from netmodels.cases.packets import MOST_UDP_BYTES, UDP_IP_BYTES
-from netmodels.cases.senders import flows, numbered, watch
+from netmodels.cases.senders import flows, measured_span, numbered
 from netmodels.ethernet import ETHERNET_BYTES
 
 _PACKETS = 20_000  # to measure
@@ -56,7 +56,7 @@ class SharedBus:
             arbitration=p.mode, rate=f"{p.capacity_bps} b/s", queue_packets=p.queue,
             propagation=f"{p.propagation_ns} ns", preamble=f"{preamble_bytes} B"))
         queues = 1 if p.mode == "fifo" else p.senders
-        span = watch(packet_ns, p.load, p.queue, queues, p.senders, _PACKETS, p.duration_ns)
+        span = measured_span(packet_ns, p.load, p.queue, queues, p.senders, _PACKETS, p.duration_ns)
         senders = numbered("sender", p.senders)
         return Setup(bus, dict.fromkeys((*senders, "sink"), NOWHERE),
                      flows(senders, "sink", size_bytes, p.payload_bytes, p.arrivals,

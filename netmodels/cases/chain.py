@@ -52,7 +52,7 @@ class _Deserted(Multihop):
             self.switched(relay, False)
 
 
-class Chain:
+class RelayChain:
     """A chain of hops that carries one saturated flow: two frames for each hop are on the way at
     any time. A frame hinders whoever is two hops from its sender or nearer, so that of four hosts
     in a row one sends: a quarter of the single-hop rate is the most that a long chain carries, and

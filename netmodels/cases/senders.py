@@ -21,7 +21,7 @@ def flows(sources: tuple[str, ...], receiver: str, size_bytes: int, payload_byte
             for source in sources]
 
 
-class Watch(NamedTuple):
+class MeasuredSpan(NamedTuple):
     """How long to watch senders, in ns: the whole, and its first part, which is not counted. Under
     overload they begin with a ``backlog`` of packets each, so that queues are full at once."""
 
@@ -30,11 +30,11 @@ class Watch(NamedTuple):
     backlog: int
 
 
-def watch(packet_ns: float, load: float, queue: int, queues: int, senders: int,
-          packets: int, measured_ns: int | None) -> Watch:
+def measured_span(packet_ns: float, load: float, queue: int, queues: int, senders: int,
+          packets: int, measured_ns: int | None) -> MeasuredSpan:
     """Until so many ``queues``, which have room for ``queue`` packets each, are in a steady state,
     and what they had at the beginning is gone; then for ``packets``, or as long as it is said."""
     each_ns, room = packet_ns / min(load, 1), queue * queues if load > 1 else 0
     warm_up_ns = round((_SETTLING + room) * each_ns)
-    return Watch(warm_up_ns + (measured_ns or round(packets * each_ns)), warm_up_ns,
+    return MeasuredSpan(warm_up_ns + (measured_ns or round(packets * each_ns)), warm_up_ns,
                  -(-room // senders))

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import ByteSize, Length, Period, Ratio
-from netmodels.compatible.sight import walls_between
+from netmodels.compatible.obstruction import walls_between
 from netmodels.rules.streams import PairStreams
 
 _TOO_LONG, _OVERWRITTEN = ports.Drop("too_long"), ports.Drop("overwritten")

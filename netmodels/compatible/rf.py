@@ -12,7 +12,7 @@ from scipy.special import erfc
 
 from desim import ports
 from desim.units import NS_PER_S, BitRate, Decibels, Duration, Length, Level, Period
-from netmodels.luck import drop
+from netmodels.random_loss import drop
 from netmodels.rules.streams import PairStreams
 
 REASONS = ("channel_error", "out_of_range", "out_of_reach", "rate_limited", "receiver_limited")
@@ -46,7 +46,7 @@ class RfParams(ports.Params):
                                                   "there (Gazebo's physics)")
 
 
-class Window:
+class CapacityWindow:
     """What somebody has sent or received in the last epoch."""
 
     __slots__ = ("_bytes", "_epoch_ns", "_most_bits", "_past")
@@ -76,7 +76,7 @@ class Rf:
         self._params, self._context = params, context
         self._streams = PairStreams(context, use, hosts)
         self._sent, self._received = (
-            [Window(params.capacity_bps, params.epoch_ns) for _ in hosts] for _ in range(2))
+            [CapacityWindow(params.capacity_bps, params.epoch_ns) for _ in hosts] for _ in range(2))
 
     def send(self, frame: ports.Frame, distances_m: np.ndarray, exponents: np.ndarray) -> None:
         """Settle ``frame``: ``distances_m`` and ``exponents`` [n] of its receivers, NaN where

@@ -7,8 +7,8 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import BitRate, Length, Level
+from netmodels.compatible.obstruction import walls_between
 from netmodels.compatible.rf import REASONS, Rf, RfParams, Sigma
-from netmodels.compatible.sight import walls_between
 
 
 class Subt:

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import NS_PER_S, BitRate, ByteSize, Length, Period
-from netmodels.compatible.sight import walls_between
+from netmodels.compatible.obstruction import walls_between
 
 _FULL, _HIDDEN = ports.Drop("queue_full"), ports.Drop("obstructed")
 

@@ -16,7 +16,7 @@ from pydantic import Field
 from desim import ports
 from desim.units import ByteSize, Duration, Period, Ratio
 from netmodels.multihop.hops import Hops
-from netmodels.multihop.ways import Neighbour, Ways
+from netmodels.multihop.routes import LinkQuality, Routes
 
 
 class BatmanParams(ports.Params):
@@ -39,7 +39,7 @@ class BatmanParams(ports.Params):
     hops: int = Field(50, ge=1, le=255, description="that a message goes (batman-adv)")
 
 
-class Message(NamedTuple):
+class OriginatorMessage(NamedTuple):
     """An originator's message as it is on the air. ``quality`` of the way so far, 0 to 1; 0 where
     it is an echo only, by which a neighbour learns that it is heard. ``previous``: from whom the
     sender has it (the originator itself: the originator)."""
@@ -51,7 +51,7 @@ class Message(NamedTuple):
     hops_left: int
 
 
-class Router:
+class BatmanNode:
     """What one host has heard: its neighbours, and the ways to each originator."""
 
     __slots__ = ("number", "neighbours", "ways", "draw")
@@ -62,8 +62,8 @@ class Router:
         self.forget()
 
     def forget(self) -> None:
-        self.neighbours: dict[int, Neighbour] = {}
-        self.ways: dict[int, Ways] = {}
+        self.neighbours: dict[int, LinkQuality] = {}
+        self.ways: dict[int, Routes] = {}
 
 
 class Batman:
@@ -90,7 +90,7 @@ class Batman:
         self._hops = hops
         self._others = [tuple(other for other in range(len(hosts)) if other != host)
                         for host in range(len(hosts))]
-        self._routers = [Router(hops.stream("batman", host).random) for host in hosts]
+        self._routers = [BatmanNode(hops.stream("batman", host).random) for host in hosts]
         if len(hosts) > 1:
             for host, router in enumerate(self._routers):
                 hops.at(hops.now_ns + int(router.draw() * self._params.interval_ns),
@@ -113,15 +113,15 @@ class Batman:
                                   + int(router.draw() * 2 * jitter_ns)), self._originate, host)
         if hops.up[host]:
             router.number += 1
-            self._say(host, Message(host, router.number, 1.0, host, params.hops))
+            self._say(host, OriginatorMessage(host, router.number, 1.0, host, params.hops))
 
-    def _say(self, host: int, message: Message) -> None:
+    def _say(self, host: int, message: OriginatorMessage) -> None:
         size_bytes = self._params.message_bytes
         self.frames += 1
         self.bytes += size_bytes
         self._hops.send(host, self._others[host], size_bytes, 1, True, self._told, message)
 
-    def _told(self, message: Message, frame: ports.Frame, receivers: Sequence[int],
+    def _told(self, message: OriginatorMessage, frame: ports.Frame, receivers: Sequence[int],
               verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
         if type(verdict) is ports.Drop and verdict.reason in self._hops.refuses:
             self.frames -= 1
@@ -133,19 +133,19 @@ class Batman:
             else:
                 self._heard(heard)
 
-    def _heard(self, heard: tuple[int, Sequence[int], Message]) -> None:
+    def _heard(self, heard: tuple[int, Sequence[int], OriginatorMessage]) -> None:
         sender, receivers, message = heard
         up = self._hops.up
         for host in receivers:
             if up[host]:
                 self._hear(host, sender, message)
 
-    def _hear(self, host: int, sender: int, message: Message) -> None:
+    def _hear(self, host: int, sender: int, message: OriginatorMessage) -> None:
         params, router = self._params, self._routers[host]
         originator, number, quality, previous, hops_left = message
         neighbour = router.neighbours.get(sender)
         if neighbour is None:
-            neighbour = router.neighbours[sender] = Neighbour(params.window)
+            neighbour = router.neighbours[sender] = LinkQuality(params.window)
         if originator == host:
             if previous == host:
                 neighbour.echoed(number)
@@ -158,7 +158,7 @@ class Batman:
         if quality:
             ways = router.ways.get(originator)
             if ways is None:
-                ways = router.ways[originator] = Ways(params.memory)
+                ways = router.ways[originator] = Routes(params.memory)
             quality *= neighbour.quality(router.number)
             if quality and ways.hear(sender, number, quality, self._hops.now_ns):
                 best = ways
@@ -173,9 +173,9 @@ class Batman:
             hops = self._hops
             wait_ns = int(router.draw() * (params.jitter_ns // 2))
             hops.at(hops.now_ns + wait_ns, self._pass_on,
-                    (host, Message(originator, number, passed, sender, hops_left - 1)))
+                    (host, OriginatorMessage(originator, number, passed, sender, hops_left - 1)))
 
-    def _pass_on(self, passed: tuple[int, Message]) -> None:
+    def _pass_on(self, passed: tuple[int, OriginatorMessage]) -> None:
         host, message = passed
         if self._hops.up[host]:
             self._say(host, message)

@@ -12,7 +12,7 @@ from desim import ports
 from desim.errors import InputError, ModelError
 from netmodels.radio.dcf.stations import ACKED, EXPIRED, FAILED, HEARD, NEVER, RECEIVED, Stations
 from netmodels.radio.errors import error_table
-from netmodels.radio.fates import Waiting
+from netmodels.radio.fates import QueuedFrame
 from netmodels.radio.shadowing import Shadows
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ class Air:
         if params.rate_control:
             arf = params.rate_control.of(standard.alike(radio.rate), radio.rate)
             self._attempts = {ACKED: arf.acknowledged, FAILED: arf.failed}
-        self._waiting: dict[tuple[int, int], Waiting] = {}  # by station and place in its queue
+        self._waiting: dict[tuple[int, int], QueuedFrame] = {}  # by station and place in its queue
         self._looked_ns, self._places, self._epoch = 0, None, None
         self._alone = len(self.members) == 1
         self._plain = self._alone and not any(self._judged)  # whoever hears a frame may have it
@@ -104,7 +104,7 @@ class Air:
             self._book_look()
         if position is None:
             return False
-        self._waiting[station, position] = Waiting(frame)
+        self._waiting[station, position] = QueuedFrame(frame)
         return True
 
     def catch_up(self) -> None:
@@ -179,7 +179,7 @@ class Air:
             self._seen, self._together = places, np.concatenate(places)
         return self._together
 
-    def _tell(self, what: int, station: int, waiting: Waiting) -> None:
+    def _tell(self, what: int, station: int, waiting: QueuedFrame) -> None:
         frame, number = waiting.frame, station // self._hosts
         context = self.members[number].context
         if what == EXPIRED:
@@ -191,7 +191,7 @@ class Air:
         else:
             waiting.tell(context)
 
-    def _concerns(self, waiting: Waiting, station: int, what: int, hearer: int, packet: int
+    def _concerns(self, waiting: QueuedFrame, station: int, what: int, hearer: int, packet: int
                   ) -> bool:
         """Whether an outcome belongs to this frame's own radio, and no rule takes it away."""
         number = station // self._hosts
@@ -200,7 +200,7 @@ class Air:
         return not (what == HEARD or what == RECEIVED and self._judged[number]) or self._passes(
             waiting, station, what, hearer % self._hosts, packet)
 
-    def _passes(self, waiting: Waiting, station: int, what: int, receiver: int, packet: int
+    def _passes(self, waiting: QueuedFrame, station: int, what: int, receiver: int, packet: int
                 ) -> bool:
         """Whether a packet decoded at ``receiver`` is not lost by rules and has to be noted: any
         one of a broadcast, and the last one of a train when it comes for the first time."""

@@ -17,7 +17,7 @@ from netmodels.radio.walls import Walls
 _LIGHT_M_PER_NS = 0.299792458
 
 
-class Links(NamedTuple):
+class RadioLinks(NamedTuple):
     """Who hears whom. Station i is heard by ``hearer[first[i]:first[i + 1]]`` (ascending) with
     ``mw``; its frames can be received by ``finder[begin[i]:begin[i + 1]]``."""
 
@@ -29,7 +29,7 @@ class Links(NamedTuple):
 
     @classmethod
     def of(cls, source: np.ndarray, hearer: np.ndarray, mw: np.ndarray, clear: np.ndarray,
-           hosts: int) -> Links:
+           hosts: int) -> RadioLinks:
         """Links from ``source`` [k], ascending, to ``hearer`` [k]; frames can be received where
         ``clear`` [k] is true."""
         first, begin = (np.searchsorted(those, np.arange(hosts + 1))
@@ -63,7 +63,7 @@ class Budget:
     found_dbm: float
     channels: np.ndarray
 
-    def links(self, places: np.ndarray, obstacles: ports.Obstacles) -> Links:
+    def links(self, places: np.ndarray, obstacles: ports.Obstacles) -> RadioLinks:
         """``places`` [hosts, 2] m. A host without a place hears nobody, and nobody hears it, unless
         the loss does not depend on places. Whoever is too far away costs nothing."""
         best_db = self.shadows.best_db if self.shadows else 0.0
@@ -99,13 +99,14 @@ class Budget:
         near = cKDTree(places[placed]).query_pairs(1.000001 * heard_m, output_type="ndarray")
         return placed[near[:, 0]], placed[near[:, 1]]
 
-    def _sorted(self, one: np.ndarray, other: np.ndarray, dbm: np.ndarray, hosts: int) -> Links:
+    def _sorted(self, one: np.ndarray, other: np.ndarray, dbm: np.ndarray, hosts: int
+                ) -> RadioLinks:
         heard = np.flatnonzero(dbm > self.heard_dbm)
         one, other, dbm = one[heard], other[heard], dbm[heard]
         source, hearer = np.concatenate([one, other]), np.concatenate([other, one])
         order = np.argsort(source * hosts + hearer)
         source, hearer, dbm = source[order], hearer[order], np.concatenate([dbm, dbm])[order]
-        return Links.of(source, hearer, 10 ** (dbm / 10), dbm >= self.found_dbm, hosts)
+        return RadioLinks.of(source, hearer, 10 ** (dbm / 10), dbm >= self.found_dbm, hosts)
 
     def _walls_db(self, starts: np.ndarray, ends: np.ndarray,
                   obstacles: ports.Obstacles) -> np.ndarray:

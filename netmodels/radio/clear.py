@@ -29,7 +29,7 @@ from netmodels.radio.standards import (
 SHARE = 0.9
 
 
-class Neighbours:
+class NearbyHosts:
     """Who is near enough to whom, as of a moment at most ``update_ns`` ago."""
 
     def __init__(self, budget: Budget, context: ports.Context, update_ns: int) -> None:
@@ -103,7 +103,7 @@ class Clear:
         channels = channels_of(hosts, params.channel, params.channels,
                                STANDARDS[params.standard])
         self._near = [
-            Neighbours(Budget(params.power_dbm, params.loss(), self._walls, shadows,
+            NearbyHosts(Budget(params.power_dbm, params.loss(), self._walls, shadows,
                               level_dbm, level_dbm, channels), context, params.update_ns)
             for level_dbm in self.sensitivity_dbm]
         self._ends_ns: list[deque[int]] = [deque() for _ in hosts]  # of what waits, at each sender

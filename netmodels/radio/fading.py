@@ -21,7 +21,7 @@ from scipy.special import chndtrix
 from desim import ports
 from desim.units import NS_PER_S, Decibels, Period, Speed
 from netmodels.radio import kernels
-from netmodels.radio.budget import Links
+from netmodels.radio.budget import RadioLinks
 from netmodels.radio.path_loss import LIGHT_MPS
 
 _STRONGEST = 53 * math.log(2)  # of what is scattered: there are so many bits of luck
@@ -81,23 +81,23 @@ class Fades(ABC):
         self.step_ns = step_ns
         self.until_ns = 0
 
-    def links(self, mean: Links, now_ns: int) -> Links:
+    def links(self, mean: RadioLinks, now_ns: int) -> RadioLinks:
         """The links with their gains of the step that ``now_ns`` lies in."""
         step = now_ns // self.step_ns
         self.until_ns = (step + 1) * self.step_ns
         mw = self._gains(mean, step)
         mw *= mean.mw
-        return Links.of(mean.source(), mean.hearer, mw, mw >= self._found_mw, len(self._keys))
+        return RadioLinks.of(mean.source(), mean.hearer, mw, mw >= self._found_mw, len(self._keys))
 
     @abstractmethod
-    def _gains(self, mean: Links, step: int) -> np.ndarray:
+    def _gains(self, mean: RadioLinks, step: int) -> np.ndarray:
         """[k] of these links."""
 
 
 class Blocks(Fades):
     """Each step's gain has nothing to do with that of the one before."""
 
-    def _gains(self, mean: Links, step: int) -> np.ndarray:
+    def _gains(self, mean: RadioLinks, step: int) -> np.ndarray:
         gains = np.empty(len(mean.mw))
         kernels.gains(self._keys, mean.source(), mean.hearer, np.uint64(step), self._steady, gains)
         return gains
@@ -109,9 +109,9 @@ class Echoes(Fades):
     def __init__(self, keys: np.ndarray, steady: float, doppler_hz: float, found_mw: float) -> None:
         super().__init__(keys, steady, max(round(NS_PER_S * _STEP / doppler_hz), 1), found_mw)
         self._turns = doppler_hz * self.step_ns / NS_PER_S
-        self._mean: Links | None = None
+        self._mean: RadioLinks | None = None
 
-    def _gains(self, mean: Links, step: int) -> np.ndarray:
+    def _gains(self, mean: RadioLinks, step: int) -> np.ndarray:
         if mean is not self._mean:
             self._mean = mean
             self._start, self._rate = np.empty((2, len(mean.mw), _WAVES), np.uint64)

@@ -12,7 +12,7 @@ _ARRIVED, _COLLISION = ports.Deliver(0), ports.Drop("collision")
 _OUT_OF_REACH = ports.Drop("out_of_reach")
 
 
-class Waiting:
+class QueuedFrame:
     """A frame in a sender's queue. ``given_up`` are a unicast frame's packets. Of a broadcast by
     receiver, bit k for packet k: those ``got``, and those ``lost`` for a reason."""
 

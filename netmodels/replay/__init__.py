@@ -11,13 +11,13 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Duration, Ratio
-from netmodels.luck import REASONS, Luck
 from netmodels.outlets import Outlets
 from netmodels.radio import Thresholds
 from netmodels.radio.delivery import delivery
 from netmodels.radio.rates import chosen_rates
 from netmodels.radio.standards import STANDARDS, psdu_bytes
-from netmodels.replay.traces import Link, Quantity, Trace, read
+from netmodels.random_loss import REASONS, RandomLoss
+from netmodels.replay.traces import LinkTraces, MeasuredLink, Quantity, read
 
 
 class Replay:
@@ -64,7 +64,7 @@ class Replay:
         params = self._params
         self._context = context
         self._outlets = Outlets(len(hosts), params.rate_bps)
-        self._luck = Luck(context, "replay", hosts)
+        self._losses = RandomLoss(context, "replay", hosts)
         try:
             trace = read(params.file, params.quantity, params.channel)
         except InputError as error:
@@ -74,7 +74,7 @@ class Replay:
 
     def send(self, frame: ports.Frame) -> None:
         size_bytes = psdu_bytes(frame.size_bytes, frame.segments)
-        self._luck.settle(frame, [self._now(frame.source, receiver, size_bytes)
+        self._losses.settle(frame, [self._now(frame.source, receiver, size_bytes)
                                   for receiver in frame.receivers],
                           self._outlets.delay_ns(frame, self._context.now_ns)
                           + self._params.latency_ns)
@@ -105,8 +105,8 @@ def _by_errors(params: Replay.Params) -> Callable[[float, int], float]:
         delivery(rssi_dbm, standard, rate, size_bytes, reception)))
 
 
-def _between(hosts: tuple[str, ...], nodes: dict[str, str | int], trace: Trace
-             ) -> dict[tuple[int, int], Link]:
+def _between(hosts: tuple[str, ...], nodes: dict[str, str | int], trace: LinkTraces
+             ) -> dict[tuple[int, int], MeasuredLink]:
     """The links between hosts. Raises ``InputError`` for names that do not fit."""
     known = sorted({node for link in trace.links for node in link}, key=ports.natural_key)
     there = f"; it has {', '.join(known)}"

@@ -10,7 +10,7 @@ from typing import Any, TextIO
 from desim.errors import InputError, did_you_mean
 
 
-class Table:
+class CsvTable:
     """Rows of cells by the names that we have for the columns; perhaps with a line of JSON above.
 
     ``facts`` is what the JSON says, None if there is none. Every complaint is an ``InputError``

@@ -20,7 +20,7 @@ import numpy as np
 
 from desim.errors import InputError
 from desim.units import NS_PER_S
-from netmodels.replay.table import Table
+from netmodels.replay.table import CsvTable
 
 Quantity = Literal["delivery_ratio", "rssi_dbm"]
 
@@ -36,7 +36,7 @@ _SILENT_DBM = -300.0
 _INSTANT = re.compile(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d{1,9})?)Z?")
 
 
-class Link(NamedTuple):
+class MeasuredLink(NamedTuple):
     """From ``times_ns[k]`` on it is ``values[k]``, the newest value of each channel."""
 
     times_ns: list[int]
@@ -48,11 +48,11 @@ class Link(NamedTuple):
         return self.values[k - 1] if k else ()
 
 
-class Trace(NamedTuple):
+class LinkTraces(NamedTuple):
     """``links`` by source and destination, as the file calls them."""
 
     quantity: Quantity
-    links: dict[tuple[str, str], Link]
+    links: dict[tuple[str, str], MeasuredLink]
 
 
 class _Row(NamedTuple):
@@ -62,14 +62,14 @@ class _Row(NamedTuple):
     value: float
 
 
-def read(path: str, quantity: Quantity | None, channel: int | None) -> Trace:
+def read(path: str, quantity: Quantity | None, channel: int | None) -> LinkTraces:
     """The trace in a file: of ``quantity`` (None: the delivery ratio, if it is there), of one
     ``channel`` (None: of all). Rows may stand in any order. Raises ``InputError`` for whatever is
     wrong with the file."""
     try:
         with (gzip.open if path.endswith(".gz") else open)(
                 path, "rt", encoding="utf-8-sig", newline="") as file:
-            table = Table(path, file)
+            table = CsvTable(path, file)
             table.named(_PLAIN if table.facts is None else _K7, ("time", "source", "destination"))
             quantity = _quantity(table, quantity)
             rows = [row for row in _rows(table, quantity) if channel in (None, row.channel)]
@@ -80,10 +80,10 @@ def read(path: str, quantity: Quantity | None, channel: int | None) -> Trace:
         raise InputError(f"{path}: no row of a link" + (
             "" if channel is None else f" on channel {channel}"))
     begin_ns = 0 if table.facts is None else _begin_ns(table, rows)
-    return Trace(quantity, _links(rows, begin_ns))
+    return LinkTraces(quantity, _links(rows, begin_ns))
 
 
-def _quantity(table: Table, wanted: Quantity | None) -> Quantity:
+def _quantity(table: CsvTable, wanted: Quantity | None) -> Quantity:
     there = [quantity for quantity in ("delivery_ratio", "rssi_dbm") if table.has(quantity)]
     if wanted is None and there:
         return there[0]
@@ -92,7 +92,7 @@ def _quantity(table: Table, wanted: Quantity | None) -> Quantity:
     return wanted
 
 
-def _rows(table: Table, quantity: Quantity) -> Iterator[_Row]:
+def _rows(table: CsvTable, quantity: Quantity) -> Iterator[_Row]:
     """K7 has rows without a source or a destination, which are means over several links; they are
     passed over."""
     time, when = ((_elapsed_ns, "seconds, at least 0") if table.facts is None else
@@ -109,7 +109,7 @@ def _rows(table: Table, quantity: Quantity) -> Iterator[_Row]:
             raise table.wrong("source or destination is missing")
 
 
-def _begin_ns(table: Table, rows: list[_Row]) -> int:
+def _begin_ns(table: CsvTable, rows: list[_Row]) -> int:
     """When a K7 trace begins: at its ``start_date``, or with its first row."""
     start = (table.facts or {}).get("start_date")
     try:
@@ -119,11 +119,11 @@ def _begin_ns(table: Table, rows: list[_Row]) -> int:
                          "2018-01-11 16:32:22") from None
 
 
-def _links(rows: list[_Row], begin_ns: int) -> dict[tuple[str, str], Link]:
-    links: dict[tuple[str, str], Link] = {}
+def _links(rows: list[_Row], begin_ns: int) -> dict[tuple[str, str], MeasuredLink]:
+    links: dict[tuple[str, str], MeasuredLink] = {}
     newest: dict[tuple[str, str], dict[int | None, float]] = {}
     for row in sorted(rows, key=attrgetter("time_ns")):  # of two at a time the later line counts
-        times_ns, values = links.setdefault(row.link, Link([], []))
+        times_ns, values = links.setdefault(row.link, MeasuredLink([], []))
         by_channel = newest.setdefault(row.link, {})
         by_channel[row.channel] = row.value
         times_ns.append(row.time_ns - begin_ns)

@@ -12,7 +12,7 @@ from netmodels.rules.targets import Targets
 _DOWN = ports.Drop("outage")
 
 
-class Spells:
+class OnOffProcess:
     """Up and down in turn, for exponential times with means ``mean_ns`` (down, up); at time 0 it is
     up with the chance up / (up + down), for the rest of a spell as long as any. A function of time
     and of the stream alone: who asks how often changes nothing. ``until_ns``: when it changes."""
@@ -53,9 +53,9 @@ class Flapping:
         self._context = context
         mean_ns = self._params.down_ns, self._params.up_ns
         named, links = self._params.resolved(hosts)
-        self._hosts = {host: Spells(context.stream("host", hosts[host]), mean_ns)
+        self._hosts = {host: OnOffProcess(context.stream("host", hosts[host]), mean_ns)
                        for host in named}
-        self._links = {(one, other): Spells(context.stream("link", hosts[one], hosts[other]),
+        self._links = {(one, other): OnOffProcess(context.stream("link", hosts[one], hosts[other]),
                                             mean_ns) for one, other in links}
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:

@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.units import Ratio
-from netmodels.luck import drop
+from netmodels.random_loss import drop
 from netmodels.rules.streams import PairStreams
 
 

@@ -7,9 +7,9 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import Length, Position, Ratio
-from netmodels.luck import drop, losses
+from netmodels.random_loss import drop, losses
 from netmodels.rules.streams import PairStreams
-from netmodels.rules.window import Window
+from netmodels.rules.window import TimeWindow
 
 
 class Jamming:
@@ -18,7 +18,7 @@ class Jamming:
     place is nowhere near. Each ordered pair of hosts draws from its own stream for each packet,
     jammed or not: with a larger disc only more is lost."""
 
-    class Params(Window):
+    class Params(TimeWindow):
         at_m: tuple[Position, Position] = Field(
             examples=[["3 m", "-2.5 m"]], description="x and y of the middle of the disc")
         radius_m: Length = Field(gt=0, examples=["10 m"],

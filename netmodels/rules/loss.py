@@ -6,7 +6,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import Ratio
-from netmodels.luck import drop, losses
+from netmodels.random_loss import drop, losses
 from netmodels.rules.streams import PairStreams
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from desim import ports
 from netmodels.rules.targets import Targets
-from netmodels.rules.window import Window
+from netmodels.rules.window import TimeWindow
 
 
 class Outage:
     """From ``from`` until ``until`` nothing gets out of or into the ``hosts``, and nothing over the
     ``links``. The hosts themselves go on; ``faults`` stop them."""
 
-    class Params(Window, Targets):
+    class Params(TimeWindow, Targets):
         pass
 
     reasons = ("outage",)

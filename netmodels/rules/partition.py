@@ -9,7 +9,7 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError
 from netmodels.rules.targets import matching
-from netmodels.rules.window import Window
+from netmodels.rules.window import TimeWindow
 
 Group = Annotated[list[str], Field(min_length=1)]
 
@@ -18,7 +18,7 @@ class Partition:
     """From ``from`` until ``until`` hosts reach only those of their own group. Hosts that no
     pattern names are one more group."""
 
-    class Params(Window):
+    class Params(TimeWindow):
         groups: list[Group] = Field(min_length=1, description="host names or patterns with * "
                                                                   "and ?, group by group")
 

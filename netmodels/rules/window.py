@@ -8,7 +8,7 @@ from desim import ports
 from desim.units import DURATION, Duration, Period
 
 
-class Window(ports.Params):
+class TimeWindow(ports.Params):
     """From ``from`` until ``until``, the latter not included, and where ``every`` is set again and
     again. A schedule without a period is several rules."""
 
@@ -18,7 +18,7 @@ class Window(ports.Params):
                                                       "happens once)")
 
     @model_validator(mode="after")
-    def _comes_to_an_end(self) -> Window:
+    def _comes_to_an_end(self) -> TimeWindow:
         if self.until_ns is None:
             if self.every_ns is not None:
                 raise ValueError("what happens every so often needs until")

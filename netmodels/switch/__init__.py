@@ -13,9 +13,9 @@ from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, ByteSize, Duration, airtime_ns
 from netmodels.ethernet import GAP_BYTES
-from netmodels.switch.packets import Load, Outcome, Packets
+from netmodels.switch.packets import ExitFate, Load, Packets
 from netmodels.switch.queues import Compiled
-from netmodels.switch.trains import Train, cut
+from netmodels.switch.trains import PacketTrain, cut
 
 _AHEAD_NS = 100_000  # a frame that will be in the switch so soon is settled when it is sent
 
@@ -26,7 +26,7 @@ Exits = tuple[tuple[int, tuple[int, ...]], ...]
 
 # A frame that is not sent yet, its exits, when the line is free for it if nothing else is put
 # before it, and its packets.
-Waiting = tuple[ports.Frame, Exits, int, Train]
+Waiting = tuple[ports.Frame, Exits, int, PacketTrain]
 
 
 class Switch:
@@ -71,7 +71,7 @@ class Switch:
 
         # Its two times beside the train: of a NamedTuple each costs 200 instructions.
         @lru_cache(1 << 12)
-        def cut_(size_bytes: int, segments: int) -> tuple[Train, int, int]:
+        def cut_(size_bytes: int, segments: int) -> tuple[PacketTrain, int, int]:
             train = cut(size_bytes, segments, rate_bps)
             return train, train.total_ns, train.long_ns
 
@@ -212,7 +212,7 @@ class Switch:
                 self._engine.load(exit_, self._loads[exit_])
             coming[exit_] += 1
 
-    def _is_alone(self, exits: Exits, begin_ns: int, train: Train) -> bool:
+    def _is_alone(self, exits: Exits, begin_ns: int, train: PacketTrain) -> bool:
         """Whether no other frame is for this frame's one exit, and the exit has room."""
         exit_ = exits[0][0]
         if self._params.per_segment or len(exits) > 1 or self._coming[exit_]:
@@ -286,7 +286,7 @@ class Switch:
                 self._queued[port] -= 1
                 context.settle(frame, frame.receivers[0], _deliver(out_ns - context.now_ns))
 
-    def _settle(self, frame: ports.Frame, receivers: tuple[int, ...], outcome: Outcome) -> None:
+    def _settle(self, frame: ports.Frame, receivers: tuple[int, ...], outcome: ExitFate) -> None:
         """The last packet has left the interface. Report lost packets; the rest arrives when the
         last surviving packet is out."""
         context, (out_ns, lost) = self._context, outcome

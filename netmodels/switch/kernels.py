@@ -23,9 +23,9 @@ LINE = np.dtype([("end_ns", "i8"), ("sending", "i8"), ("new", "i8"), ("new_last"
 FLOW = np.dtype([("first", "i8"), ("last", "i8"), ("deficit", "i8"), ("next", "i8"),
                  ("listed", "i8")])
 
-# The frame behind it in its flow, its packets (``Train``), how many of them have begun. Its exit,
-# when the last of its packets has left that, how many were lost there; the record for its next exit
-# (a broadcast has several).
+# The frame behind it in its flow, its packets (``PacketTrain``), how many of them have begun. Its
+# exit, when the last of its packets has left that, how many were lost there; the record for its
+# next exit (a broadcast has several).
 FRAME = np.dtype([("next", "i8"), ("packets", "i8"), ("longer", "i8"), ("long_ns", "i8"),
                   ("short_ns", "i8"), ("long_bytes", "i8"), ("short_bytes", "i8"),
                   ("begun", "i8"), ("exit", "i8"), ("out_ns", "i8"), ("lost", "i8"),

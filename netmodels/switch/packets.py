@@ -10,13 +10,13 @@ from collections import deque
 from collections.abc import Hashable, Iterable
 from typing import Any, NamedTuple
 
-from netmodels.switch.trains import Train
+from netmodels.switch.trains import PacketTrain
 
 QUANTUM_BYTES = 1514  # fq_codel: MTU and Ethernet header
 NEVER = 1 << 62
 
 
-class Outcome(NamedTuple):
+class ExitFate(NamedTuple):
     """The fate of a frame at one exit: when the last of its packets left, and which are lost."""
 
     out_ns: int
@@ -27,39 +27,39 @@ class Outcome(NamedTuple):
 Load = tuple[int, int, int]
 
 
-class _Sending:
+class _QueuedTrain:
     """A frame that waits in a line or is being sent."""
 
     __slots__ = ("begun", "exits", "lost", "outs", "token", "train")
 
-    def __init__(self, token: Any, train: Train, exits: tuple[int, ...]) -> None:
+    def __init__(self, token: Any, train: PacketTrain, exits: tuple[int, ...]) -> None:
         self.token, self.train, self.exits = token, train, exits
         self.begun = 0  # packets
         self.outs = [0] * len(exits)
         self.lost: list[list[int]] = [[] for _ in exits]
 
 
-class _Flow:
+class _FlowQueue:
     __slots__ = ("deficit", "frames")
 
     def __init__(self) -> None:
-        self.frames: deque[_Sending] = deque()
+        self.frames: deque[_QueuedTrain] = deque()
         self.deficit = QUANTUM_BYTES
 
 
-class Line:
+class InterfaceQueue:
     """The queue of one port's interface."""
 
     def __init__(self) -> None:
         self.end_ns = NEVER  # of the packet that is being sent
-        self.sending: _Sending | None = None
-        self._flows: dict[Hashable, _Flow] = {}
+        self.sending: _QueuedTrain | None = None
+        self._flows: dict[Hashable, _FlowQueue] = {}
         self._new: deque[Hashable] = deque()
         self._old: deque[Hashable] = deque()
 
-    def put(self, flow: Hashable, frame: _Sending) -> None:
+    def put(self, flow: Hashable, frame: _QueuedTrain) -> None:
         if flow not in self._flows:
-            self._flows[flow] = _Flow()
+            self._flows[flow] = _FlowQueue()
             self._new.append(flow)
         self._flows[flow].frames.append(frame)
 
@@ -69,7 +69,7 @@ class Line:
         if self.sending is not None:
             self.end_ns = begin_ns + self.sending.train.wire_ns(self.sending.begun - 1)
 
-    def _take(self) -> _Sending | None:
+    def _take(self) -> _QueuedTrain | None:
         while self._new or self._old:
             queue = self._new or self._old
             name = queue[0]
@@ -98,11 +98,11 @@ class Packets:
     end of the cable."""
 
     def __init__(self, ports: int, hop_ns: int, limit_ns: int) -> None:
-        self._lines = [Line() for _ in range(ports)]
+        self._lines = [InterfaceQueue() for _ in range(ports)]
         self._exits: list[Load] = [(0, 0, 0)] * ports
         self._hop_ns = hop_ns
         self._limit_ns = limit_ns
-        self._done: list[tuple[Any, list[Outcome]]] = []
+        self._done: list[tuple[Any, list[ExitFate]]] = []
 
     def load(self, exit_: int, load: Load) -> None:
         self._exits[exit_] = load
@@ -110,11 +110,11 @@ class Packets:
     def loaded(self, exit_: int) -> Load:
         return self._exits[exit_]
 
-    def put(self, port: int, begin_ns: int, flow: Hashable, train: Train, exits: Iterable[int],
-            token: Any) -> None:
+    def put(self, port: int, begin_ns: int, flow: Hashable, train: PacketTrain,
+            exits: Iterable[int], token: Any) -> None:
         """A frame to send; ``begin_ns`` is when the line is free if nothing waits."""
         line = self._lines[port]
-        line.put(flow, _Sending(token, train, tuple(exits)))
+        line.put(flow, _QueuedTrain(token, train, tuple(exits)))
         if line.sending is None:
             line.next(begin_ns)
 
@@ -134,17 +134,17 @@ class Packets:
             self._cross(frame, end_ns + self._hop_ns)
             if frame.begun == frame.train.packets:
                 self._done.append((frame.token, [
-                    Outcome(out_ns, tuple(lost))
+                    ExitFate(out_ns, tuple(lost))
                     for out_ns, lost in zip(frame.outs, frame.lost, strict=True)]))
             line.next(end_ns)
 
-    def finished(self) -> list[tuple[Any, list[Outcome]]]:
+    def finished(self) -> list[tuple[Any, list[ExitFate]]]:
         """Frames of which all packets have been sent since the last call: token, and what became of
         it at each of its exits."""
         done, self._done = self._done, []
         return done
 
-    def _cross(self, frame: _Sending, at_ns: int) -> None:
+    def _cross(self, frame: _QueuedTrain, at_ns: int) -> None:
         """A packet is in the switch, and joins the queue of each of its exits, first in, first
         out."""
         number = frame.begun - 1

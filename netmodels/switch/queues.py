@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from netmodels.switch import kernels
-from netmodels.switch.packets import Load, Outcome
-from netmodels.switch.trains import Train
+from netmodels.switch.packets import ExitFate, Load
+from netmodels.switch.trains import PacketTrain
 
 
 class Compiled:
@@ -40,8 +40,8 @@ class Compiled:
     def loaded(self, exit_: int) -> Load:
         return self._exits[exit_].item()
 
-    def put(self, port: int, begin_ns: int, flow: Hashable, train: Train, exits: Iterable[int],
-            token: Any) -> None:
+    def put(self, port: int, begin_ns: int, flow: Hashable, train: PacketTrain,
+            exits: Iterable[int], token: Any) -> None:
         """A frame to send; ``begin_ns`` is when the line is free if nothing waits."""
         records: list[int] = []
         copy = -1
@@ -74,7 +74,7 @@ class Compiled:
             self._noted = -1 - self._noted
             self._notes = np.concatenate([self._notes, self._notes])
 
-    def finished(self) -> list[tuple[Any, list[Outcome]]]:
+    def finished(self) -> list[tuple[Any, list[ExitFate]]]:
         """Frames of which all packets have been sent since the last call: token, and what became of
         it at each of its exits."""
         done, lost = [], self._lost
@@ -83,7 +83,7 @@ class Compiled:
                 lost.setdefault(record, []).append(packet)
                 continue
             token, port, records = self._tokens.pop(record)
-            done.append((token, [Outcome(int(self._frames[one]["out_ns"]),
+            done.append((token, [ExitFate(int(self._frames[one]["out_ns"]),
                                          tuple(lost.pop(one, ()))) for one in records]))
             self._free_frames += records
             self._queued[port] -= 1

@@ -9,7 +9,7 @@ from desim.units import airtime_ns
 from netmodels.ethernet import CHECK_BYTES, GAP_BYTES, PREAMBLE_BYTES, padded
 
 
-class Train(NamedTuple):
+class PacketTrain(NamedTuple):
     """The packets of one frame: ``longer`` equal ones, and behind them equal ones that are no
     longer. A single packet is a train of one."""
 
@@ -30,11 +30,11 @@ class Train(NamedTuple):
         return self.long_bytes if number < self.longer else self.short_bytes
 
 
-def cut(size_bytes: int, segments: int, rate_bps: int) -> Train:
+def cut(size_bytes: int, segments: int, rate_bps: int) -> PacketTrain:
     """The train that a frame of ``size_bytes`` in ``segments`` packets is."""
     sizes = packet_sizes(size_bytes, segments)
     longer = sizes.count(sizes[0])
     long_ns, short_ns = (airtime_ns(padded(size) + PREAMBLE_BYTES + GAP_BYTES, rate_bps)
                          for size in (sizes[0], sizes[-1]))
-    return Train(segments, longer, long_ns, short_ns, sizes[0] - CHECK_BYTES,
+    return PacketTrain(segments, longer, long_ns, short_ns, sizes[0] - CHECK_BYTES,
                  sizes[-1] - CHECK_BYTES, longer * long_ns + (segments - longer) * short_ns)

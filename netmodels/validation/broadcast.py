@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from desim.ports.cases import Check, Play
-from netmodels.cases.broadcast import Broadcast
+from netmodels.cases.broadcast import HeartbeatBroadcast
 
 # Stations, Hz, Mb/s: share of copies received, at random times; 200 B of UDP.
 POISSON = {(30, 50, 6): .9312, (10, 50, 6): .9905, (5, 50, 6): .9984, (2, 50, 6): .9987,
@@ -46,5 +46,6 @@ class Heartbeats:
 
 def _delivered(play: Play, stations: int, hz: int, seed: int = 1, duration: str = "20 s",
                **params: str) -> float:
-    return play(Broadcast(Broadcast.Params(stations=stations, hz=f"{hz} Hz", duration=duration,
-                                           **params)).setup(), seed)["delivery_ratio"]
+    case = HeartbeatBroadcast(HeartbeatBroadcast.Params(
+        stations=stations, hz=f"{hz} Hz", duration=duration, **params))
+    return play(case.setup(), seed)["delivery_ratio"]

@@ -9,7 +9,7 @@ from desim.ports.cases import NOWHERE, Check, Play, Setup
 from desim.units import NS_PER_S
 from netmodels.bus import Bus
 from netmodels.bus.collisions import SLOT_BITS, CollisionDetection
-from netmodels.bus.stations import Station
+from netmodels.bus.stations import BusStation
 from netmodels.cases.bus import SharedBus
 from netmodels.cases.senders import flows, numbered
 from netmodels.validation.within import within
@@ -49,14 +49,14 @@ class Slotted(CollisionDetection):
     """The bus of Metcalfe and Boggs: each of Q hosts begins in a slot with probability 1/Q, instead
     of exponential backoff. One host more only listens."""
 
-    def _try(self, station: Station) -> None:
+    def _try(self, station: BusStation) -> None:
         hosts = len(self._stations) - 1
         if self._context.now_ns < self.free_ns or station.random() * hosts < 1:
             super()._try(station)
         else:
             self._context.at(self._context.now_ns + self._cable.slot_ns, self._try, station)
 
-    def _collided(self, station: Station, stop_ns: int) -> None:
+    def _collided(self, station: BusStation, stop_ns: int) -> None:
         self._context.at(stop_ns, self._try, station)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from desim.ports.cases import Check, Play
-from netmodels.cases.chain import Chain
+from netmodels.cases.chain import RelayChain
 from netmodels.validation.within import within
 
 SHORT, LONG = (2, 3, 4, 6, 8, 12), (6, 8)  # hops
@@ -48,4 +48,4 @@ def repaired(play: Play, mac: str, seed: int) -> Iterator[Check]:
 
 
 def _played(play: Play, hops: int, mac: str, seed: int = 1, **more: str) -> dict:
-    return play(Chain(Chain.Params(hops=hops, mac=mac, **more)).setup(), seed)
+    return play(RelayChain(RelayChain.Params(hops=hops, mac=mac, **more)).setup(), seed)

@@ -33,7 +33,7 @@ class Bursts:
         yield Check("p = 5 %, r = 25 %: loss", found["loss"], share, _ERRORS * error)
 
 
-class Spells:
+class FlappingAvailability:
     """Availability of ``flapping``: up / (up + down) within 3.3 standard errors, in which the state
     is forgotten at 1 / up + 1 / down."""
 

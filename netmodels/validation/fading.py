@@ -19,7 +19,7 @@ _FRAMES = 20_000
 _EVERY_NS = NS_PER_S // 100  # each has a block of its own
 
 
-class Outage:
+class FadingOutage:
     """Share of frames at a receiver that finds what is above a threshold, in blocks that fade:
     within 3.3 standard errors of exp(-threshold / mean) without a steady wave, and with one of the
     tail of the non-central chi-squared distribution."""

@@ -29,7 +29,7 @@ HIDDEN_BY_LOAD = {20: {0.25: 0.496, 0.5: 0.979, 1: 1.992, 2: 3.987, 3: 4.783},
                   40: {0.25: 0.489, 0.5: 0.933, 1: 1.604, 2: 1.536, 3: 1.516}}
 
 
-class Pairs:
+class TwoPairsOfNs3:
     """Two pairs of radios, as in ns-3: goodput within 2 %, and within 10 % from 50 to 56 m, where
     carrier sense ends."""
 

@@ -30,7 +30,7 @@ _STUDENT_99 = 2.861  # two-sided, 19 degrees of freedom: of 20 batches
 WAITING = {0.3: 200_000, 0.5: 400_000, 0.8: 2_000_000, 0.9: 1_500_000}
 
 
-class Waiting:
+class WaitingTimes:
     """Waiting time of M/D/1, its mean within 2 % up to a load of 0.8, at 0.9 within the 99 %
     interval."""
 

@@ -32,7 +32,7 @@ _SIZE_BYTES, _PAYLOAD_BYTES = 1518, 1472
 _DURATION_NS = 20 * NS_PER_S
 
 
-class State(NamedTuple):
+class ArfState(NamedTuple):
     """What a sender knows before an attempt, and which attempt at this packet it is."""
 
     rate: int
@@ -92,7 +92,7 @@ def _saturated(places: dict[str, tuple[float, float]], to: dict[str, str], until
 
 def stationary_mbps(standard: Standard, wrong: np.ndarray) -> float:
     """Payload that arrives, with the chance ``wrong`` [rates] that a packet has errors."""
-    states, moves = [State(len(wrong) - 1)], []
+    states, moves = [ArfState(len(wrong) - 1)], []
     places = {states[0]: 0}
     for at, state in enumerate(states):  # it grows
         for after, chance in ((_after(state, True, len(wrong)), 1 - wrong[state.rate]),
@@ -109,17 +109,17 @@ def stationary_mbps(standard: Standard, wrong: np.ndarray) -> float:
     return 8e3 * _PAYLOAD_BYTES * float(share @ right) / float(share @ time_ns)
 
 
-def _after(state: State, acknowledged: bool, rates: int) -> State:
+def _after(state: ArfState, acknowledged: bool, rates: int) -> ArfState:
     attempts = min(state.attempts + 1, TIMER)
     if acknowledged:
         in_a_row = min(state.acknowledged + 1, UP)
         if state.rate < rates - 1 and (in_a_row == UP or attempts == TIMER):
-            return State(state.rate + 1, probing=True)
-        return State(state.rate, in_a_row, attempts=attempts)
+            return ArfState(state.rate + 1, probing=True)
+        return ArfState(state.rate, in_a_row, attempts=attempts)
     tries = (state.tries + 1) % TRIES
     if state.probing or state.failed + 1 == DOWN:
-        return State(max(state.rate - 1, 0), tries=tries)
-    return State(state.rate, failed=state.failed + 1, attempts=attempts, tries=tries)
+        return ArfState(max(state.rate - 1, 0), tries=tries)
+    return ArfState(state.rate, failed=state.failed + 1, attempts=attempts, tries=tries)
 
 
 def _stationary(states: int, moves: list[tuple[int, int, float]]) -> np.ndarray:
@@ -130,7 +130,7 @@ def _stationary(states: int, moves: list[tuple[int, int, float]]) -> np.ndarray:
     return spsolve(flow.tocsc(), np.eye(states, 1).ravel())
 
 
-def _attempt_ns(standard: Standard, state: State, acknowledged: bool) -> float:
+def _attempt_ns(standard: Standard, state: ArfState, acknowledged: bool) -> float:
     """Mean time of an attempt: DIFS, half of the window, the packet, and the acknowledgement or
     what is waited for it."""
     window = min((standard.cw_min + 1) * 2 ** state.tries - 1, standard.cw_max)

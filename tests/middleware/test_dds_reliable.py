@@ -12,7 +12,7 @@ from desim.middleware.dds.dds import Dds
 from desim.network.medium import Medium
 from desim.ports import Drop
 from netmodels.ideal import Ideal
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.rules.duplication import Duplication
 from netmodels.rules.loss import Loss
 from netmodels.rules.reordering import Reordering
@@ -93,7 +93,7 @@ def test_of_a_bounded_history_the_order_is_kept_and_each_fate_is_one(depth, seed
     heard = []
     net = Net({"a": talker([(5 * S + 10 * k * MS, str(k)) for k in range(100)], queue=depth,
                            size_bytes=2000), "b": listener(heard, queue=0)},
-              Link(Link.Params(latency="3 ms")), [Loss(Loss.Params(probability=loss)),
+              AccessLink(AccessLink.Params(latency="3 ms")), [Loss(Loss.Params(probability=loss)),
               Reordering(Reordering.Params(probability="20 %", delay="15 ms"))], seed=seed,
               middleware=dds(preset, lease="1 h", acks=acks))
     for step in range(1, 30):
@@ -123,7 +123,7 @@ def test_an_acknowledgement_that_makes_no_event_changes_no_log(
         says = [(2 * S + k * gap_ms * MS + seed, str(k)) for k in range(40)]
         net = Net({"a": talker(says, queue=depth, size_bytes=size_bytes),
                    "b": listener(heard, queue=0), "c": listener(heard, queue=0)},
-                  Link(Link.Params(latency=latency)), seed=seed,
+                  AccessLink(AccessLink.Params(latency=latency)), seed=seed,
                   rules=[partition("2.2 s", "2.8 s"), partition("7 s", "7.5 s")],
                   middleware=dds(preset, lease=lease, high_water=high_water,
                                  announcement_period=announcement))
@@ -147,9 +147,9 @@ def test_what_only_says_that_somebody_lives_needs_no_event(preset, seed, latency
         heard = []
         net = Net({"a": talker([(k * S, str(k)) for k in range(20)]), "b": listener(heard),
                    "c": listener(heard), "d": silent},
-                  Link(Link.Params(rate="100 Mb/s", latency=latency)), chance({"loss": loss}),
-                  seed=seed, middleware=dds(preset, lease="2 s", announcement_period="900 ms",
-                                            acks="implied"))
+                  AccessLink(AccessLink.Params(rate="100 Mb/s", latency=latency)),
+                  chance({"loss": loss}), seed=seed, middleware=dds(
+                      preset, lease="2 s", announcement_period="900 ms", acks="implied"))
         net.at(7 * S, net.graph.host("c").stop)
         net.at(7 * S + down_ms * MS, net.graph.host("c").start)
         net.run(20 * S)
@@ -188,8 +188,8 @@ def test_where_nothing_is_lost_implied_acknowledgements_change_no_delivery(
         heard = []
         says = [(2 * S + k * gap_ms * MS + seed, str(k)) for k in range(40)]
         net = Net({"a": talker(says, queue=depth, size_bytes=size_bytes),
-                   "b": listener(heard, queue=0)}, Link(Link.Params(latency=latency)), seed=seed,
-                  middleware=dds(preset, acks=acks)).run(20 * S)
+                   "b": listener(heard, queue=0)}, AccessLink(AccessLink.Params(latency=latency)),
+                  seed=seed, middleware=dds(preset, acks=acks)).run(20 * S)
         assert conserved(net) and net.waiting() == 0
         return heard, len([row for row in net.rows("acknack") if row[0] > 2100 * MS])
 
@@ -200,7 +200,8 @@ def test_where_nothing_is_lost_implied_acknowledgements_change_no_delivery(
 def test_a_frame_that_finds_its_host_stopped_is_not_forgotten():
     """It was to be there soon, so no heartbeat was due; now there is, until the lease ends."""
     net = Net({"a": talker([(4 * S, "one"), (5 * S, "two")], queue=0), "b": listener([])},
-              Link(Link.Params(latency="10 ms")), middleware=dds(lease="2 s", acks="implied"))
+              AccessLink(AccessLink.Params(latency="10 ms")),
+              middleware=dds(lease="2 s", acks="implied"))
     net.at(5005 * MS, net.graph.host("b").stop)
     net.run(20 * S)
     beats = [row[0] for row in net.rows("heartbeat") if row[0] > 4500 * MS]
@@ -367,7 +368,7 @@ def test_a_sender_that_stops_takes_its_history_with_it():
     heard = []
     says = [(2 * S, "one"), (2 * S, "two"), (30 * S, "after")]
     net = Net({"a": talker(says, queue=2, size_bytes=100), "b": listener(heard, queue=0)},
-              Link(Link.Params(latency="100 ms")), middleware=dds())
+              AccessLink(AccessLink.Params(latency="100 ms")), middleware=dds())
     net.at(2 * S + MS, net.graph.host("a").stop)
     net.at(5 * S, net.graph.host("a").start)
     net.run(60 * S)

@@ -9,7 +9,7 @@ from desim.commands.views.rows import story
 from desim.middleware.dds import wire
 from desim.middleware.direct import Direct
 from desim.ports import Drop
-from netmodels.link import Link
+from netmodels.link import AccessLink
 
 
 class Unheard:
@@ -45,7 +45,7 @@ def test_a_reader_whose_request_gets_lost_asks_again_without_being_asked(renewal
 def test_the_same_acknowledgement_is_not_said_twice_within_10_ms(ack_again, between_ns):
     """Heartbeats are 4 ms apart until the first answer is there, 60 ms after the sample."""
     net = Net({"a": talker([(2 * S, "one")]), "b": listener([])},
-              Link(Link.Params(latency="30 ms")), middleware=dds(
+              AccessLink(AccessLink.Params(latency="30 ms")), middleware=dds(
                   heartbeat_period="4 ms", heartbeat_limit="4 ms", ack_again=ack_again))
     times = [row[0] for row in net.run(5 * S).rows("acknack") if row[0] > 2 * S]
     least_ns = min(late - early for early, late in zip(times, times[1:], strict=False))
@@ -98,7 +98,7 @@ def test_trains_are_long_where_samples_arrive_soon_until_one_is_lost(rate, laten
     heard = []
     says = [(2 * k * S, str(k)) for k in range(1, 5)]
     net = Net({"a": talker(says, queue=10, size_bytes=640_000), "b": listener(heard, queue=0)},
-              Link(Link.Params(rate=rate, latency=latency)), rules=[Second()],
+              AccessLink(AccessLink.Params(rate=rate, latency=latency)), rules=[Second()],
               middleware=dds(initial_acknack=None)).run(12 * S)
     large = [row[4] for row in net.rows("frame") if row[5] > 50_000]
     assert [large.count(number) for number in (1, 2, 3, 4)] == trains
@@ -113,7 +113,7 @@ def crowded(until_s, **params):
                     "l": lambda node: [listener(heard, f"/{other}", queue=0)(node)
                                        for other in "abc" if other != node.host.name]}
              for host in "abc"}
-    link = Link(Link.Params(rate="250 kb/s", latency="5 ms", queue="256 kB"))
+    link = AccessLink(AccessLink.Params(rate="250 kb/s", latency="5 ms", queue="256 kB"))
     net = Net(nodes, link, middleware=dds(lease="1 h", **params)).run(until_s * S)
     return net, len(heard)
 

@@ -7,7 +7,7 @@ from graphs import MS, Net, S, listener, silent, talker
 from desim.middleware.dds.dds import Dds
 from desim.middleware.dds.endpoints import Endpoints
 from desim.ports import Drop
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.rules.partition import Partition
 
 PRESETS = ("fastdds", "cyclonedds")
@@ -50,7 +50,7 @@ def one_forgets(preset, lost_frame):
     the last number that ``a`` has heard of 199."""
     heard = []
     net = Net({"a": listener(heard), "b": talker(SAYS)},
-              Link(Link.Params(rate="10 Mb/s", latency="2 ms")),
+              AccessLink(AccessLink.Params(rate="10 Mb/s", latency="2 ms")),
               [cut("b", "20 s", "30 s"), LosesOne(lost_frame)],
               middleware=dds(preset, leases={"b": "6 s", "a": "30 s"}))
     net.run(200 * S)
@@ -81,7 +81,8 @@ def behind_a_server(preset, back_s=24, until_s=200):
     Returns the last number that ``c`` has heard of ``d``, and the run."""
     heard = []
     net = Net({"server": silent, "c": listener(heard), "d": talker(SAYS)},
-              Link(Link.Params(rate="10 Mb/s", latency="2 ms")), [cut("c", "20 s", "35 s")],
+              AccessLink(AccessLink.Params(rate="10 Mb/s", latency="2 ms")),
+              [cut("c", "20 s", "35 s")],
               middleware=dds(preset, discovery="server", server="server",
                              leases={"c": "6 s", "d": "6 s", "server": "60 s"}))
     net.at(21 * S, net.graph.host("d").stop)

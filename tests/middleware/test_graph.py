@@ -15,13 +15,13 @@ from desim.middleware.messages import Lazy
 from desim.ports import natural_key
 from netmodels.disk import Disk
 from netmodels.ideal import Ideal
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.rules.loss import Loss
 from netmodels.switch import Switch
 
 
 def link(**params):
-    return Link(Link.Params(**params))
+    return AccessLink(AccessLink.Params(**params))
 
 
 def test_the_whole_log_of_one_message():

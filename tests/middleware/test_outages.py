@@ -20,7 +20,7 @@ from test_kit import Final, Sulking, Twice
 
 from desim.ports import PASS, Drop
 from desim.testing import Fleet
-from netmodels.link import Link
+from netmodels.link import AccessLink
 
 S = 10**9
 MOST_EVENTS = 5000  # in a simulated second, all talk included
@@ -117,7 +117,7 @@ class RoughWalk(Walk):
     def __init__(self, middleware, patience):
         self.lossy = Lossy()
         super().__init__(middleware, patience, rules=[self.lossy],
-                         model=Link(Link.Params(rate="10 Mb/s", latency="10 ms")))
+                         model=AccessLink(AccessLink.Params(rate="10 Mb/s", latency="10 ms")))
 
     @rule(share=st.sampled_from([0.1, 0.3, 0.5]))
     def lose(self, share):

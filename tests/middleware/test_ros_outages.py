@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from desim.middleware.multimaster.multimaster import Multimaster
 from desim.middleware.ros.ros1 import Ros1
 from desim.testing import check_middleware
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.rules.outage import Outage
 
 HOSTS = ("a", "b", "c", "m")
@@ -52,7 +52,8 @@ def noetic(client):
 @given(CUTS, FAULTS, st.sampled_from(["roscpp", "rospy"]),
        st.sampled_from([one_master, groovy, noetic]))
 def test_every_message_has_one_fate_and_all_come_to_rest(cuts, faults, client, middleware):
-    net = Net(dict.fromkeys(HOSTS, chatter), Link(Link.Params(rate="10 Mb/s", latency="2 ms")),
+    net = Net(dict.fromkeys(HOSTS, chatter),
+              AccessLink(AccessLink.Params(rate="10 Mb/s", latency="2 ms")),
               [cut(*one) for one in cuts], middleware=middleware(client))
     break_down(net, faults)
     for second in range(0, 400, 7):
@@ -75,7 +76,8 @@ def quiet(node):
        st.sampled_from([one_master, groovy, noetic]))
 def test_what_breaks_for_half_a_minute_heals(cuts, faults, middleware):
     """As long as the one master runs: everybody hears everybody after ten minutes."""
-    net = Net(dict.fromkeys(HOSTS, quiet), Link(Link.Params(rate="10 Mb/s", latency="2 ms")),
+    net = Net(dict.fromkeys(HOSTS, quiet),
+              AccessLink(AccessLink.Params(rate="10 Mb/s", latency="2 ms")),
               [cut(*one) for one in cuts], middleware=middleware("roscpp"))
     break_down(net, faults)
     net.run(600 * S)

@@ -13,7 +13,7 @@ from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.receiver import Receiver
 from desim.ports import Deliver
 from netmodels.ideal import Ideal
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.switch import Switch
 
 IMPLIED = {"acks": "implied"}
@@ -24,7 +24,7 @@ def wire():
     return link(rate="1 Gb/s", latency="3 us")
 
 
-class Taciturn(Link):
+class Taciturn(AccessLink):
     """It settles what it is sent by itself, and does not say when it will be there."""
 
     def start(self, context, hosts):
@@ -38,7 +38,7 @@ class Taciturn(Link):
 
 
 def taciturn():
-    return Taciturn(Link.Params(rate="1 Gb/s", latency="3 us"))
+    return Taciturn(AccessLink.Params(rate="1 Gb/s", latency="3 us"))
 
 
 def narrow():

@@ -7,14 +7,14 @@ from tcphosts import Takes
 from desim.middleware.transports import datagram_frame, stream_frame
 from desim.ports import Deliver, Drop
 from desim.testing import Instant
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.rules.duplication import Duplication
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition
 
 
 def link(**params):
-    return Link(Link.Params(**params))
+    return AccessLink(AccessLink.Params(**params))
 
 
 def partition(start, until):

@@ -15,7 +15,7 @@ from netmodels.bus import Bus
 from netmodels.cases.bottleneck import Bottleneck
 from netmodels.cases.saturation import Saturation
 from netmodels.disk import Disk
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.multihop import Multihop
 from netmodels.radio import Radio
 from netmodels.radio.standards import ACK_BYTES, G, psdu_bytes
@@ -37,8 +37,8 @@ def test_a_line_is_as_busy_as_it_is_loaded(load):
     """125 B at 1 Mb/s take 1 ms; a is one of two hosts."""
     def busy(rate):
         flow = Flow("a", ("b",), 125, 100, "periodic", round(MS / load))
-        return play(Setup(Link(Link.Params(rate=rate)), {"a": NOWHERE, "b": NOWHERE}, [flow],
-                          100 * S, warm_up_ns=S))["utilisation"]
+        return play(Setup(AccessLink(AccessLink.Params(rate=rate)), {"a": NOWHERE, "b": NOWHERE},
+                          [flow], 100 * S, warm_up_ns=S))["utilisation"]
 
     found = busy("1 Mb/s")
     assert agrees(found["max"], load, 1e-3)
@@ -54,7 +54,7 @@ def test_a_narrow_line_is_as_busy_as_it_is_loaded():
 
 def test_what_is_booked_is_not_yet_sent():
     """Ten frames of 1 ms at once."""
-    bench = Bench(Link(Link.Params(rate="1 Mb/s")), 2)
+    bench = Bench(AccessLink(AccessLink.Params(rate="1 Mb/s")), 2)
     for _ in range(10):
         bench.send(0, "host_1", "host_2", 125)
     bench.run(4 * MS)
@@ -160,7 +160,7 @@ def test_several_hops_are_as_busy_as_their_radio():
 
 
 @pytest.mark.parametrize("make", [
-    lambda: Radio(Radio.Params()), lambda: Link(Link.Params(rate="5 Mb/s")),
+    lambda: Radio(Radio.Params()), lambda: AccessLink(AccessLink.Params(rate="5 Mb/s")),
     lambda: Switch(Switch.Params(rate="5 Mb/s")),
     lambda: Switch(Switch.Params(rate="5 Mb/s", buffer="10 kB")),
     *(lambda mode=mode: Bus(Bus.Params(arbitration=mode)) for mode in ("csma", "csma_cd", "fifo")),
@@ -190,7 +190,7 @@ def test_to_look_changes_nothing_and_no_time_is_busy_twice(make):
 
 
 def test_only_who_is_attached_counts():
-    bench = Bench(Link(Link.Params(rate="1 Mb/s")), 4)
+    bench = Bench(AccessLink(AccessLink.Params(rate="1 Mb/s")), 4)
     bench.send(0, "host_1", "host_2", 125)
     bench.run(10 * MS)
     assert utilisation(bench.medium, 10 * MS) == {"mean": 0.025, "max": 0.1}

@@ -9,13 +9,13 @@ from desim.ports import Params
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import check_case
 from netmodels.cases.bottleneck import Bottleneck
-from netmodels.cases.broadcast import Broadcast, sunflower
+from netmodels.cases.broadcast import HeartbeatBroadcast, sunflower
 from netmodels.cases.bus import SharedBus
 from netmodels.cases.hidden import Hidden
 from netmodels.cases.saturation import Saturation
 from netmodels.cases.two_pairs import TwoPairs
 from netmodels.ideal import Ideal
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.radio import Radio
 
 MS, S = 10**6, 10**9
@@ -23,8 +23,8 @@ MS, S = 10**6, 10**9
 CASES = [
     (Saturation, {"stations": 3, "duration": "50 ms"}),
     (Saturation, {"standard": "11b", "topology": "pairs", "stations": 2, "duration": "50 ms"}),
-    (Broadcast, {"stations": 3, "duration": "1 s"}),
-    (Broadcast, {"stations": 3, "duration": "1 s", "arrivals": "zero", "radius": "60 m"}),
+    (HeartbeatBroadcast, {"stations": 3, "duration": "1 s"}),
+    (HeartbeatBroadcast, {"stations": 3, "duration": "1 s", "arrivals": "zero", "radius": "60 m"}),
     (TwoPairs, {"duration": "50 ms"}),
     (Hidden, {"duration": "50 ms", "rts": True}), (Hidden, {"duration": "1 s", "load": "1 Mb/s"}),
     (Bottleneck, {"duration": "1 s"}), (Bottleneck, {"duration": "1 s", "arrivals": "periodic"}),
@@ -69,8 +69,8 @@ def test_the_kit_finds_cases_that_do_not(wrong, advice):
 
 def link_setup(*flows, duration_ns=S, **params):
     """1 ms for 125 B."""
-    return Setup(Link(Link.Params(rate="1 Mb/s", **params)), {"a": NOWHERE, "b": NOWHERE}, flows,
-                 duration_ns)
+    link = AccessLink(AccessLink.Params(rate="1 Mb/s", **params))
+    return Setup(link, {"a": NOWHERE, "b": NOWHERE}, flows, duration_ns)
 
 
 def test_all_measures_of_an_idle_line():

@@ -14,7 +14,7 @@ from desim.errors import ModelError
 from desim.network.medium import Medium
 from desim.testing import Bench, Instant
 from netmodels.disk import Disk
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.rules.bandwidth import Bandwidth
 from netmodels.rules.latency import Latency
 from netmodels.rules.loss import Loss
@@ -28,7 +28,7 @@ def rule(cls, **params):
 
 
 def test_the_whole_log_of_three_frames():
-    bench = Bench(rule(Link, rate="1 Mb/s", latency="1 ms"), 3)
+    bench = Bench(rule(AccessLink, rate="1 Mb/s", latency="1 ms"), 3)
     bench.send(0, "host_1", "host_2", 125, label="first")
     bench.send(0, "host_1", "host_3", 125, label="second, behind the first")
     bench.send(500_000, "host_2", "host_1", 250, label="the other way")
@@ -43,7 +43,7 @@ def test_the_whole_log_of_three_frames():
 
 def test_what_a_full_queue_refuses_was_never_on_the_air():
     """Room for one frame that waits: of three the last one is refused, and of three broadcasts."""
-    bench = Bench(rule(Link, rate="1 Mb/s", queue="2000 B"), 3)
+    bench = Bench(rule(AccessLink, rate="1 Mb/s", queue="2000 B"), 3)
     for _ in range(3):
         bench.send(0, "host_1", "host_2", 1000)
         bench.send(0, "host_2", ["host_1", "host_3"], 1000, broadcast=True)
@@ -97,7 +97,7 @@ def test_arrivals_of_one_instant_come_in_the_order_of_names():
 
 
 def test_a_host_that_is_down_receives_nothing():
-    bench = Bench(rule(Link, rate="1 Mb/s"), 3)
+    bench = Bench(rule(AccessLink, rate="1 Mb/s"), 3)
     bench.send(0, "host_1", "host_2", 125, label="too late")
     bench.send(0, "host_1", "host_3", 125, label="in time")
     bench.medium.up[1] = False
@@ -126,7 +126,7 @@ class Told:
     ((), 1, None, [("ack", 1, "host_down")]),
 ])
 def test_a_posted_packet_needs_no_event_where_its_fate_is_known(rules, down, due_ns, told):
-    bench = Bench(rule(Link, rate="1 Gb/s", latency="5 ms"), 2, rules=rules)
+    bench = Bench(rule(AccessLink, rate="1 Gb/s", latency="5 ms"), 2, rules=rules)
     carrier = Told()
     if down is not None:
         bench.medium.up[down] = False
@@ -263,7 +263,7 @@ frames = st.lists(st.tuples(
     st.integers(64, 1518), st.sampled_from([1, 1, 2, 40]), st.booleans()), max_size=40)
 models = st.sampled_from([
     lambda: rule(Disk, range="70 m", rate="10 Mb/s"),
-    lambda: rule(Link, rate="10 Mb/s", queue="20 kB"),
+    lambda: rule(AccessLink, rate="10 Mb/s", queue="20 kB"),
     lambda: rule(Switch, rate="10 Mb/s", buffer="20 kB", ports={"node": ["host_1", "host_2"]}),
     lambda: rule(Switch, rate="10 Mb/s", buffer="20 kB", per_segment=True)])
 
@@ -365,7 +365,7 @@ def test_it_serves_a_plain_simpy_program():
         def arrived(self, token, receiver):
             log.append((env.now, token, receiver))
 
-    medium = Medium("lan", rule(Link, rate="1 Mb/s"), kernel=Kernel(env), names=names,
+    medium = Medium("lan", rule(AccessLink, rate="1 Mb/s"), kernel=Kernel(env), names=names,
                     streams=Streams(0), hosts=["a", "b"])
 
     def life():

@@ -13,13 +13,13 @@ from desim.units import airtime_ns
 from netmodels.bus import Bus
 from netmodels.disk import Disk
 from netmodels.ideal import Ideal
-from netmodels.link import Link
+from netmodels.link import AccessLink
 
 MS = 10**6
 
 
 def link(**params):
-    return Link(Link.Params(**params))
+    return AccessLink(AccessLink.Params(**params))
 
 
 @given(st.integers(1, 10**7), st.integers(1, 10**10), st.integers(0, 10**9))

@@ -12,11 +12,11 @@ from desim.scenario.complaints import validated
 from desim.testing import Bench, check_case, check_network
 from desim.units import airtime_ns
 from netmodels.cases import chain
-from netmodels.cases.chain import Chain
+from netmodels.cases.chain import RelayChain
 from netmodels.ideal_mac import IdealMac
-from netmodels.link import Link
+from netmodels.link import AccessLink
 from netmodels.multihop import Multihop
-from netmodels.multihop.ways import Neighbour, Ways
+from netmodels.multihop.routes import LinkQuality, Routes
 from netmodels.radio import Radio
 from netmodels.tdma import Tdma
 
@@ -136,7 +136,7 @@ def test_a_relay_that_goes_down_takes_what_it_holds_along():
 
 def test_the_hops_may_be_any_model_that_delivers_later():
     """Where somebody else made the model: a link of 8 Mb/s to everybody, 1 ms long."""
-    link = Link(Link.Params(rate="8 Mb/s", latency="1 ms"))
+    link = AccessLink(AccessLink.Params(rate="8 Mb/s", latency="1 ms"))
     link.links = lambda: (np.array([0, 1, 1, 2]), np.array([1, 0, 2, 1]), np.ones(4))
     bench = Bench(Multihop(Multihop.Params(routing="static"), link), 3)
     bench.send(0, "host_1", "host_3", 500)
@@ -198,7 +198,7 @@ def test_static_paths_may_stay_as_they_are_until_told():
 
 
 def test_a_link_is_as_good_as_its_echoes():
-    link = Neighbour(window=64)
+    link = LinkQuality(window=64)
     assert link.quality(0) == 0
     for number in range(1, 9):
         link.heard(number)
@@ -212,7 +212,7 @@ def test_a_link_is_as_good_as_its_echoes():
 
 
 def test_the_way_that_is_heard_more_of_is_the_better_one():
-    ways = Ways(memory=5)
+    ways = Routes(memory=5)
     for number in (1, 2, 3):
         assert ways.hear(7, number, 0.9, 0)
         assert not ways.hear(8, number, 0.9, 0)  # equal
@@ -286,7 +286,7 @@ def test_a_host_that_is_not_heard_any_more_is_forgotten():
 
 
 def share(hops, mac, **params):
-    return play(Chain(Chain.Params(hops=hops, mac=mac, duration="5 s", **params)).setup())
+    return play(RelayChain(RelayChain.Params(hops=hops, mac=mac, duration="5 s", **params)).setup())
 
 
 def bound(hops):
@@ -346,7 +346,7 @@ def test_the_spacing_changes_nothing_where_only_hops_count():
 def test_after_a_host_has_left_a_chain_recovers(mac):
     """The host in the middle leaves after 3 s, of 2 s + 20 s: half is carried of what the chain
     carries with it."""
-    found = play(Chain(Chain.Params(hops=4, mac=mac, routing="batman", leave="3 s",
+    found = play(RelayChain(RelayChain.Params(hops=4, mac=mac, routing="batman", leave="3 s",
                                     duration="20 s")).setup())
     intact = share(4, mac, routing="batman")
     assert found["control_frames"] > 100
@@ -359,7 +359,7 @@ def test_after_a_host_has_left_a_chain_recovers(mac):
     {"hops": 1}, {"hops": 2, "mac": "tdma", "routing": "batman", "leave": "200 ms"},
     {"hops": 3, "mac": "dcf"}])
 def test_the_case_keeps_the_contract(params):
-    check_case(Chain, duration="200 ms", **params)
+    check_case(RelayChain, duration="200 ms", **params)
 
 
 # ----------------------------------------------------------------------------------------- the macs
@@ -449,7 +449,7 @@ def test_who_hears_a_message_gets_packets():
 
 def test_nobody_can_leave_a_single_hop():
     with pytest.raises(InputError) as error:
-        Chain(Chain.Params(hops=1, leave="1 s")).setup()
+        RelayChain(RelayChain.Params(hops=1, leave="1 s")).setup()
     assert str(error.value) == ".leave: in a single hop there is no host in the middle"
 
 

@@ -10,7 +10,7 @@ from desim.ports import Obstacles
 from desim.testing import Bench
 from desim.world.scenery import crossing
 from netmodels.compatible.gz_rfcomms import GzRfComms
-from netmodels.compatible.rf import RfParams, Window, delivery
+from netmodels.compatible.rf import CapacityWindow, RfParams, delivery
 from netmodels.compatible.subt import Subt
 from netmodels.validation.rfcomms import DELIVERY, WORLDS
 
@@ -94,7 +94,7 @@ def test_a_broadcast_counts_for_each_receiver_and_a_receiver_has_a_capacity_too(
 
 
 def test_the_window_forgets_what_is_older_than_an_epoch():
-    window = Window(8000, S)
+    window = CapacityWindow(8000, S)
     assert [window.take(time_ns, 500) for time_ns in (0, 5, 6, S, S + 1, S + 5, S + 6)] == [
         True, True, False, False, True, False, True]
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from desim import plugins
 from desim.ports import PASS, Drop, Frame
 from desim.testing import Bench, Instant
-from netmodels.link import Link
+from netmodels.link import AccessLink
 
 MS = 10**6
 S = 10**9
@@ -270,6 +270,7 @@ def test_what_is_lost_has_no_copies():
 
 
 def test_rules_work_in_front_of_any_model():
-    bench = Bench(Link(Link.Params(rate="1 Mb/s")), 2, rules=[make("latency", delay="7 ms")])
+    bench = Bench(AccessLink(AccessLink.Params(rate="1 Mb/s")), 2,
+                  rules=[make("latency", delay="7 ms")])
     bench.send(0, "host_1", "host_2", 125)
     assert bench.run()[0][0] == 8 * MS

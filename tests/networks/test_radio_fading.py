@@ -15,7 +15,7 @@ from scipy.stats import expon, kstest, ncx2, norm
 from desim.engine.streams import Streams
 from desim.testing import Bench, check_network
 from netmodels.radio import Radio
-from netmodels.radio.budget import Links
+from netmodels.radio.budget import RadioLinks
 from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.fading import Fading
 from netmodels.radio.ladder import Ladder
@@ -41,7 +41,7 @@ def fades(hosts, seed=0, **params):
 def everybody(hosts):
     """Links of 1 mW between all."""
     source, hearer = map(np.ascontiguousarray, np.nonzero(~np.eye(hosts, dtype=bool)))
-    return Links.of(source, hearer, np.ones(len(source)), np.ones(len(source), bool), hosts)
+    return RadioLinks.of(source, hearer, np.ones(len(source)), np.ones(len(source), bool), hosts)
 
 
 def gains(hosts, block, **params):

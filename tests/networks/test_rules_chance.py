@@ -13,7 +13,7 @@ from test_netmodels_rules import MS, S, fates, make
 from desim.engine.streams import Streams
 from desim.ports import Deliver, Drop, Duplicate, Frame
 from desim.testing import Bench, Instant
-from netmodels.rules.flapping import Spells
+from netmodels.rules.flapping import OnOffProcess
 
 # ---------------------------------------------------------------------------------------- latency
 
@@ -193,7 +193,7 @@ def test_frames_held_back_are_overtaken():
 
 def spells(down_ns, count=4000):
     """Lengths in s of so many spells down, and up."""
-    own = Spells(Streams(3)("link"), (down_ns, 40 * S))
+    own = OnOffProcess(Streams(3)("link"), (down_ns, 40 * S))
     lengths, now_ns = {False: [], True: []}, own.until_ns
     own.up(now_ns)
     for _ in range(2 * count):

@@ -13,7 +13,7 @@ from desim.ports.cases import Check
 from netmodels import aloha, bus, link
 from netmodels.cases import chain
 from netmodels.radio import Thresholds, delivery, errors, path_loss
-from netmodels.radio.budget import Links
+from netmodels.radio.budget import RadioLinks
 from netmodels.radio.errors import bit_error
 from netmodels.radio.presets import PRESETS
 from netmodels.radio.standards import STANDARDS
@@ -25,13 +25,13 @@ from netmodels.validation.aloha import RandomAccess
 from netmodels.validation.broadcast import Heartbeats
 from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
 from netmodels.validation.chain import Chains, repaired
-from netmodels.validation.chance import Bursts, Delays, Spells
+from netmodels.validation.chance import Bursts, Delays, FlappingAvailability
 from netmodels.validation.disk import DiskOfRadio
-from netmodels.validation.fading import Outage
+from netmodels.validation.fading import FadingOutage
 from netmodels.validation.many_senders import DelaysOfRadio, ManyPairs, Mixes, RelayedFlows
-from netmodels.validation.places import HiddenTerminals, Pairs
+from netmodels.validation.places import HiddenTerminals, TwoPairsOfNs3
 from netmodels.validation.propagation import PacketErrors, Propagation
-from netmodels.validation.queues import FiniteQueue, PeriodicSenders, Waiting
+from netmodels.validation.queues import FiniteQueue, PeriodicSenders, WaitingTimes
 from netmodels.validation.rate_control import FallbackOfRates
 from netmodels.validation.rfcomms import RadioOfGazebo
 from netmodels.validation.round_trip import RoundTrip
@@ -176,7 +176,7 @@ def carrier_sense_of_the_standard(monkeypatch):
 
 def nothing_on_the_way(monkeypatch):
     """Nobody knows which of two frames of one slot comes first."""
-    monkeypatch.setattr(Links, "delays_ns", lambda self, places: 0)
+    monkeypatch.setattr(RadioLinks, "delays_ns", lambda self, places: 0)
 
 
 def no_pause(monkeypatch):
@@ -193,16 +193,19 @@ class Repairs:
 # Group, how many of its comparisons are quick, what is made wrong.
 TWINS = [
     (SaturationOfOfdm, 2, longer_symbols), (SaturationOf11b, 1, longer_preambles),
-    (Waiting, 1, slower_rates), (FiniteQueue, 1, slower_rates), (PeriodicSenders, 4, slower_rates),
+    (WaitingTimes, 1, slower_rates), (FiniteQueue, 1, slower_rates),
+    (PeriodicSenders, 4, slower_rates),
     (CarrierSenseOfNs3, 6, slower_bus), (CollisionsOfEthernet, 3, longer_slots),
-    (RandomAccess, 2, longer_frames), (Pairs, 8, less_loss), (HiddenTerminals, 6, less_loss),
+    (RandomAccess, 2, longer_frames), (TwoPairsOfNs3, 8, less_loss),
+    (HiddenTerminals, 6, less_loss),
     (Heartbeats, 1, longer_symbols), (Chains, 6, shorter_interference),
     (Propagation, 27, less_loss), (Propagation, 27, less_indoor_loss),
     (SinglePair, 6, noisier_receivers), (SinglePair, 6, better_receivers),
     (Repairs, 2, nobody_leaves), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
     (RadioOfGazebo, 36, more_loss_in_gazebo), (RadioOfGazebo, 36, more_noise_in_gazebo),
-    (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts), (Spells, 1, longer_spells),
-    (Delays, 8, more_jitter), (Outage, 1, deafer_receivers),
+    (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts),
+    (FlappingAvailability, 1, longer_spells),
+    (Delays, 8, more_jitter), (FadingOutage, 1, deafer_receivers),
     (FallbackOfRates, 2, longer_symbols), (ManyPairs, 2, carrier_sense_of_the_standard),
     (RelayedFlows, 4, nothing_on_the_way), (Mixes, 1, carrier_sense_of_the_standard),
     (DelaysOfRadio, 4, no_pause),

@@ -26,7 +26,7 @@ def drop(reason: str, packets: Sequence[int], segments: int) -> ports.Drop:
     return ports.Drop(reason, None if len(packets) == segments else tuple(packets))
 
 
-class Luck:
+class RandomLoss:
     """Settles frames whose packets get lost independently of each other. Each ordered pair of hosts
     draws from its own stream, once for each packet, whatever its chance."""
 

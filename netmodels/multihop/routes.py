@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-class Neighbour:
+class LinkQuality:
     """The link to a neighbour, by the numbers of messages: ``heard``, the neighbour's own that
     came straight from it, and ``echoed``, this host's that it passed on. Windows are bit masks, bit
     0 for the last number."""
@@ -41,7 +41,7 @@ class Neighbour:
         return min(echoes / heard, 1.0) * (1 - (1 - heard / sent) ** 3)
 
 
-class Ways:
+class Routes:
     """The ways to one originator, by the neighbour that they begin with. ``best``: the neighbour to
     take | ``heard_ns``: when anything was heard last | ``passed_on``: number of the last message
     that this host passed on as the best way's."""

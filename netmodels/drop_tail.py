@@ -7,7 +7,7 @@ from collections import deque
 from desim import ports
 
 
-class Line:
+class DropTailQueue:
     """Who waits, and until when: packets leave the queue one by one as they are sent."""
 
     __slots__ = ("_begins", "_limit")
