@@ -57,9 +57,11 @@ def load(kind: str, name: str) -> Any:
     cls = imported(kind, name if ":" in name else _installed(kind, name))
     missing = _missing(CONTRACTS[kind], cls) if kind in CONTRACTS else []
     if missing:
+        contract = CONTRACTS[kind].__name__
+        module = "desim.ports" if hasattr(ports, contract) else CONTRACTS[kind].__module__
         raise InputError(f"the {kind} {bare(name)!r} has no {', '.join(missing)}: it is not a "
                          "plug-in for this place; wanted: a class with all methods of "
-                         f"{CONTRACTS[kind].__module__}.{CONTRACTS[kind].__name__}")
+                         f"{module}.{contract}")
     LOADED[cls] = f"{kind} {bare(name)}"
     return cls
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from desim.engine.kernel import Call, Phase
 from desim.engine.trace import pack
+from desim.middleware.answers import transport_of
 from desim.middleware.beliefs import Beliefs
 from desim.middleware.transports import Datagram, Stream
-from desim.network.answers import transport_of
 from desim.ports.middleware import Endpoint, Middleware, Offer, Transport
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ class Context:
         graph = self.graph
         graph.trace.row(graph.kernel.now_ns, graph.names.id(kind), graph.hosts[host].id, a, b, c)
 
-    def tell(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
+    def send(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
              heard: Callable[[Any, int], Any], token: Any = None, *, segments: int = 1,
              multicast: bool = False,
              in_part: Callable[[Any, int, dict[int, str]], Any] | None = None,

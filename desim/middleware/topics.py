@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from desim.engine.kernel import Phase
 from desim.errors import InputError
+from desim.middleware.answers import subscribers_of
 from desim.middleware.counts import TopicCounts
 from desim.middleware.messages import Lazy
-from desim.network.answers import subscribers_of
 from desim.ports.middleware import Offer
 
 if TYPE_CHECKING:

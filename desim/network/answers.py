@@ -1,4 +1,4 @@
-"""What rules, network models and middlewares answer, checked: each complaint names the plug-in."""
+"""Checks of the answers of rules and network models. Each complaint names the plug-in."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 from desim.errors import ModelError, class_of
-from desim.ports.middleware import Endpoint, Middleware, Offer, Transport
 
 
 def checked_delay(plugin: Any, does: str, delay_ns: Any) -> int:
@@ -43,23 +42,3 @@ def reach_m_of(part: Any) -> float:
         raise ModelError(f"{class_of(part)} has reach_m = {reach_m!r}; wanted: a number of metres "
                          ">= 0")
     return reach_m
-
-
-def transport_of(middleware: Middleware, offer: Offer) -> Transport:
-    """What a middleware gives for an offer. Raises ``ModelError`` unless it is a transport."""
-    transport = middleware.transport(offer)
-    missing = [f"{name}()" for name in ("connect", "send", "close", "waiting")
-               if not callable(getattr(transport, name, None))]
-    if missing:
-        raise ModelError(f"{class_of(middleware)} gave the transport {transport!r} for "
-                         f"{offer.publisher.topic}, which has no {', '.join(missing)}")
-    return transport
-
-
-def subscribers_of(middleware: Middleware, publisher: Endpoint) -> tuple[Endpoint, ...]:
-    """Whom a middleware names for a publisher. Raises ``ModelError`` unless these are endpoints."""
-    found = middleware.subscribers(publisher)
-    if not isinstance(found, tuple | list) or not all(isinstance(end, Endpoint) for end in found):
-        raise ModelError(f"{class_of(middleware)} gave {found!r} for the subscribers of "
-                         f"{publisher.topic}; wanted: a tuple of endpoints")
-    return found

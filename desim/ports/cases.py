@@ -6,7 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
-from desim.ports import NetworkModel, Params, Rule
+from desim.ports.networks import NetworkModel, Rule
+from desim.ports.parameters import Params
 
 NOWHERE = (float("nan"), float("nan"))
 

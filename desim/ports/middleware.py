@@ -1,4 +1,4 @@
-"""The contract of a middleware: who may talk to whom, as somebody's registries have it.
+"""The contract of a middleware: who may talk to whom, as its registries have it.
 
 A registry that knows everything at once is thirty lines (``desim.middleware.direct``). One that has
 to find out over the network sends frames of its own, keeps what each host believes, and may carry
@@ -8,11 +8,14 @@ the messages by transports of its own.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
-from desim.ports import Params
+from desim.ports.networks import Handle
+from desim.ports.parameters import Params
+
+T = TypeVar("T")
 
 
 class Endpoint(NamedTuple):
@@ -24,9 +27,9 @@ class Endpoint(NamedTuple):
 
 
 class Offer(NamedTuple):
-    """What a publisher wants for its messages: ``transport`` stream or datagram, ``via`` unicast or
-    broadcast; ``queue`` of them may wait for each receiver (0: any number); ``latch``: the last one
-    goes to whoever is new."""
+    """The wishes of a publisher for its messages: ``transport`` stream or datagram, ``via`` unicast
+    or broadcast; ``queue`` of them may wait for each receiver (0: any number); ``latch``: a new
+    receiver gets the last one."""
 
     publisher: Endpoint
     transport: str
@@ -38,12 +41,18 @@ class Offer(NamedTuple):
 class MiddlewareContext(Protocol):
     """All that a middleware may know and do. Hosts are indices, in the order of ``hosts``."""
 
-    now_ns: int
-    hosts: tuple[str, ...]
+    @property
+    def now_ns(self) -> int:
+        """The time."""
 
-    def at(self, time_ns: int, host: int, fn: Callable[[Any], Any], arg: Any = None) -> Any:
-        """Call ``fn(arg)`` at ``time_ns`` in phase NETWORK, in the turn of ``host``; the handle has
-        ``cancel()``. Who wants it to die with its host cancels it when that is ``switched``."""
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """Their names, in index order."""
+
+    def at(self, time_ns: int, host: int, fn: Callable[[T], object], arg: T | None = None
+           ) -> Handle:
+        """Call ``fn(arg)`` at ``time_ns`` in phase NETWORK, in the turn of ``host``. The call does
+        not die with its host: cancel it when that is ``switched``."""
 
     def up(self, host: int) -> bool:
         """Whether ``host`` runs."""
@@ -52,31 +61,31 @@ class MiddlewareContext(Protocol):
         """Random numbers by name, the middleware's own."""
 
     def changed(self, topic: str) -> None:
-        """``subscribers`` answers differently now for publishers of ``topic``."""
+        """``subscribers`` gives other answers now for publishers of ``topic``."""
 
-    def tell(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
-             heard: Callable[[Any, int], Any], token: Any = None, *, segments: int = 1,
+    def send(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
+             heard: Callable[[T, int], object], token: T | None = None, *, segments: int = 1,
              multicast: bool = False,
-             in_part: Callable[[Any, int, dict[int, str]], Any] | None = None) -> None:
-        """Send the same frames of the middleware's own, of ``size_bytes`` with all headers, to each
-        of ``receivers``, or with ``multicast`` one on each medium for all of them. Where one
-        arrives, ``heard(token, receiver)`` is called; what gets lost is lost. ``kind`` is what they
-        are counted under, as bytes of discovery. Hosts without a medium in common hear nothing.
+             in_part: Callable[[T, int, dict[int, str]], object] | None = None) -> None:
+        """Send a frame of the middleware's own, of ``size_bytes`` with all headers, to each of
+        ``receivers``; with ``multicast``, one on each medium for all of them. Where one arrives,
+        ``heard(token, receiver)`` is called; where one is lost, nothing is. Its bytes are counted
+        under ``kind``, as bytes of discovery. Hosts without a medium in common hear nothing.
 
-        A frame of several packets is one datagram, which is lost with any of them; or with
-        ``in_part`` a train of several: ``in_part(token, receiver, lost)`` is called where some of
-        its packets arrive, with the numbers of the others."""
+        A frame of several packets is one datagram, which is lost with any of them; with
+        ``in_part``, it is a train of several: ``in_part(token, receiver, lost)`` is called where
+        some of its packets arrive, with the numbers of the others and why they were lost."""
 
     def knows(self, believer: int, other: int, topic: str, holds: bool) -> None:
         """``believer`` believes from now on (or no longer) that ``other`` is at the other end of
-        ``topic``: for the account of who believes what, see ``Middleware.informed``."""
+        ``topic``. The account of beliefs is for a middleware that ``Informs``."""
 
     def sees(self, believer: int, other: int, state: str) -> None:
         """``believer`` takes ``other`` for ``online``, ``offline`` or ``removed`` from now on."""
 
 
 class Transport(Protocol):
-    """Takes the messages of one publisher to the hosts that listen. It accounts for each message at
+    """Takes the messages of one publisher to the hosts that listen. Each message has one fate at
     each of these: delivered once, or dropped once for a reason."""
 
     def connect(self, receivers: list[int]) -> list[int]:
@@ -94,14 +103,10 @@ class Transport(Protocol):
 
 
 class Middleware(Protocol):
-    """Who may talk to whom: the registries, what they know now, and what it costs to know.
+    """The registries: who may talk to whom, what is known of it now, and what it costs to know.
 
-    Two things that a middleware may have beside: ``transport(offer) -> Transport``, by which a
-    publisher's messages travel (without it: by desim's own streams and datagrams, which know
-    nothing of registries; it raises ``InputError``, ``.via: ...``, for an offer that it cannot
-    meet); ``informed``, ``"subscriber"`` or ``"publisher"``: which end has to learn of the other
-    one before messages flow. With it, what hosts believe is held against the truth, and its
-    ``context.knows`` and ``context.sees`` are to say what they believe.
+    Built as ``Middleware(params)``. It may also have the capabilities ``CarriesMessages`` and
+    ``Informs``.
     """
 
     Params: ClassVar[type[Params]]
@@ -114,9 +119,32 @@ class Middleware(Protocol):
         """The host starts, with nothing remembered, or has stopped: what it advertised and
         subscribed to is gone with it. Whether a registry notices that is the model's matter."""
 
-    def advertise(self, offer: Offer) -> None: ...
+    def advertise(self, offer: Offer) -> None:
+        """A node of a host that runs begins to publish."""
 
-    def subscribe(self, subscriber: Endpoint) -> None: ...
+    def subscribe(self, subscriber: Endpoint) -> None:
+        """A node of a host that runs begins to listen."""
 
     def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
-        """Whom this publisher's messages go to now, in a fixed order."""
+        """The receivers of this publisher's messages now, in a fixed order."""
+
+
+@runtime_checkable
+class CarriesMessages(Protocol):
+    """A middleware with transports of its own. The messages of others travel by desim's streams and
+    datagrams, which know nothing of registries."""
+
+    def transport(self, offer: Offer) -> Transport:
+        """A transport for a publisher's messages. Raises ``InputError``, ``.via: ...``, for an
+        offer that it cannot meet."""
+
+
+@runtime_checkable
+class Informs(Protocol):
+    """A middleware whose hosts have to learn of each other before messages flow. desim holds their
+    beliefs against the truth; the middleware reports them by ``MiddlewareContext.knows`` and
+    ``sees``."""
+
+    @property
+    def informed(self) -> Literal["subscriber", "publisher"]:
+        """The end that has to learn of the other one."""

@@ -224,7 +224,7 @@ def test_discovery_is_counted_by_kind():
     fleet = Watched()
     for time_s, kind, size_bytes in ((1.0, "heartbeat", 60), (2.0, "heartbeat", 60),
                                      (3.0, "sync", 500)):
-        fleet.at(time_s, fleet.graph.context.tell, kind, 0, (1, 2), size_bytes,
+        fleet.at(time_s, fleet.graph.context.send, kind, 0, (1, 2), size_bytes,
                  lambda token, receiver: None)
     summary = fleet.run(4)
     assert (summary["discovery_bytes"], summary["discovery_frames"]) == (1240, 6)

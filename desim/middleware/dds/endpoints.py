@@ -201,7 +201,7 @@ class Endpoints:
         """``_tell`` something that says no more to ``remote`` than that this participant lives."""
         me, you = self._me, self._me.dds.participants[remote.host]
         size_bytes, packets = wire.together(chunks)
-        self._context.tell(kind, me.host, [remote.host], size_bytes, heard,
+        self._context.send(kind, me.host, [remote.host], size_bytes, heard,
                            {remote.host: (me.guid, remote.guid, *what)}, segments=packets,
                            in_part=heard,
                            notes=me.notes if you is not None and you.guid == remote.guid else None)
@@ -213,7 +213,7 @@ class Endpoints:
         groups = [remotes] if self._multicast else [[remote] for remote in remotes]
         for group in groups:
             to = {remote.host: (guid, remote.guid, *what(remote)) for remote in group}
-            self._context.tell(kind, self._me.host, list(to), chunk.size_bytes, heard, to,
+            self._context.send(kind, self._me.host, list(to), chunk.size_bytes, heard, to,
                                segments=chunk.packets, multicast=len(to) > 1, in_part=heard)
 
     def _book(self, delay_ns: int) -> None:

@@ -116,7 +116,7 @@ class Participant:
     def _hello_to(self, hosts: list[int], chunk: Chunk, multicast: bool,
                   calls: bool = False) -> None:
         if hosts:
-            self.context.tell("spdp", self.host, hosts, chunk.size_bytes, self.dds.announced,
+            self.context.send("spdp", self.host, hosts, chunk.size_bytes, self.dds.announced,
                               (self._hello, multicast or calls), segments=chunk.packets,
                               multicast=multicast, notes=self.notes)
 

@@ -88,7 +88,7 @@ class Reliable:
         if dds.params.greets_all and len(links) > 1:
             to, chunk = list(links), dds.wire.heartbeat_to_all()
             multicast = dds.params.allow_multicast == "all"
-        dds.context.tell("heartbeat", self._host, to, chunk.size_bytes, self._greeted, now,
+        dds.context.send("heartbeat", self._host, to, chunk.size_bytes, self._greeted, now,
                          multicast=multicast,
                          notes=lambda receiver: None if receiver in now else _nothing)
 

@@ -115,13 +115,13 @@ class Discovery:
         beat = Beat(self._host, what, self.state.changed_ns, self._stirred_ns)
         heard = self._hear
         if to is not None:
-            self._context.tell("heartbeat", self._host, [to], HEARTBEAT_BYTES, heard, beat)
+            self._context.send("heartbeat", self._host, [to], HEARTBEAT_BYTES, heard, beat)
             return
         if self._params.multicast:
-            self._context.tell("heartbeat", self._host, self._others, HEARTBEAT_BYTES, heard, beat,
+            self._context.send("heartbeat", self._host, self._others, HEARTBEAT_BYTES, heard, beat,
                                multicast=True)
         if self._named:
-            self._context.tell("heartbeat", self._host, self._named, HEARTBEAT_BYTES, heard, beat)
+            self._context.send("heartbeat", self._host, self._named, HEARTBEAT_BYTES, heard, beat)
 
     # Others.
 

@@ -84,7 +84,7 @@ class Finder:
     def _scout(self, _: Any) -> None:
         context = self._context
         others = [host for host in range(len(context.hosts)) if host != self._host]
-        context.tell("scout", self._host, others, SCOUT_BYTES, self._scouted, multicast=True)
+        context.send("scout", self._host, others, SCOUT_BYTES, self._scouted, multicast=True)
         self._book(self._host, self._step_ns, self._scout)
         self._step_ns = min(2 * self._step_ns, self._params.scout_last_ns)
 
@@ -92,7 +92,7 @@ class Finder:
         """The scout is at ``host``, whose router says hello."""
         router = self._routers.get(host)
         if router is not None and router.finder.listens:
-            self._context.tell("hello", host, [self._host], HELLO_BYTES, self._greeted,
+            self._context.send("hello", host, [self._host], HELLO_BYTES, self._greeted,
                                (host, router.life))
 
     def _greeted(self, hello: tuple[int, int], _: int) -> None:

@@ -1,0 +1,27 @@
+"""Checks of the answers of middlewares. Each complaint names the plug-in."""
+
+from __future__ import annotations
+
+from desim.errors import ModelError, class_of
+from desim.ports.middleware import CarriesMessages, Endpoint, Middleware, Offer, Transport
+
+
+def transport_of(middleware: CarriesMessages, offer: Offer) -> Transport:
+    """The transport of a middleware for an offer. Raises ``ModelError`` unless it is one."""
+    transport = middleware.transport(offer)
+    missing = [f"{name}()" for name in ("connect", "send", "close", "waiting")
+               if not callable(getattr(transport, name, None))]
+    if missing:
+        raise ModelError(f"{class_of(middleware)} gave the transport {transport!r} for "
+                         f"{offer.publisher.topic}, which has no {', '.join(missing)}")
+    return transport
+
+
+def subscribers_of(middleware: Middleware, publisher: Endpoint) -> tuple[Endpoint, ...]:
+    """The subscribers that a middleware names for a publisher. Raises ``ModelError`` unless they
+    are endpoints."""
+    found = middleware.subscribers(publisher)
+    if not isinstance(found, tuple | list) or not all(isinstance(end, Endpoint) for end in found):
+        raise ModelError(f"{class_of(middleware)} gave {found!r} for the subscribers of "
+                         f"{publisher.topic}; wanted: a tuple of endpoints")
+    return found

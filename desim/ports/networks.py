@@ -1,0 +1,255 @@
+"""The contracts of networks: a network model, a rule in front of it, and what both may ask.
+
+The small protocols at the end are capabilities: what a rule or a network model *may* have besides.
+A class claims one by having its members; nobody has to name the protocol. desim asks once, when the
+medium is made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple, Protocol, TypeVar, runtime_checkable
+
+import numpy as np
+
+from desim.ports.frames import Deliver, Drop, Frame, Verdict
+from desim.ports.parameters import Params
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """Everything that stands between antennas, at one geometry epoch. The arrays are read-only.
+
+    ``segments`` [n, 4] x1 y1 x2 y2 in m | ``material`` [n] index into ``materials`` |
+    ``thickness_m`` [n] | ``height_m`` [n]. ``epoch`` grows when a door moves. ``block`` [n] bool:
+    the face of a block, not a wall (None: nobody knows).
+
+    A wall counts once, whether it is drawn as a line or shown by a map as cells. A block is thicker
+    than walls are (1 m); it counts where a line goes in and where it comes out.
+    """
+
+    segments: np.ndarray
+    material: np.ndarray
+    thickness_m: np.ndarray
+    height_m: np.ndarray
+    materials: tuple[str, ...]
+    epoch: int
+    crossing: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    block: np.ndarray | None = None
+
+    def crossings(self, pairs: np.ndarray) -> np.ndarray:
+        """Walls and faces of blocks that the straight lines ``pairs`` [k, 4] x1 y1 x2 y2 in m go
+        through; of a wall of cells, the face at one end of the way through it.
+
+        Returns [c, 2] rows (index of the pair, index of the segment), sorted.
+        """
+        return self.crossing(self.segments, pairs)
+
+
+class Handle(Protocol):
+    """A call that is booked."""
+
+    def cancel(self) -> None:
+        """Do not call. Cancelling twice, or too late, is harmless."""
+
+
+class RuleContext(Protocol):
+    """The knowledge of a rule: time, places, obstacles, random numbers."""
+
+    @property
+    def now_ns(self) -> int:
+        """The time."""
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """The obstacles at the present geometry epoch."""
+
+    def positions(self, time_ns: int) -> np.ndarray:
+        """[hosts, 2] x, y in m of every host as of the last world tick at or before ``time_ns``.
+        A host without a place has NaN. Read-only, and the same object until somebody moves."""
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        """Random numbers by name, this medium's own."""
+
+
+class Context(RuleContext, Protocol):
+    """All that a network model may know and do."""
+
+    @property
+    def judge_transmission(self) -> Callable[[Frame, int], Drop | None] | None:
+        """For a model that ``Retransmits``: the verdict of the rules that are ``per_transmission``
+        on a packet (a frame of its own) at a receiver; it may drop for their reasons. None: there
+        is no such rule."""
+
+    def at(self, time_ns: int, fn: Callable[[T], object], arg: T | None = None) -> Handle:
+        """Call ``fn(arg)`` at ``time_ns`` in phase NETWORK."""
+
+    def shared(self, name: str, make: Callable[[], T]) -> T:
+        """An object that all media of a run have in common under this name. The first who asks
+        makes it."""
+
+    def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
+        """Settle ``frame`` at one intended receiver: exactly once each, after any number of drops
+        that name packets."""
+
+    def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
+                    verdict: Deliver | Drop) -> None:
+        """Settle ``frame`` alike at several receivers. None: at all where it is not settled yet,
+        who need not be named. A broadcast's drops make one aggregate row."""
+
+    def flow(self, frame: Frame) -> Hashable:
+        """Equal for all frames of one connection, or of one socket to the same receivers; ``frame``
+        is being sent now."""
+
+
+class Rule(Protocol):
+    """A small verdict in front of any network model. Rules are asked in their order; delays add
+    up, the first drop of a frame or of a packet of it wins. No timers: a rule judges, the medium
+    acts.
+
+    Built as ``Rule(params)`` with an instance of its ``Params``. ``reasons`` are the drop reasons
+    that it may give. A rule may also have the capabilities ``LimitsReach``, ``Separates`` and
+    ``JudgesTransmissions``.
+    """
+
+    reasons: ClassVar[tuple[str, ...]]
+    Params: ClassVar[type[Params]]
+
+    def start(self, context: RuleContext, hosts: tuple[str, ...]) -> None:
+        """Called once, before the first frame, with the names of the hosts in index order. Raises
+        ``InputError`` for parameters that do not fit them; a line that begins with a dot and a
+        path, ``.groups: ...``, points at that parameter."""
+
+    def judge(self, frame: Frame, receivers: tuple[int, ...]) -> Sequence[Verdict] | None:
+        """One verdict for each of ``receivers``, in their order; None: all of them pass."""
+
+
+class NetworkModel(Protocol):
+    """Decides each frame's arrival or loss at each intended receiver.
+
+    Built as ``Model(params)`` with an instance of its ``Params``. ``reasons`` are the drop reasons
+    that it may give. One host may send several frames in one instant: to queue them is the model's
+    task. A model may also have any of the capabilities below.
+    """
+
+    reasons: ClassVar[tuple[str, ...]]
+    Params: ClassVar[type[Params]]
+
+    def start(self, context: Context, hosts: tuple[str, ...]) -> None:
+        """As a rule's."""
+
+    def send(self, frame: Frame) -> int | None:
+        """Take ``frame``; settle it now or later, once for each of its receivers. Or return after
+        how many ns it is at all of them, which settles it, too, and costs the least."""
+
+
+@runtime_checkable
+class LimitsReach(Protocol):
+    """A rule or a network model that lets no frame get farther than ``reach_m`` m. The monitor
+    counts the fleet's partitions by it."""
+
+    @property
+    def reach_m(self) -> float:
+        """A number of metres >= 0, known as soon as the object is made."""
+
+
+@runtime_checkable
+class Separates(Protocol):
+    """A rule or a network model that knows between whom no frame gets now. The monitor counts the
+    fleet's partitions by it."""
+
+    def separates(self, host: int, other: int) -> bool:
+        """Whether no frame gets from ``host`` to ``other`` now."""
+
+
+@runtime_checkable
+class JudgesTransmissions(Protocol):
+    """A rule that, if ``per_transmission`` is True, is not asked about the frames of a model that
+    ``Retransmits``, but about each transmission of a packet at its receiver. It drops or passes."""
+
+    @property
+    def per_transmission(self) -> bool:
+        """Whether it does, known as soon as the rule is made."""
+
+
+@runtime_checkable
+class Retransmits(Protocol):
+    """A network model whose MAC, if ``judges_transmissions`` is True, repeats what is lost, and
+    asks ``Context.judge_transmission`` each time."""
+
+    @property
+    def judges_transmissions(self) -> bool:
+        """Whether it does, known as soon as the model is made."""
+
+
+@runtime_checkable
+class Refuses(Protocol):
+    """A network model that refuses frames: for these of its ``reasons`` nothing of a frame is taken
+    for anybody, so that its bytes were never sent."""
+
+    @property
+    def refuses(self) -> Sequence[str] | frozenset[str]:
+        """Some of its reasons."""
+
+
+@runtime_checkable
+class FollowsHosts(Protocol):
+    """A network model that wants to know which hosts run. All run before the first call."""
+
+    def switched(self, host: int, up: bool) -> None:
+        """The host starts, or has stopped."""
+
+
+@runtime_checkable
+class CountsAttempts(Protocol):
+    """A network model that counts transmissions."""
+
+    def attempts(self) -> tuple[int, int]:
+        """Transmissions so far, and how many of them failed."""
+
+
+@runtime_checkable
+class CountsControl(Protocol):
+    """A network model whose protocols send frames of their own."""
+
+    def control(self) -> tuple[int, int]:
+        """Those frames so far, and their bytes."""
+
+
+@runtime_checkable
+class CountsBusyTime(Protocol):
+    """A network model that knows how long its channels were in use. A channel carries one thing at
+    a time: the air around a host, a host's port, the one cable."""
+
+    def busy_ns(self, hosts: Sequence[int]) -> Sequence[int]:
+        """The time so far of the channel of each of ``hosts``, the indices of those attached to the
+        medium; or of the one channel that all share."""
+
+
+@runtime_checkable
+class KnowsLinks(Protocol):
+    """A network model that knows at any time how well each host hears each other one. Static
+    routing finds its shortest paths by it."""
+
+    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """From whom [k], to whom [k], and the share of packets [k] that arrive."""
+
+
+class Signal(NamedTuple):
+    """``power_dbm`` [n] received, and ``delivery`` [n], the share of full packets (1518 B with
+    Ethernet's headers) that get through when each is sent once and nobody else is on the air."""
+
+    power_dbm: np.ndarray
+    delivery: np.ndarray
+
+
+@runtime_checkable
+class PredictsSignal(Protocol):
+    """A network model that can say what a sender's signal is like anywhere. ``desim map`` draws
+    it."""
+
+    def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> Signal:
+        """The signal now at ``to_m`` [n, 2] m of a sender at ``from_m`` [2] m."""

@@ -1,0 +1,41 @@
+"""Parameter blocks of plug-ins."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict
+
+_UNIT = re.compile(r"_(ns|bps|bytes|m|mps|mps2|rad|radps|radps2|hz|db|dbm)$")
+
+
+def yaml_key(field: str) -> str:
+    """``rate_bps`` to ``rate``: the unit stands in the value in YAML, in the name in Python."""
+    return _UNIT.sub("", field)
+
+
+class Params(BaseModel):
+    """Base of every parameter block: frozen, unknown keys are errors, defaults are checked.
+
+    A field's Python name carries its unit (``rate_bps``); its YAML key, and the keyword to
+    construct it with, does not (``rate``). Its description ends with the default's source in
+    parentheses.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True,
+                              alias_generator=yaml_key, protected_namespaces=())
+
+
+class BesideScenario:
+    """Marks a parameter as the path of a file: relative, in a scenario, to the file that names it;
+    absolute for the plug-in. The file's content belongs to a run's identity."""
+
+
+File = Annotated[str, BesideScenario()]  # the type of a parameter
+
+
+def natural_key(name: str) -> tuple[tuple[tuple[int, int, str], ...], str]:
+    """Sorts ``robot_2`` before ``robot_10``: the order of host and robot indices."""
+    return tuple((0, int(part), "") if part.isdecimal() else (1, 0, part)
+                 for part in re.split(r"(\d+)", name) if part), name

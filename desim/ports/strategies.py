@@ -1,0 +1,67 @@
+"""The contract of a strategy: where a robot explores next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, NamedTuple, Protocol
+
+import numpy as np
+
+from desim.ports.parameters import Params
+
+
+class Frontier(NamedTuple):
+    """A cluster of known free cells beside the unknown.
+
+    ``x_m, y_m`` the cell to drive to | ``path_m`` length of the way there | ``cells`` its size.
+    """
+
+    x_m: float
+    y_m: float
+    path_m: float
+    cells: int
+
+
+class Peer(NamedTuple):
+    """The last that this robot heard of another one."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    heard_ns: int
+
+
+class ExplorationView(Protocol):
+    """All that a strategy knows: what this robot has sensed and received."""
+
+    @property
+    def name(self) -> str:
+        """The robot's."""
+
+    @property
+    def now_ns(self) -> int:
+        """The time."""
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """x m, y m, yaw rad, as localization has it."""
+
+    @property
+    def peers(self) -> Mapping[str, Peer]:
+        """The other robots that it has heard of, by name."""
+
+    def frontiers(self, limit: int | None = None) -> list[Frontier]:
+        """Reachable frontiers, those with the shortest way first; ``limit`` ends the search early.
+        Blacklisted ones are left out."""
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        """Random numbers by name, this robot's own."""
+
+
+class Strategy(Protocol):
+    """Decides where a robot explores next. Built as ``Strategy(params)``."""
+
+    Params: ClassVar[type[Params]]
+
+    def choose(self, view: ExplorationView) -> Frontier | None:
+        """The frontier to drive to, or None when there is nothing left to explore."""
