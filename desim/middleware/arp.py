@@ -4,14 +4,15 @@ states and times of Linux (net/core/neighbour.c, net/ipv4/arp.c)."""
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from desim.engine.kernel import Phase, pair
 from desim.middleware.jiffies import fires_ns
+from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
-    from desim.middleware.context import Context
-    from desim.network.medium import Medium
+    from desim.ports.middleware import MiddlewareContext, Route
+    from desim.ports.networks import Handle
 
 _S = 10**9  # ns
 ARP_BYTES = 64  # 28 B in the shortest frame of Ethernet, with its check sequence
@@ -27,25 +28,33 @@ QUEUE_BYTES = 212_992  # unres_qlen_bytes
 NONE, INCOMPLETE, FAILED, STALE, DELAY, PROBE, REACHABLE = range(7)
 QUESTION, ANSWER = range(2)
 
-Frame = tuple[int, tuple[int, ...], int, int, bool, Any, Any]  # arguments of Medium.transmit
+
+class AddressedCarrier(Carrier, Protocol):
+    """A carrier of unicast frames that cares whether they could leave."""
+
+    def unresolved(self, token: Any) -> None:
+        """A frame is lost because nobody has answered for the receiver's address."""
+
+# The arguments of ``transmit``.
+Frame = tuple[int, tuple[int, ...], int, int, bool, AddressedCarrier, object]
 
 
 class Neighbours:
     """The ARP tables of all hosts, which TCP and the carriers of datagrams share."""
 
-    def __init__(self, context: Context, tick_ns: int) -> None:
+    def __init__(self, context: MiddlewareContext, tick_ns: int) -> None:
         self.context = context
         self.tick_ns = tick_ns
-        self._known: dict[tuple[Medium, int, int], Neighbour] = {}
+        self._known: dict[tuple[Route, int, int], Neighbour] = {}
         self._reachable: dict[tuple[int, int], int] = {}  # ns, by host and how often it was drawn
 
-    def of(self, medium: Medium, host: int, peer: int) -> Neighbour:
+    def of(self, medium: Route, host: int, peer: int) -> Neighbour:
         """The ARP entry of ``peer`` at ``host``, made on first use."""
         known = self._known.get((medium, host, peer))
         if known is None:
-            hosts = self.context.graph.hosts
+            ids = self.context.host_ids
             known = self._known[medium, host, peer] = Neighbour(
-                self, medium, host, peer, pair(hosts[host].id, hosts[peer].id))
+                self, medium, host, peer, pair(ids[host], ids[peer]))
         return known
 
     def forget(self, host: int) -> None:
@@ -60,8 +69,8 @@ class Neighbours:
         context = self.context
         drawn = host, context.now_ns // REDRAW_NS
         if drawn not in self._reachable:
-            luck = context.stream("arp", context.graph.hosts[host].name, drawn[1])
-            self._reachable[drawn] = REACHABLE_NS // 2 + int(luck.integers(REACHABLE_NS))
+            stream = context.stream("arp", context.hosts[host], drawn[1])
+            self._reachable[drawn] = REACHABLE_NS // 2 + int(stream.integers(REACHABLE_NS))
         return self._reachable[drawn]
 
 
@@ -74,21 +83,21 @@ class Neighbour:
     __slots__ = ("confirmed_ns", "used_ns", "_state", "_queue", "_probes", "_call", "_all",
                  "_medium", "_transmit", "_host", "_peer", "_entity", "_kernel", "_tick_ns")
 
-    def __init__(self, all_: Neighbours, medium: Medium, host: int, peer: int, entity: int) -> None:
+    def __init__(self, all_: Neighbours, medium: Route, host: int, peer: int, entity: int) -> None:
         self.confirmed_ns = self.used_ns = -DELAY_NS - REACHABLE_NS
         self._state = NONE
         self._queue: deque[Frame] = deque()
         self._probes = 0
-        self._call: Any = None
+        self._call: Handle | None = None
         self._all = all_
         self._medium, self._transmit = medium, medium.transmit
         self._host, self._peer = host, peer
         self._entity = entity
-        self._kernel = all_.context.graph.kernel
+        self._kernel = all_.context.kernel
         self._tick_ns = all_.tick_ns
 
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
-                 broadcast: bool, carrier: Any, token: Any) -> int | None:
+                 broadcast: bool, carrier: AddressedCarrier, token: object) -> int | None:
         """As ``Medium.transmit``. (``*frame`` would cost a thousand instructions more.)"""
         if self._state <= STALE:
             if self._state < STALE:
@@ -140,12 +149,12 @@ class Neighbour:
     def repeated(self, what: int, receiver: int) -> None:
         """A copy says nothing new."""
 
-    def missed(self, what: int, receivers: Any, reason: str, medium: Medium) -> None:
+    def missed(self, what: int, receivers: object, reason: str, medium: object) -> None:
         """Nobody is told."""
 
     # Time goes by.
 
-    def _look(self, _: Any) -> None:
+    def _expired(self, _: object) -> None:
         """Linux neigh_timer_handler."""
         self._call = None
         now_ns, state = self._kernel.now_ns, self._state
@@ -191,7 +200,7 @@ class Neighbour:
     def _say(self, what: int) -> None:
         context = self._all.context
         broadcast = what == QUESTION and self._state == INCOMPLETE
-        context.book("arp", self._host, context.graph.hosts[self._peer].id, ARP_BYTES)
+        context.record_control("arp", self._host, context.host_ids[self._peer], ARP_BYTES)
         self._transmit(self._host, (self._peer,), ARP_BYTES, 1, broadcast, self, what)
 
     def _lose(self, reason: str) -> None:
@@ -204,7 +213,7 @@ class Neighbour:
     def _look_after(self, delay_ns: int) -> None:
         self._rest()
         self._call = self._kernel.at(fires_ns(self._kernel.now_ns, delay_ns, self._tick_ns),
-                                     Phase.NETWORK, self._entity, self._look)
+                                     Phase.NETWORK, self._entity, self._expired)
 
     def _rest(self) -> None:
         if self._call is not None:

@@ -1,104 +1,101 @@
-"""Between the graph and its middleware: what this one is told and asked, what it may do
-(``ports.middleware.MiddlewareContext``), and the account of both."""
+"""The graph as its middleware sees it (``ports.middleware.MiddlewareContext``), and the account of
+what passes between the two."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from desim.engine.kernel import Call, Phase
 from desim.engine.trace import pack
 from desim.middleware.answers import transport_of
+from desim.middleware.arp import Neighbours
 from desim.middleware.beliefs import Beliefs
 from desim.middleware.transports import Datagram, Stream
-from desim.ports.middleware import Endpoint, Middleware, Offer, Transport
+from desim.ports.middleware import (
+    CarriesMessages,
+    Endpoint,
+    InAdvance,
+    Informs,
+    Middleware,
+    Offer,
+    Transport,
+)
 
 if TYPE_CHECKING:
-    from desim.middleware.arp import Neighbours
     from desim.middleware.graph import Graph
     from desim.network.medium import Medium
-
-
-# Takes note of when (ns) something will be heard, by whom it is heard then, and of what.
-Note = Callable[[int, Callable[[Any, int], Any], Any], Any]
 
 ACKS = "ack"  # the kind of TCP's acknowledgements, of which those of messages are no discovery
 
 
-class Context:
-    """Over one ``Graph``. ``discovery_bytes`` are those of the middleware's own frames by their
-    kind, with all headers, ``discovery_frames`` how many there were.
+class GraphContext:
+    """The ``MiddlewareContext`` of one ``Graph``. ``discovery_bytes`` are those of the middleware's
+    own frames by kind, with all headers; ``discovery_frames`` are their numbers.
 
     Each of these frames is a trace row ``control`` (entity: the source; a: the receiver, or the
-    medium of a multicast; b: the kind; c: its bytes). One that gets lost leaves none: it is in the
-    medium's account. Those in ``watchers`` are called with each host that starts or stops.
-    ``neighbours``: who knows whose address; None: all are known (TCP says which).
+    medium of a multicast; b: the kind; c: its bytes). A lost one leaves no other row: it is in the
+    medium's account. The functions in ``watchers`` are called with each host that starts or stops.
     """
 
     def __init__(self, graph: Graph, middleware: Middleware) -> None:
-        self.graph = graph
-        self.middleware = middleware
+        self._graph = graph
+        self._middleware = middleware
         self.transport: Callable[[Offer], Transport] = (
-            partial(transport_of, middleware) if hasattr(middleware, "transport") else self._plain)
+            partial(transport_of, middleware) if isinstance(middleware, CarriesMessages)
+            else self.default_transport)
         self.hosts = tuple(host.name for host in graph.hosts)
+        self.host_ids = tuple(host.id for host in graph.hosts)
+        self.kernel = graph.kernel
         self.discovery_bytes: dict[str, int] = {}
         self.discovery_frames: dict[str, int] = {}
-        informed = getattr(middleware, "informed", None)
-        self.beliefs = None if informed is None else Beliefs(
-            informed, self.note, [host.id for host in graph.hosts], graph.names.id)
-        self.neighbours: Neighbours | None = None
-        self.watchers: list[Callable[[int, bool], Any]] = []
+        self.beliefs = Beliefs(middleware.informed, self.record, list(self.host_ids),
+                               graph.names.id) if isinstance(middleware, Informs) else None
+        self._neighbours: Neighbours | None = None
+        self.watchers: list[Callable[[int, bool], object]] = []
         self.changed = graph.changed
+        self.up = graph.up.__getitem__
+        self.deliver, self.drop, self.repeat = graph.deliver, graph.drop, graph.repeat
+        self.record_frame = graph.record_frame
         self._control = graph.names.id("control")
 
-    # What the graph says.
+    # Events of the graph.
 
     def started(self, host: int) -> None:
         for watcher in self.watchers:
             watcher(host, True)
-        self.middleware.switched(host, True)
+        self._middleware.switched(host, True)
 
     def stopped(self, host: int) -> None:
         if self.beliefs is not None:
             self.beliefs.stops(host)
         for watcher in self.watchers:
             watcher(host, False)
-        self.middleware.switched(host, False)
+        self._middleware.switched(host, False)
 
     def advertised(self, offer: Offer) -> None:
         if self.beliefs is not None:
             self.beliefs.advertises(offer.publisher.host, offer.publisher.topic)
-        self.middleware.advertise(offer)
+        self._middleware.advertise(offer)
 
     def subscribed(self, subscriber: Endpoint) -> None:
         if self.beliefs is not None:
             self.beliefs.subscribes(subscriber.host, subscriber.topic)
-        self.middleware.subscribe(subscriber)
+        self._middleware.subscribe(subscriber)
 
-    def _plain(self, offer: Offer) -> Transport:
-        """By what a publisher's messages travel where the middleware leaves it to desim."""
-        host = self.graph.hosts[offer.publisher.host]
-        if (offer.transport, offer.via) == ("stream", "unicast"):
-            return Stream(host, offer.queue)
-        return Datagram(host, offer.via == "broadcast")
+    # The port: see ``MiddlewareContext``.
 
-    # What the middleware may know and do.
+    now_ns = property(attrgetter("kernel.now_ns"))
 
-    now_ns = property(attrgetter("graph.kernel.now_ns"))
-
-    def at(self, time_ns: int, host: int, fn: Callable[[Any], Any], arg: Any = None) -> Call:
-        graph = self.graph
-        return graph.kernel.at(time_ns, Phase.NETWORK, graph.hosts[host].id, fn, arg)
-
-    def up(self, host: int) -> bool:
-        return self.graph.up[host]
+    def at(self, time_ns: int, host: int, fn: Callable[..., object], arg: object = None) -> Call:
+        return self.kernel.at(time_ns, Phase.NETWORK, self.host_ids[host], fn, arg)
 
     def stream(self, *name: str | int) -> np.random.Generator:
-        return self.graph.streams("middleware", *name)
+        return self._graph.streams("middleware", *name)
 
     def knows(self, believer: int, other: int, topic: str, holds: bool) -> None:
         if self.beliefs is not None:
@@ -108,90 +105,102 @@ class Context:
         if self.beliefs is not None:
             self.beliefs.sees(believer, other, state)
 
-    def note(self, kind: str, host: int, a: int = 0, b: int = 0, c: int = 0) -> None:
-        """A trace row of ``host``."""
-        graph = self.graph
-        graph.trace.row(graph.kernel.now_ns, graph.names.id(kind), graph.hosts[host].id, a, b, c)
+    def default_transport(self, offer: Offer) -> Transport:
+        host = self._graph.hosts[offer.publisher.host]
+        if (offer.transport, offer.via) == ("stream", "unicast"):
+            return Stream(host, offer.queue)
+        return Datagram(host, offer.via == "broadcast")
 
-    def send(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
-             heard: Callable[[Any, int], Any], token: Any = None, *, segments: int = 1,
-             multicast: bool = False,
-             in_part: Callable[[Any, int, dict[int, str]], Any] | None = None,
-             notes: Callable[[int], Note | None] | None = None) -> None:
-        """See ``MiddlewareContext``. ``notes``: what a receiver notes instead of hearing it, where
-        the medium says at once when it will be there (``Medium.post``); None if it wants to hear
-        it."""
-        graph, hosts = self.graph, self.graph.hosts
-        by_medium: dict[Medium, list[int]] = {}
-        for receiver in sorted(receivers):
-            medium = graph.route(hosts[source], receiver)
-            if medium is not None:
-                by_medium.setdefault(medium, []).append(receiver)
-        carrier = _Heard(heard, in_part)
-        if segments > 1 or multicast or self.neighbours is not None:
-            notes = None
-        now_ns, own, kind_id = graph.kernel.now_ns, hosts[source].id, graph.names.id(kind)
-        for medium, group in by_medium.items():
-            several = [tuple(group)] if multicast else [(one,) for one in group]
-            self._account(kind, len(several), size_bytes)
-            for receivers_ in several:
-                to = medium.id if multicast else hosts[receivers_[0]].id
-                graph.put(pack(now_ns, self._control, own, to, kind_id, size_bytes))
-                note = None if notes is None else notes(receivers_[0])
-                if note is None:
-                    self.sends(medium, source, receivers_)(
-                        source, receivers_, size_bytes, segments, multicast, carrier, token)
-                    continue
-                due_ns = medium.post(source, receivers_, size_bytes, carrier, token)
-                if due_ns is not None:
-                    note(due_ns, heard, token)
-        graph.trace.look()
+    def route(self, source: int, receiver: int) -> Medium | None:
+        return self._graph.route(self._graph.hosts[source], receiver)
 
-    def sends(self, medium: Medium, source: int, receivers: Sequence[int]
-              ) -> Callable[..., int | None]:
-        """What a datagram of ``source`` leaves by, called as ``Medium.transmit``: one that is for a
-        single host needs its address."""
-        if self.neighbours is None or len(receivers) > 1:
-            return medium.transmit
-        return self.neighbours.of(medium, source, receivers[0]).transmit
+    def resolve_addresses(self, tick_ns: int) -> Neighbours:
+        self._neighbours = Neighbours(self, tick_ns)
+        return self._neighbours
 
-    def book(self, kind: str, source: int, to: int, size_bytes: int) -> None:
-        """Account for a frame of the middleware's own that ``source`` sends; ``to`` is a trace
-        id."""
-        self._account(kind, 1, size_bytes)
-        graph = self.graph
-        graph.trace.row(graph.kernel.now_ns, self._control, graph.hosts[source].id, to,
+    def record(self, kind: str, host: int, a: int = 0, b: int = 0, c: int = 0) -> None:
+        graph = self._graph
+        graph.trace.row(self.kernel.now_ns, graph.names.id(kind), self.host_ids[host], a, b, c)
+
+    def record_loss(self, source: int, receiver: int, seq: int, reason: str) -> None:
+        graph, ids = self._graph, self.host_ids
+        graph.trace.row(self.kernel.now_ns, graph.LOST, ids[receiver], ids[source], seq,
+                        graph.names.id(reason))
+
+    def record_control(self, kind: str, source: int, to: int, size_bytes: int) -> None:
+        self._count(kind, 1, size_bytes)
+        graph = self._graph
+        graph.trace.row(self.kernel.now_ns, self._control, self.host_ids[source], to,
                         graph.names.id(kind), size_bytes)
 
-    def _account(self, kind: str, frames: int, size_bytes: int) -> None:
-        """Of so many frames of one size."""
+    def send(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
+             arrived: Callable[..., object], token: object = None, *, segments: int = 1,
+             multicast: bool = False, in_part: Callable[..., object] | None = None,
+             in_advance: Callable[[int], InAdvance | None] | None = None) -> None:
+        graph, ids = self._graph, self.host_ids
+        by_medium: dict[Medium, list[int]] = {}
+        for receiver in sorted(receivers):
+            medium = self.route(source, receiver)
+            if medium is not None:
+                by_medium.setdefault(medium, []).append(receiver)
+        carrier = _Arrivals(arrived, in_part)
+        if segments > 1 or multicast or self._neighbours is not None:
+            in_advance = None
+        now_ns, own, kind_id = self.kernel.now_ns, ids[source], graph.names.id(kind)
+        for medium, group in by_medium.items():
+            several = [tuple(group)] if multicast else [(one,) for one in group]
+            self._count(kind, len(several), size_bytes)
+            for to in several:
+                to_id = medium.id if multicast else ids[to[0]]
+                graph.put(pack(now_ns, self._control, own, to_id, kind_id, size_bytes))
+                note = None if in_advance is None else in_advance(to[0])
+                if note is None:
+                    self.way(medium, source, to)(
+                        source, to, size_bytes, segments, multicast, carrier, token)
+                    continue
+                arrival_ns = medium.post(source, to, size_bytes, carrier, token)
+                if arrival_ns is not None:
+                    note(arrival_ns, arrived, token)
+        graph.trace.look()
+
+    def way(self, medium: Medium, source: int, receivers: Sequence[int]
+            ) -> Callable[..., int | None]:
+        """The ``transmit`` for a datagram of ``source``: one for a single host needs its address.
+        """
+        if self._neighbours is None or len(receivers) > 1:
+            return medium.transmit
+        return self._neighbours.of(medium, source, receivers[0]).transmit
+
+    def _count(self, kind: str, frames: int, size_bytes: int) -> None:
+        """Count so many frames of one size."""
         self.discovery_bytes[kind] = self.discovery_bytes.get(kind, 0) + frames * size_bytes
         self.discovery_frames[kind] = self.discovery_frames.get(kind, 0) + frames
 
 
-class _Heard:
-    """The carrier of frames of which only the arrival matters. A protocol over UDP hears a frame
-    that is repeated once more."""
+class _Arrivals:
+    """The carrier of frames of which only the arrival matters. A protocol over UDP takes a copy
+    for another frame."""
 
     socket = "discovery"  # a host's registry sends all by one
 
     __slots__ = ("arrived", "repeated", "_in_part")
 
-    def __init__(self, heard: Callable[[Any, int], Any],
-                 in_part: Callable[[Any, int, dict[int, str]], Any] | None) -> None:
-        self.arrived = self.repeated = heard
+    def __init__(self, arrived: Callable[..., object],
+                 in_part: Callable[..., object] | None) -> None:
+        self.arrived = self.repeated = arrived
         self._in_part = in_part
 
-    def arrived_in_part(self, token: Any, receiver: int, lost: dict[int, str]) -> None:
+    def arrived_in_part(self, token: object, receiver: int, lost: dict[int, str]) -> None:
         """A datagram is lost with any packet of it, unless the frame is a train of several."""
         if self._in_part is not None:
             self._in_part(token, receiver, lost)
 
-    def lost(self, token: Any, receiver: int, reason: str) -> None:
-        """Nobody is told."""
+    def lost(self, token: object, receiver: int, reason: str) -> None:
+        """Nobody learns of it."""
 
-    def missed(self, token: Any, receivers: Collection[int], reason: str, medium: Medium) -> None:
-        """Nobody is told."""
+    def missed(self, token: object, receivers: Collection[int], reason: str,
+               medium: object) -> None:
+        """Nobody learns of it."""
 
-    def unresolved(self, token: Any) -> None:
-        """Nobody is told."""
+    def unresolved(self, token: object) -> None:
+        """Nobody learns of it."""

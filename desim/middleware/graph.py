@@ -23,7 +23,7 @@ from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, pack
 from desim.errors import InputError, KernelError, below, did_you_mean
-from desim.middleware.context import Context
+from desim.middleware.context import GraphContext
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Message, Publisher, Subscription, Topic
 from desim.ports import natural_key
@@ -257,7 +257,7 @@ class Graph:
         for host in self.hosts:
             host.heard_ns = [0] * len(self.hosts)
         self._by_name = {host.name: host for host in self.hosts}
-        self.context = Context(self, middleware)
+        self.context = GraphContext(self, middleware)
         with below("middleware"):
             middleware.start(self.context)
 
@@ -322,12 +322,17 @@ class Graph:
             for topic in self.topics.values():
                 topic.counts.latency.look()
 
-    def deliver(self, message: Message, host: Host, first_ns: int, last_ns: int) -> None:
-        """``message`` is at ``host``."""
+    def record_frame(self, source: int, to: int, seq: int, size_bytes: int) -> None:
+        """Write the trace row of a frame with bytes of message ``seq``, between trace ids."""
+        self.put(pack(self.kernel.now_ns, self.FRAME, source, to, seq, size_bytes))
+
+    def deliver(self, message: Message, receiver: int, first_ns: int, last_ns: int) -> None:
+        """``message`` has arrived at host ``receiver``."""
         if self._read_at_delivery:
             message.content  # noqa: B018 - reading computes it
+        host = self.hosts[receiver]
         if not host.receive(message):
-            self.drop(message, host.index, "no_subscriber", first_ns, last_ns)
+            self.drop(message, receiver, "no_subscriber", first_ns, last_ns)
             return
         now_ns = self.kernel.now_ns
         latency_ns = now_ns - message.born_ns
@@ -340,13 +345,13 @@ class Graph:
             host.awaited.pop(source)()
         self.put(pack(now_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns))
         if self._on_fate is not None:
-            self._on_fate(message, host.index, now_ns, None, first_ns, last_ns)
+            self._on_fate(message, receiver, now_ns, None, first_ns, last_ns)
 
-    def repeat(self, message: Message, host: Host) -> None:
-        """``message``, which ``host`` has had, comes there once more."""
+    def repeat(self, message: Message, receiver: int) -> None:
+        """A copy of ``message`` has arrived at host ``receiver``, which has had it."""
         message.about.counts.repeated += 1
-        self.trace.row(self.kernel.now_ns, self.names.id("repeated"), host.id, message.origin.id,
-                       message.seq, message.about.id)
+        self.trace.row(self.kernel.now_ns, self.names.id("repeated"), self.hosts[receiver].id,
+                       message.origin.id, message.seq, message.about.id)
 
     def drop(self, message: Message, receiver: int, reason: str, first_ns: int = -1,
              last_ns: int = -1) -> None:

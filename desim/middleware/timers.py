@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
-from desim.engine.kernel import Kernel, Phase
+from desim.engine.kernel import Phase
+from desim.ports.middleware import Clock
+from desim.ports.networks import Handle
 
 _NETWORK = Phase.NETWORK
 NEVER = 1 << 62  # ns
@@ -18,12 +19,12 @@ class Timers:
 
     __slots__ = ("kernel", "ahead_ns", "_waiting", "_look_ns", "_call")
 
-    def __init__(self, kernel: Kernel, ahead_ns: int) -> None:
+    def __init__(self, kernel: Clock, ahead_ns: int) -> None:
         self.kernel = kernel
         self.ahead_ns = ahead_ns
         self._waiting: list[Timer] = []
         self._look_ns = NEVER
-        self._call: Any = None
+        self._call: Handle | None = None
 
     def wait(self, timer: Timer) -> None:
         """Look after ``timer``."""
@@ -39,7 +40,7 @@ class Timers:
             self._look_ns = look_ns
             self._call = self.kernel.at(look_ns, _NETWORK, 0, self._look)
 
-    def _look(self, _: Any) -> None:
+    def _look(self, _: object) -> None:
         soon_ns = self._look_ns + self.ahead_ns
         self._call, self._look_ns = None, NEVER
         waiting, self._waiting = self._waiting, []
@@ -71,7 +72,7 @@ class _Together:
 
     __slots__ = ("_timers",)
 
-    def __init__(self, kernel: Kernel, timers: list[Timer]) -> None:
+    def __init__(self, kernel: Clock, timers: list[Timer]) -> None:
         self._timers = timers
         for timer in timers:
             timer.booked_by(self)
@@ -80,7 +81,7 @@ class _Together:
     def cancel(self) -> None:
         """One of them goes off at another time, or not at all."""
 
-    def _fire(self, _: Any) -> None:
+    def _fire(self, _: object) -> None:
         for timer in self._timers:
             if timer.call is self:
                 timer.fire(None)
@@ -92,13 +93,13 @@ class Timer:
 
     __slots__ = ("deadline_ns", "waits", "_timers", "entity", "_fired", "call", "booked_ns")
 
-    def __init__(self, timers: Timers, entity: int, fired: Callable[[], Any]) -> None:
+    def __init__(self, timers: Timers, entity: int, fired: Callable[[], object]) -> None:
         self.deadline_ns = NEVER
         self.waits = False  # among those that are looked at together
         self._timers = timers
         self.entity = entity
         self._fired = fired
-        self.call: Any = None
+        self.call: Handle | None = None
         self.booked_ns = NEVER
 
     def expect(self, deadline_ns: int) -> None:
@@ -120,7 +121,7 @@ class Timer:
             return
         self.booked_by(self._timers.kernel.at(self.deadline_ns, _NETWORK, self.entity, self.fire))
 
-    def booked_by(self, call: Any) -> None:
+    def booked_by(self, call: Handle) -> None:
         """Its event is this one, at its deadline."""
         if self.call is not None:
             self.call.cancel()
@@ -133,7 +134,7 @@ class Timer:
             self.call = None
             self.booked_ns = NEVER
 
-    def fire(self, _: Any) -> None:
+    def fire(self, _: object) -> None:
         self.call = None
         self.booked_ns = NEVER
         deadline_ns = self.deadline_ns

@@ -142,7 +142,7 @@ class StreamLink:
         if self._closed == "link_closed":
             self._graph.drop(message, receiver, self._closed, self._first_ns, self._sent_ns)
             return
-        self._graph.deliver(message, self._host, self._first_ns, self._sent_ns)
+        self._graph.deliver(message, receiver, self._first_ns, self._sent_ns)
         if self._outbox and self._wire is None:
             self._first_ns = now_ns = self._graph.kernel.now_ns
             self._transmit(self._outbox.popleft(), now_ns)
@@ -177,7 +177,7 @@ class StreamLink:
 
     def repeated(self, message: Message, receiver: int) -> None:
         """TCP knows by its sequence number what it has already, and throws it away."""
-        self._graph.repeat(message, self._host)
+        self._graph.repeat(message, receiver)
 
     def close(self, reason: str) -> None:
         """Drop what waits. A frame that is on its way meets its own fate."""
@@ -279,15 +279,15 @@ class Datagram:
             graph.trace.row(graph.kernel.now_ns, graph.FRAME, source.id, to, message.seq,
                             size_bytes)
             self._flying += len(group)
-            sends = medium.transmit if self._broadcast else graph.context.sends(
+            transmit = medium.transmit if self._broadcast else graph.context.way(
                 medium, source.index, group)
-            sends(source.index, group, size_bytes, segments, self._broadcast, self, message)
+            transmit(source.index, group, size_bytes, segments, self._broadcast, self, message)
         for receiver in unrouted:
             graph.drop(message, receiver, "no_route")
 
     def arrived(self, message: Message, receiver: int) -> None:
         self._flying -= 1
-        self._graph.deliver(message, self._graph.hosts[receiver], message.born_ns, message.born_ns)
+        self._graph.deliver(message, receiver, message.born_ns, message.born_ns)
 
     def arrived_in_part(self, message: Message, receiver: int, lost: dict[int, str]) -> None:
         self.lost(message, receiver, next(iter(lost.values())))
@@ -301,9 +301,8 @@ class Datagram:
 
     def repeated(self, message: Message, receiver: int) -> None:
         """UDP does not know what it has already: the message arrives again."""
-        host = self._graph.hosts[receiver]
-        self._graph.repeat(message, host)
-        host.receive(message)
+        self._graph.repeat(message, receiver)
+        self._graph.hosts[receiver].receive(message)
 
     def missed(self, message: Message, receivers: Collection[int], reason: str,
                medium: Medium) -> None:

@@ -2,20 +2,29 @@
 
 A registry that knows everything at once is thirty lines (``desim.middleware.direct``). One that has
 to find out over the network sends frames of its own, keeps what each host believes, and may carry
-the messages by transports of its own.
+the messages by transports of its own. desim's own middlewares use these ports and nothing behind
+them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, Literal, NamedTuple, Protocol, TypeVar, runtime_checkable
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 import numpy as np
 
 from desim.ports.networks import Handle
-from desim.ports.parameters import Params
+from desim.ports.parameters import Params as ParamsBase
 
 T = TypeVar("T")
+
+# A ``desim.middleware.topics.Message``, which this room cannot name. Transports read its ``seq``,
+# ``size_bytes`` and ``born_ns``.
+Published: TypeAlias = Any
+
+# Stands in for the event of an arrival: called at once with its time (ns), the function that the
+# event would call with token and receiver, and the token.
+InAdvance = Callable[[int, Callable[..., object], object], object]
 
 
 class Endpoint(NamedTuple):
@@ -38,43 +47,132 @@ class Offer(NamedTuple):
     latch: bool
 
 
-class MiddlewareContext(Protocol):
-    """All that a middleware may know and do. Hosts are indices, in the order of ``hosts``."""
+class Clock(Protocol):
+    """The kernel (``desim.engine.kernel.Kernel``), for events in another phase than NETWORK or in
+    the turn of a pair of hosts."""
 
     @property
     def now_ns(self) -> int:
         """The time."""
 
     @property
+    def at(self) -> Callable[..., Handle]:
+        """``at(time_ns, phase, entity, fn, arg=None)`` calls ``fn(arg)`` then."""
+
+    @property
+    def after(self) -> Callable[..., Handle]:
+        """``after(delay_ns, phase, entity, fn, arg=None)`` calls ``fn(arg)`` then."""
+
+
+class Sends(Protocol):
+    """Takes frames to other hosts: a medium, or an entry of an address table."""
+
+    @property
+    def transmit(self) -> Callable[..., int | None]:
+        """``transmit(source, receivers, size_bytes, segments, broadcast, carrier, token)`` sends a
+        frame to ``receivers`` (ascending). ``carrier`` (``desim.network.carrier``) hears of its
+        fate at each of them, with ``token``. Returns when (ns) it arrives, if it has one receiver,
+        no rule has touched it and the model knows at once; else None."""
+
+
+class Route(Sends, Protocol):
+    """A medium: ``id`` stands for it in trace rows."""
+
+    @property
+    def id(self) -> int: ...
+
+    @property
+    def post(self) -> Callable[..., int | None]:
+        """``post(source, receivers, size_bytes, carrier, token)`` sends one packet to one host.
+        Where ``transmit`` returns a time, so does this, and the carrier hears nothing: it costs no
+        event."""
+
+
+class AddressEntry(Sends, Protocol):
+    """A host's entry for the address of another one. ``confirmed_ns``: when its sender knew last
+    that the address is right."""
+
+    confirmed_ns: int
+
+
+class AddressTables(Protocol):
+    """The tables of all hosts that map hosts to addresses (ARP)."""
+
+    def of(self, medium: Route, host: int, peer: int) -> AddressEntry:
+        """The entry of ``peer`` at ``host``, made on first use."""
+
+    def forget(self, host: int) -> None:
+        """Empty the table of ``host``, which has stopped."""
+
+
+class MiddlewareContext(Protocol):
+    """All that a middleware may know and do. Hosts are indices, in the order of ``hosts``.
+
+    ``discovery_bytes`` and ``discovery_frames`` count the middleware's own frames by kind.
+    """
+
+    discovery_bytes: dict[str, int]
+    discovery_frames: dict[str, int]
+
+    @property
     def hosts(self) -> tuple[str, ...]:
         """Their names, in index order."""
+
+    @property
+    def host_ids(self) -> tuple[int, ...]:
+        """Their trace ids, in index order."""
+
+    # Time and randomness.
+
+    @property
+    def now_ns(self) -> int:
+        """The time."""
+
+    @property
+    def kernel(self) -> Clock:
+        """The clock, for what ``at`` cannot do."""
 
     def at(self, time_ns: int, host: int, fn: Callable[[T], object], arg: T | None = None
            ) -> Handle:
         """Call ``fn(arg)`` at ``time_ns`` in phase NETWORK, in the turn of ``host``. The call does
         not die with its host: cancel it when that is ``switched``."""
 
-    def up(self, host: int) -> bool:
-        """Whether ``host`` runs."""
-
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, the middleware's own."""
+
+    # Hosts and registries.
+
+    def up(self, host: int) -> bool:
+        """Whether ``host`` runs."""
 
     def changed(self, topic: str) -> None:
         """``subscribers`` gives other answers now for publishers of ``topic``."""
 
     def send(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
-             heard: Callable[[T, int], object], token: T | None = None, *, segments: int = 1,
+             arrived: Callable[[T, int], object], token: T | None = None, *, segments: int = 1,
              multicast: bool = False,
-             in_part: Callable[[T, int, dict[int, str]], object] | None = None) -> None:
+             in_part: Callable[[T, int, dict[int, str]], object] | None = None,
+             in_advance: Callable[[int], InAdvance | None] | None = None) -> None:
         """Send a frame of the middleware's own, of ``size_bytes`` with all headers, to each of
         ``receivers``; with ``multicast``, one on each medium for all of them. Where one arrives,
-        ``heard(token, receiver)`` is called; where one is lost, nothing is. Its bytes are counted
+        ``arrived(token, receiver)`` is called; where one is lost, nothing is. Its bytes are counted
         under ``kind``, as bytes of discovery. Hosts without a medium in common hear nothing.
 
         A frame of several packets is one datagram, which is lost with any of them; with
         ``in_part``, it is a train of several: ``in_part(token, receiver, lost)`` is called where
-        some of its packets arrive, with the numbers of the others and why they were lost."""
+        some of its packets arrive, with the numbers of the others and why they were lost.
+
+        ``in_advance(receiver)`` may give a function that saves the event of an arrival: it is
+        called at once where the medium knows when a single packet will arrive."""
+
+    def record_control(self, kind: str, source: int, to: int, size_bytes: int) -> None:
+        """Count a frame of the middleware's own that ``source`` sends by a ``Route``, and write its
+        trace row; ``to`` is the trace id of a host or medium."""
+
+    def record(self, kind: str, host: int, a: int = 0, b: int = 0, c: int = 0) -> None:
+        """Write a trace row of ``host``."""
+
+    # Beliefs.
 
     def knows(self, believer: int, other: int, topic: str, holds: bool) -> None:
         """``believer`` believes from now on (or no longer) that ``other`` is at the other end of
@@ -82,6 +180,38 @@ class MiddlewareContext(Protocol):
 
     def sees(self, believer: int, other: int, state: str) -> None:
         """``believer`` takes ``other`` for ``online``, ``offline`` or ``removed`` from now on."""
+
+    # Messages, for transports of the middleware's own.
+
+    def default_transport(self, offer: Offer) -> Transport:
+        """The transport that desim takes where the middleware has none of its own."""
+
+    def route(self, source: int, receiver: int) -> Route | None:
+        """The medium for frames from ``source`` to ``receiver``; None: they have none in common."""
+
+    def resolve_addresses(self, tick_ns: int) -> AddressTables:
+        """From now on hosts find the addresses of others by ARP, with timers of this tick."""
+
+    @property
+    def deliver(self) -> Callable[[Published, int, int, int], object]:
+        """``deliver(message, receiver, first_ns, last_ns)``: it has arrived; its first and last
+        frame were sent at these instants (-1: none was)."""
+
+    @property
+    def drop(self) -> Callable[..., object]:
+        """``drop(message, receiver, reason, first_ns=-1, last_ns=-1)``: it never will."""
+
+    @property
+    def repeat(self) -> Callable[[Published, int], object]:
+        """``repeat(message, receiver)``: a copy of a message that was delivered has arrived."""
+
+    @property
+    def record_frame(self) -> Callable[[int, int, int, int], object]:
+        """``record_frame(source, to, seq, size_bytes)`` writes the trace row of a frame of message
+        ``seq``; ``source`` and ``to`` are trace ids of hosts, or of a medium for a multicast."""
+
+    def record_loss(self, source: int, receiver: int, seq: int, reason: str) -> None:
+        """Write the trace row of a frame of message ``seq`` that will be sent again."""
 
 
 class Transport(Protocol):
@@ -92,7 +222,7 @@ class Transport(Protocol):
         """Lead to ``receivers`` from now on, and to nobody else. Returns the new ones of those that
         can be reached."""
 
-    def send(self, message: Any, only: list[int] | None = None) -> None:
+    def send(self, message: Published, only: list[int] | None = None) -> None:
         """Take a ``desim.middleware.topics.Message`` to all receivers, or to ``only`` these."""
 
     def close(self, reason: str) -> None:
@@ -109,7 +239,9 @@ class Middleware(Protocol):
     ``Informs``.
     """
 
-    Params: ClassVar[type[Params]]
+    @property
+    def Params(self) -> type[ParamsBase]:  # noqa: N802 - plug-ins have a class of this name
+        """The class of its parameters."""
 
     def start(self, context: MiddlewareContext) -> None:
         """Called once, before any host starts. Raises ``InputError`` for parameters that do not fit

@@ -27,7 +27,7 @@ def test_any_host_may_stop(stops):
 
 
 def carried(context, offer, stream):
-    host = context.graph.hosts[offer.publisher.host]
+    host = context._graph.hosts[offer.publisher.host]
     return stream(host, offer.queue) if offer.transport == "stream" else Datagram(host, False)
 
 
@@ -86,7 +86,7 @@ class Undying(Naive):
     """Messages come to hosts that have stopped."""
 
     def transport(self, offer):
-        graph = self.context.graph
+        graph = self.context._graph
 
         class Insistent(Stream):
             def send(self, message, only=None):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
+    from desim.middleware.dds.remote import Guid
     from desim.middleware.topics import Message
-    from desim.network.medium import Medium
-    from desim.ports.middleware import Offer
+    from desim.ports.middleware import Offer, Route
 
 
 class Sample:
@@ -35,23 +35,26 @@ class BestEffort:
 
     def __init__(self, dds: Dds, offer: Offer) -> None:
         self._dds, self._topic = dds, offer.publisher.topic
-        self._graph = dds.context.graph
+        self._context = dds.context
         self._host = offer.publisher.host
         self._guid = dds.participants[self._host].guid
         self._multicast = offer.via == "broadcast"
-        self._routes: list[tuple[Medium, tuple[int, ...]]] = []
-        self._known: dict[int, Any] = {}  # receivers and their participants
+        self._routes: list[tuple[Route, tuple[int, ...]]] = []
+        self._known: dict[int, Guid | None] = {}  # receivers and their participants
         self._unrouted: list[int] = []
         self._flying = self._sent = 0
         self._newest: dict[int, int] = {}  # number that each receiver has had
 
     def connect(self, receivers: list[int]) -> list[int]:
-        graph, old = self._graph, self._known
-        by_medium: dict[Any, list[int]] = {}
+        old = self._known
+        by_medium: dict[Route, list[int]] = {}
+        self._unrouted = []
         for receiver in sorted(receivers):
-            medium = graph.route(graph.hosts[self._host], receiver)
-            by_medium.setdefault(medium, []).append(receiver)
-        self._unrouted = by_medium.pop(None, [])
+            medium = self._context.route(self._host, receiver)
+            if medium is None:
+                self._unrouted.append(receiver)
+            else:
+                by_medium.setdefault(medium, []).append(receiver)
         self._routes = [(medium, tuple(part)) for medium, group in by_medium.items()
                         for part in ([group] if self._multicast else [[one] for one in group])]
         self._known = {receiver: self._dds.reader(self._host, receiver, self._topic)
@@ -65,19 +68,18 @@ class BestEffort:
                 self._send(message, medium, wanted)
         if only is None:
             for receiver in self._unrouted:
-                self._graph.drop(message, receiver, "no_route")
+                self._context.drop(message, receiver, "no_route")
 
-    def _send(self, message: Message, medium: Medium, group: tuple[int, ...]) -> None:
-        graph, host = self._graph, self._host
+    def _send(self, message: Message, medium: Route, group: tuple[int, ...]) -> None:
+        context, host = self._context, self._host
         trains = self._dds.trains(message.size_bytes, ())
-        to = medium.id if self._multicast else graph.hosts[group[0]].id
+        to = medium.id if self._multicast else context.host_ids[group[0]]
         self._sent += 1
         sample = Sample(message, self._sent, group, len(trains))
         self._flying += len(group)
         for train in trains:
             chunk = train.chunk
-            graph.trace.row(graph.kernel.now_ns, graph.FRAME, graph.hosts[host].id, to,
-                            message.seq, chunk.size_bytes)
+            context.record_frame(context.host_ids[host], to, message.seq, chunk.size_bytes)
             medium.transmit(host, group, chunk.size_bytes, chunk.packets, self._multicast, self,
                             sample)
 
@@ -93,32 +95,32 @@ class BestEffort:
         self._settle(sample, receiver)
 
     def missed(self, sample: Sample, receivers: Collection[int], reason: str,
-               medium: Medium) -> None:
+               medium: object) -> None:
         for receiver in receivers:
             self.lost(sample, receiver, reason)
 
     def repeated(self, sample: Sample, receiver: int) -> None:
         """A reader knows by its number what it has already, and throws it away."""
-        self._graph.repeat(sample.message, self._graph.hosts[receiver])
+        self._context.repeat(sample.message, receiver)
 
     def _settle(self, sample: Sample, receiver: int) -> None:
         sample.left[receiver] -= 1
         if sample.left[receiver]:
             return
         self._flying -= 1
-        graph, message = self._graph, sample.message
+        context, message = self._context, sample.message
         born_ns, reason = message.born_ns, sample.failed.get(receiver)
         if reason is None:
             writer = self._dds.writer(self._guid, receiver, self._topic)
             reason = "unmatched"
             if writer is not None:
-                writer.heard_ns = graph.kernel.now_ns
+                writer.heard_ns = context.now_ns
                 reason = "overtaken"
                 if sample.number > self._newest.get(receiver, 0):
                     self._newest[receiver] = sample.number
-                    graph.deliver(message, graph.hosts[receiver], born_ns, born_ns)
+                    context.deliver(message, receiver, born_ns, born_ns)
                     return
-        graph.drop(message, receiver, reason, born_ns, born_ns)
+        context.drop(message, receiver, reason, born_ns, born_ns)
 
     def close(self, reason: str) -> None:
         """Nothing waits here, and what is on its way goes on."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim.engine.kernel import Phase, pair
 from desim.errors import InputError, did_you_mean
@@ -16,11 +16,7 @@ from desim.middleware.dds.remote import Guid, Remote
 from desim.middleware.dds.wire import LONG_TRAIN_BYTES
 from desim.middleware.dds.writer import Reliable
 from desim.middleware.timers import Timers
-from desim.ports.middleware import Endpoint, Offer
-
-if TYPE_CHECKING:
-    from desim.middleware.context import Context
-
+from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
 
 To = dict[int, tuple[Any, ...]]  # by host: who says it, to which life of it, and what
 
@@ -48,7 +44,7 @@ class Dds:
             size_bytes, **cut, beats=beats, train_bytes=LONG_TRAIN_BYTES))
         self.beat_chunk, self.ack_chunk = self.wire.heartbeats(1), self.wire.acknacks(1)
 
-    def start(self, context: Context) -> None:
+    def start(self, context: MiddlewareContext) -> None:
         params, hosts = self.params, context.hosts
         named = [("server", params.server)] if params.server is not None else []
         for key, name in [*named, *(("leases", name) for name in params.leases)]:
@@ -59,7 +55,7 @@ class Dds:
             raise InputError(".server: the host of the discovery server is wanted with discovery: "
                              "server, and only then")
         self.context = context
-        self.timers = Timers(context.graph.kernel, params.heartbeat_period_ns // 4)
+        self.timers = Timers(context.kernel, params.heartbeat_period_ns // 4)
         self.leases_ns = [params.leases.get(host, params.lease_ns) for host in hosts]
         self.participants: list[Participant | None] = [None] * len(hosts)
         self._lives = [0] * len(hosts)
@@ -101,7 +97,7 @@ class Dds:
             hosts[me.host] = None
         return tuple(Endpoint(host, "", topic) for host in sorted(hosts))
 
-    def transport(self, offer: Offer) -> Any:
+    def transport(self, offer: Offer) -> Transport:
         if offer.transport != "stream" or offer.via != "unicast":
             return BestEffort(self, offer)
         writer, (host, _, topic) = Reliable(self, offer), offer.publisher
@@ -157,12 +153,12 @@ class Dds:
 
     def hears_later(self, remote: Remote, receiver: int) -> None:
         """``receiver`` forgets ``remote``: what it took note of before it is there it hears."""
-        graph = self.context.graph
-        hosts = graph.hosts
+        context = self.context
+        ids = context.host_ids
         remote.look(self.context.now_ns)
         for due_ns, heard, token in remote.coming:
-            graph.kernel.at(due_ns, Phase.DELIVER, pair(hosts[remote.host].id, hosts[receiver].id),
-                            lambda what: what[0](what[1], receiver), (heard, token))
+            context.kernel.at(due_ns, Phase.DELIVER, pair(ids[remote.host], ids[receiver]),
+                              lambda what: what[0](what[1], receiver), (heard, token))
 
     # What participants are told; a message may come to one that is no more.
 
@@ -175,7 +171,7 @@ class Dds:
         me, ((guid, lease_ns), wants_response) = self.participants[receiver], token
         remote = None if me is None else me.remotes.get(guid)
         if remote is not None and remote.direct:  # as nearly always
-            remote.heard_ns = self.context.graph.kernel.now_ns
+            remote.heard_ns = self.context.now_ns
         elif me is not None and me.awake and (
                 self.server is None or self.server in (receiver, guid[0])):
             me.announced(guid, lease_ns, wants_response)

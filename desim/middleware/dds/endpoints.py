@@ -203,8 +203,8 @@ class Endpoints:
         size_bytes, packets = wire.together(chunks)
         self._context.send(kind, me.host, [remote.host], size_bytes, heard,
                            {remote.host: (me.guid, remote.guid, *what)}, segments=packets,
-                           in_part=heard,
-                           notes=me.notes if you is not None and you.guid == remote.guid else None)
+                           in_part=heard, in_advance=(
+                               me.notes if you is not None and you.guid == remote.guid else None))
 
     def _tell_all(self, kind: str, remotes: list[Remote], chunks: list[wire.Chunk],
                   heard: Callable[..., Any], what: Callable[[Remote], tuple[Any, ...]]) -> None:

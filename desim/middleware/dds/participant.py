@@ -13,8 +13,8 @@ from desim.middleware.dds.riding import Resent
 from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk
 
 if TYPE_CHECKING:
-    from desim.middleware.context import Note
     from desim.middleware.dds.dds import Dds
+    from desim.ports.middleware import InAdvance
 
 
 class Participant:
@@ -118,9 +118,9 @@ class Participant:
         if hosts:
             self.context.send("spdp", self.host, hosts, chunk.size_bytes, self.dds.announced,
                               (self._hello, multicast or calls), segments=chunk.packets,
-                              multicast=multicast, notes=self.notes)
+                              multicast=multicast, in_advance=self.notes)
 
-    def notes(self, host: int) -> Note | None:
+    def notes(self, host: int) -> InAdvance | None:
         """What ``host`` notes of something that only says that this participant lives, if it knows
         this one already."""
         you = self.dds.participants[host]

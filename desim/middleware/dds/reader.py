@@ -4,24 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from desim.engine.kernel import Phase
-from desim.engine.trace import pack
 from desim.middleware.dds.asking import Asking
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.dds.reliable import ReliableLink
     from desim.middleware.dds.remote import Remote
-    from desim.middleware.graph import Host
     from desim.middleware.topics import Message
-    from desim.network.medium import Medium
-    from desim.ports.middleware import Offer
+    from desim.ports.middleware import Offer, Route
 
 OPEN, HELD, DONE = 0, 1, 2  # states of a sample at its reader
 NO_HEARTBEAT, FINAL, ASKS, DIRECTED = range(4)  # it may ask for an answer, from one reader alone
 MOST = 256  # numbers in an ACKNACK, fragments in a NACK_FRAG (RTPS)
 Missing = tuple[tuple[int, tuple[int, ...]], ...]  # numbers with fragments of them (none: all)
-_NETWORK = Phase.NETWORK  # cheaper than to look it up each time
 
 
 class Sample:
@@ -51,21 +46,21 @@ class Reader:
 
     socket = "rtps"  # a participant sends all by one
 
-    __slots__ = ("_link", "_dds", "_graph", "_kernel", "_params", "_host", "_writer", "_topic",
+    __slots__ = ("_link", "_dds", "_context", "_kernel", "_params", "_host", "_writer", "_topic",
                  "_to", "_to_id", "_send", "_post", "_next", "_known", "_held", "_parts", "_timer",
-                 "_due_ns", "_seen", "_remote", "_greeting", "_row", "_asking", "_asked", "_acked",
+                 "_due_ns", "_seen", "_remote", "_greeting", "_asking", "_asked", "_acked",
                  "_acked_ns", "_implied")
 
-    def __init__(self, link: ReliableLink, dds: Dds, offer: Offer, host: Host,
-                 medium: Medium) -> None:
+    def __init__(self, link: ReliableLink, dds: Dds, offer: Offer, host: int,
+                 medium: Route) -> None:
         source = offer.publisher.host
         self._link, self._dds, self._params = link, dds, dds.params
-        self._graph = dds.context.graph
-        self._kernel = self._graph.kernel
+        self._context = context = dds.context
+        self._kernel = context.kernel
         self._host = host
         self._writer = dds.participants[source].guid
         self._topic = offer.publisher.topic
-        self._to, self._to_id = (source,), self._graph.hosts[source].id
+        self._to, self._to_id = (source,), context.host_ids[source]
         self._send, self._post = medium.transmit, medium.post
         self._next = 1
         self._known = 0
@@ -80,16 +75,15 @@ class Reader:
         self._asked = False  # a heartbeat waits for an answer
         self._asking = Asking()
         self._acked = self._acked_ns = 0  # all before what it acknowledged last, and when
-        self._row = self._graph.names.id("acknack")
 
     def _match(self) -> Remote | None:
         """What this host knows of the writer's participant, None if it has not matched it."""
         dds = self._dds
         if self._seen != dds.matches:
             self._seen = dds.matches
-            me = dds.participants[self._host.index]
+            me = dds.participants[self._host]
             current = me is not None and me.guid == self._link.guid
-            self._remote = (dds.writer(self._writer, self._host.index, self._topic) if current
+            self._remote = (dds.writer(self._writer, self._host, self._topic) if current
                             else None)
         return self._remote
 
@@ -138,7 +132,7 @@ class Reader:
         link = self._link
         link.waiting -= 1
         self._next = sample.number + 1
-        self._graph.deliver(sample.message, self._host, sample.message.born_ns, sample.sent_ns)
+        self._context.deliver(sample.message, self._host, sample.message.born_ns, sample.sent_ns)
 
     def _advance(self, first: int) -> None:
         """The writer has nothing before ``first``."""
@@ -188,8 +182,7 @@ class Reader:
 
     def _answer_in(self, delay_ns: int) -> None:
         """Answer then, or when an answer is due anyhow."""
-        kernel = self._kernel
-        due_ns = kernel.now_ns + delay_ns
+        due_ns = self._kernel.now_ns + delay_ns
         if self._timer is not None:
             if self._due_ns <= due_ns:
                 return
@@ -197,7 +190,7 @@ class Reader:
             self._timer = None
         if delay_ns:
             self._due_ns = due_ns
-            self._timer = kernel.after(delay_ns, _NETWORK, self._host.id, self._answer)
+            self._timer = self._context.at(due_ns, self._host, self._answer)
         else:
             self._answer(None)
 
@@ -229,7 +222,7 @@ class Reader:
                               now_ns)
         chunk = self._dds.wire.acknacks(1, len(missing) - len(fragments), fragments)
         self._say(base, len(missing), chunk.size_bytes)
-        self._send(self._host.index, self._to, chunk.size_bytes, chunk.packets, False, self,
+        self._send(self._host, self._to, chunk.size_bytes, chunk.packets, False, self,
                    (base, missing, greeting))
         if missing and params.nack_renewal_ns is not None:
             self._answer_in(params.nack_renewal_ns)
@@ -245,7 +238,7 @@ class Reader:
             return
         size_bytes = self._dds.ack_chunk.size_bytes
         self._say(base, 0, size_bytes)
-        due_ns = self._post(self._host.index, self._to, size_bytes, self, (base, (), False))
+        due_ns = self._post(self._host, self._to, size_bytes, self, (base, (), False))
         if due_ns is not None:
             self._link.note(due_ns, base)
 
@@ -253,9 +246,9 @@ class Reader:
         """What is said before the first sample is known belongs to discovery."""
         now_ns = self._kernel.now_ns
         if not self._known and base == 1:
-            self._dds.context.book("acknack", self._host.index, self._to_id, size_bytes)
+            self._context.record_control("acknack", self._host, self._to_id, size_bytes)
         self._asked, self._acked, self._acked_ns = False, base, now_ns
-        self._graph.put(pack(now_ns, self._row, self._host.id, self._to_id, base, missing))
+        self._context.record("acknack", self._host, self._to_id, base, missing)
 
     def _missing(self) -> Missing:
         """What it lacks: an ACKNACK and NACK_FRAGs (of Cyclone DDS up to the first sample of which
@@ -276,7 +269,7 @@ class Reader:
         for sample in self._held.values():
             sample.state = DONE
             self._link.waiting -= 1
-            self._graph.drop(sample.message, self._host.index, reason, sample.message.born_ns,
+            self._context.drop(sample.message, self._host, reason, sample.message.born_ns,
                              sample.sent_ns)
         self._held.clear()
         if self._timer is not None:

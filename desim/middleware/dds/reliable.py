@@ -13,8 +13,6 @@ from collections import deque
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from desim.engine.kernel import Phase
-from desim.engine.trace import pack
 from desim.middleware.dds import wire
 from desim.middleware.dds.carriers import Beating, Bundling
 from desim.middleware.dds.reader import (
@@ -37,8 +35,7 @@ if TYPE_CHECKING:
     from desim.middleware.dds.writer import Reliable
     from desim.middleware.topics import Message
     from desim.network.carrier import Carrier
-    from desim.network.medium import Medium
-    from desim.ports.middleware import Offer
+    from desim.ports.middleware import Offer, Route
 
 _SOON_NS = 50_000_000  # well before a heartbeat could overtake it, or a lease end
 
@@ -55,25 +52,27 @@ class ReliableLink:
 
     socket = "rtps"  # a participant sends all by one
 
-    __slots__ = ("guid", "waiting", "heard_ns", "reader", "_dds", "_graph", "_kernel", "_params",
-                 "_from", "_from_id", "_host", "_to", "_transmit_frame", "_depth", "_history",
-                 "_unacked_bytes", "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
+    __slots__ = ("guid", "waiting", "heard_ns", "reader", "_dds", "_context", "_kernel", "_params",
+                 "_from", "_from_id", "_receiver", "_to_id", "_to", "_transmit_frame",
+                 "_record_frame", "_depth", "_history", "_unacked_bytes",
+                 "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
                  "_beating", "_bundling", "_noted", "_wanted", "_repeating", "_repeat_ns",
                  "_greeted", "_smooth", "_quick", "_implied", "_steady", "_period_ns", "_riding",
                  "_trains", "_long_trains")
 
     def __init__(self, dds: Dds, offer: Offer, writer: Reliable, receiver: int, guid: Any,
-                 medium: Medium) -> None:
-        graph, source, topic = dds.context.graph, offer.publisher.host, offer.publisher.topic
+                 medium: Route) -> None:
+        context, source, topic = dds.context, offer.publisher.host, offer.publisher.topic
         self.guid = guid
         self.waiting = 0  # samples without a fate
         self.heard_ns = 0  # the reader's acknowledgements, as far as taken note of
-        self._dds, self._graph, self._params = dds, graph, dds.params
-        self._kernel = graph.kernel
-        self._from, self._from_id = source, graph.hosts[source].id
-        self._host = graph.hosts[receiver]
+        self._dds, self._context, self._params = dds, context, dds.params
+        self._kernel = context.kernel
+        self._from, self._from_id = source, context.host_ids[source]
+        self._receiver, self._to_id = receiver, context.host_ids[receiver]
         self._to = (receiver,)
         self._transmit_frame = medium.transmit
+        self._record_frame = context.record_frame
         self._depth, self._riding = writer.depth, writer.riding
         self._history: deque[Sample] = deque()
         self._unacked_bytes = self._last = self._beats = 0
@@ -93,7 +92,7 @@ class ReliableLink:
         self._repeat_ns = 0
         self._beating, self._bundling = Beating(self), Bundling(self, dds.wire)
         self._noted: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
-        self.reader = Reader(self, dds, offer, self._host, medium)
+        self.reader = Reader(self, dds, offer, receiver, medium)
         dds.linked(self)
 
     # The writer.
@@ -134,11 +133,9 @@ class ReliableLink:
 
     def leaves(self, sample: Sample, size_bytes: int) -> None:
         """A frame with some of a sample is sent now."""
-        graph = self._graph
-        sample.sent_ns = now_ns = self._kernel.now_ns
+        sample.sent_ns = self._kernel.now_ns
         sample.flying += 1
-        graph.put(pack(now_ns, graph.FRAME, self._from_id, self._host.id, sample.message.seq,
-                       size_bytes))
+        self._record_frame(self._from_id, self._to_id, sample.message.seq, size_bytes)
 
     def send(self, chunk: wire.Chunk, carrier: Carrier, token: Any) -> int | None:
         """Send a frame to the reader."""
@@ -224,7 +221,7 @@ class ReliableLink:
                 return
             self._repeating.cancel()
         self._repeat_ns = due_ns
-        self._repeating = self._kernel.after(delay_ns, Phase.NETWORK, self._from_id, self._repeat)
+        self._repeating = self._context.at(due_ns, self._from, self._repeat)
 
     def _repeat(self, _: Any) -> None:
         """Send again what was asked for, and a heartbeat at the end; where it is gone, say so."""
@@ -299,12 +296,11 @@ class ReliableLink:
                                    << min(16, max(0, self._beats - 2)))
 
     def _beat(self, chunk: wire.Chunk, beat: int) -> None:
-        graph = self._graph
-        self._beat_ns = now_ns = self._kernel.now_ns
-        graph.trace.row(now_ns, graph.names.id("heartbeat"), self._from_id, self._host.id,
-                        self.first(), self._last)
+        context = self._context
+        self._beat_ns = self._kernel.now_ns
+        context.record("heartbeat", self._from, self._to_id, self.first(), self._last)
         if not self._last:
-            self._dds.context.book("heartbeat", self._from, self._host.id, chunk.size_bytes)
+            context.record_control("heartbeat", self._from, self._to_id, chunk.size_bytes)
         self.send(chunk, self._beating, (self.first(), self._last, beat))
 
     def joined(self) -> None:
@@ -334,7 +330,7 @@ class ReliableLink:
         if not (sample.kept or sample.flying or sample.state):
             sample.state = DONE
             self.waiting -= 1
-            self._graph.drop(sample.message, self._host.index, reason, sample.message.born_ns,
+            self._context.drop(sample.message, self._receiver, reason, sample.message.born_ns,
                              sample.sent_ns)
 
     def arrived(self, token: tuple[Sample, wire.Train, int, int], receiver: int) -> None:
@@ -390,11 +386,9 @@ class ReliableLink:
 
     def _note_loss(self, sample: Sample, reasons: Iterable[str]) -> None:
         self._smooth = self._quick = False
-        graph = self._graph
         for reason in dict.fromkeys(reasons):
-            graph.trace.row(graph.kernel.now_ns, graph.LOST, self._host.id, self._from_id,
-                            sample.message.seq, graph.names.id(reason))
+            self._context.record_loss(self._from, self._receiver, sample.message.seq, reason)
 
     def repeated(self, token: tuple[Sample, wire.Train, int, int], receiver: int) -> None:
         """A reader knows by its number what it has already, and throws it away."""
-        self._graph.repeat(token[0].message, self._host)
+        self._context.repeat(token[0].message, self._receiver)

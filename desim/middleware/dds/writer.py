@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from desim.engine.kernel import Phase
 from desim.middleware.dds.reader import DIRECTED
 from desim.middleware.dds.reliable import ReliableLink
 from desim.middleware.dds.riding import Always, Riding, WhenFull
@@ -54,10 +53,11 @@ class Reliable:
 
     def _lead_to(self, receivers: list[int]) -> None:
         """New links are to participants that were not known before, a host's new life too."""
-        graph, dds, old = self._dds.context.graph, self._dds, self._links
+        dds, old = self._dds, self._links
+        context = dds.context
         self._links, self._unrouted, new = {}, [], {}
         for receiver in receivers:
-            medium = graph.route(graph.hosts[self._host], receiver)
+            medium = context.route(self._host, receiver)
             if medium is None:
                 self._unrouted.append(receiver)
                 continue
@@ -74,8 +74,8 @@ class Reliable:
                 self._closed.append(link)
         self._closed = [link for link in self._closed if link.waiting]
         if new:
-            graph.kernel.after(dds.params.initial_heartbeat_ns, Phase.NETWORK,
-                               graph.hosts[self._host].id, self._greet, new)
+            context.at(context.now_ns + dds.params.initial_heartbeat_ns, self._host, self._greet,
+                       new)
 
     def _greet(self, new: dict[int, ReliableLink]) -> None:
         """The first heartbeat to readers that are new."""
@@ -90,7 +90,7 @@ class Reliable:
             multicast = dds.params.allow_multicast == "all"
         dds.context.send("heartbeat", self._host, to, chunk.size_bytes, self._greeted, now,
                          multicast=multicast,
-                         notes=lambda receiver: None if receiver in now else _nothing)
+                         in_advance=lambda receiver: None if receiver in now else _nothing)
 
     def _greeted(self, now: dict[int, tuple[ReliableLink, int, int]], receiver: int) -> None:
         if receiver in now:
@@ -107,7 +107,7 @@ class Reliable:
                 link.offer(message, beats)
         if only is None:
             for receiver in self._unrouted:
-                self._dds.context.graph.drop(message, receiver, "no_route")
+                self._dds.context.drop(message, receiver, "no_route")
 
     # When its history is full.
 

@@ -180,8 +180,8 @@ class Discovery:
             remote.offline_ns = self._context.now_ns
             self._say("offline", remote)
         if remote.measure(self._context.now_ns, self._watch):
-            self._context.note("link_quality", self._host, self._context.graph.hosts[
-                remote.host].id, remote.quality)
+            self._context.record("link_quality", self._host, self._context.host_ids[remote.host],
+                                 remote.quality)
 
     def _remove(self, remote: Remote) -> None:
         del self.remotes[remote.host]

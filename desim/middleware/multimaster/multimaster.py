@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 from desim.errors import InputError, did_you_mean
-from desim.middleware.context import Context
 from desim.middleware.multimaster.discovery import Beat, Discovery
 from desim.middleware.multimaster.parameters import MultimasterParams
 from desim.middleware.multimaster.sync import Sync, multicall
 from desim.middleware.ros.processes import Processes
 from desim.middleware.ros.xmlrpc import Call
-from desim.ports.middleware import Endpoint, Offer, Transport
+from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
 
 
 class Multimaster:
@@ -22,7 +21,7 @@ class Multimaster:
     def __init__(self, params: MultimasterParams) -> None:
         self._params = params
 
-    def start(self, context: Context) -> None:
+    def start(self, context: MiddlewareContext) -> None:
         hosts = context.hosts
         for number, name in enumerate(self._params.robot_hosts):
             if name not in hosts:

@@ -128,7 +128,7 @@ class Process:
         context = self.all.context
         if not ok and self.all.schedules.client == "rospy" and not self._met:
             self._ended = True  # ROSInitException
-            context.note("gave_up", self.host)
+            context.record("gave_up", self.host)
             return
         if not ok:
             context.at(context.now_ns + self.all.schedules.master_retry_ns, self.host, self._call)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 from desim.errors import InputError
-from desim.middleware.context import Context
 from desim.middleware.ros.client import Process
 from desim.middleware.ros.master import Master, Task, Uri
 from desim.middleware.ros.naps import Naps
@@ -16,7 +15,7 @@ from desim.middleware.ros.tcpros import Tcpros
 from desim.middleware.ros.udpros import Udpros
 from desim.middleware.ros.xmlrpc import Call, XmlRpc
 from desim.middleware.tcp import Tcp
-from desim.ports.middleware import Endpoint, Offer, Transport
+from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
 
 Method = Callable[..., tuple[Uri, ...]]  # of a master: the addresses that it answers with
 
@@ -31,7 +30,7 @@ class Processes:
     a master lives as long as its host. ``sees`` is told what subscribers make of their links (None:
     somebody else says who is there); ``more`` are methods of masters beside registration."""
 
-    def __init__(self, context: Context, params: RosParams, master_of: list[int],
+    def __init__(self, context: MiddlewareContext, params: RosParams, master_of: list[int],
                  sees: Callable[[int, int, str], Any] | None,
                  more: dict[str, Method] | None = None) -> None:
         self.context = context
@@ -92,10 +91,10 @@ class Processes:
             raise InputError(f".via: ROS 1 has no {offer.via}; allowed: unicast")
         host, topic = offer.publisher.host, offer.publisher.topic
         publication = self.on(host).publication(topic, offer.transport)
-        graph = self.context.graph
         if publication.transport == "stream":
-            return Tcpros(graph, host, publication, offer.queue)
-        return Udpros(graph.hosts[host], publication)
+            return Tcpros(self.context, host, publication, offer.queue)
+        return Udpros(self.context.default_transport(offer._replace(transport="datagram")),
+                      publication)
 
     # Masters.
 

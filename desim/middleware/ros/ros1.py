@@ -5,10 +5,9 @@ from __future__ import annotations
 from pydantic import Field
 
 from desim.errors import InputError, did_you_mean
-from desim.middleware.context import Context
 from desim.middleware.ros.parameters import RosParams
 from desim.middleware.ros.processes import Processes
-from desim.ports.middleware import Endpoint, Offer, Transport
+from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
 
 _USUAL = ("workstation", "base")
 
@@ -27,7 +26,7 @@ class Ros1:
     def __init__(self, params: Params) -> None:
         self._params = params
 
-    def start(self, context: Context) -> None:
+    def start(self, context: MiddlewareContext) -> None:
         name, hosts = self._params.master, context.hosts
         if name is None:
             name = next((usual for usual in _USUAL if usual in hosts), hosts[0])

@@ -8,20 +8,19 @@ from typing import TYPE_CHECKING
 from desim.middleware.transports import LENGTH_BYTES
 
 if TYPE_CHECKING:
-    from desim.middleware.graph import Graph, Host
     from desim.middleware.ros.client import Publication
     from desim.middleware.tcp import Connection
     from desim.middleware.topics import Message
+    from desim.ports.middleware import MiddlewareContext
 
 
 class Tcpros:
     """One publisher's messages over the links of its process and topic. A host that has a new link
     is a new receiver: what it did not get over the old one is dropped as ``link_closed``."""
 
-    __slots__ = ("_graph", "_source", "_publication", "_limit", "_outlets")
-
-    def __init__(self, graph: Graph, source: int, publication: Publication, limit: int) -> None:
-        self._graph = graph
+    def __init__(self, context: MiddlewareContext, source: int, publication: Publication,
+                 limit: int) -> None:
+        self._context = context
         self._source = source
         self._publication = publication
         self._limit = limit
@@ -34,8 +33,8 @@ class Tcpros:
         for receiver in receivers:
             outlet = old.get(receiver)
             if outlet is None or outlet.connection is not links[receiver]:
-                outlet = Outlet(self._graph, self._source, self._graph.hosts[receiver],
-                                links[receiver], self._limit)
+                outlet = Outlet(self._context, self._source, receiver, links[receiver],
+                                self._limit)
                 fresh.append(receiver)
             self._outlets[receiver] = outlet
         for receiver, outlet in old.items():
@@ -75,15 +74,15 @@ class Outlet:
     """To one subscriber: an outbox of ``limit`` messages (0: any number) that drops its oldest, and
     the messages in the socket. The socket takes one more while its send buffer has room."""
 
-    __slots__ = ("connection", "_graph", "_sender", "_host", "_limit", "_outbox", "_written",
+    __slots__ = ("connection", "_context", "_sender", "_receiver", "_limit", "_outbox", "_written",
                  "_closed")
 
-    def __init__(self, graph: Graph, source: int, host: Host, connection: Connection,
-                 limit: int) -> None:
+    def __init__(self, context: MiddlewareContext, source: int, receiver: int,
+                 connection: Connection, limit: int) -> None:
         self.connection = connection
-        self._graph = graph
+        self._context = context
         self._sender = connection.sender(source)
-        self._host = host
+        self._receiver = receiver
         self._limit = limit
         self._outbox: deque[Message] = deque()
         self._written: deque[Written] = deque()
@@ -99,17 +98,17 @@ class Outlet:
         if len(outbox) == 1:
             sender.when_room(self._go_on)
         elif 0 < self._limit < len(outbox):
-            self._graph.drop(outbox.popleft(), self._host.index, "outbox_full")
+            self._context.drop(outbox.popleft(), self._receiver, "outbox_full")
 
     def close(self, reason: str) -> None:
         """Drop what waits, and what the peer has not got: whatever of it still comes there is
         nothing to anybody."""
         self._closed = True
-        graph, receiver = self._graph, self._host.index
+        drop, receiver = self._context.drop, self._receiver
         for written in self._written:
-            graph.drop(written.message, receiver, reason, written.first_ns, written.last_ns)
+            drop(written.message, receiver, reason, written.first_ns, written.last_ns)
         for message in self._outbox:
-            graph.drop(message, receiver, reason)
+            drop(message, receiver, reason)
         self._written.clear()
         self._outbox.clear()
 
@@ -124,7 +123,8 @@ class Outlet:
     def _arrived(self, written: Written) -> None:
         if not self._closed:
             self._written.popleft()
-            self._graph.deliver(written.message, self._host, written.first_ns, written.last_ns)
+            self._context.deliver(written.message, self._receiver, written.first_ns,
+                                  written.last_ns)
 
     def _go_on(self) -> None:
         if self._closed:

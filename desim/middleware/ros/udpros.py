@@ -1,26 +1,33 @@
-"""UDPROS at the publisher: datagrams to whoever has asked for them, for ever."""
+"""UDPROS at the publisher: datagrams to all that have asked for them, for ever."""
 
 from __future__ import annotations
 
-from desim.middleware.graph import Host
 from desim.middleware.ros.client import Publication
-from desim.middleware.transports import Datagram
+from desim.ports.middleware import Published, Transport
 
 
-class Udpros(Datagram):
-    """Nobody tells the publisher that a subscriber is gone. One that asks again is new."""
+class Udpros:
+    """Sends ``datagrams`` to the subscribers of ``publication``. The publisher never learns that
+    one of these is gone. One that asks again is new."""
 
-    __slots__ = ("_publication", "_asked")
-
-    def __init__(self, source: Host, publication: Publication) -> None:
-        super().__init__(source, False)
+    def __init__(self, datagrams: Transport, publication: Publication) -> None:
+        self._datagrams = datagrams
         self._publication = publication
         self._asked: dict[int, object] = {}
 
     def connect(self, receivers: list[int]) -> list[int]:
         links = self._publication.links
         asked = {receiver: links[receiver] for receiver in receivers}
-        super().connect([receiver for receiver in receivers
-                         if self._asked.get(receiver) is asked[receiver]])
+        self._datagrams.connect([receiver for receiver in receivers
+                                 if self._asked.get(receiver) is asked[receiver]])
         self._asked = asked
-        return super().connect(receivers)
+        return self._datagrams.connect(receivers)
+
+    def send(self, message: Published, only: list[int] | None = None) -> None:
+        self._datagrams.send(message, only)
+
+    def close(self, reason: str) -> None:
+        self._datagrams.close(reason)
+
+    def waiting(self) -> int:
+        return self._datagrams.waiting()

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from desim.middleware.tcp.connection import Connection
 
 if TYPE_CHECKING:
-    from desim.middleware.context import Context
     from desim.middleware.tcp.stack import Tcp
+    from desim.ports.middleware import MiddlewareContext
 
 IDLE_NS = 30_000_000_000  # roscpp xmlrpc_manager: a cached client that rests is reaped
 
@@ -116,7 +116,7 @@ class XmlRpc:
     """All calls of a run. A connection carries one call at a time; a client's idle ones are taken
     again, and closed after ``idle_ns``. Calls within a host take ``local_ns`` and no bytes."""
 
-    def __init__(self, context: Context, tcp: Tcp, idle_ns: int = IDLE_NS,
+    def __init__(self, context: MiddlewareContext, tcp: Tcp, idle_ns: int = IDLE_NS,
                  local_ns: int = 0) -> None:
         self.context = context
         self.calls: dict[int, dict[Call, None]] = {}  # under way, by client

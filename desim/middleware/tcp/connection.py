@@ -11,7 +11,7 @@ from desim.middleware.tcp.entries import FIN
 if TYPE_CHECKING:
     from desim.middleware.tcp.sender import Sender
     from desim.middleware.tcp.stack import Tcp
-    from desim.network.medium import Medium
+    from desim.ports.middleware import Route
 
 Closed = Callable[["Connection", str], Any]
 
@@ -39,7 +39,7 @@ class Connection:
                  "medium", "open", "about", "ends")
 
     def __init__(self, tcp: Tcp, number: int, client: int, server: int, service: str, kind: str,
-                 medium: Medium, nodelay: bool, keepalive: bool) -> None:
+                 medium: Route | None, nodelay: bool, keepalive: bool) -> None:
         self.tcp = tcp
         self.number = number
         self.client, self.server = client, server

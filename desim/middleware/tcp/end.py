@@ -31,15 +31,15 @@ class End:
 
     __slots__ = ("connection", "host", "peer", "state", "closed", "sender", "receiver", "far",
                  "heard_ns", "way", "_echo_ns", "_tries", "_timer", "_keeper", "_entity",
-                 "_peer_id", "_kernel", "_params")
+                 "_host_id", "_peer_id", "_kernel", "_params")
 
     def __init__(self, connection: Connection, host: int, peer: int) -> None:
         tcp = connection.tcp
-        hosts = tcp.context.graph.hosts
+        ids = tcp.context.host_ids
         self.connection = connection
         self.host, self.peer = host, peer
-        self._peer_id = hosts[peer].id
-        self._entity = pair(hosts[host].id, hosts[peer].id)
+        self._host_id, self._peer_id = ids[host], ids[peer]
+        self._entity = pair(ids[host], ids[peer])
         self.state = NEW
         self.way = tcp.way(connection.medium, host, peer)
         self.closed: Closed | None = None
@@ -49,7 +49,7 @@ class End:
         self._tries = 0
         self._timer: Any = None
         self._keeper = Timer(tcp.keepers, self._entity, self._look)
-        self._kernel = tcp.context.graph.kernel
+        self._kernel = tcp.context.kernel
         self._params = tcp.params
 
     def join(self, far: End) -> None:
@@ -257,24 +257,21 @@ class End:
         connection = self.connection
         context = connection.tcp.context
         if kind is None:
-            graph = context.graph
             message.last_ns = now_ns = self._kernel.now_ns
             if message.first_ns < 0:
                 message.first_ns = now_ns
-            graph.trace.row(now_ns, graph.FRAME, graph.hosts[self.host].id,
-                            self._peer_id, message.seq, size_bytes)
+            context.record_frame(self._host_id, self._peer_id, message.seq, size_bytes)
         else:
-            context.book(connection.kind if kind is FIN else kind, self.host, self._peer_id,
-                         size_bytes)
+            context.record_control(connection.kind if kind is FIN else kind, self.host,
+                                   self._peer_id, size_bytes)
 
     def lost_train(self, start: int, end: int, reason: str) -> None:
         """The medium lost a train of this end, which does not know: a row for each of its messages
         of data."""
-        graph, sender = self.connection.tcp.context.graph, self.sender
+        context, sender = self.connection.tcp.context, self.sender
         for message, kind, _ in parts(sender.messages, sender.una, start, end):
             if kind is None:
-                graph.trace.row(self._kernel.now_ns, graph.LOST, self._peer_id,
-                                graph.hosts[self.host].id, message.seq, graph.names.id(reason))
+                context.record_loss(self.host, self.peer, message.seq, reason)
 
     def data_heard_ns(self) -> int:
         """When data came to this end last."""
@@ -313,7 +310,7 @@ class End:
         """Send a segment without data."""
         connection = self.connection
         size_bytes = SYN_BYTES if what in (SYN, SYN_ACK) else SEGMENT_HEADER_BYTES
-        connection.tcp.context.book(connection.kind, self.host, self._peer_id, size_bytes)
+        connection.tcp.context.record_control(connection.kind, self.host, self._peer_id, size_bytes)
         self.way.transmit(self.host, (self.peer,), size_bytes, 1, False, self.far,
                           (what, self._kernel.now_ns, self._echo_ns))
 

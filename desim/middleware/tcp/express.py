@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from desim.engine.trace import pack
 from desim.middleware.tcp.entries import FIN
 from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.timers import NEVER
@@ -29,9 +28,9 @@ class Express:
     """The one-step path of one sender. ``ready``: nothing is under way except ``flight``, and
     ``more`` behind it."""
 
-    __slots__ = ("ready", "flight", "more", "heard_ns", "_sender", "_kernel", "_graph", "_way",
+    __slots__ = ("ready", "flight", "more", "heard_ns", "_sender", "_kernel", "_context", "_way",
                  "_transmit", "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_large_bytes",
-                 "_patience_ns", "_timed", "_since_ns", "_nodelay", "_joined")
+                 "_patience_ns", "_timed", "_since_ns", "_nodelay", "_joined", "_record_frame")
 
     def __init__(self, sender: Sender) -> None:
         params = sender.params
@@ -43,12 +42,13 @@ class Express:
         self.heard_ns = 0
         self._sender = sender
         self._nodelay = sender.nodelay
-        self._graph = graph = end.connection.tcp.context.graph
-        self._kernel = graph.kernel
+        self._context = context = end.connection.tcp.context
+        self._kernel = context.kernel
+        self._record_frame = context.record_frame
         self._way = end.way
         self._transmit = end.way.transmit
         self._host, self._to = end.host, (end.peer,)
-        self._host_id, self._to_id = graph.hosts[end.host].id, graph.hosts[end.peer].id
+        self._host_id, self._to_id = context.host_ids[end.host], context.host_ids[end.peer]
         self._most_bytes = min(params.train * MSS_BYTES, params.window_bytes)
         self._large_bytes = sender.initial // 2
         self._patience_ns = params.rto_min_ns
@@ -64,15 +64,13 @@ class Express:
             return False
         now_ns = self._kernel.now_ns
         on_wire_bytes, segments = on_wire(size_bytes)
-        graph = self._graph
         if kind is None:
             token.last_ns = now_ns
             if token.first_ns < 0:
                 token.first_ns = now_ns
-            graph.put(pack(now_ns, graph.FRAME, self._host_id, self._to_id, token.seq,
-                           on_wire_bytes))
+            self._record_frame(self._host_id, self._to_id, token.seq, on_wire_bytes)
         else:
-            graph.context.book(kind, self._host, self._to_id, on_wire_bytes)
+            self._context.record_control(kind, self._host, self._to_id, on_wire_bytes)
         flight = size_bytes, arrived, token, kind, now_ns
         sender = self._sender
         if self.flight is None:

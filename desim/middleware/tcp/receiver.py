@@ -42,7 +42,7 @@ class Receiver:
                  "_entity")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
-        graph = connection.tcp.context.graph
+        context = connection.tcp.context
         self.end = end
         self.origin: Sender
         self.back: Sender
@@ -55,16 +55,15 @@ class Receiver:
         self.said = 0
         self.pingpong = False
         self._full = _FIRST_MSS_BYTES  # bytes of the largest segment seen
-        self._up = graph.up
+        self._up = context.up
         self._implied = connection.tcp.params.acks == "implied"
         self._every = connection.tcp.params.ack_every
         self._delay_ns = connection.tcp.params.delayed_ack_ns
         self._tick_ns = connection.tcp.params.tick_ns
         self._timer: Any = None
-        self._kernel = graph.kernel
+        self._kernel = context.kernel
         self._transmit = end.way.transmit
-        self._counts = connection.tcp.context.discovery_bytes
-        self._frames = connection.tcp.context.discovery_frames
+        self._counts, self._frames = context.discovery_bytes, context.discovery_frames
         self._host, self._to = end.host, (end.peer,)
         self._entity = entity
 
@@ -147,7 +146,7 @@ class Receiver:
         ack = nxt, self.echo_ns, tuple(self.ranges)
         if self._implied:
             peer = self.end.peer
-            if self._up[peer]:
+            if self._up(peer):
                 self.origin.arrived(ack, peer)
             return
         size_bytes = segments * SEGMENT_HEADER_BYTES

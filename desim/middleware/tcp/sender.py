@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from desim.engine.trace import pack
 from desim.middleware.tcp.entries import FIN, Entry, parts
 from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.parameters import on_wire
@@ -40,8 +39,8 @@ class Sender(Window):
 
     __slots__ = ("end", "peer", "back", "open", "nodelay", "messages", "heard", "una", "nxt",
                  "written", "finishing", "heard_ns", "repair", "watch", "timer", "_waiters",
-                 "_small", "_trains", "sent_ns", "_graph", "_kernel", "_way", "_transmit", "_host",
-                 "_to", "_host_id", "_to_id", "express")
+                 "_small", "_trains", "sent_ns", "_context", "_kernel", "_way", "_transmit",
+                 "_host", "_to", "_host_id", "_to_id", "_record_frame", "express")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         super().__init__(connection.tcp.params)
@@ -61,14 +60,15 @@ class Sender(Window):
         self._small = 0  # end of the last segment that was not full
         self._trains: deque[tuple[int, int]] = deque()  # end, sent_ns of all but the last one
         self.sent_ns = 0
-        self._graph = graph = connection.tcp.context.graph
-        self._kernel = graph.kernel
+        self._context = context = connection.tcp.context
+        self._kernel = context.kernel
+        self._record_frame = context.record_frame
         self.watch = Watch(self, connection.tcp.timers, entity)
         self.timer = self.watch.timer
         self._way = end.way
         self._transmit = end.way.transmit
         self._host, self._to = end.host, (end.peer,)
-        self._host_id, self._to_id = graph.hosts[end.host].id, graph.hosts[end.peer].id
+        self._host_id, self._to_id = context.host_ids[end.host], context.host_ids[end.peer]
 
     @property
     def now_ns(self) -> int:
@@ -356,15 +356,14 @@ class Sender(Window):
         if size_bytes < segments * MSS_BYTES:
             self._small = end
         size_bytes += segments * SEGMENT_HEADER_BYTES
-        graph, back = self._graph, self.back
+        back = self.back
         if kind is None:
             message.last_ns = now_ns
             if message.first_ns < 0:
                 message.first_ns = now_ns
-            graph.put(pack(now_ns, graph.FRAME, self._host_id, self._to_id, message.seq,
-                           size_bytes))
+            self._record_frame(self._host_id, self._to_id, message.seq, size_bytes)
         else:
-            graph.context.book(kind, self._host, self._to_id, size_bytes)
+            self._context.record_control(kind, self._host, self._to_id, size_bytes)
         self._transmit(self._host, self._to, size_bytes, segments, False,
                        self.peer if segments == 1 else Writes(self.peer, segments),
                        (start, end, back.nxt, now_ns, back.answer(now_ns)))

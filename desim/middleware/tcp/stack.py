@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from desim.middleware.arp import Neighbour, Neighbours
 from desim.middleware.context import ACKS
 from desim.middleware.tcp.connection import Closed, Connection
 from desim.middleware.tcp.end import End
@@ -13,19 +12,11 @@ from desim.middleware.tcp.parameters import TcpParams
 from desim.middleware.timers import Timers
 
 if TYPE_CHECKING:
-    from desim.middleware.context import Context
-    from desim.network.medium import Medium
-
-
-class Nothing:
-    """The medium between hosts that have none in common: every frame is dropped."""
-
-    def transmit(self, *_: Any) -> None:
-        """Drop the frame; nobody is told."""
+    from desim.ports.middleware import AddressEntry, AddressTables, MiddlewareContext, Route
 
 
 class Known:
-    """Sends to a peer whose address is configured (``arp: static``)."""
+    """The entry of a peer whose address is configured (``arp: static``)."""
 
     __slots__ = ("transmit", "confirmed_ns")
 
@@ -38,17 +29,17 @@ class Tcp:
     """All connections between the hosts of ``context``. Within a host there is none: ``client`` and
     ``server`` are different hosts."""
 
-    def __init__(self, context: Context, params: TcpParams) -> None:
+    def __init__(self, context: MiddlewareContext, params: TcpParams) -> None:
         self.context = context
         self.params = params
-        kernel = context.graph.kernel
-        self.timers = Timers(kernel, params.rto_min_ns // 4)
-        self.keepers = Timers(kernel, params.keepalive_interval_ns)
+        self.timers = Timers(context.kernel, params.rto_min_ns // 4)
+        self.keepers = Timers(context.kernel, params.keepalive_interval_ns)
         context.discovery_bytes.setdefault(ACKS, 0)
         context.discovery_frames.setdefault(ACKS, 0)
         self._calls = 0
+        self._tables: AddressTables | None = None  # None: addresses are configured
         if params.arp == "natural":
-            context.neighbours = Neighbours(context, params.tick_ns)
+            self._tables = context.resolve_addresses(params.tick_ns)
         self._listeners: dict[tuple[int, str], Callable[[Connection], Any]] = {}
         self._opened: dict[Connection, Callable[[Connection], Any]] = {}
         self._ends: dict[int, dict[End, None]] = {}
@@ -67,11 +58,10 @@ class Tcp:
         ``kind``: what the bytes of its control segments are counted under. ``nodelay``: both ends
         do without Nagle's algorithm. ``keepalive``: both ends probe a silent peer.
         """
-        graph = self.context.graph
-        medium = graph.route(graph.hosts[client], server)
+        medium = self.context.route(client, server)
         self._calls += 1
         connection = Connection(self, self._calls, client, server, service, kind,
-                                medium or Nothing(), nodelay, keepalive)
+                                medium, nodelay, keepalive)
         end = connection.ends[0]
         end.closed = closed
         self._opened[connection] = opened
@@ -87,18 +77,19 @@ class Tcp:
         if not up:
             for end in list(self._ends.get(host, ())):
                 end.vanish()
-            if self.context.neighbours is not None:
-                self.context.neighbours.forget(host)
+            if self._tables is not None:
+                self._tables.forget(host)
             for listener in [key for key in self._listeners if key[0] == host]:
                 del self._listeners[listener]
 
     # What ends say and ask.
 
-    def way(self, medium: Medium | Nothing, host: int, peer: int) -> Known | Neighbour:
-        """How ``host`` sends to ``peer``."""
-        if self.context.neighbours is None or isinstance(medium, Nothing):
-            return Known(medium.transmit)
-        return self.context.neighbours.of(medium, host, peer)
+    def way(self, medium: Route | None, host: int, peer: int) -> AddressEntry:
+        """What takes frames from ``host`` to ``peer``."""
+        if medium is None:
+            return Known(_nowhere)
+        return Known(medium.transmit) if self._tables is None else self._tables.of(
+            medium, host, peer)
 
     def listening(self, host: int, service: str) -> bool:
         return (host, service) in self._listeners
@@ -118,3 +109,7 @@ class Tcp:
         self._ends.get(end.host, {}).pop(end, None)
         if end is end.connection.ends[0]:
             self._opened.pop(end.connection, None)
+
+
+def _nowhere(*_: object) -> None:
+    """Between hosts without a medium in common every frame is lost."""

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 from desim.middleware.zenoh.sizes import HELLO_BYTES, SCOUT_BYTES
 
 if TYPE_CHECKING:
-    from desim.middleware.context import Context
     from desim.middleware.zenoh.parameters import ZenohParams
     from desim.middleware.zenoh.router import Router
+    from desim.ports.middleware import MiddlewareContext
 
 
 class Finder:
@@ -25,7 +25,7 @@ class Finder:
     __slots__ = ("listens", "_host", "_context", "_params", "_routers", "_endpoints", "_router",
                  "_step_ns", "_pauses_ns", "_timers", "_greeters", "_calling")
 
-    def __init__(self, host: int, listens: bool, endpoints: list[int], context: Context,
+    def __init__(self, host: int, listens: bool, endpoints: list[int], context: MiddlewareContext,
                  params: ZenohParams, routers: Mapping[int, Router]) -> None:
         self.listens = listens
         self._host = host

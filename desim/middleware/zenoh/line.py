@@ -51,7 +51,7 @@ class Line:
         self._connection, self._host = link.connection, link.host
         self._sender = link.connection.sender(link.host)
         self._context, self._params = link.router.context, link.router.params
-        self._kernel = self._context.graph.kernel
+        self._kernel = self._context.kernel
         self._writing: deque[tuple[Parcel, int]] = deque()
         self._filling: deque[tuple[Parcel, int]] = deque()
         self._bytes = 0  # of what fills

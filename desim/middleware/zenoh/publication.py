@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from desim.ports.middleware import Offer
+from desim.ports.middleware import MiddlewareContext, Offer
 
 if TYPE_CHECKING:
-    from desim.middleware.graph import Graph
     from desim.middleware.topics import Message
     from desim.middleware.zenoh.line import Parcel
     from desim.middleware.zenoh.router import Router
@@ -19,12 +18,13 @@ class Publication:
     (congestion control "block"), else it is soon dropped ("drop"). rmw_zenoh blocks for what is
     reliable and keeps all, which is a stream without a limit (queue 0)."""
 
-    __slots__ = ("source", "blocks", "_graph", "_router", "_receivers", "_pending")
+    __slots__ = ("source", "blocks", "_context", "_router", "_receivers", "_pending")
 
-    def __init__(self, offer: Offer, graph: Graph, router: Callable[[int], Router]) -> None:
+    def __init__(self, offer: Offer, context: MiddlewareContext,
+                 router: Callable[[int], Router]) -> None:
         self.source = offer.publisher.host
         self.blocks = offer.transport == "stream" and offer.queue == 0
-        self._graph = graph
+        self._context = context
         self._router = router
         self._receivers: list[int] = []
         self._pending = 0
@@ -50,8 +50,7 @@ class Publication:
 
     def arrived(self, parcel: Parcel, receiver: int) -> None:
         self._pending -= 1
-        self._graph.deliver(parcel.message, self._graph.hosts[receiver], parcel.first_ns,
-                            parcel.last_ns)
+        self._context.deliver(parcel.message, receiver, parcel.first_ns, parcel.last_ns)
 
     def dropped(self, parcel: Parcel, reason: str) -> None:
         for receiver in parcel.to:
@@ -60,4 +59,4 @@ class Publication:
     def lost(self, message: Message, receiver: int, reason: str, first_ns: int,
              last_ns: int) -> None:
         self._pending -= 1
-        self._graph.drop(message, receiver, reason, first_ns, last_ns)
+        self._context.drop(message, receiver, reason, first_ns, last_ns)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from desim.middleware.context import Context
+    from desim.ports.middleware import MiddlewareContext
 
 
 class Declaration(NamedTuple):
@@ -32,7 +32,7 @@ class Registry:
 
     __slots__ = ("_own", "_context", "_declared", "_online", "_published", "_listeners")
 
-    def __init__(self, own: int, life: int, context: Context) -> None:
+    def __init__(self, own: int, life: int, context: MiddlewareContext) -> None:
         self._own = own
         self._context = context
         self._declared: dict[int, tuple[int, list[Declaration]]] = {own: (life, [])}

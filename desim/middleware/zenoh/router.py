@@ -21,12 +21,12 @@ from desim.middleware.zenoh.sizes import (
 from desim.middleware.zenoh.topology import State, Topology, bits
 
 if TYPE_CHECKING:
-    from desim.middleware.context import Context
     from desim.middleware.tcp import Connection, Tcp
     from desim.middleware.topics import Message
     from desim.middleware.zenoh.finder import Finder
     from desim.middleware.zenoh.parameters import ZenohParams
     from desim.middleware.zenoh.publication import Publication
+    from desim.ports.middleware import MiddlewareContext
 
 
 class News:
@@ -68,8 +68,8 @@ class Router:
                  "registry", "_most_hops", "_online", "_news", "_free_ns", "_ends", "_timers",
                  "_wishes")
 
-    def __init__(self, host: int, life: int, context: Context, params: ZenohParams, tcp: Tcp,
-                 finder: Finder) -> None:
+    def __init__(self, host: int, life: int, context: MiddlewareContext, params: ZenohParams,
+                 tcp: Tcp, finder: Finder) -> None:
         self.host, self.life = host, life
         self.context, self.params, self.tcp = context, params, tcp
         self.links: dict[int, Link] = {}  # open ones, by peer

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from desim.errors import InputError, did_you_mean
-from desim.middleware.context import Context
 from desim.middleware.tcp import Tcp
 from desim.middleware.zenoh.finder import Finder
 from desim.middleware.zenoh.parameters import ZenohParams
@@ -11,7 +10,7 @@ from desim.middleware.zenoh.publication import Publication
 from desim.middleware.zenoh.registry import Declaration
 from desim.middleware.zenoh.router import Router
 from desim.middleware.zenoh.sizes import node_bytes, subscriber_bytes, token_bytes
-from desim.ports.middleware import Endpoint, Offer, Transport
+from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
 
 
 class Zenoh:
@@ -31,7 +30,7 @@ class Zenoh:
         self._lives: dict[int, int] = {}
         self._nodes: dict[tuple[int, str], None] = {}  # whose tokens are declared
 
-    def start(self, context: Context) -> None:
+    def start(self, context: MiddlewareContext) -> None:
         self._context = context
         self._tcp = Tcp(context, self._params.tcp)
         self._with_router = self._hosts("routers") or list(range(len(context.hosts)))
@@ -86,7 +85,7 @@ class Zenoh:
     def transport(self, offer: Offer) -> Transport:
         if offer.via != "unicast":
             raise InputError(f".via: zenoh has no {offer.via}; allowed: unicast")
-        return Publication(offer, self._context.graph, self._routers.__getitem__)
+        return Publication(offer, self._context, self._routers.__getitem__)
 
     def _tokens(self, end: Endpoint) -> list[Declaration]:
         """The token of its node, if that is not declared yet."""
