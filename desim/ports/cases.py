@@ -4,10 +4,10 @@ numbers to compare them with. A case says what there is and who sends what; desi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
+from desim.ports import parameters
 from desim.ports.networks import NetworkModel, Rule
-from desim.ports.parameters import Params
 
 NOWHERE = (float("nan"), float("nan"))
 
@@ -61,7 +61,9 @@ class Case(Protocol):
     default has none: ``Field(None, examples=["54 Mb/s"], description=...)``.
     """
 
-    Params: ClassVar[type[Params]]
+    @property
+    def Params(self) -> type[parameters.Params]:
+        """The class of its parameters, inside the plug-in's class."""
 
     def setup(self) -> Setup:
         """Made anew each time. Raises ``InputError`` for parameters that do not fit each other; a
@@ -90,7 +92,9 @@ class Validation(Protocol):
     """A group of ``desim validate``. ``source`` says who published the numbers. Built without
     arguments."""
 
-    source: ClassVar[str]
+    @property
+    def source(self) -> str:
+        """An attribute of the class."""
 
     def checks(self, play: Play) -> Iterator[Check]:
         """Each is measured when it is asked for."""

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, Protocol, TypeVar, runtime_checkable
+from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
+from desim.ports import parameters
 from desim.ports.frames import Deliver, Drop, Frame, Verdict
-from desim.ports.parameters import Params
 
 T = TypeVar("T")
 
@@ -110,13 +110,17 @@ class Rule(Protocol):
     up, the first drop of a frame or of a packet of it wins. No timers: a rule judges, the medium
     acts.
 
-    Built as ``Rule(params)`` with an instance of its ``Params``. ``reasons`` are the drop reasons
-    that it may give. A rule may also have the capabilities ``LimitsReach``, ``Separates`` and
-    ``JudgesTransmissions``.
+    Built as ``Rule(params)`` with an instance of its ``Params``. A rule may also have the
+    capabilities ``LimitsReach``, ``Separates`` and ``JudgesTransmissions``.
     """
 
-    reasons: ClassVar[tuple[str, ...]]
-    Params: ClassVar[type[Params]]
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """The drop reasons that it may give; an attribute of the class."""
+
+    @property
+    def Params(self) -> type[parameters.Params]:
+        """The class of its parameters, inside the plug-in's class."""
 
     def start(self, context: RuleContext, hosts: tuple[str, ...]) -> None:
         """Called once, before the first frame, with the names of the hosts in index order. Raises
@@ -130,13 +134,18 @@ class Rule(Protocol):
 class NetworkModel(Protocol):
     """Decides each frame's arrival or loss at each intended receiver.
 
-    Built as ``Model(params)`` with an instance of its ``Params``. ``reasons`` are the drop reasons
-    that it may give. One host may send several frames in one instant: to queue them is the model's
-    task. A model may also have any of the capabilities below.
+    Built as ``Model(params)`` with an instance of its ``Params``. One host may send several frames
+    in one instant: to queue them is the model's task. A model may also have any of the capabilities
+    below.
     """
 
-    reasons: ClassVar[tuple[str, ...]]
-    Params: ClassVar[type[Params]]
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """The drop reasons that it may give; an attribute of the class."""
+
+    @property
+    def Params(self) -> type[parameters.Params]:
+        """The class of its parameters, inside the plug-in's class."""
 
     def start(self, context: Context, hosts: tuple[str, ...]) -> None:
         """As a rule's."""
@@ -248,8 +257,8 @@ class Signal(NamedTuple):
 
 @runtime_checkable
 class PredictsSignal(Protocol):
-    """A network model that can say what a sender's signal is like anywhere. ``desim map`` draws
-    it."""
+    """A network model that can say what a sender's signal is like anywhere. ``desim
+    coverage`` draws it."""
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> Signal:
         """The signal now at ``to_m`` [n, 2] m of a sender at ``from_m`` [2] m."""

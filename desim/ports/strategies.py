@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from desim.ports.parameters import Params
+from desim.ports import parameters
 
 
 class Frontier(NamedTuple):
@@ -61,7 +61,9 @@ class ExplorationView(Protocol):
 class Strategy(Protocol):
     """Decides where a robot explores next. Built as ``Strategy(params)``."""
 
-    Params: ClassVar[type[Params]]
+    @property
+    def Params(self) -> type[parameters.Params]:
+        """The class of its parameters, inside the plug-in's class."""
 
     def choose(self, view: ExplorationView) -> Frontier | None:
         """The frontier to drive to, or None when there is nothing left to explore."""
