@@ -1,4 +1,4 @@
-"""The pages of docs/ name files that exist, link to pages and headings that exist, and are short."""
+"""The pages of docs/ name files that exist, and link to pages and headings that exist."""
 
 import re
 
