@@ -17,7 +17,7 @@ from desim.statistics.bends import bends_of
 from desim.statistics.censoring import median_time, restricted_mean
 from desim.statistics.intervals import bca_interval, t_interval
 from desim.statistics.knee import breakpoint_of
-from desim.statistics.sequential import Rule, coverage_of
+from desim.statistics.sequential import StoppingRule, coverage_of
 
 LIMIT = 1.2  # of exponential times with mean 1: stops 30 % of the runs
 
@@ -34,7 +34,8 @@ def main() -> None:
         share = np.mean([held(truth, bounds(number)) for number in range(experiments)])
         error = (share * (1 - share) / experiments)**0.5
         print(f"{what:58} {100 * share:5.1f} % +- {100 * error:.1f} %", flush=True)
-    for rule in (Rule(0.5), Rule(0.5, at_least=10), Rule(0.3), Rule(0.2)):
+    for rule in (StoppingRule(0.5), StoppingRule(0.5, at_least=10), StoppingRule(0.3),
+                 StoppingRule(0.2)):
         found = coverage_of(rule)
         what = f"t, half width {rule.width} deviations, {rule.at_least} to {rule.at_most} values"
         print(f"{what:58} {100 * found.share:5.1f} % +- {100 * found.error:.1f} %, "

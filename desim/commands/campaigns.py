@@ -99,10 +99,10 @@ def _predict(plan: Plan, agenda: Agenda, jobs: int | None, console: Terminal) ->
 def _carried_out(work: Sweep, jobs: int | None, settings: Settings | None, console: Terminal,
                  ) -> int:
     """Run what a campaign lacks, and watch; returns how many of its runs failed."""
-    from desim.campaign.running.driver import Driver
+    from desim.campaign.running.driver import CampaignDriver
     from desim.commands.views.sweep import SweepView
 
-    driver = Driver(work, jobs, settings)
+    driver = CampaignDriver(work, jobs, settings)
     with SweepView(console, work, driver.where) as view:
         driver.run(view.run_ended, view.workers_up)
     return work.progress[1]

@@ -1,4 +1,4 @@
-"""Who takes whom for what and knows which matches, beside the truth, as a picture."""
+"""A picture of the beliefs of all hosts about each other, beside the truth."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
@@ -25,8 +26,6 @@ _MISTAKEN = "#d62728"
 _MARKS = {"known": ("o", "#2b2f36", "#2b2f36", "all matches known"),
           "missing": ("o", "#ffffff", "#2b2f36", "a match missing"),
           "ghosts": ("X", _MISTAKEN, _MISTAKEN, "a ghost")}
-_BELOW = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.02), "ncols": 2, "frameon": False,
-          "fontsize": 8.5}
 
 
 @rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 10})
@@ -36,11 +35,9 @@ def draw(knowledge: Knowledge, path: Path) -> None:
 
 
 def drawn(knowledge: Knowledge) -> Figure:
-    """The picture.
-
-    Two tables with a row each believer and a column each other host: on the left what it takes the
-    other one for, with a mark for what it knows of matches; on the right the truth.
-    """
+    """The picture: two tables with a row a believer and a column a host. On the left the state that
+    the believer assumes of the host, with a mark for the matches that it knows; on the right the
+    truth."""
     count = len(knowledge.up)
     side_inch = max(3.2, count * min(0.5, max(0.19, 4.5 / count)))
     figure = Figure(figsize=(2 * side_inch + 2.2, side_inch + 2.7), dpi=130, layout="constrained")
@@ -56,7 +53,7 @@ def _believed(axes: Axes, knowledge: Knowledge, size: float) -> None:
     _table(axes, knowledge, lambda view: _SEES.get(view.sees, _SEES["never"]), size)
     _marks(axes, knowledge, size)
     axes.set(title="(a) What each host believes", ylabel="believer")
-    axes.legend(**_BELOW, handles=[
+    _legend_below(axes, [
         *(Patch(facecolor=colour, edgecolor="grey", label=f"seen {state}" if state != "never"
                 else "never seen") for state, colour in _SEES.items()),
         *(Line2D([], [], linestyle="none", marker=marker, markerfacecolor=face, markersize=6,
@@ -75,12 +72,17 @@ def _true(axes: Axes, knowledge: Knowledge, size: float) -> None:
                          linewidth=0.8, zorder=3)
     axes.set_title("(b) The truth")
     there = {view.reached: None for view in knowledge.views}
-    axes.legend(**_BELOW, handles=[
+    _legend_below(axes, [
         *(Patch(facecolor=colour, edgecolor="grey", label=label)
           for reached, (colour, label) in _REACHED.items() if reached in there),
         Patch(facecolor=_STOPPED, edgecolor="grey", label="host has stopped"),
         Line2D([], [], linestyle="none", marker="o", color="#2b2f36", markersize=6,
                label="there are matches")])
+
+
+def _legend_below(axes: Axes, handles: list[Artist]) -> None:
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2,
+                frameon=False, fontsize=8.5)
 
 
 def _table(axes: Axes, knowledge: Knowledge, colour: Callable[[View], str], size: float) -> None:

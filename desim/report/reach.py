@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from desim.errors import InputError, did_you_mean
 from desim.network.medium import Medium
-from desim.ports import GridSpec
+from desim.ports import GridSpec, PredictsSignal
 from desim.report.run_figure import save
 from desim.scenario.schema.whole import Scenario
 from desim.simulation.simulation import Simulation
@@ -22,7 +22,7 @@ from desim.units import POSITION
 
 SHARE = 0.9  # of packets: the line that is drawn around a place
 WEAK_DBM = -110.0  # below all noise: no shades are spent on it
-MOST_POINTS = 250_000  # beyond that, not every cell is looked at
+MOST_POINTS = 250_000  # of more cells, only every second one is drawn, or fewer
 _WALL = ListedColormap(["#2b2f36"])
 
 
@@ -30,31 +30,31 @@ def draw(scenario: Scenario, at: str | None, medium: str | None, path: Path) -> 
     """Write the picture to ``path``; its ending says the format (png, pdf, svg).
 
     ``at``: a host's name or ``x m, y m`` (default: the first host that has a place) | ``medium``:
-    its name (default: the first). Returns what it comes to, in a line. Raises ``InputError`` for a
-    place or a medium that is not there, or whose model does not know what comes in where.
+    its name (default: the first). Returns the result in a line. Raises ``InputError`` for a place
+    or a medium that is not there, or whose model does not predict signals.
     """
     simulation = Simulation(scenario)
-    chosen = _medium(simulation, medium)
+    chosen, model = _medium(simulation, medium)
     places = chosen.positions(0)
     names = [host.name for host in simulation.graph.hosts]
     label, place = _place(at, names, places)
-    return _drawn(simulation, chosen, names, places, label, place, path)
+    return _drawn(simulation, chosen, model, names, places, label, place, path)
 
 
-def _medium(simulation: Simulation, name: str | None) -> Medium:
+def _medium(simulation: Simulation, name: str | None) -> tuple[Medium, PredictsSignal]:
     media = {medium.name: medium for medium in simulation.graph.media}
     if name is not None and name not in media:
         raise InputError(f"--medium: no medium {name!r}{did_you_mean(name, media)}; known: "
                          f"{', '.join(media)}")
     medium = media[name or next(iter(media))]
-    if not hasattr(medium.model, "signal"):
+    if not isinstance(medium.model, PredictsSignal):
         choice = simulation.scenario.network.media[medium.name]
         rung = choice.parameters().get("fidelity")
-        model = f"{choice.model}, fidelity {rung}," if rung else choice.model
-        raise InputError(f"network.media.{medium.name}.model: {model} does not say what comes in "
+        words = f"{choice.model}, fidelity {rung}," if rung else choice.model
+        raise InputError(f"network.media.{medium.name}.model: {words} does not say what comes in "
                          "where; coverage is for models that do, as radio with fidelity disk, "
                          "walls or mac")
-    return medium
+    return medium, medium.model
 
 
 def _place(at: str | None, names: list[str], places: np.ndarray) -> tuple[str, np.ndarray]:
@@ -73,14 +73,14 @@ def _place(at: str | None, names: list[str], places: np.ndarray) -> tuple[str, n
 
 
 @rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 11})
-def _drawn(simulation: Simulation, medium: Medium, names: list[str], places: np.ndarray,
-           label: str, place: np.ndarray, path: Path) -> str:
+def _drawn(simulation: Simulation, medium: Medium, model: PredictsSignal, names: list[str],
+           places: np.ndarray, label: str, place: np.ndarray, path: Path) -> str:
     figure = Figure(figsize=(13, 6.2), dpi=160, layout="constrained")
     one, all_ = figure.subplots(1, 2)
     ground = simulation.monitor.ground
-    share = _around(one, medium, ground.grid, ground.solid, ground.reachable, place)
+    share = _around(one, model, ground.grid, ground.solid, ground.reachable, place)
     one.set_title(f"(a) Received from {label}; white: {SHARE:.0%} of packets get through")
-    linked, pairs = _between(all_, medium, ground.grid, ground.solid, names, places)
+    linked, pairs = _between(all_, model, ground.grid, ground.solid, names, places)
     all_.set_title(f"(b) Start of the fleet: {linked} of {pairs} links at {SHARE:.0%} or better")
     figure.suptitle(f"{simulation.scenario.name}: medium {medium.name}, nobody else on the air",
                     fontsize=13)
@@ -89,15 +89,15 @@ def _drawn(simulation: Simulation, medium: Medium, names: list[str], places: np.
             f"{linked} of {pairs} links between hosts at the start do")
 
 
-def _around(axes: Axes, medium: Medium, grid: GridSpec, solid: np.ndarray, reachable: np.ndarray,
-            place: np.ndarray) -> float:
-    """The share of the reachable area where enough comes in."""
+def _around(axes: Axes, model: PredictsSignal, grid: GridSpec, solid: np.ndarray,
+            reachable: np.ndarray, place: np.ndarray) -> float:
+    """Draw the reach of one place; returns the share of the reachable area that it covers."""
     step = max(1, int(np.ceil(np.sqrt(grid.width * grid.height / MOST_POINTS))))
     x_m = grid.x_m + (np.arange(0, grid.width, step) + 0.5) * grid.resolution_m
     y_m = grid.y_m + (np.arange(0, grid.height, step) + 0.5) * grid.resolution_m
     points = np.stack(np.meshgrid(x_m, y_m), axis=-1)
     power_dbm, delivery = (values.reshape(points.shape[:2])
-                           for values in medium.model.signal(place, points.reshape(-1, 2)))
+                           for values in model.signal(place, points.reshape(-1, 2)))
     shown = axes.imshow(power_dbm, origin="lower", extent=_extent(grid), cmap="viridis",
                         vmin=max(float(power_dbm.min()), WEAK_DBM))
     axes.figure.colorbar(shown, ax=axes, label="received power [dBm]", shrink=0.8)
@@ -109,19 +109,19 @@ def _around(axes: Axes, medium: Medium, grid: GridSpec, solid: np.ndarray, reach
     return float(enough.mean()) if enough.size else 0.0
 
 
-def _between(axes: Axes, medium: Medium, grid: GridSpec, solid: np.ndarray, names: list[str],
+def _between(axes: Axes, model: PredictsSignal, grid: GridSpec, solid: np.ndarray, names: list[str],
              places: np.ndarray) -> tuple[int, int]:
-    """How many pairs of hosts reach each other well enough, and how many pairs there are."""
+    """The number of pairs of hosts that reach each other well enough, and of all pairs."""
     placed = np.flatnonzero(np.isfinite(places).all(axis=1))
     one, other = np.triu_indices(len(placed), 1)
     delivery = np.zeros(len(one))
     for k in range(len(placed)):
         own = one == k
-        delivery[own] = medium.model.signal(places[placed[k]], places[placed[other[own]]])[1]
+        delivery[own] = model.signal(places[placed[k]], places[placed[other[own]]])[1]
     lines = np.stack([places[placed[one]], places[placed[other]]], axis=1)
     order = np.argsort(delivery)  # the best on top
-    links = LineCollection(lines[order], array=delivery[order], cmap="RdYlGn", clim=(0.0, 1.0),
-                           linewidths=0.3 + 1.2 * delivery[order])
+    links = LineCollection(list(lines[order]), array=delivery[order], cmap="RdYlGn",
+                           clim=(0.0, 1.0), linewidths=0.3 + 1.2 * delivery[order])
     axes.add_collection(links)
     axes.figure.colorbar(links, ax=axes, label="share of full packets that get through once",
                          shrink=0.8)

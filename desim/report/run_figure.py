@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib import colormaps, rc_context
@@ -81,7 +81,7 @@ def _palette(robots: int) -> np.ndarray:
 
 def _terrain(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> None:
     _raster(axes, run.truth)
-    keys = [Patch(color=_SOLID, label="wall")]
+    keys: list[Artist] = [Patch(color=_SOLID, label="wall")]
     if (run.truth.cells < 0).any():
         keys.append(Patch(color=_UNKNOWN, label="out of reach"))
     keys += _doors(axes, run) + _movers(axes, run) + _ways(axes, run, colours)
@@ -90,7 +90,8 @@ def _terrain(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> None:
 
 
 def _ways(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> list[Artist]:
-    rows, keys = run.robots, []
+    rows = run.robots
+    keys: list[Artist] = []
     ends = {"start": ("o", 4.0), "end": ("s", 4.5)}
     for name, colour in colours.items():
         own = rows["robot"] == name
@@ -127,7 +128,7 @@ def bent(x_m: np.ndarray, y_m: np.ndarray, yaw_rad: np.ndarray) -> tuple[np.ndar
 
 def _doors(axes: Axes, run: Run) -> list[Artist]:
     """Doors stand in no map of the truth, which takes them as open."""
-    keys = {}
+    keys: dict[str, Artist] = {}
     for door in run.scenario.environment.doors:
         opened = any(start_ns == 0 for start_ns, _ in door.open_ns)
         label = f"door, {'open' if opened else 'closed'} at the start"
@@ -138,7 +139,7 @@ def _doors(axes: Axes, run: Run) -> list[Artist]:
 
 
 def _movers(axes: Axes, run: Run) -> list[Artist]:
-    """Where they are to drive, there and back; where they were is not among a run's results."""
+    """Draw the paths of moving obstacles. Their true ways are not among a run's results."""
     keys: list[Artist] = []
     for mover in run.scenario.environment.moving_obstacles:
         path_m = np.array(mover.path_m)
@@ -185,17 +186,17 @@ def _explored(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> None:
              ylabel="share of the reachable area [%]", ylim=(0.0, 103.0),
              xlim=(0.0, max(metrics["simulated_s"], 1e-9)))
     axes.grid(alpha=0.3)
-    _split(axes, run)
+    _partitions(axes, run)
     _legend_below(axes, ncols=2)
 
 
-def _split(axes: Axes, run: Run) -> None:
-    """When not every robot could be reached over some others, shaded."""
-    split = run.metrics["partitions"]
-    times = "once" if split["count"] == 1 else f"{split['count']} times"
-    for i, (begin_s, end_s) in enumerate(split["episodes_s"]):
+def _partitions(axes: Axes, run: Run) -> None:
+    """Shade the times when some robots could not reach each other, even over others."""
+    found = run.metrics["partitions"]
+    times = "once" if found["count"] == 1 else f"{found['count']} times"
+    for i, (begin_s, end_s) in enumerate(found["episodes_s"]):
         axes.axvspan(begin_s, end_s, color=_SPLIT, alpha=0.4, linewidth=0, zorder=0, label=None if i
-                     else f"fleet split, {times}, {split['total_s']:.0f} s in all")
+                     else f"fleet split, {times}, {found['total_s']:.0f} s in all")
 
 
 def _traffic(axes: Axes, run: Run) -> None:
@@ -210,7 +211,7 @@ def _traffic(axes: Axes, run: Run) -> None:
              xlabel="simulated time [s]", ylabel="contents [kB/s], 1 kB = 1000 bytes",
              xlim=(0.0, max(run.metrics["simulated_s"], 1e-9)))
     axes.grid(alpha=0.3)
-    _split(axes, run)
+    _partitions(axes, run)
     if any(samples[name].max() > 0.0 for name in families):
         axes.set_yscale("symlog", linthresh=0.1)
         plain(axes.yaxis)
@@ -229,7 +230,7 @@ def _raster(axes: Axes, drawn: OccupancyMap) -> None:
     axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
 
 
-def _legend_below(axes: Axes, **how: Any) -> None:
-    """Where it covers nothing."""
-    axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.13), frameon=False, handlelength=1.6,
-                columnspacing=1.2, borderaxespad=0.0, **how)
+def _legend_below(axes: Axes, ncols: int, handles: Sequence[Artist] | None = None) -> None:
+    """Draw the legend below the axes, where it covers nothing."""
+    axes.legend(handles=handles, ncols=ncols, loc="upper left", bbox_to_anchor=(0.0, -0.13),
+                frameon=False, handlelength=1.6, columnspacing=1.2, borderaxespad=0.0)

@@ -1,4 +1,4 @@
-"""What the numbers of a campaign say, and how surely. Pure functions of arrays: one value a run.
+"""Statistics of a campaign: pure functions of arrays with one value a run.
 
-Nothing is imported here, so that whoever asks for one file pays for one.
+Nothing is imported here, so that the import of one module costs one module.
 """

@@ -1,4 +1,4 @@
-"""Where a metric bends that has a plateau at either end: it begins to give in, and has given in.
+"""Two bends of a metric with a plateau at either end: it begins to give in, and has given in.
 
 A network that is starved to the end cannot get worse: times stand at their limit, shares near 0.
 One bend through such a curve lies somewhere between the two that it has.
@@ -20,10 +20,10 @@ _CELLS = 400_000  # samples times pairs held at a time: 3 MB
 def bends_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: float = 0.95,
              seed: int = 0, resamples: int = 1999, blocks: ArrayLike | None = None,
              ) -> tuple[Knee, ...]:
-    """No knee, the one of ``breakpoint_of``, or two, where three straight lines that meet do
-    significantly better than two (sequential tests, as Bai and Perron 1998), in ascending order.
-    A curve with two bends that are alike may look straight to a single one: where there is none,
-    three lines are tested against one, at half the error.
+    """The knees in ascending order: none, the one of ``breakpoint_of``, or two where three straight
+    lines that meet do significantly better than two (sequential tests, as Bai and Perron 1998).
+    A curve with two similar bends may look straight to a single one: where there is none, three
+    lines are tested against one, at half the error.
 
     Arguments and errors are those of ``breakpoint_of``. ``p`` of two knees: that the fewer lines
     would leave so much more, by a wild bootstrap around them. The bounds of a knee hold every place
@@ -62,8 +62,8 @@ def bends_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: float
         held = np.unique(ends[gained >= enough])
         # The first places that are not held, as the bounds lie before them.
         at = fits.places[[place, max(held[0] - 1, 0), min(held[-1] + 1, len(fits.places) - 1)]]
-        found.append(Knee(*(float(10.0**value if log else value) for value in at),
-                          *slopes[which:which + 2], p, len(x)))
+        middle, low, high = (float(10.0**value if log else value) for value in at)
+        found.append(Knee(middle, low, high, slopes[which], slopes[which + 1], p, len(x)))
     return tuple(found)
 
 
@@ -92,8 +92,8 @@ class _Pairs:
         self._own = 1.0 - self._shared**2
 
     def parts(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of each row of ``y`` [m, n] the weighted sums by load [m, l], and the squares [m] that
-        a straight line leaves."""
+        """The weighted sums by load [m, l] of each row of ``y`` [m, n], and the squares [m] that a
+        straight line leaves."""
         sums = np.add.reduceat(y, self._begins, axis=1) / self._root
         return sums, (y**2).sum(axis=1) - ((sums @ self._line)**2).sum(axis=1)
 
@@ -102,20 +102,20 @@ class _Pairs:
         return ((sums @ self._one.T)**2).argmax(axis=1)
 
     def of_two(self, sums: np.ndarray) -> np.ndarray:
-        """By how much each pair lowers the squares [m, p]: by the first bend alone, and by what of
-        the second one is not along the first (Gram and Schmidt)."""
+        """The decrease of the squares [m, p] by each pair: by the first bend alone, and by the part
+        of the second one that is not along the first (Gram and Schmidt)."""
         along = sums @ self._one.T
         first, second = along[:, self.first], along[:, self.second]
         return first**2 + (second - self._shared * first)**2 / self._own
 
     def most_of_two(self, sums: np.ndarray, *among: np.ndarray) -> np.ndarray:
-        """The most by which any pair lowers the squares of each row [m], then the most of the pairs
-        that each mask of ``among`` [p] lets through: [1 + masks, m]."""
+        """The greatest decrease of the squares of each row [m] by any pair, then by the pairs in
+        each mask of ``among`` [p]: [1 + masks, m]."""
         step = max(_CELLS // len(self.first), 1)
         found = []
         for begin in range(0, len(sums), step):
             gained = self.of_two(sums[begin:begin + step])
-            found.append([gained[:, pairs].max(axis=1) for pairs in (slice(None), *among)])
+            found.append([gained.max(axis=1), *(gained[:, pairs].max(axis=1) for pairs in among)])
         return np.concatenate(found, axis=1)
 
     def strengths(self, sums: np.ndarray, squares: np.ndarray, of_second: bool) -> np.ndarray:
@@ -127,13 +127,13 @@ class _Pairs:
                         (double - single) / np.maximum(squares - double, floor), 0.0)
 
     def fit(self, y: np.ndarray, *places: int) -> tuple[np.ndarray, np.ndarray]:
-        """The lines [n] that bend at ``places``, and by how much each point draws them to itself,
-        below 1 (MacKinnon, White 1985)."""
+        """The lines [n] that bend at ``places``, and the leverage of each point on them, below 1
+        (MacKinnon, White 1985)."""
         basis = np.linalg.qr(self._columns(*places))[0]
         return basis @ (basis.T @ y), np.minimum((basis**2).sum(axis=1), 0.99)
 
     def slopes(self, y: np.ndarray, *places: int) -> list[float]:
-        """Of the lines that bend at ``places``, from the lowest load."""
+        """The slopes of the lines that bend at ``places``, from the lowest load."""
         found = np.linalg.lstsq(self._columns(*places), y, rcond=None)[0]
         return np.cumsum(found[1:]).tolist()
 

@@ -1,4 +1,4 @@
-"""Times of runs of which some were stopped at the time limit before they had got there.
+"""Censored times: some runs were stopped at the time limit before they reached the aim.
 
 Such a run is right-censored: its time is longer than the limit, nobody knows by how much. The mean
 of the successes leaves it out, so that a setting looks the better the fewer of its runs succeed;
@@ -35,7 +35,7 @@ class Curve(NamedTuple):
 
 
 class Median(NamedTuple):
-    """A median time and its interval. None is what the runs do not reach."""
+    """A median time and its interval. None where the runs do not reach it."""
 
     value: float | None
     low: float | None
@@ -86,7 +86,7 @@ def median_time(times: ArrayLike, reached: ArrayLike, level: float = 0.95) -> Me
     # Products of fractions: a half may be 0.5000000000000001.
     first = _first(curve.times, curve.share <= 0.5 + 1e-12)
     past = _first(curve.times, curve.share < 0.5 - 1e-12)
-    value = None if past is None else (first + past) / 2
+    value = None if first is None or past is None else (first + past) / 2
     return Median(value, _first(curve.times, curve.low <= 0.5),
                   _first(curve.times, curve.high <= 0.5))
 
@@ -123,8 +123,8 @@ def restricted_mean(times: ArrayLike, reached: ArrayLike, limit: float,
 
 
 def mean_of_successes(times: ArrayLike, reached: ArrayLike, level: float = 0.95) -> Interval:
-    """What the paper reports (Yan et al. 2017): the mean time of the runs that got
-    there, with its t interval. It says nothing of the others."""
+    """The mean time of the successes with its t interval, as in the paper (Yan et al. 2017). It
+    says nothing about the other runs."""
     ends, there = _runs(times, reached)
     return t_interval(ends[there], level)
 

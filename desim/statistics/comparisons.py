@@ -1,7 +1,7 @@
 """Two settings compared run by run under common random numbers, and many such comparisons at once.
 
-Runs of one seed share their luck, so that their difference varies less than they do; what is
-tested is the differences, never the two groups.
+Runs of one seed share their random numbers, so that their difference varies less than they do.
+Only the differences are tested, never the two groups.
 """
 
 from __future__ import annotations

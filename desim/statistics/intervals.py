@@ -11,8 +11,7 @@ from scipy import stats
 from desim.engine.streams import Streams
 from desim.statistics.samples import sample, spread
 
-# Below, the bootstrap knows too little of the distribution; above, it costs much and says what t
-# says.
+# Below, the bootstrap knows too little of the distribution; above, it is slow and agrees with t.
 BOOTSTRAP_FROM, BOOTSTRAP_TO = 30, 1000
 RESAMPLES = 9999
 
@@ -20,7 +19,7 @@ RESAMPLES = 9999
 class Interval(NamedTuple):
     """A mean (or share) of ``n`` values and the bounds of its interval, in the values' unit.
 
-    None is what does not exist: the mean of no value, the bounds for fewer than two. ``method`` is
+    None where it does not exist: the mean of no value, the bounds for fewer than two. ``method`` is
     ``t``, ``bca`` or ``wilson``; ``equal`` if all values are the same, with both bounds on them,
     which is no proof that the next one will be; ``none`` where there are no bounds.
     """
@@ -32,17 +31,17 @@ class Interval(NamedTuple):
     method: str
 
     def within(self, least: float, greatest: float) -> Interval:
-        """The same, cut to where the mean can be. It holds the mean as often as before, since the
-        mean is never in what is cut off (Mandelkern 2002, Setting confidence intervals for bounded
-        parameters, section 3)."""
-        if self.low is None:
+        """The same interval, cut to the possible values of the mean. It holds the mean as often as
+        before, since the mean is never in the part that is cut off (Mandelkern 2002, Setting
+        confidence intervals for bounded parameters, section 3)."""
+        if self.low is None or self.high is None:
             return self
         return self._replace(low=min(max(self.low, least), greatest),
                              high=max(min(self.high, greatest), least))
 
     @property
     def half_width(self) -> float | None:
-        return None if self.low is None else (self.high - self.low) / 2
+        return None if self.low is None or self.high is None else (self.high - self.low) / 2
 
 
 def interval(values: ArrayLike, level: float = 0.95, seed: int = 0,
@@ -86,7 +85,7 @@ def bca_interval(values: ArrayLike, level: float = 0.95, seed: int = 0,
 
 
 def widened(level: float, n: int) -> float:
-    """The level at which a bootstrap of ``n`` values is asked, so that it holds ``level``:
+    """The nominal level of a bootstrap of ``n`` values that in fact holds ``level``:
     1 - 2 Phi(-sqrt(n / (n - 1)) t_{n-1})."""
     quantile = (n / (n - 1))**0.5 * stats.t.ppf((1 + level) / 2, n - 1)
     return float(1 - 2 * stats.norm.sf(quantile))

@@ -1,4 +1,4 @@
-"""Where a metric over a load or a bandwidth bends: the knee of saturation.
+"""The knee of saturation: the bend of a metric over a load or a bandwidth.
 
 ``breakpoint_of`` is the answer: it has an interval, and says that there is no knee where a straight
 line does as well. ``kneedle`` finds the point of a curve that is farthest from its chord, on a
@@ -118,17 +118,17 @@ class _Fits:
         return y @ self._line @ self._line.T
 
     def leverages(self, place: int) -> np.ndarray:
-        """By how much each point [n] draws the lines that meet at ``place`` to itself, below 1."""
+        """The leverage of each point [n] on the lines that meet at ``place``, below 1."""
         return np.minimum((self._line**2).sum(axis=1) + self.own[place]**2, 0.99)
 
     def gains(self, y: np.ndarray) -> np.ndarray:
-        """By how much each place lowers the squares of each row of ``y`` [m, n]: [m, k]. A
+        """The decrease [m, k] of the squares of each row of ``y`` [m, n] by a bend at each place. A
         direction is the same at all points of one load, so that their sum is enough."""
         return (np.add.reduceat(y, self._begins, axis=1) @ self.own[:, self._begins].T)**2
 
     def excesses(self, y: np.ndarray, place: int) -> np.ndarray:
-        """By how much a bend at ``place`` is worse than the best for each row of ``y`` [m, n], as a
-        share of what the best leaves."""
+        """The squares of each row of ``y`` [m, n] that a bend at ``place`` leaves in excess of the
+        best bend, as a share of those that the best leaves."""
         left = y - self.straight(y)
         gained = self.gains(left)
         most = gained.max(axis=1)

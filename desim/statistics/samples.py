@@ -1,4 +1,4 @@
-"""What all of these functions take: one finite number a run."""
+"""Samples, which all functions here take: one finite number a run."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike
 
 
 def sample(values: ArrayLike) -> np.ndarray:
-    """``values`` as float64 [n]. Raises ``ValueError`` for another shape, NaN and inf: what a run
-    does not have is left out, or censored, by whoever knows why."""
+    """``values`` as float64 [n]. Raises ``ValueError`` for another shape, NaN and inf: the caller
+    leaves out, or censors, the runs without a value."""
     array = np.asarray(values, float)
     if array.ndim != 1:
         raise ValueError(f"one number a run is needed, got an array of shape {array.shape}")

@@ -1,4 +1,4 @@
-"""Which parameter makes a metric vary: Sobol's indices from a Saltelli design."""
+"""Sobol's indices from a Saltelli design: the parameters that make a metric vary."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from desim.engine.streams import Streams
 from desim.statistics.samples import sample, spread
 
 
-class Index(NamedTuple):
-    """Shares of the metric's variance: ``first`` is what the parameter explains by itself,
-    ``total`` what it has a part in, each with its bounds. An estimate near 0 may be below it. All
-    None where the metric does not vary."""
+class SobolIndices(NamedTuple):
+    """A parameter's shares of the metric's variance: ``first`` is the share that it explains by
+    itself, ``total`` the share in which it has a part, each with its bounds. An estimate near 0 may
+    be below it. All None where the metric does not vary."""
 
     first: float | None
     first_low: float | None
@@ -44,7 +44,7 @@ def saltelli(points: int, dimensions: int, seed: int = 0) -> np.ndarray:
 
 
 def indices(values: ArrayLike, dimensions: int, level: float = 0.95, seed: int = 0,
-            resamples: int = 1999) -> list[Index]:
+            resamples: int = 1999) -> list[SobolIndices]:
     """The indices of each parameter, from the metric at the rows of ``saltelli``.
 
     S_i = mean(f(B) (f(A_i) - f(A))) / V (Saltelli et al. 2010, table 2 b) and
@@ -57,7 +57,7 @@ def indices(values: ArrayLike, dimensions: int, level: float = 0.95, seed: int =
     if len(flat) % (dimensions + 2) or len(flat) < 2 * (dimensions + 2):
         raise ValueError(f"{len(flat)} values are not {dimensions + 2} for each point")
     if spread(flat, np.abs(flat).max()) == 0.0:
-        return [Index(*[None] * 6)] * dimensions
+        return [SobolIndices(*[None] * 6)] * dimensions
     f = flat.reshape(-1, dimensions + 2)
     f = f - f[:, [0, -1]].mean()
     a, mixed, b = f[:, :1], f[:, 1:-1], f[:, -1:]
@@ -69,7 +69,7 @@ def indices(values: ArrayLike, dimensions: int, level: float = 0.95, seed: int =
     tail = (1 - level) / 2
     low, high = np.nanquantile(_estimates(weights @ terms, dimensions), [tail, 1 - tail], axis=0)
     bounds = np.stack([found, low, high], axis=1).reshape(2, dimensions, 3)
-    return [Index(*map(float, bounds[:, i].ravel())) for i in range(dimensions)]
+    return [SobolIndices(*map(float, bounds[:, i].ravel())) for i in range(dimensions)]
 
 
 def _estimates(means: np.ndarray, dimensions: int) -> np.ndarray:

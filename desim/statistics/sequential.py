@@ -1,8 +1,8 @@
-"""Iterate until the interval is narrow enough, and what that does to the interval.
+"""Sequential stopping: iterate until the interval is narrow enough, and what that costs.
 
-Whoever looks at the data to know when to stop, stops too early where they happen to vary little:
-intervals that are exact at a fixed number of values hold the mean less often here. How often is
-measured, and belongs beside the interval.
+A rule that looks at the data stops too early where they happen to vary little. Intervals that are
+exact at a fixed number of values therefore hold the mean less often. The share of intervals that
+hold it is simulated here, and belongs beside the interval.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from desim.statistics.intervals import t_interval
 _MOST_DRAWS = 10_000_000  # about half a second
 
 
-class Rule(NamedTuple):
-    """When to stop. ``width``: of half the t interval, in the values' unit, or as a share of the
-    mean's size if ``relative``; not before ``at_least`` values, in any case at ``at_most``."""
+class StoppingRule(NamedTuple):
+    """A rule for when to stop: half of the t interval is at most ``width``, in the values' unit, or
+    as a share of the mean's size if ``relative``. Not before ``at_least`` values; in any case at
+    ``at_most``."""
 
     width: float
     relative: bool = False
@@ -31,9 +32,9 @@ class Rule(NamedTuple):
     level: float = 0.95
 
 
-class Coverage(NamedTuple):
-    """``share`` of the experiments whose interval held the mean, its standard ``error``; the mean
-    number of values, ``mean_n``; the share that stopped because the interval was ``narrow``."""
+class IntervalCoverage(NamedTuple):
+    """The ``share`` of ``experiments`` whose interval held the mean, with its standard ``error``;
+    the mean number of values; the share that stopped because the interval was ``narrow``."""
 
     share: float
     error: float
@@ -45,23 +46,24 @@ class Coverage(NamedTuple):
 def enough(values: ArrayLike, width: float, relative: bool = False, at_least: int = 5,
            at_most: int = 100, level: float = 0.95) -> bool:
     """Whether ``values`` [n], in the order in which they came, are enough (the fixed-width rule of
-    Chow and Robbins 1965); ``enough(values, *rule)`` with a ``Rule``. Raises ``ValueError`` unless
-    2 <= at_least <= at_most and 0 < width."""
-    _check(Rule(width, relative, at_least, at_most, level))
+    Chow and Robbins 1965); ``enough(values, *rule)`` with a ``StoppingRule``. Raises ``ValueError``
+    unless 2 <= at_least <= at_most and 0 < width."""
+    _check(StoppingRule(width, relative, at_least, at_most, level))
     n = np.size(values)
     if n < at_least or n >= at_most:
         return n >= at_most
     found = t_interval(values, level)
-    return found.half_width <= width * (abs(found.mean) if relative else 1.0)
+    scale = abs(found.mean or 0.0) if relative else 1.0
+    return found.half_width is not None and found.half_width <= width * scale
 
 
 @lru_cache(maxsize=256)
-def coverage_of(rule: Rule, mean: float = 0.0, deviation: float = 1.0, experiments: int = 10_000,
-                seed: int = 0) -> Coverage:
-    """How often the t interval holds the mean when the rule stops, for normal values with ``mean``
-    and standard ``deviation``: so many simulated ``experiments``, fewer if the rule allows more
-    than 1000 values. A report takes mean and deviation from the values that it has. Raises
-    ``ValueError`` as ``enough`` does, and for a deviation that is not above zero."""
+def coverage_of(rule: StoppingRule, mean: float = 0.0, deviation: float = 1.0,
+                experiments: int = 10_000, seed: int = 0) -> IntervalCoverage:
+    """The coverage of the t interval when the rule stops, for normal values with ``mean`` and
+    standard ``deviation``: so many simulated ``experiments``, fewer if the rule allows more than
+    1000 values. A report takes mean and deviation from its values. Raises ``ValueError`` as
+    ``enough`` does, and for a deviation that is not above zero."""
     _check(rule)
     if not deviation > 0:
         raise ValueError(f"the deviation must be above zero, got {deviation}")
@@ -75,11 +77,11 @@ def coverage_of(rule: Rule, mean: float = 0.0, deviation: float = 1.0, experimen
         held, narrow, values = (total + int(more) for total, more in
                                 zip((held, narrow, values), found, strict=True))
     share = held / experiments
-    return Coverage(share, (share * (1 - share) / experiments)**0.5, values / experiments,
+    return IntervalCoverage(share, (share * (1 - share) / experiments)**0.5, values / experiments,
                     narrow / experiments, experiments)
 
 
-def _played(rule: Rule, mean: float, draws: np.ndarray) -> tuple[int, int, int]:
+def _played(rule: StoppingRule, mean: float, draws: np.ndarray) -> tuple[int, int, int]:
     """Of experiments [m, at_most]: how many hold the mean, how many stop by width, values used."""
     n = np.arange(1, rule.at_most + 1)
     # Around the mean, so that the sum of squares does not cancel.
@@ -97,7 +99,7 @@ def _played(rule: Rule, mean: float, draws: np.ndarray) -> tuple[int, int, int]:
     return (np.abs(means[there]) <= half[there]).sum(), narrow.sum(), (last + 1).sum()
 
 
-def _check(rule: Rule) -> None:
+def _check(rule: StoppingRule) -> None:
     if not (2 <= rule.at_least <= rule.at_most and rule.width > 0):
         raise ValueError("2 <= at_least <= at_most and 0 < width are needed, got "
                          f"at_least {rule.at_least}, at_most {rule.at_most}, width {rule.width}")

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as some
 
 from desim.campaign.design.design import Until
-from desim.campaign.running.agenda import Agenda, rule_of
+from desim.campaign.running.agenda import Agenda, stopping_rule
 
 ROBOTS = "parameters: {robots: {key: fleet.size, values: [1, 2, 3]}}\n"
 UNTIL = ROBOTS + "iterations: {metric: explored, width: %s, at_least: 3, at_most: 12}\n"
@@ -99,4 +99,4 @@ def test_only(tmp_path):
 @pytest.mark.parametrize("width, expected", [
     ("10 %", (0.05, True)), (12.5, (6.25, False)), (3, (1.5, False))])
 def test_the_width_of_an_interval_is_twice_what_stands_behind_plus_minus(width, expected):
-    assert rule_of(Until(metric="explored", width=width))[:2] == expected
+    assert stopping_rule(Until(metric="explored", width=width))[:2] == expected

@@ -7,10 +7,11 @@ import pytest
 from scipy import stats
 from synthetic import LIMIT_S, campaign, design, timed
 
-from desim.report.campaign import bounds, notes
-from desim.report.campaign.contrasts import contrasts
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.study import Study
+from desim.report.campaign.answers import notes
+from desim.report.campaign.numbers import bounds
+from desim.report.campaign.numbers.contrasts import contrasts
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.study import Study
 from desim.report.campaign.writing import write
 
 STRATEGIES = {"strategy": ["near", "far"]}

@@ -11,7 +11,8 @@ from synthetic import write as table
 
 from desim.campaign.design.design import Design
 from desim.errors import InputError
-from desim.report.campaign import overview, wording
+from desim.report.campaign import wording
+from desim.report.campaign.tables import overview
 from desim.report.campaign.writing import write
 from desim.statistics.intervals import bca_interval, t_interval
 from desim.statistics.sensitivity import indices, saltelli

@@ -9,10 +9,10 @@ from synthetic import campaign, design, timed
 from desim.campaign.design.ladder import RUNGS, ladder_design
 from desim.commands.views.ladder import terminal_table
 from desim.errors import InputError
-from desim.report.campaign import rungs
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.study import Study
-from desim.report.campaign.tables import Table
+from desim.report.campaign.answers import rungs
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.study import Study
+from desim.report.campaign.tables.table import ReportTable
 from desim.report.campaign.writing import write
 
 LADDER = {"rung": list(RUNGS), "strategy": ["a", "b", "c"]}
@@ -60,7 +60,7 @@ def test_it_is_said_which_rung_flips_what(climbed):
 
 def test_a_narrow_terminal_shows_whole_names():
     names = ["nearest_frontier", "random_frontier", "one_more_way_to_choose_goals"]
-    table = Table("t", "T.", ["rung", *names, "flipped"],
+    table = ReportTable("t", "T.", ["rung", *names, "flipped"],
                   [["multihop", 1234.5, 0.25, 3.5, f"{names[0]}/{names[2]}*"]], [], [])
     console = Console(width=60, file=StringIO())
     console.print(terminal_table(table))

@@ -7,31 +7,31 @@ import subprocess
 import pytest
 from synthetic import campaign, design, timed
 
-from desim.report.campaign import tables, wording
-from desim.report.campaign.tables import Shown, Table
+from desim.report.campaign import wording
+from desim.report.campaign.tables.table import ReportTable, Shown, as_csv, as_html, as_latex
 from desim.report.campaign.writing import write
 
-ODD = Table("odd", "50 % of a_b & c: [m²] {x} ~ ^ \\ $ # –", ["a_b [m²]", "words & more"],
+ODD = ReportTable("odd", "50 % of a_b & c: [m²] {x} ~ ^ \\ $ # –", ["a_b [m²]", "words & more"],
             [[1234567.0, "100 % <x>"], [None, "[a] – b"], [Shown("> 5 000", 5000.0), "c_d"]],
             ["a", "b"], [[1234567.125, "x,y"], [None, "z"], [5000, ""]])
 
 
 def test_csv_has_every_digit(tmp_path):
-    tables.as_csv(ODD, tmp_path)
+    as_csv(ODD, tmp_path)
     with open(tmp_path / "odd.csv", newline="") as file:
         assert list(csv.reader(file)) == [["a", "b"], ["1234567.125", "x,y"], ["", "z"],
                                           ["5000", ""]]
 
 
 def test_the_page_sorts_by_values_not_by_words():
-    text = tables.as_html(ODD)
+    text = as_html(ODD)
     assert 'data-v="5000">&gt; 5 000' in text
     assert "100 % &lt;x&gt;" in text
 
 
 def test_many_rows_are_left_to_the_file():
     rows = [[float(i)] for i in range(1000)]
-    text = tables.as_html(Table("long", "Long.", ["x"], rows, ["x"], rows))
+    text = as_html(ReportTable("long", "Long.", ["x"], rows, ["x"], rows))
     assert text.count("<tr>") == 151
     assert "850 more rows in tables/long.csv" in text
 
@@ -57,7 +57,7 @@ def compiled(folder, sources):
 
 
 def test_latex_breaks_captions_between_words_but_not_numbers(tmp_path):
-    tables.as_latex(Table("long", "Mean of 1 234 567 runs in 20 cases of 2010 at 5 %.",
+    as_latex(ReportTable("long", "Mean of 1 234 567 runs in 20 cases of 2010 at 5 %.",
                           ["a b"], [["x y"], [12345.0]], [], []), tmp_path)
     text = (tmp_path / "long.tex").read_text()
     assert r"\caption{Mean of 1\,234\,567 runs in 20 cases of 2010 at 5 \%.}" in text
@@ -66,7 +66,7 @@ def test_latex_breaks_captions_between_words_but_not_numbers(tmp_path):
 
 def test_latex_folds_long_cells(tmp_path):
     rows = [["a", "160\nknee 4 Mb/s", "word " * 20, 1.0]]
-    tables.as_latex(Table("folded", "Folded.", list("abcd"), rows, [], []), tmp_path)
+    as_latex(ReportTable("folded", "Folded.", list("abcd"), rows, [], []), tmp_path)
     text = (tmp_path / "folded.tex").read_text()
     long = r">{\raggedright\arraybackslash}p{0.35\linewidth}"
     assert text.startswith("% \\usepackage{array,booktabs,longtable}\n"
@@ -77,7 +77,7 @@ def test_latex_folds_long_cells(tmp_path):
 
 
 def test_latex_compiles_with_odd_letters(tmp_path):
-    tables.as_latex(ODD, tmp_path)
+    as_latex(ODD, tmp_path)
     done = compiled(tmp_path, ["odd"])
     assert done.returncode == 0, done.stdout[-2000:]
 

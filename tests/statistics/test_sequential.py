@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from desim.statistics.intervals import t_interval
-from desim.statistics.sequential import Rule, coverage_of, enough
+from desim.statistics.sequential import StoppingRule, coverage_of, enough
 
 
 def test_the_rule_step_by_step():
@@ -17,7 +17,7 @@ def test_the_rule_step_by_step():
 
 
 def test_not_before_at_least_and_in_any_case_at_most():
-    rule = Rule(1.0, at_least=3, at_most=6)
+    rule = StoppingRule(1.0, at_least=3, at_most=6)
     assert [enough([7.0] * n, *rule) for n in range(8)] == [False] * 3 + [True] * 5
     wild = [0.0, 100.0] * 4
     assert [enough(wild[:n], *rule) for n in range(8)] == [False] * 6 + [True] * 2
@@ -43,7 +43,8 @@ def played(rule, mean, deviation, experiments, draw):
     return held / experiments, used / experiments
 
 
-@pytest.mark.parametrize("rule", [Rule(0.1, True, at_least=5, at_most=30), Rule(0.6)])
+@pytest.mark.parametrize("rule", [StoppingRule(0.1, True, at_least=5, at_most=30),
+                                  StoppingRule(0.6)])
 def test_the_tabulated_coverage_is_that_of_the_rule_played(rule):
     """300 experiments, standard error 1.7 %, of the number of values about 0.4."""
     share, used = played(rule, 5.0, 1.0, 300, np.random.default_rng(1))
@@ -53,20 +54,22 @@ def test_the_tabulated_coverage_is_that_of_the_rule_played(rule):
 
 
 def test_stopping_early_costs_coverage_and_a_fixed_number_does_not():
-    stopped, fixed = coverage_of(Rule(0.5)), coverage_of(Rule(0.5, at_least=16, at_most=16))
+    stopped = coverage_of(StoppingRule(0.5))
+    fixed = coverage_of(StoppingRule(0.5, at_least=16, at_most=16))
     assert fixed.share == pytest.approx(0.95, abs=3 * fixed.error)
     assert stopped.share < 0.92
     assert stopped.narrow == 1.0
-    assert stopped.share < coverage_of(Rule(0.5, at_least=15)).share
+    assert stopped.share < coverage_of(StoppingRule(0.5, at_least=15)).share
 
 
 def test_only_the_width_in_deviations_matters():
-    one, other = coverage_of(Rule(0.5)), coverage_of(Rule(50.0), mean=3e6, deviation=100.0)
+    one = coverage_of(StoppingRule(0.5))
+    other = coverage_of(StoppingRule(50.0), mean=3e6, deviation=100.0)
     assert one == other
 
 
 def test_it_is_tabulated_bounded_and_the_same_again():
-    rule = Rule(0.01, at_most=20_000)
+    rule = StoppingRule(0.01, at_most=20_000)
     found = coverage_of(rule)
     assert found.experiments == 500
     assert coverage_of(rule) is found
@@ -74,7 +77,8 @@ def test_it_is_tabulated_bounded_and_the_same_again():
     assert coverage_of(rule) == found
 
 
-@pytest.mark.parametrize("wrong", [Rule(0.0), Rule(0.1, at_least=1), Rule(0.1, at_most=4)])
+@pytest.mark.parametrize("wrong", [StoppingRule(0.0), StoppingRule(0.1, at_least=1),
+                                   StoppingRule(0.1, at_most=4)])
 def test_what_is_no_rule_is_refused(wrong):
     with pytest.raises(ValueError, match="at_least"):
         enough([1.0], *wrong)
@@ -84,4 +88,4 @@ def test_what_is_no_rule_is_refused(wrong):
 
 def test_values_that_do_not_vary_have_no_coverage():
     with pytest.raises(ValueError, match="deviation"):
-        coverage_of(Rule(0.1), deviation=0.0)
+        coverage_of(StoppingRule(0.1), deviation=0.0)

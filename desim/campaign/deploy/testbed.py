@@ -22,7 +22,7 @@ Copy = tuple[str, str]  # from, to
 Rounds = list[list[Copy]]  # copies at the same time; a round begins when the one before is over
 
 
-class Testbed(NamedTuple):
+class Placement(NamedTuple):
     """``nodes``: their names, in order, to the robots whose virtual machines they run."""
 
     robots_per_node: int
@@ -45,10 +45,10 @@ class Demand(NamedTuple):
     most_s: float
 
 
-def smallest_testbed(plan: Plan, robots_per_node: int | None = None) -> Testbed:
+def smallest_testbed(plan: Plan, robots_per_node: int | None = None) -> Placement:
     """The smallest one on which every run of the design can be made, with so many robots on a node
     (None: as the scenarios say)."""
-    largest: Testbed | None = None
+    largest: Placement | None = None
     for vector in plan.vectors:
         scenario = plan.scenario(vector, 0).scenario
         found = placed(_controlled(scenario), robots_per_node or scenario.testbed.robots_per_node)
@@ -62,7 +62,7 @@ def _controlled(scenario: Scenario) -> list[str]:
     return [name for name in robot_names(scenario) if name not in passive]
 
 
-def _size(testbed: Testbed) -> tuple[int, int]:
+def _size(testbed: Placement) -> tuple[int, int]:
     return len(testbed.nodes), testbed.virtual_machines
 
 
@@ -71,9 +71,9 @@ def nodes_for(team: int, robots_per_node: int) -> int:
     return -(-team // robots_per_node)
 
 
-def placed(robots: Sequence[str], robots_per_node: int) -> Testbed:
+def placed(robots: Sequence[str], robots_per_node: int) -> Placement:
     """Node by node, in the order of ``robots``: robot i is on node floor(i / robots per node)."""
-    return Testbed(robots_per_node, {
+    return Placement(robots_per_node, {
         f"node_{node}": tuple(robots[node * robots_per_node:(node + 1) * robots_per_node])
         for node in range(nodes_for(len(robots), robots_per_node))})
 
@@ -86,22 +86,22 @@ def demand(plan: Plan) -> Demand:
     return Demand(least * vectors, most * vectors, least * each_s, most * each_s)
 
 
-def machine_by_machine(testbed: Testbed) -> Rounds:
+def machine_by_machine(testbed: Placement) -> Rounds:
     """An image for each virtual machine, one after the other: the naive way, without cloning."""
     return [[(SERVER, node)] for node, robots in testbed.nodes.items() for _ in robots]
 
 
-def node_by_node(testbed: Testbed) -> Rounds:
+def node_by_node(testbed: Placement) -> Rounds:
     """An image for each node, one after the other."""
     return [[(SERVER, node)] for node in testbed.nodes]
 
 
-def all_at_once(testbed: Testbed) -> Rounds:
+def all_at_once(testbed: Placement) -> Rounds:
     """Every node copies from the server at the same time."""
     return [[(SERVER, node) for node in testbed.nodes]]
 
 
-def passed_on(testbed: Testbed) -> Rounds:
+def passed_on(testbed: Placement) -> Rounds:
     """Whoever has the image gives it to a node that has not: each round doubles how many have it,
     so that ceil(log2(nodes + 1)) rounds suffice (a binomial tree)."""
     waiting = list(testbed.nodes)

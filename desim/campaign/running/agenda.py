@@ -12,7 +12,9 @@ from desim.results.folder import FAILED
 from desim.results.row import Row, Rows
 
 if TYPE_CHECKING:  # scipy.stats is slow to import, and few designs need it
-    from desim.statistics.sequential import Rule
+    import numpy as np
+
+    from desim.statistics.sequential import StoppingRule
 
 Value = Callable[[Row], Any]
 
@@ -41,7 +43,7 @@ class Agenda:
             for vector in vectors:
                 self._append(vector, iteration)
         rule = plan.design.iterations
-        self._until = rule_of(rule) if isinstance(rule, Until) else None
+        self._until = stopping_rule(rule) if isinstance(rule, Until) else None
         self._to_judge = vectors if self._until else []
         self._extend()
 
@@ -125,18 +127,18 @@ class Agenda:
         return [float(value) for value in values if value is not None]
 
 
-def is_narrow(values: Sequence[float], rule: Rule) -> bool:
-    """Whether the interval of all the values that there are is as narrow as it should be."""
+def is_narrow(values: Sequence[float] | np.ndarray, rule: StoppingRule) -> bool:
+    """Whether the interval of all known values is as narrow as the rule wants."""
     from desim.statistics.sequential import enough
 
     return len(values) >= 2 and enough(values, rule.width, rule.relative, 2, len(values) + 1)
 
 
-def rule_of(until: Until) -> Rule:
+def stopping_rule(until: Until) -> StoppingRule:
     """When a vector's iterations suffice; the rule's width is that of half the interval."""
-    from desim.statistics.sequential import Rule
+    from desim.statistics.sequential import StoppingRule
 
     width = quantity(until.width)
     relative = width.unit == "%"
-    return Rule(float(width.number) / (200 if relative else 2), relative, until.at_least,
+    return StoppingRule(float(width.number) / (200 if relative else 2), relative, until.at_least,
                 until.at_most)

@@ -45,7 +45,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
-class Driver:
+class CampaignDriver:
     """Runs what a campaign lacks, in ``jobs`` processes of this machine (by default one for each
     core) or on a cluster. ``where`` says which, in words."""
 

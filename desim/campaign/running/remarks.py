@@ -17,7 +17,7 @@ def remarks(plan: Plan, metrics: Metrics, agenda: Agenda) -> list[str]:
     if not rows:
         return []
     found = raised(metrics, rows)
-    said = [told_raised(name, *one, len(rows)) for name, one in found.items()]
+    said = [raised_remark(name, *one, len(rows)) for name, one in found.items()]
     empty = [name for name in _asked(plan) if name not in found
              and all(metrics.of(row).get(name) is None for row in rows)]
     if empty:
@@ -30,7 +30,7 @@ def remarks(plan: Plan, metrics: Metrics, agenda: Agenda) -> list[str]:
     return said
 
 
-def told_raised(name: str, runs: int, error: str, finished: int) -> str:
+def raised_remark(name: str, runs: int, error: str, finished: int) -> str:
     """In words."""
     return f"metric {name} raised in {runs} of {finished} runs: {error}"
 

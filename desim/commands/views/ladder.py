@@ -8,9 +8,10 @@ from rich.table import Table
 
 from desim.campaign.design.design import Design
 from desim.commands.views.terminal import Terminal
-from desim.report.campaign import rungs, tables
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.study import Study
+from desim.report.campaign.answers import rungs
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.study import Study
+from desim.report.campaign.tables.table import ReportTable, text_of
 
 
 def show(folder: Path, design: Design) -> None:
@@ -25,12 +26,12 @@ def show(folder: Path, design: Design) -> None:
         console.print(sentence, soft_wrap=True)
 
 
-def terminal_table(shown: tables.Table) -> Table:
+def terminal_table(shown: ReportTable) -> Table:
     """A table of the report for a terminal. In a narrow one, names continue in the next line."""
     table = Table()
     for i, title in enumerate(shown.head):
         table.add_column(title, justify="left" if i in (0, len(shown.head) - 1) else "right",
                          overflow="fold")
     for row in shown.rows:
-        table.add_row(*map(tables.text_of, row))
+        table.add_row(*map(text_of, row))
     return table

@@ -1,3 +1,1 @@
-"""A campaign's report: one page that a researcher reads first and copies from, its figures and its
-tables. It is made of what lies in the campaign's folder, and changes nothing there.
-"""
+"""The report of a campaign: one page with figures and tables, made from the campaign's folder."""

@@ -11,7 +11,7 @@ _UNITS = {"_s": "s", "_m": "m", "_m2": "m²", "_kBps": "kB/s", "_bytes": "B", "_
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """With so many significant digits, a long dash for what there is not."""
+    """A number with so many significant digits; a long dash for None and NaN."""
     if value is None or not math.isfinite(value):
         return "–"
     if value == 0:
@@ -24,17 +24,17 @@ def number(value: float | None, digits: int = 4) -> str:
 
 
 def at_least(text: str, late: int) -> str:
-    """A mean of times, if there is one, of which some are only known to be later than the limit."""
+    """The text of a mean, with a sign where ``late`` values are only known to exceed the limit."""
     return f"≥ {text}" if late and text != "–" else text
 
 
 def between(low: float | None, high: float | None) -> str:
-    """An interval."""
+    """The text of an interval."""
     return "–" if low is None or high is None else f"[{number(low)}, {number(high)}]"
 
 
 def probability(p: float | None) -> str:
-    """A p value."""
+    """The text of a p value."""
     if p is None:
         return "–"
     return "< 0.001" if p < 0.001 else f"{p:.3f}"

@@ -9,31 +9,26 @@ from matplotlib.figure import Figure
 
 from desim.campaign.design.design import Design
 from desim.errors import InputError
-from desim.report.campaign import answer as answers
-from desim.report.campaign import (
-    captions,
-    contrasts,
-    figures,
+from desim.report.campaign import wording
+from desim.report.campaign.answers import (
     findings,
     groups,
     interval_coverage,
-    knees,
-    lines,
     methods,
     notes,
-    overview,
-    page,
     rungs,
     sensitivity,
-    style,
-    tables,
-    time_series,
-    wording,
 )
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.page import Section
-from desim.report.campaign.study import Study
-from desim.report.campaign.tables import Table
+from desim.report.campaign.answers.answer import answer_of
+from desim.report.campaign.figures import style, time_series
+from desim.report.campaign.figures.metric import metric_figure
+from desim.report.campaign.numbers import contrasts, knees, lines
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.study import Study
+from desim.report.campaign.page import captions, page
+from desim.report.campaign.page.page import Section
+from desim.report.campaign.tables import overview
+from desim.report.campaign.tables.table import Cell, ReportTable, as_csv, as_html, as_latex
 
 _PAGE = "report.html"
 _OPEN = 15  # up to so many comparisons of a metric are not folded away
@@ -43,13 +38,12 @@ def write(folder: Path, design: Design, out: Path | None = None) -> Path:
     """Write the report of the campaign in ``folder`` to ``out`` (``folder/report``); returns the
     page. Raises ``InputError`` for a folder without runs, or one that cannot be written. It is
     written aside and then moved, the page last: what goes wrong leaves what was there."""
-    study = Study(folder, design)
-    out = out or folder / "report"
+    study, out = Study(folder, design), out or folder / "report"
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         place = out if out.is_dir() else out.parent  # of one file system with where it goes
-        with TemporaryDirectory(dir=place, prefix=".report.") as folder:
-            new = Path(folder)
+        with TemporaryDirectory(dir=place, prefix=".report.") as temporary:
+            new = Path(temporary)
             for below in ("figures", "tables"):
                 (new / below).mkdir()
             with style.drawing():
@@ -69,7 +63,7 @@ def _move(new: Path, out: Path) -> None:
 
 
 class _Report:
-    """What the page says, put together; figures and tables are written on the way."""
+    """Puts the page together, and writes figures and tables on the way."""
 
     def __init__(self, study: Study, out: Path) -> None:
         self._study, self._out = study, out
@@ -98,7 +92,7 @@ class _Report:
         of_groups = [self._group(group) for group in self._groups]
         sections = [self._findings(), self._run(), Section(
             "metrics", "Metrics", captions.reading(study), 2), *metrics, *of_groups,
-            *self._explored(), *self._table(), *self._methods(), self._files()]
+            *self._explored(), self._table(), self._methods(), self._files()]
         return page.page(study.design.name, self._lead(), sections)
 
     def _lead(self) -> str:
@@ -108,7 +102,7 @@ class _Report:
             study.failed, ~study.failed, study.censored & ~study.failed))
         question = page.paragraph(study.design.question, "question") if study.design.question \
             else ""
-        answer = page.items(answers.sentences(study, self._estimates, self._single[0], self._drawn)
+        answer = page.items(answer_of(study, self._estimates, self._single[0], self._drawn)
                             if self._single else [], "answer")
         return question + answer + page.facts([
             (wording.number(len(study.vectors), 9), "vectors" if len(study.vectors) > 1
@@ -148,12 +142,13 @@ class _Report:
 
     def _run(self) -> Section:
         study = self._study
-        rows = [[axis.name, methods.sets(study.design, axis.name), len(axis.labels),
-                 methods.values(study, axis)] for axis in study.axes.values()]
+        rows: list[list[Cell]] = [
+            [axis.name, methods.sets(study.design, axis.name), len(axis.labels),
+             methods.values(study, axis)] for axis in study.axes.values()]
         head = ["parameter", "sets", "levels", "values"]
         body = page.paragraph(methods.outcome(study))
         if rows:
-            table = Table("parameters", "Parameters.", head, rows, head, rows)
+            table = ReportTable("parameters", "Parameters.", head, rows, head, rows)
             body += self._written(table)
         if study.design.metrics:
             body += page.paragraph("Metrics of this campaign:") + page.items(
@@ -166,12 +161,12 @@ class _Report:
         if study.is_sampled:
             parts += self._sampled(metric)
         else:
-            drawn = figures.metric_figure(study, estimates, metric, self._drawn,
-                                          self._bends[metric])
+            bends = self._bends[metric]
+            drawn = metric_figure(study, estimates, metric, self._drawn, bends)
             caption = captions.caption(study, estimates, metric, self._vectors) \
                 + lines.left_out(self._panels, self._drawn)
             parts.append(self._figure(drawn, metric, caption))
-            parts.append(page.items(knees.sentences(self._bends[metric], study.against, metric)))
+            parts.append(page.items(knees.sentences(bends, study.axis, metric) if bends else []))
         if rungs.is_ladder(study):
             parts.append(self._written(rungs.table(study, metric, self._rungs(metric))))
         covered = self._covered(metric)
@@ -185,7 +180,7 @@ class _Report:
                 (page.paragraph(clear) if clear else "")
                 + self._written(overview.compared(metric, self._found[metric])),
                 opened=len(self._found[metric]) <= _OPEN))
-        parts.append(self._coverage(covered))
+        parts.append(self._coverage(metric, covered))
         return Section(f"metric-{metric}", wording.titled(metric), "\n".join(parts), 3)
 
     def _sampled(self, metric: str) -> list[str]:
@@ -201,12 +196,12 @@ class _Report:
         return parts
 
     def _covered(self, metric: str) -> list[interval_coverage.Covered]:
-        """Of the metric whose interval ended the iterations."""
+        """The coverage of the metric whose interval ended the iterations."""
         if getattr(self._study.design.iterations, "metric", None) != metric:
             return []
         return interval_coverage.measured(self._study, self._estimates)
 
-    def _coverage(self, found: list[interval_coverage.Covered]) -> str:
+    def _coverage(self, metric: str, found: list[interval_coverage.Covered]) -> str:
         if not found:
             return ""
         shares = [one.coverage.share for one in found]
@@ -214,10 +209,11 @@ class _Report:
                 f"hold the mean less often than 95 %: by simulation {min(shares):.1%} to "
                 f"{max(shares):.1%}, depending on the vector.")
         return page.paragraph(text, "warn") + page.folded("Measured coverage", self._written(
-            interval_coverage.coverage_table(self._study, found)))
+            interval_coverage.coverage_table(self._study, metric, found)))
 
     def _bends_of(self, metric: str) -> list[knees.Bend]:
-        if self._study.is_sampled or getattr(self._study.against, "numbers", None) is None:
+        axis = self._study.against
+        if self._study.is_sampled or axis is None or not axis.is_numeric:
             return []
         return [self._knees.of(metric, line, panel.place(line)) for panel in self._drawn
                 for line in panel.lines]
@@ -225,12 +221,12 @@ class _Report:
     def _rungs(self, metric: str) -> list[rungs.Rung]:
         return rungs.compared(self._study, self._estimates, metric)
 
-    def _group(self, group: groups.Group) -> Section:
+    def _group(self, group: groups.MetricGroup) -> Section:
         study, estimates = self._study, self._estimates
         drawn = groups.group_figure(study, estimates, group, self._drawn)
         table, said = self._onsets[group]
         body = self._figure(drawn, group.name, f"{group.common} by "
-                            f"{study.against.name}: means with their 95 % intervals. ")
+                            f"{study.axis.name}: means with their 95 % intervals. ")
         return Section(group.name, f"{group.common}: which gives in first",
                        body + page.items(said) + self._written(table), 3)
 
@@ -245,11 +241,11 @@ class _Report:
             drawn, "explored_over_time", "Median and quartiles over the runs of a vector of what "
             "the robot that knows most knows; a run that has ended keeps its last share. "))]
 
-    def _table(self) -> list[Section]:
+    def _table(self) -> Section:
         table = overview.all_metrics(self._study, self._estimates)
-        return [Section("table", "All metrics", self._written(table, wide=True))]
+        return Section("table", "All metrics", self._written(table, wide=True))
 
-    def _methods(self) -> list[Section]:
+    def _methods(self) -> Section:
         study, sources = self._study, self._sources
         body = "".join(map(page.paragraph, methods.paragraphs(
             study, {self._estimates.of(metric, vector).method for metric in self._single
@@ -261,7 +257,7 @@ class _Report:
                              sources.scenario)):
             if text:
                 body += page.folded(title, page.verbatim(text))
-        return [Section("methods", "Methods", body)]
+        return Section("methods", "Methods", body)
 
     def _files(self) -> Section:
         names = sorted(path.relative_to(self._out).as_posix() for below in ("figures", "tables")
@@ -275,11 +271,10 @@ class _Report:
         title = caption.partition(". ")[0]
         return page.figure(style.save(drawn, self._out / "figures", name, title), name, caption)
 
-    def _written(self, table: Table, wide: bool = False, stacked: bool = False) -> str:
-        """Into files, of which no sheet of paper holds the ``wide`` one; returns it for the page.
-        """
-        tables.as_csv(table, self._out / "tables")
+    def _written(self, table: ReportTable, wide: bool = False, stacked: bool = False) -> str:
+        """Write a table into files, a ``wide`` one not for LaTeX; returns it for the page."""
+        as_csv(table, self._out / "tables")
         if not wide:
-            tables.as_latex(table, self._out / "tables")
-        return tables.as_html(table, stacked)
+            as_latex(table, self._out / "tables")
+        return as_html(table, stacked)
 

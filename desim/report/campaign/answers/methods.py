@@ -1,4 +1,4 @@
-"""The methods paragraph: everything that somebody needs who wants to repeat the campaign."""
+"""The methods paragraphs: all that is needed to repeat the campaign."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from desim.campaign.design.design import (
 from desim.errors import InputError
 from desim.files import content
 from desim.report.campaign import wording
-from desim.report.campaign.contrasts import Contrast
-from desim.report.campaign.study import TIMES, Axis, Study
+from desim.report.campaign.numbers.contrasts import Contrast
+from desim.report.campaign.numbers.study import TIMES, Axis, Study
 from desim.results.run import Run
 from desim.scenario import yaml12
 from desim.statistics.intervals import BOOTSTRAP_FROM, BOOTSTRAP_TO, widened
@@ -35,7 +35,8 @@ _LONGEST_TEXT = 60_000  # of a file that the page holds
 
 
 class Sources:
-    """What the runs' folders say of how they were made; None, or nothing, where none is left."""
+    """The records in the runs' folders of how they were made; None, or nothing, where no folder is
+    left."""
 
     def __init__(self, study: Study) -> None:
         self._folder = study.folder
@@ -61,7 +62,7 @@ class Sources:
 
     @cached_property
     def scenario(self) -> str | None:
-        """Of one run, every value spelled out."""
+        """The scenario of one run, every value spelled out."""
         for run in self._runs():
             with suppress(InputError):
                 return run.file("scenario.resolved.yaml").read_text()[:_LONGEST_TEXT]
@@ -69,7 +70,7 @@ class Sources:
 
     @cached_property
     def design(self) -> str | None:
-        """The campaign's own copy."""
+        """The campaign's own copy of its design."""
         try:
             text = content(self._folder / "design.yaml", _MOST_BYTES)
         except OSError:
@@ -77,7 +78,7 @@ class Sources:
         return text.decode(errors="replace")[:_LONGEST_TEXT]
 
     def _runs(self) -> Iterator[Run]:
-        """Those whose folder is there and says what desim wrote."""
+        """The runs whose folder is there and unchanged."""
         for name in self._ids:
             for path in self._folder.glob(f"runs/*/{name}"):
                 with suppress(InputError):
@@ -148,7 +149,7 @@ def _design(study: Study) -> str:
 
 
 def outcome(study: Study) -> str:
-    """What became of the runs."""
+    """The outcome of the runs in a sentence."""
     once = study.once
     counts = [wording.number(int((once & which).sum()), 9) for which in (
         study.reached, study.censored & ~study.failed, study.failed)]
@@ -234,7 +235,7 @@ def _statistics(study: Study, intervals: set[str], resamples: int, metrics: list
     if with_knees:
         text.append("Knees are those of two straight lines that meet (Quandt 1958), accepted where "
                     "a wild bootstrap of sup F rejects a single straight line at 5 %"
-                    + (f", in the logarithm of {study.against.name}" if study.against.log else "")
+                    + (f", in the logarithm of {study.axis.name}" if study.axis.log else "")
                     + "; of three lines, where these are accepted against two in the same way (Bai "
                     "and Perron 1998); their intervals invert the same test (Hansen 2017)."
                     + (" What a seed adds at all values of the axis alike was taken out before."

@@ -1,4 +1,4 @@
-"""Which settings differ: run by run under common random numbers, corrected for their number."""
+"""Comparisons of settings, run by run under common random numbers, corrected for their number."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.study import Axis, Study, Vector
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.study import Axis, Study, VectorRuns
 from desim.statistics.comparisons import Paired, holm, paired
 
 MOST = 500  # comparisons of a metric
@@ -54,37 +54,38 @@ def contrasts(study: Study, estimates: Estimates, metric: str) -> list[Contrast]
             break
     tested = [i for i, one in enumerate(made) if one.paired.t_p is not None
               and one.paired.difference.n >= FEWEST_SEEDS]
-    for i, p in zip(tested, holm([made[i].paired.t_p for i in tested]), strict=True):
+    raw = [p for i in tested if (p := made[i].paired.t_p) is not None]
+    for i, p in zip(tested, holm(raw), strict=True):
         made[i] = made[i]._replace(p=float(p))
     return made
 
 
-def by_iteration(study: Study, estimates: Estimates, metric: str, vector: Vector,
-                  ) -> dict[int, float]:
-    """Times count up to the limit."""
+def by_iteration(study: Study, estimates: Estimates, metric: str, vector: VectorRuns,
+                 ) -> dict[int, float]:
+    """The values of a vector by iteration. Times count up to the limit."""
     values = estimates.column(metric)[0][vector.rows]
     there = np.isfinite(values)
     return dict(zip(study.iterations[vector.rows[there]].tolist(), values[there].tolist(),
                     strict=True))
 
 
-def _pairs(study: Study) -> Iterator[tuple[Axis, Vector, Vector]]:
-    against, by = study.against, study.by
+def _pairs(study: Study) -> Iterator[tuple[Axis, VectorRuns, VectorRuns]]:
+    against, by = study.axis, study.by
     if by is not None and len(by.labels) > 1:
         yield from _along(study, by)
-    if by is None or len(by.labels) == 1 or against.numbers is None:
+    if by is None or len(by.labels) == 1 or not against.is_numeric:
         yield from _along(study, against)
 
 
-def _along(study: Study, axis: Axis) -> Iterator[tuple[Axis, Vector, Vector]]:
+def _along(study: Study, axis: Axis) -> Iterator[tuple[Axis, VectorRuns, VectorRuns]]:
     """Pairs of vectors that differ in the level of ``axis`` alone."""
-    alike: dict[tuple[int, ...], list[Vector]] = defaultdict(list)
+    alike: dict[tuple[int, ...], list[VectorRuns]] = defaultdict(list)
     for vector in study.vectors:
         alike[tuple(level for name, level in vector.levels.items() if name != axis.name)].append(
             vector)
     for key in sorted(alike):
         group = sorted(alike[key], key=lambda vector: vector.levels[axis.name])
-        few = len(group) <= _ALL_PAIRS and (axis.numbers is None or axis is study.by)
+        few = len(group) <= _ALL_PAIRS and (not axis.is_numeric or axis is study.by)
         for one, other in combinations(group, 2) if few else zip(group, group[1:], strict=False):
             if one.levels[axis.name] != other.levels[axis.name]:
                 yield axis, one, other

@@ -1,4 +1,4 @@
-"""Metrics that belong together in one figure: which of them gives in first?
+"""Groups of metrics in one figure: which of them gives in first?
 
 ``report.metrics`` names them by a pattern, ``"*_delivered"``: of the design's own metrics all that
 match, of the others where none of its own does.
@@ -13,17 +13,18 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from desim.report.campaign import figures, wording
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.knees import ONSET, Knees, Onset, interval, onset
-from desim.report.campaign.lines import Line, Panel
-from desim.report.campaign.study import TIMES, Study
-from desim.report.campaign.style import colour, marker
-from desim.report.campaign.tables import Cell, Table
+from desim.report.campaign import wording
+from desim.report.campaign.figures import layout
+from desim.report.campaign.figures.style import colour, marker
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.knees import ONSET, Knees, Onset, interval, onset
+from desim.report.campaign.numbers.lines import Panel, PlotLine
+from desim.report.campaign.numbers.study import TIMES, Study
+from desim.report.campaign.tables.table import Cell, ReportTable
 
 
-class Group(NamedTuple):
-    """``metrics`` of one ``pattern``."""
+class MetricGroup(NamedTuple):
+    """The ``metrics`` that match one ``pattern``."""
 
     pattern: str
     metrics: tuple[str, ...]
@@ -35,18 +36,18 @@ class Group(NamedTuple):
 
     @property
     def common(self) -> str:
-        """What the names share, as a title."""
+        """The part that the names share, as a title."""
         return wording.titled(self.pattern.replace("*", " ").strip(" _"))
 
     def of(self, metric: str) -> str:
-        """What tells a metric from the others."""
+        """The part of a metric's name that the others do not share."""
         before, _, after = self.pattern.partition("*")
         return metric.removeprefix(before).removesuffix(after).replace("_", " ") or metric
 
 
-def presented(study: Study) -> tuple[list[str], list[Group]]:
-    """The metrics that have a figure each, and the groups. What no run has is left out, but the
-    exploration time: that nobody got there is a result."""
+def presented(study: Study) -> tuple[list[str], list[MetricGroup]]:
+    """The metrics with a figure each, and the groups. A metric that no run has is left out, except
+    for the exploration time: that no run got there is a result."""
     own = [name for name in study.design.metrics if name in study.metrics]
     single, groups = [], []
     for asked in study.design.report.metrics:
@@ -57,70 +58,73 @@ def presented(study: Study) -> tuple[list[str], list[Group]]:
                      if fnmatchcase(name, asked)]
             mine = [name for name in found if name in own] or found
             if mine:
-                groups.append(Group(asked, tuple(dict.fromkeys(mine))))
+                groups.append(MetricGroup(asked, tuple(dict.fromkeys(mine))))
     return single, groups
 
 
-def group_figure(study: Study, estimates: Estimates, group: Group, panels: list[Panel]) -> Figure:
+def group_figure(study: Study, estimates: Estimates, group: MetricGroup, panels: list[Panel],
+                 ) -> Figure:
     """A panel for each line of the metrics' own figures, in it a line for each metric."""
     drawn = [Panel(panel.place(line), [line]) for panel in panels for line in panel.lines][:12]
-    figure, all_axes = figures.paneled(len(drawn))
-    axis = study.against
-    farthest = figures.span(np.concatenate([
+    figure, all_axes = layout.paneled(len(drawn))
+    axis = study.axis
+    farthest = layout.span(np.concatenate([
         estimates.of(metric, vector).values for metric in group.metrics
         for panel in drawn for vector in panel.lines[0].vectors]), False)
     for axes, panel in zip(all_axes, drawn, strict=True):
         line = panel.lines[0]
         at = np.array([vector.levels[axis.name] for vector in line.vectors])
-        x = at if axis.numbers is None else axis.numbers[at]
+        x = axis.numbers[at] if axis.is_numeric else at
         for i, metric in enumerate(group.metrics):
             found = [estimates.of(metric, vector) for vector in line.vectors]
             mean, *bounds = np.array([[one.mean, one.low, one.high] for one in found], float).T
             axes.plot(x, mean, color=colour(i), marker=marker(i), markersize=4.5, linewidth=1.4,
-                      linestyle="-" if axis.numbers is not None else "none")
+                      linestyle="-" if axis.is_numeric else "none")
             axes.fill_between(x, *bounds, color=colour(i), alpha=0.18, linewidth=0)
         axes.set_title(panel.title)
-        figures.along(axes, axis)
-    figures.limit(all_axes[0], farthest)
+        layout.along(axes, axis)
+    layout.limit(all_axes[0], farthest)
     keys = [Line2D([], [], color=colour(i), marker=marker(i), markersize=5, label=group.of(metric))
             for i, metric in enumerate(group.metrics)]
-    figures.finish(figure, all_axes, [], group.common, keys)
+    layout.finish(figure, all_axes, [], group.common, keys)
     return figure
 
 
-def order_of_onset(study: Study, estimates: Estimates, knees: Knees, group: Group,
-                   panels: list[Panel]) -> tuple[Table, list[str]]:
-    """Who falls under 95 % of its best first, as a table and in words, line by line."""
-    rows, sentences = [], []
+def order_of_onset(study: Study, estimates: Estimates, knees: Knees, group: MetricGroup,
+                   panels: list[Panel]) -> tuple[ReportTable, list[str]]:
+    """The order in which the metrics fall under 95 % of their best, as a table and in words, line
+    by line."""
+    rows: list[list[Cell]] = []
+    sentences = []
     for panel in panels:
         for line in panel.lines:
-            told = _Told(study, estimates, knees, group, line,
-                         panel.place(line))
-            rows += [told.row(metric) for metric in told.onsets]
-            sentences += told.sentence()
+            found = _Onsets(study, estimates, knees, group, line, panel.place(line))
+            rows += [found.row(metric) for metric in found.onsets]
+            sentences += found.sentence()
     head = ["line", "metric", "best mean", "at", f"under {100 * ONSET:.0f} % of it from", "knee",
             "95 % interval"]
-    table = Table(group.name, f"{group.common}: where each gives in, on the way from its best to "
-                  "the worse end.", head, rows, head, rows)
+    table = ReportTable(group.name, f"{group.common}: where each gives in, on the way from its "
+                        "best to the worse end.", head, rows, head, rows)
     return table, sentences
 
 
-class _Told:
-    """What is said of one line; ``onsets`` by metric, of those that its runs have."""
+class _Onsets:
+    """The ``onsets`` of one line by metric, of the metrics that its runs have."""
 
-    def __init__(self, study: Study, estimates: Estimates, knees: Knees, group: Group, line: Line,
-                 place: str) -> None:
+    def __init__(self, study: Study, estimates: Estimates, knees: Knees, group: MetricGroup,
+                 line: PlotLine, place: str) -> None:
         self._study, self._estimates, self._knees, self._group = study, estimates, knees, group
         self._line, self._place = line, place
         found = {metric: onset(estimates, metric, line) for metric in group.metrics}
         self.onsets: dict[str, Onset] = {metric: one for metric, one in found.items() if one}
 
     def row(self, metric: str) -> list[Cell]:
-        one, axis = self.onsets[metric], self._study.against
+        one, axis = self.onsets[metric], self._study.axis
         mean = self._estimates.of(metric, self._line.vectors[one.best]).mean
-        row = [self._place or "all", self._group.of(metric), mean, self._label(one.best),
-               "nowhere" if one.at is None else self._label(one.at)]
-        found = None if axis.numbers is None else self._knees.of(metric, self._line, self._place)
+        row: list[Cell] = [
+            self._place or "all", self._group.of(metric), mean, self._label(one.best),
+            "nowhere" if one.at is None else self._label(one.at)]
+        found = self._knees.of(metric, self._line, self._place) if axis.is_numeric else None
         if found is None or not found.knees:
             return [*row, "none" if found and found.was_sought else "–", ""]
         return [*row, wording.listed([wording.quantity(knee.at, axis.unit)
@@ -128,26 +132,26 @@ class _Told:
                 wording.listed([interval(knee, axis) for knee in found.knees])]
 
     def sentence(self) -> list[str]:
-        """Nothing where there is nothing to compare."""
+        """The order in words; nothing where there is nothing to compare."""
         if len(self.onsets) < 2:
             return []
         prefix = f"{self._place}: " if self._place else ""
-        falling = {metric: one for metric, one in self.onsets.items() if one.at is not None}
+        falling = {metric: one.at for metric, one in self.onsets.items() if one.at is not None}
         if not falling:
             names = [self._group.of(metric) for metric in self.onsets]
             return [f"{prefix}none of {wording.listed(names)} gives in."]
-        order = sorted(falling, key=lambda metric: falling[metric].sign * falling[metric].at)
-        first = [metric for metric in order if falling[metric].at == falling[order[0]].at]
-        rest = [self._falls(metric) for metric in order if metric not in first]
-        return [f"{prefix}{wording.listed([self._falls(metric) for metric in first])} "
+        order = sorted(falling, key=lambda metric: self.onsets[metric].sign * falling[metric])
+        first = [metric for metric in order if falling[metric] == falling[order[0]]]
+        rest = [self._falls(metric, falling[metric]) for metric in order if metric not in first]
+        begin = [self._falls(metric, falling[metric]) for metric in first]
+        return [f"{prefix}{wording.listed(begin)} "
                 f"{'gives' if len(first) == 1 else 'give'} in first"
                 f"{', then ' + wording.listed(rest) if rest else ''}."]
 
-    def _falls(self, metric: str) -> str:
-        at = self.onsets[metric].at
+    def _falls(self, metric: str, at: int) -> str:
         mean = self._estimates.of(metric, self._line.vectors[at]).mean
         return f"{self._group.of(metric)} (at {self._label(at)}, mean {wording.number(mean, 3)})"
 
     def _label(self, i: int) -> str:
-        axis = self._study.against
+        axis = self._study.axis
         return axis.labels[self._line.vectors[i].levels[axis.name]]

@@ -1,5 +1,5 @@
-"""How figures look, and how one gets into the page: colours that colour-blind people tell apart,
-symbols beside colours, one ink for everything else.
+"""The style of figures: colours that colour-blind people tell apart, symbols besides colours, one
+ink for everything else.
 """
 
 from __future__ import annotations
@@ -10,9 +10,13 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
+
+if TYPE_CHECKING:  # the name is new in matplotlib 3.10
+    from matplotlib.typing import RcKeyType
 
 # Okabe and Ito (2008), without the yellow that white paper swallows.
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f6bb2", "#8c8c8c")
@@ -20,7 +24,8 @@ MARKERS = ("o", "s", "D", "^", "v", "P", "X", "p")
 INK = "#16181d"
 WIDTH_IN = 7.4
 _GRID_ALPHA = 0.15
-_RC = {"font.size": 9.5, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fontsize": 8.5,
+_RC: dict[RcKeyType, object] = {
+       "font.size": 9.5, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fontsize": 8.5,
        "xtick.labelsize": 8.5, "ytick.labelsize": 8.5, "font.family": "sans-serif",
        "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "xtick.color": INK,
        "ytick.color": INK, "grid.color": INK, "grid.alpha": _GRID_ALPHA, "grid.linewidth": 0.6,
@@ -33,28 +38,29 @@ _UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}
 
 
 def colour(style: int) -> str:
-    """Of a line."""
+    """The colour of a line."""
     return PALETTE[style % len(PALETTE)]
 
 
 def marker(style: int) -> str:
-    """Of a line: another one in the next round of colours."""
+    """The symbol of a line: another one in the next round of colours."""
     return MARKERS[(style + style // len(PALETTE)) % len(MARKERS)]
 
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Figures made and saved inside look like one report's. Letters that matplotlib's own font
-    lacks are boxes in PNG and PDF, and as they should be in SVG and on the page."""
-    with rc_context(_RC), warnings.catch_warnings():
+    """Give all figures that are made and saved inside the report's style. Letters that matplotlib's
+    font lacks are boxes in PNG and PDF; SVG and the page show them."""
+    with rc_context(rc=_RC), warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph .* missing from font")
         yield
 
 
 def save(figure: Figure, folder: Path, name: str, title: str) -> str:
-    """``name``.png, .svg and .pdf, the same bytes from the same figure; returns it for the page,
-    where screen readers say its ``title``."""
-    figure.get_layout_engine().execute(figure)
+    """Write ``name``.png, .svg and .pdf, the same bytes from the same figure; returns it for the
+    page, where screen readers say its ``title``."""
+    if engine := figure.get_layout_engine():
+        engine.execute(figure)
     figure.set_layout_engine("none")  # laid out once, not once a format
     for ending, metadata in _UNDATED.items():
         figure.savefig(folder / f"{name}.{ending}", dpi=160, metadata=metadata,
@@ -63,7 +69,7 @@ def save(figure: Figure, folder: Path, name: str, title: str) -> str:
 
 
 def _inline(svg: str, name: str, title: str) -> str:
-    """SVG to which the page gives the ink and the colours of light or dark."""
+    """SVG that takes its ink and its colours, light or dark, from the page."""
     svg = svg[svg.index("<svg"):]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
     svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)

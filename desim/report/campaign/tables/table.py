@@ -24,14 +24,14 @@ _OF_LATEX = {"\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#":
 _THOUSANDS = re.compile(r"(?<=\d) (?=\d{3}(?!\d))")  # thin, and no place to break a line
 
 
-class Table(NamedTuple):
-    """``rows`` are what people read, numbers as numbers; ``exact_head`` and ``exact_rows`` what
-    programs read, once: of many vectors they need not be in memory together."""
+class ReportTable(NamedTuple):
+    """A table for people, ``head`` and ``rows``, and for programs, ``exact_head`` and
+    ``exact_rows``, which are read once: those of many vectors need not be in memory together."""
 
     name: str
     caption: str
     head: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
+    rows: Sequence[Sequence[Cell | Shown]]
     exact_head: Sequence[str]
     exact_rows: Iterable[Sequence[Cell]]
 
@@ -43,7 +43,7 @@ class Shown(NamedTuple):
     value: float | None
 
 
-def as_csv(table: Table, folder: Path) -> None:
+def as_csv(table: ReportTable, folder: Path) -> None:
     """Write ``name``.csv."""
     with open(folder / f"{table.name}.csv", "w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -51,7 +51,7 @@ def as_csv(table: Table, folder: Path) -> None:
         writer.writerows(table.exact_rows)
 
 
-def as_latex(table: Table, folder: Path) -> None:
+def as_latex(table: ReportTable, folder: Path) -> None:
     """Write ``name``.tex: a longtable, which wants the packages booktabs, longtable and, where
     cells are paragraphs, array."""
     long = [any(_is_long(row[i]) for row in table.rows[:_MOST_ROWS])
@@ -72,7 +72,7 @@ def as_latex(table: Table, folder: Path) -> None:
     (folder / f"{table.name}.tex").write_text("\n".join(lines) + "\n")
 
 
-def as_html(table: Table, stacked: bool = False) -> str:
+def as_html(table: ReportTable, stacked: bool = False) -> str:
     """A table that sorts by the column whose head is clicked; ``stacked``: on a phone its cells
     stand below one another, each with the name of its column."""
     textual = [_is_text(table, i) for i in range(len(table.head))]
@@ -101,13 +101,13 @@ def _td(cell: Cell | Shown, words: bool, name: str) -> str:
 
 
 def text_of(cell: Cell | Shown) -> str:
-    """What people read."""
+    """The text of a cell."""
     if isinstance(cell, Shown):
         return cell.text
     return cell if isinstance(cell, str) else wording.number(cell)
 
 
-def _is_text(table: Table, column: int) -> bool:
+def _is_text(table: ReportTable, column: int) -> bool:
     return any(isinstance(row[column], str) for row in table.rows[:_MOST_ROWS])
 
 

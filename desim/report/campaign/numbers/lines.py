@@ -6,21 +6,21 @@ from collections import defaultdict
 from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
-from desim.report.campaign.study import Study, Vector
+from desim.report.campaign.numbers.study import Study, VectorRuns
 
-# What a figure holds; what is left out is said, and stands in the tables.
+# The most that a figure holds. The report says what is left out, and the tables have it.
 MOST_PANELS = 12
 _MOST_LINES = 12
 _MOST_POINTS = 200  # of a line
 _MOST_VECTORS = 1500
 
 
-class Line(NamedTuple):
+class PlotLine(NamedTuple):
     """``vectors`` in the order of the axis, ``style`` the place of its colour and symbol."""
 
     label: str
     style: int
-    vectors: list[Vector]
+    vectors: list[VectorRuns]
 
 
 class Panel(NamedTuple):
@@ -28,10 +28,10 @@ class Panel(NamedTuple):
     tell lines apart."""
 
     title: str
-    lines: list[Line]
+    lines: list[PlotLine]
 
-    def place(self, line: Line) -> str:
-        """What tells one of its lines from all others."""
+    def place(self, line: PlotLine) -> str:
+        """The name of one of its lines among all lines of all panels."""
         return ", ".join(filter(None, [self.title, line.label]))
 
 
@@ -39,14 +39,15 @@ def panels(study: Study) -> list[Panel]:
     """All panels with all lines, in the order of the levels."""
     against, by = study.against, study.by
     if against is None:
-        return [Panel("", [Line("", 0, study.vectors)])]
-    found: dict[tuple[int, ...], dict[int, list[Vector]]] = defaultdict(lambda: defaultdict(list))
+        return [Panel("", [PlotLine("", 0, study.vectors)])]
+    found: dict[tuple[int, ...], dict[int, list[VectorRuns]]] = defaultdict(
+        lambda: defaultdict(list))
     for vector in study.vectors:
         of = tuple(vector.levels[axis.name] for axis in study.others)
         found[of][vector.levels[by.name] if by else 0].append(vector)
     made = []
     for of in sorted(found):
-        lines = [Line(f"{by.name} = {by.labels[level]}" if by and len(by.labels) > 1 else "",
+        lines = [PlotLine(f"{by.name} = {by.labels[level]}" if by and len(by.labels) > 1 else "",
                       level, sorted(vectors, key=lambda one: one.levels[against.name]))
                  for level, vectors in sorted(found[of].items())]
         title = ", ".join(f"{axis.name} = {axis.labels[level]}"
@@ -59,18 +60,18 @@ T = TypeVar("T")
 
 
 def chosen(found: list[Panel]) -> list[Panel]:
-    """As much of them as a figure holds: the first panels, of each some lines, of each line some
-    points, evenly."""
+    """The part of them that a figure holds: the first panels, of each some lines, of each line some
+    points, evenly chosen."""
     some = found[:MOST_PANELS]
     longest = max(len(line.vectors) for panel in some for line in panel.lines)
-    room = _MOST_VECTORS // (len(some) * min(longest, _MOST_POINTS))
+    most_lines = _MOST_VECTORS // (len(some) * min(longest, _MOST_POINTS))
     return [Panel(panel.title, [
-        Line(line.label, line.style, _evenly(line.vectors, _MOST_POINTS))
-        for line in _evenly(panel.lines, min(max(room, 1), _MOST_LINES))]) for panel in some]
+        PlotLine(line.label, line.style, _evenly(line.vectors, _MOST_POINTS))
+        for line in _evenly(panel.lines, min(max(most_lines, 1), _MOST_LINES))]) for panel in some]
 
 
 def left_out(found: list[Panel], drawn: list[Panel]) -> str:
-    """What of all panels is not among those drawn, in words; empty if nothing."""
+    """A sentence about the panels that are not drawn; empty if all are."""
     before, after = ([len(panels), sum(len(panel.lines) for panel in panels),
                       sum(len(line.vectors) for panel in panels for line in panel.lines)]
                      for panels in (found, drawn))

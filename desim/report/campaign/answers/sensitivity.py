@@ -1,4 +1,4 @@
-"""What a sampled design shows: a metric over each parameter, and Sobol's indices."""
+"""Sensitivity in a sampled design: a metric over each parameter, and Sobol's indices."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from desim.campaign.design.design import Saltelli
-from desim.report.campaign import figures, wording
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.study import Study
-from desim.report.campaign.style import INK, WIDTH_IN, colour
-from desim.report.campaign.tables import Table
+from desim.report.campaign import wording
+from desim.report.campaign.figures import layout
+from desim.report.campaign.figures.style import INK, WIDTH_IN, colour
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.study import Study
+from desim.report.campaign.tables.table import ReportTable
 from desim.statistics.intervals import t_interval
-from desim.statistics.sensitivity import Index, indices
+from desim.statistics.sensitivity import SobolIndices, indices
 
 _MOST_DOTS = 600
 _BINS = 8
@@ -33,14 +34,14 @@ def scatter_figure(study: Study, estimates: Estimates, metric: str) -> Figure:
     every = max(1, len(found) // _MOST_DOTS)
     for i, (axes, axis) in enumerate(zip(all_axes, axes_of, strict=False)):
         at = np.array([vector.levels[axis.name] for vector in found], int)
-        x = at.astype(float) if axis.numbers is None else axis.numbers[at]
+        x = axis.numbers[at] if axis.is_numeric else at.astype(float)
         axes.scatter(x[::every], means[::every], 9, color=colour(i), alpha=0.45, linewidths=0)
-        if len(x) >= _FEWEST_IN_BINS and axis.numbers is not None:
+        if len(x) >= _FEWEST_IN_BINS and axis.is_numeric:
             _binned(axes, x, means)
-        figures.along(axes, axis)
+        layout.along(axes, axis)
     for spare in all_axes[len(axes_of):]:
         spare.remove()
-    figures.finish(figure, list(all_axes[:len(axes_of)]), [], wording.titled(metric),
+    layout.finish(figure, list(all_axes[:len(axes_of)]), [], wording.titled(metric),
                    [Line2D([], [], color=INK, marker="_", label="mean of eight equal parts, with "
                                                                "95 % interval")])
     return figure
@@ -50,14 +51,15 @@ def _binned(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     order = np.argsort(x, kind="stable")
     parts = np.array_split(order, _BINS)
     centres = [float(x[part].mean()) for part in parts]
-    bounds = [t_interval(y[part]) for part in parts]
-    axes.plot(centres, [one.mean for one in bounds], color=INK, linewidth=1.2)
-    for centre, one in zip(centres, bounds, strict=True):
-        axes.plot([centre] * 2, [one.low, one.high], color=INK, linewidth=1.2, marker="_",
+    found = [t_interval(y[part]) for part in parts]
+    means, low, high = np.array([[one.mean, one.low, one.high] for one in found], float).T
+    axes.plot(centres, means, color=INK, linewidth=1.2)
+    for centre, *bounds in zip(centres, low, high, strict=True):
+        axes.plot([centre] * 2, bounds, color=INK, linewidth=1.2, marker="_",
                   markersize=4)
 
 
-def sobol(study: Study, estimates: Estimates, metric: str) -> list[Index] | None:
+def sobol(study: Study, estimates: Estimates, metric: str) -> list[SobolIndices] | None:
     """The indices of each parameter, from the mean of each vector; None unless the design is
     ``saltelli`` and each of its vectors has the metric."""
     if not isinstance(study.design.vectors, Saltelli):
@@ -70,18 +72,18 @@ def sobol(study: Study, estimates: Estimates, metric: str) -> list[Index] | None
 
 
 def sentences(study: Study, estimates: Estimates, metric: str) -> list[str]:
-    """Which parameters matter most, by their total index; nothing without indices."""
+    """A sentence with the parameters by their total index; nothing without indices."""
     found = sobol(study, estimates, metric)
     if found is None or found[0].total is None:
         return []
-    order = sorted(zip(study.axes, found, strict=True), key=lambda one: -one[1].total)
-    told = [f"{name} {wording.number(one.total, 2)} "
-            f"{wording.between(one.total_low, one.total_high)}" for name, one in order]
+    order = sorted(zip(study.axes, found, strict=True), key=lambda one: -(one[1].total or 0.0))
+    shares = [f"{name} {wording.number(one.total, 2)} "
+              f"{wording.between(one.total_low, one.total_high)}" for name, one in order]
     return [f"Share of the variance of {wording.titled(metric)} in which each parameter has a part "
-            f"(total Sobol index): {wording.listed(told)}."]
+            f"(total Sobol index): {wording.listed(shares)}."]
 
 
-def sobol_figure(study: Study, found: list[Index], metric: str) -> Figure:
+def sobol_figure(study: Study, found: list[SobolIndices], metric: str) -> Figure:
     """First-order and total indices as bars with their intervals."""
     figure = Figure(figsize=(WIDTH_IN, 0.62 * len(found) + 1.3), layout="constrained")
     axes = figure.subplots()
@@ -101,13 +103,14 @@ def sobol_figure(study: Study, found: list[Index], metric: str) -> Figure:
     return figure
 
 
-def sobol_table(study: Study, found: list[Index], metric: str) -> Table:
+def sobol_table(study: Study, found: list[SobolIndices], metric: str) -> ReportTable:
     """The same in numbers."""
     rows = [[name, one.first, wording.between(one.first_low, one.first_high), one.total,
              wording.between(one.total_low, one.total_high)]
             for name, one in zip(study.axes, found, strict=True)]
-    return Table(f"{metric}_sobol", f"Sobol indices of {wording.titled(metric)}: what a parameter "
-                 "explains by itself, and what it has a part in, with 95 % intervals.",
-                 ["parameter", "first order", "95 % interval", "total", "95 % interval"], rows,
-                 ["parameter", *Index._fields],
-                 [[name, *one] for name, one in zip(study.axes, found, strict=True)])
+    return ReportTable(
+        f"{metric}_sobol", f"Sobol indices of {wording.titled(metric)}: what a parameter "
+        "explains by itself, and what it has a part in, with 95 % intervals.",
+        ["parameter", "first order", "95 % interval", "total", "95 % interval"], rows,
+        ["parameter", *SobolIndices._fields],
+        [[name, *one] for name, one in zip(study.axes, found, strict=True)])

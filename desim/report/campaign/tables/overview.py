@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from desim.report.campaign import wording
-from desim.report.campaign.contrasts import Contrast
-from desim.report.campaign.estimates import Estimate, Estimates, Means
-from desim.report.campaign.study import TIMES, Axis, Study, Vector
-from desim.report.campaign.tables import Cell, Shown, Table
+from desim.report.campaign.numbers.contrasts import Contrast
+from desim.report.campaign.numbers.estimates import Estimate, Estimates, Means
+from desim.report.campaign.numbers.study import TIMES, Axis, Study, VectorRuns
+from desim.report.campaign.tables.table import Cell, ReportTable, Shown
 
 _MOST_VECTORS = 1000  # that are looked at one by one
 _WIDE_FOR = 150  # up to so many vectors the page's table has all metrics
 
 
-def all_metrics(study: Study, estimates: Estimates) -> Table:
+def all_metrics(study: Study, estimates: Estimates) -> ReportTable:
     """Every metric of every vector: the presented ones with their intervals, of the others the
     mean of the runs that have them."""
     presented = [name for name in study.design.report.metrics if name in study.metrics]
@@ -28,24 +28,23 @@ def all_metrics(study: Study, estimates: Estimates) -> Table:
     columns = [column for name, found in means.items() for column in found[:len(_endings(name))]]
     exact = ([*_exact_begin(study, vector), *(_exact(column[i]) for column in columns)]
              for i, vector in enumerate(study.vectors))  # a file's rows, one at a time
-    return Table("metrics_by_vector", "All metrics by vector: mean ± half of the 95 % interval; "
-                 "times are restricted to the time limit; ≥ where runs that were not there by then "
-                 "count with it.",
-                 [*head, *map(wording.titled, names)], rows,
-                 [*exact_head, *(f"{name}{ending}" for name in means
-                                 for ending in _endings(name))], exact)
+    caption = ("All metrics by vector: mean ± half of the 95 % interval; times are restricted to "
+               "the time limit; ≥ where runs that were not there by then count with it.")
+    return ReportTable("metrics_by_vector", caption, [*head, *map(wording.titled, names)], rows,
+                       [*exact_head, *(f"{name}{ending}" for name in means
+                                       for ending in _endings(name))], exact)
 
 
 def _endings(metric: str) -> tuple[str, ...]:
-    """Of the columns of a metric, as ``Means`` has them."""
+    """The endings of the names of a metric's columns, in the order of ``Means``."""
     return ("", "_low", "_high", "_n", "_late")[:5 if metric in TIMES else 4]
 
 
-def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vector],
-               holds: dict[int, float]) -> Table:
-    """A metric by vector, and, of times, what the censored runs do to it. Of very many vectors
-    those that are drawn. ``holds``, by vector's number: how often such an interval holds the mean,
-    where that was measured."""
+def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[VectorRuns],
+               holds: dict[int, float]) -> ReportTable:
+    """A metric by vector; of times also the median and the mean of the successes. Of very many
+    vectors only those that are drawn. ``holds``, by the vector's number: the share of such
+    intervals that hold the mean, where that was measured."""
     timed = metric in TIMES
     head = [*_head(study), "mean" if not timed else "restricted mean", "95 % interval", "n"]
     exact_head = [*_exact_head(study), "mean", "low", "high", "n", "method"]
@@ -56,7 +55,8 @@ def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vect
         head += ["median (Kaplan-Meier)", "mean of the successes"]
         exact_head += ["median", "median_low", "median_high", "successes_mean", "successes_low",
                        "successes_high", "successes_n", "limit"]
-    rows, exact = [], []
+    rows: list[list[Cell | Shown]] = []
+    exact: list[list[Cell]] = []
     few = len(study.vectors) <= _MOST_VECTORS
     for vector in study.vectors if few else drawn:
         one = estimates.of(metric, vector)
@@ -73,15 +73,16 @@ def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vect
             row, line = row + more, line + exact_more
         rows.append(row)
         exact.append(line)
-    more = "" if few else (f" {len(drawn)} of {len(study.vectors)} vectors; the others stand in "
-                           "metrics_by_vector.csv.")
-    return Table(metric, f"{wording.titled(metric)} by vector, with 95 % intervals.{more}", head,
-                 rows, exact_head, exact)
+    others = "" if few else (f" {len(drawn)} of {len(study.vectors)} vectors; the others stand in "
+                             "metrics_by_vector.csv.")
+    return ReportTable(metric, f"{wording.titled(metric)} by vector, with 95 % intervals.{others}",
+                       head, rows, exact_head, exact)
 
 
-def compared(metric: str, found: list[Contrast]) -> Table:
+def compared(metric: str, found: list[Contrast]) -> ReportTable:
     """The paired comparisons of a metric."""
-    rows, exact = [], []
+    rows: list[list[Cell | Shown]] = []
+    exact: list[list[Cell]] = []
     for one in found:
         pair = one.paired
         words = [one.axis, one.first, one.second, one.where]
@@ -94,38 +95,39 @@ def compared(metric: str, found: list[Contrast]) -> Table:
                      pair.rank_biserial, signs])
         exact.append([*words, *pair.difference[:4], pair.t_p, one.p, pair.wilcoxon_p,
                       pair.cohen_dz, pair.rank_biserial, pair.above, pair.equal, pair.below])
-    return Table(f"{metric}_comparisons",
-                 f"{wording.titled(metric)}: first minus second under common random numbers. p of "
-                 "the paired t test, the same after Holm's correction over this table, p of "
-                 "Wilcoxon's test; Cohen's d_z and the rank-biserial correlation; for how many "
-                 "seeds the first is above, equal, below.",
-                 ["parameter", "first", "second", "at", "difference", "95 % interval", "seeds",
-                  "p", "p (Holm)", "p (Wilcoxon)", "d_z", "r", "> / = / <"], rows,
-                 ["parameter", "first", "second", "at", "difference", "low", "high", "seeds", "p",
-                  "p_holm", "p_wilcoxon", "cohen_dz", "rank_biserial", "above", "equal", "below"],
-                 exact)
+    return ReportTable(
+        f"{metric}_comparisons",
+        f"{wording.titled(metric)}: first minus second under common random numbers. p of "
+        "the paired t test, the same after Holm's correction over this table, p of "
+        "Wilcoxon's test; Cohen's d_z and the rank-biserial correlation; for how many "
+        "seeds the first is above, equal, below.",
+        ["parameter", "first", "second", "at", "difference", "95 % interval", "seeds",
+         "p", "p (Holm)", "p (Wilcoxon)", "d_z", "r", "> / = / <"], rows,
+        ["parameter", "first", "second", "at", "difference", "low", "high", "seeds", "p",
+         "p_holm", "p_wilcoxon", "cohen_dz", "rank_biserial", "above", "equal", "below"],
+        exact)
 
 
 def _head(study: Study) -> list[str]:
     return ["vector", *study.axes, "runs", "reached", "failed"]
 
 
-def _begin(study: Study, vector: Vector) -> list[Cell | Shown]:
+def _begin(study: Study, vector: VectorRuns) -> list[Cell | Shown]:
     rows = vector.rows
-    levels = [axis.labels[vector.levels[name]] if axis.numbers is None
-              else Shown(axis.labels[vector.levels[name]],
-                         float(axis.numbers[vector.levels[name]]))
-              for name, axis in study.axes.items()]
+    levels: list[Cell | Shown] = [
+        Shown(axis.labels[vector.levels[name]], float(axis.numbers[vector.levels[name]]))
+        if axis.is_numeric else axis.labels[vector.levels[name]]
+        for name, axis in study.axes.items()]
     return [vector.number, *levels, len(rows), int(study.reached[rows].sum()),
             int(study.failed[rows].sum())]
 
 
 def _exact_head(study: Study) -> list[str]:
-    """Beside the levels' names the numbers that they are."""
+    """The head for programs: besides the levels' names, the numbers that they are."""
     return [*_head(study), *(axis.title for axis in _with_units(study))]
 
 
-def _exact_begin(study: Study, vector: Vector) -> list[Cell]:
+def _exact_begin(study: Study, vector: VectorRuns) -> list[Cell]:
     words = [cell.text if isinstance(cell, Shown) else cell for cell in _begin(study, vector)]
     return [*words, *(float(axis.numbers[vector.levels[axis.name]])
                       for axis in _with_units(study))]
@@ -149,7 +151,7 @@ def _times(one: Estimate) -> tuple[list[Cell | Shown], list[Cell]]:
 
 
 def _means(study: Study, estimates: Estimates, metric: str) -> Means:
-    """Of the presented metrics what their figures show, where that does not take too long."""
+    """The means of a metric: of a presented one, those of its figure where that is fast enough."""
     if metric not in study.design.report.metrics or len(study.vectors) > _WIDE_FOR:
         return estimates.means(metric)
     found = [estimates.of(metric, vector) for vector in study.vectors]

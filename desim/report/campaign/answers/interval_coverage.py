@@ -1,4 +1,4 @@
-"""What stopping by the width of an interval does to the interval, vector by vector."""
+"""Sequential stopping: how often an interval holds the mean whose width ended the iterations."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.campaign.design.design import Until
-from desim.campaign.running.agenda import rule_of
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.study import Study, Vector
-from desim.report.campaign.tables import Table
-from desim.statistics.sequential import Coverage, coverage_of
+from desim.campaign.running.agenda import stopping_rule
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.study import Study, VectorRuns
+from desim.report.campaign.tables.table import Cell, ReportTable
+from desim.statistics.sequential import IntervalCoverage, coverage_of
 
 _DIGITS = 2  # of the spread, so that vectors alike are simulated once
 _MOST_SIMULATED = 24  # different ones
 
 
 class Covered(NamedTuple):
-    """How often the interval of a vector whose values spread like these holds the mean."""
+    """The coverage of the interval of a vector whose ``n`` values spread like these."""
 
-    vector: Vector
+    vector: VectorRuns
     n: int
-    coverage: Coverage
+    coverage: IntervalCoverage
 
 
 def measured(study: Study, estimates: Estimates) -> list[Covered]:
@@ -31,7 +31,8 @@ def measured(study: Study, estimates: Estimates) -> list[Covered]:
     until = study.design.iterations
     if not isinstance(until, Until) or until.metric not in study.metrics:
         return []
-    rule, simulated, out = rule_of(until), set(), []
+    rule, simulated = stopping_rule(until), set[float]()
+    out: list[Covered] = []
     for vector in study.vectors:
         values = estimates.of(until.metric, vector).values
         if len(values) < 2 or not np.ptp(values) > 0:
@@ -48,12 +49,13 @@ def measured(study: Study, estimates: Estimates) -> list[Covered]:
     return out
 
 
-def coverage_table(study: Study, found: list[Covered]) -> Table:
+def coverage_table(study: Study, metric: str, found: list[Covered]) -> ReportTable:
     """The same as a table."""
-    metric = study.design.iterations.metric
-    rows = [[study.label(one.vector), one.n, one.coverage.share, one.coverage.mean_n,
-             one.coverage.narrow] for one in found]
+    rows: list[list[Cell]] = [[
+        study.label(one.vector), one.n, one.coverage.share, one.coverage.mean_n,
+        one.coverage.narrow] for one in found]
     head = ["vector", "runs", "holds the mean", "runs needed on average", "stopped by width"]
-    return Table(f"{metric}_coverage", "Sequential stopping: how often a nominal 95 % interval "
-                 "holds the mean when this rule stops, simulated for normal values that spread as "
-                 "measured.", head, rows, head, rows)
+    return ReportTable(
+        f"{metric}_coverage", "Sequential stopping: how often a nominal 95 % interval holds the "
+        "mean when this rule stops, simulated for normal values that spread as measured.", head,
+        rows, head, rows)

@@ -1,5 +1,5 @@
-"""What a reader must know before trusting the numbers: runs that failed, metrics that are not
-there, vectors that are not known well enough."""
+"""Warnings about the numbers: runs that failed, metrics that are missing, vectors that are not
+known well enough."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ import numpy as np
 from scipy import stats
 
 from desim.campaign.design.design import Until
-from desim.campaign.running.agenda import is_narrow, rule_of
-from desim.campaign.running.remarks import told_raised
-from desim.report.campaign import findings, page, wording
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.groups import Group
-from desim.report.campaign.study import Study, Vector
+from desim.campaign.running.agenda import is_narrow, stopping_rule
+from desim.campaign.running.remarks import raised_remark
+from desim.report.campaign import wording
+from desim.report.campaign.answers import findings
+from desim.report.campaign.answers.groups import MetricGroup
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.study import Study, VectorRuns
+from desim.report.campaign.page import page
 
 _MOST_ERRORS = 10
 _MANY = 10  # runs, from which t intervals hold 90 % and more of what we tried (docs/statistics.md)
@@ -21,7 +23,7 @@ _FEWEST_RESIDUALS = 15
 
 
 def failures(study: Study) -> str:
-    """How many runs failed for which reasons, as HTML."""
+    """The failed runs by cause, as HTML."""
     errors = findings.causes_of(study)
     if not errors:
         return ""
@@ -30,12 +32,12 @@ def failures(study: Study) -> str:
         [f"{count} × {error}" for error, count in errors.most_common(_MOST_ERRORS)])
 
 
-def about_metrics(study: Study, single: list[str], groups: list[Group]) -> str:
-    """Of the metrics that are shown, or are the design's own, as HTML."""
+def about_metrics(study: Study, single: list[str], groups: list[MetricGroup]) -> str:
+    """Warnings about metrics that are shown, or are the design's own, as HTML."""
     finished = int((study.once & ~study.failed).sum())
     if not finished:
         return ""
-    said = [f"{told_raised(name, count, error, finished)}."
+    said = [f"{raised_remark(name, count, error, finished)}."
             for name, (count, error) in study.raised.items()]
     shown = {*single, *(group.pattern for group in groups)}
     asked = dict.fromkeys((*study.design.report.metrics, *study.design.metrics))
@@ -47,9 +49,9 @@ def about_metrics(study: Study, single: list[str], groups: list[Group]) -> str:
 
 
 def about_few(study: Study, estimates: Estimates, metrics: list[str]) -> str:
-    """Where intervals rest on few runs whose values are far from normal, as HTML. The residuals of
-    all small vectors of a metric are pooled, each in standard deviations of its vector, since no
-    test can tell from five values alone (Shapiro and Wilk 1965)."""
+    """A warning about intervals that rest on few runs whose values are far from normal, as HTML.
+    The residuals of all small vectors of a metric are pooled, each in standard deviations of its
+    vector, since no test can tell from five values alone (Shapiro and Wilk 1965)."""
     doubtful = [metric for metric in metrics if _is_odd(study, estimates, metric)]
     if not doubtful:
         return ""
@@ -69,12 +71,12 @@ def _is_odd(study: Study, estimates: Estimates, metric: str) -> bool:
     return len(pooled) >= _FEWEST_RESIDUALS and float(stats.shapiro(pooled).pvalue) < 0.01
 
 
-def unsettled(study: Study, estimates: Estimates) -> list[Vector]:
-    """Vectors whose interval is wider than it should be after all runs that they may have."""
+def unsettled(study: Study, estimates: Estimates) -> list[VectorRuns]:
+    """The vectors whose interval is too wide after all runs that they may have."""
     until = study.design.iterations
     if not isinstance(until, Until) or until.metric not in study.metrics:
         return []
-    rule = rule_of(until)
+    rule = stopping_rule(until)
     return [vector for vector in study.vectors if len(vector.rows) >= until.at_most
             and not is_narrow(estimates.of(until.metric, vector).values, rule)]
 
@@ -82,7 +84,7 @@ def unsettled(study: Study, estimates: Estimates) -> list[Vector]:
 def about_width(study: Study, estimates: Estimates) -> str:
     """A sentence about these; empty if there are none."""
     wide, until = unsettled(study, estimates), study.design.iterations
-    if not wide:
+    if not wide or not isinstance(until, Until):
         return ""
     some = wording.listed([study.label(vector) for vector in wide], 6)
     return (f"The 95 % interval of {until.metric} was still wider than {until.width} in "

@@ -1,4 +1,4 @@
-"""What a metric can be: an interval of its mean does not reach beyond."""
+"""The values that a metric can have: an interval of its mean does not reach beyond."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 
-from desim.report.campaign.study import TIMES, Study
+from desim.report.campaign.numbers.study import TIMES, Study
 
 Bounds = tuple[float, float]
 

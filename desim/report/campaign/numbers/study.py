@@ -1,4 +1,4 @@
-"""What a report is about: a campaign's runs by vector, and its parameters as axes."""
+"""The campaign that a report is about: its runs by vector, and its parameters as axes."""
 
 from __future__ import annotations
 
@@ -26,19 +26,23 @@ _LOG_FROM = 10.0  # largest over smallest value of an axis
 
 
 class Axis(NamedTuple):
-    """A parameter's levels, ascending where they are ``numbers`` (in ``unit``), else in the
+    """A parameter's levels: ascending, with their ``numbers`` in ``unit``; without numbers in the
     design's order."""
 
     name: str
     labels: tuple[str, ...]
-    numbers: np.ndarray | None
+    numbers: np.ndarray
     unit: str
+
+    @property
+    def is_numeric(self) -> bool:
+        return len(self.numbers) > 0
 
     @property
     def log(self) -> bool:
         """Whether the levels are spaced by factors rather than by differences."""
         x = self.numbers
-        if x is None or len(x) < 3 or x[0] <= 0 or x[-1] / x[0] < _LOG_FROM:
+        if len(x) < 3 or x[0] <= 0 or x[-1] / x[0] < _LOG_FROM:
             return False
         steps, factors = np.diff(x), np.diff(np.log(x))
         return bool(factors.std() / factors.mean() < steps.std() / steps.mean())
@@ -49,9 +53,9 @@ class Axis(NamedTuple):
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
 
-class Vector(NamedTuple):
-    """One combination: ``levels``, an index into each axis' labels; ``rows``, of the table, in the
-    order of iterations."""
+class VectorRuns(NamedTuple):
+    """The runs of one vector: ``rows`` of the table, in the order of iterations. ``levels`` are
+    indices into each axis' labels."""
 
     number: int
     levels: dict[str, int]
@@ -88,14 +92,14 @@ class Study:
         self.column, self.text = cache(self._metric), cache(self.words)
 
     def numbers(self, name: str) -> np.ndarray:
-        """A column [runs] of float64, the caller's own; NaN is what a run has not."""
+        """A column [runs] of float64, the caller's own; NaN where a run has no value."""
         column = self._table[name]
         if pa.types.is_string(column.type):  # all of it is null
             return np.full(len(column), np.nan)
         return pc.cast(column, pa.float64()).to_numpy().copy()  # Arrow's own is read-only
 
     def _metric(self, name: str) -> np.ndarray:
-        """What did not happen happened 0 times: which reasons there are differs from run to run."""
+        """A metric [runs]. A reason of drops that a run does not list has happened 0 times."""
         column = self.numbers(name)
         if name.startswith(_COUNTED):
             column[np.isnan(column) & ~self.failed] = 0.0
@@ -112,8 +116,7 @@ class Study:
 
     @cached_property
     def once(self) -> np.ndarray:
-        """[rows] that are runs: one that several vectors share has a row for each, and counts once.
-        """
+        """A mask [rows] in which a run that several vectors share, with a row each, counts once."""
         once = np.zeros(len(self.failed), bool)
         once[np.unique(self.text("run_id").astype(str), return_index=True)[1]] = True
         return once
@@ -122,26 +125,25 @@ class Study:
     def raised(self) -> dict[str, tuple[int, str]]:
         """By metric, in how many runs its function raised, and the first error."""
         text = (self._table.schema.metadata or {}).get(RAISED.encode(), b"{}")
-        return {name: tuple(found) for name, found in json.loads(text).items()}
+        return {name: (runs, error) for name, (runs, error) in json.loads(text).items()}
 
     @cached_property
     def censored(self) -> np.ndarray:
-        """[runs] that ended without having explored enough."""
+        """A mask [runs]: ended without having explored enough."""
         if "censored" not in self.metrics:
             return np.zeros(len(self.failed), bool)
         return self.column("censored") == 1.0
 
     @cached_property
     def timed_out(self) -> np.ndarray:
-        """[runs] that were stopped by their time limit; all may be, where nobody says why they
-        ended."""
+        """A mask [runs]: stopped by their time limit. Without recorded reasons all may be."""
         if "stop_reason" not in self._table.column_names:
             return np.ones(len(self.failed), bool)
         return self.text("stop_reason") == "elapsed"
 
     @property
     def reached(self) -> np.ndarray:
-        """[runs] that are successes, as the paper counts them."""
+        """A mask [runs]: successes, as the paper counts them."""
         return ~self.failed & ~self.censored
 
     @property
@@ -161,7 +163,7 @@ class Study:
         named = self.design.report.against
         if named is not None:
             return self.axes[named]
-        numeric = [axis for axis in self.axes.values() if axis.numbers is not None]
+        numeric = [axis for axis in self.axes.values() if axis.is_numeric]
         return next(iter([*numeric, *self.axes.values()]), None)
 
     @property
@@ -173,12 +175,22 @@ class Study:
         return next((axis for axis in self.axes.values() if axis is not against), None)
 
     @property
+    def axis(self) -> Axis:
+        """``against``, of a design with parameters. Raises ``ValueError`` without."""
+        return _required(self.against)
+
+    @property
+    def setting(self) -> Axis:
+        """``by``, of a design with two parameters. Raises ``ValueError`` without."""
+        return _required(self.by)
+
+    @property
     def others(self) -> list[Axis]:
         """Parameters that are neither along the axis nor tell lines apart."""
         return [axis for axis in self.axes.values()
                 if axis is not self.against and axis is not self.by and len(axis.labels) > 1]
 
-    def label(self, vector: Vector, *axes: Axis) -> str:
+    def label(self, vector: VectorRuns, *axes: Axis) -> str:
         """``bandwidth = 3 Mb/s, deployment = field``, of all parameters unless some are named."""
         return ", ".join(f"{axis.name} = {axis.labels[vector.levels[axis.name]]}"
                          for axis in axes or self.axes.values())
@@ -196,25 +208,25 @@ class Study:
             raise InputError(f"{self.folder}: the table has no parameter {name!r}; it belongs to "
                              "another design")
         if of_numbers is None:
-            return Axis(name, tuple(dict.fromkeys(self.words(name).tolist())), None, "")
+            return Axis(name, tuple(dict.fromkeys(self.words(name).tolist())), np.zeros(0), "")
         numbers, which = np.unique(self.numbers(of_numbers), return_index=True)
         words = self.words(name) if name in columns and not self._is_number(name) else None
         labels = (f"{number:.12g}" if words is None else words[at]
                   for number, at in zip(numbers, which, strict=True))
         return Axis(name, tuple(labels), numbers, SUFFIXES[of_numbers.removeprefix(name)])
 
-    def _vectors(self) -> list[Vector]:
+    def _vectors(self) -> list[VectorRuns]:
         numbers = self.numbers("vector").astype(int)
         order = np.lexsort((self.iterations, numbers))
         begins = np.flatnonzero(np.diff(numbers[order], prepend=-1))
         levels = {name: self._levels(axis) for name, axis in self.axes.items()}
-        return [Vector(int(numbers[rows[0]]), {name: int(of[rows[0]]) for name, of in
+        return [VectorRuns(int(numbers[rows[0]]), {name: int(of[rows[0]]) for name, of in
                                                levels.items()}, rows)
                 for rows in np.split(order, begins[1:])]
 
     def _levels(self, axis: Axis) -> np.ndarray:
-        """[runs] indices into its labels."""
-        if axis.numbers is not None:
+        """Indices [runs] into the labels of ``axis``."""
+        if axis.is_numeric:
             suffix = next(suffix for suffix, unit in SUFFIXES.items() if unit == axis.unit
                           and axis.name + suffix in self._table.column_names)
             return np.searchsorted(axis.numbers, self.numbers(axis.name + suffix))
@@ -228,3 +240,9 @@ class Study:
                 raise InputError(f"report.{key}: there is no parameter {name!r}"
                                  f"{did_you_mean(name, self.axes)}; allowed: "
                                  f"{', '.join(self.axes) or 'none'}")
+
+
+def _required(axis: Axis | None) -> Axis:
+    if axis is None:
+        raise ValueError("the design has too few parameters")
+    return axis

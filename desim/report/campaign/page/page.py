@@ -1,4 +1,4 @@
-"""The page: one file of HTML that needs nothing else."""
+"""The page and its elements: one file of HTML that needs nothing else."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def page(title: str, lead: str, sections: Sequence[Section]) -> str:
 
 
 def paragraph(text: str, kind: str = "") -> str:
-    """Plain text."""
+    """A paragraph of plain text."""
     return f"<p{f' class={kind}' if kind else ''}>{html.escape(text)}</p>"
 
 
@@ -50,13 +50,13 @@ def figure(svg: str, name: str, caption: str) -> str:
 
 
 def folded(title: str, body: str, opened: bool = False) -> str:
-    """Something for those who want to look closer."""
+    """An element that opens on a click, for those who want details."""
     return (f"<details{' open' if opened else ''}><summary>{html.escape(title)}</summary>\n"
             f"{body}\n</details>")
 
 
 def verbatim(text: str) -> str:
-    """A file."""
+    """The text of a file."""
     return f'<pre tabindex="0">{html.escape(text)}</pre>'
 
 

@@ -7,19 +7,19 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.report.campaign import wording
-from desim.report.campaign.contrasts import FEWEST_SEEDS
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.study import Study
-from desim.report.campaign.tables import Shown, Table
+from desim.report.campaign.numbers.contrasts import FEWEST_SEEDS
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.study import Study
+from desim.report.campaign.tables.table import Cell, ReportTable, Shown
 from desim.statistics.ranking import Flip, Kendall, flips, kendall
 
 FIDELITY = "network.fidelity"
 
 
 class Rung(NamedTuple):
-    """``means`` by setting and their ranking against that of the highest rung; None where a rung
-    lacks a setting's results. Of times, ``late`` values of each setting count with the limit.
-    ``seeds`` that all settings share."""
+    """The ``means`` by setting on one rung, and their ranking against that of the highest rung;
+    None where results of a setting are missing. Of times, ``late`` values of each setting count
+    with the limit. ``seeds`` is the number that all settings share."""
 
     name: str
     means: tuple[float | None, ...]
@@ -30,7 +30,7 @@ class Rung(NamedTuple):
 
 
 def is_ladder(study: Study) -> bool:
-    """Whether the axis is the ladder, with settings to compare on it."""
+    """Whether the axis is the ladder, with several settings to compare on it."""
     against, by = study.against, study.by
     return (against is not None and by is not None and len(by.labels) > 1 and not study.others
             and not study.is_sampled
@@ -39,25 +39,25 @@ def is_ladder(study: Study) -> bool:
 
 def compared(study: Study, estimates: Estimates, metric: str) -> list[Rung]:
     """Each rung against the last one of the design."""
-    axis, by = study.against, study.by
+    axis, by = study.axis, study.setting
     found = {(vector.levels[axis.name], vector.levels[by.name]): estimates.of(metric, vector)
              for vector in study.vectors}
     values: list[np.ndarray | None] = []
     late: list[tuple[int, ...]] = []
     for rung in range(len(axis.labels)):
-        own = [found.get((rung, setting)) for setting in range(len(by.labels))]
-        late.append(tuple(0 if one is None else one.late for one in own))
+        there = [found.get((rung, setting)) for setting in range(len(by.labels))]
+        late.append(tuple(0 if one is None else one.late for one in there))
         by_seed = [{} if one is None else dict(zip(
             study.iterations[one.rows].tolist(), one.values.tolist(), strict=True))
-            for one in own]
+            for one in there]
         shared = sorted(set.intersection(*(set(one) for one in by_seed)))
         values.append(np.array([[one[k] for k in shared] for one in by_seed]) if shared else None)
     highest = values[-1]
     out = []
     for name, own, bounds in zip(axis.labels, values, late, strict=True):
         if own is None or highest is None:
-            means = (None,) * len(by.labels) if own is None else tuple(own.mean(axis=1).tolist())
-            out.append(Rung(name, means, bounds, None, [], 0))
+            known = (None,) * len(by.labels) if own is None else tuple(own.mean(axis=1).tolist())
+            out.append(Rung(name, known, bounds, None, [], 0))
             continue
         means = own.mean(axis=1)
         out.append(Rung(name, tuple(means.tolist()), bounds,
@@ -66,8 +66,8 @@ def compared(study: Study, estimates: Estimates, metric: str) -> list[Rung]:
 
 
 def sentences(study: Study, metric: str, found: list[Rung]) -> list[str]:
-    """What it means."""
-    labels, highest = study.by.labels, found[-1]
+    """The ranking in words."""
+    labels, highest = study.setting.labels, found[-1]
     if highest.kendall is None:
         return [f"The highest rung, {highest.name}, has no runs to compare with."]
     if highest.kendall.tau is None:
@@ -99,10 +99,11 @@ def sentences(study: Study, metric: str, found: list[Rung]) -> list[str]:
     return out
 
 
-def table(study: Study, metric: str, found: list[Rung]) -> Table:
+def table(study: Study, metric: str, found: list[Rung]) -> ReportTable:
     """Means, Kendall's tau and the pairs that are turned over."""
-    labels = study.by.labels
-    rows, exact = [], []
+    labels = study.setting.labels
+    rows: list[list[Cell | Shown]] = []
+    exact: list[list[Cell]] = []
     for rung in found:
         tau = None if rung.kendall is None else rung.kendall.tau
         pairs = ", ".join(f"{labels[flip.i]}/{labels[flip.j]}{'*' if flip.significant else ''}"
@@ -113,6 +114,7 @@ def table(study: Study, metric: str, found: list[Rung]) -> Table:
                      Shown(wording.number(tau, 3), tau), pairs or "none"])
         exact.append([rung.name, *rung.means, rung.seeds, tau, pairs])
     head = ["rung", *labels, "seeds", "Kendall's tau", "flipped"]
-    return Table(f"{metric}_ladder", f"{wording.titled(metric)} on the fidelity ladder: means, and "
-                 f"Kendall's tau of the ranking against that of {found[-1].name}; * a flip that is "
-                 "significant at 5 % after Holm's correction.", head, rows, head, exact)
+    return ReportTable(
+        f"{metric}_ladder", f"{wording.titled(metric)} on the fidelity ladder: means, and "
+        f"Kendall's tau of the ranking against that of {found[-1].name}; * a flip that is "
+        "significant at 5 % after Holm's correction.", head, rows, head, exact)

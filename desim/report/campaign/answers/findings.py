@@ -1,4 +1,4 @@
-"""What a campaign found, at a glance: a table of all metrics and lines, and a few sentences."""
+"""The findings of a campaign at a glance: a table of all metrics and lines, and a few sentences."""
 
 from __future__ import annotations
 
@@ -6,26 +6,27 @@ from collections import Counter
 
 from desim.blame import cause_of
 from desim.report.campaign import wording
-from desim.report.campaign.contrasts import Contrast, strongest
-from desim.report.campaign.estimates import Estimate, Estimates
-from desim.report.campaign.knees import Bend, interval
-from desim.report.campaign.study import Study, Vector
-from desim.report.campaign.tables import Cell, Table
+from desim.report.campaign.numbers.contrasts import Contrast, strongest
+from desim.report.campaign.numbers.estimates import Estimate, Estimates
+from desim.report.campaign.numbers.knees import Bend, interval
+from desim.report.campaign.numbers.study import Study, VectorRuns
+from desim.report.campaign.tables.table import Cell, ReportTable
 
 _MOST_SAID = 6  # places of a kind
 _MOST_COLUMNS = 4
 
 
-def glance(study: Study, estimates: Estimates, bends: dict[str, list[Bend]]) -> Table | None:
-    """How each metric goes along the axis and where it bends, a column a line; None where the axis
-    has no numbers or one value. Of many lines a row each."""
+def glance(study: Study, estimates: Estimates, bends: dict[str, list[Bend]]) -> ReportTable | None:
+    """A table of each metric's means along the axis and of its knees, a column a line; of many
+    lines a row each. None where the axis has no numbers or one value."""
     axis = study.against
-    if axis is None or axis.numbers is None or len(axis.labels) < 2 or not any(bends.values()):
+    if axis is None or not axis.is_numeric or len(axis.labels) < 2 or not any(bends.values()):
         return None
     places = [bend.place for bend in next(iter(bends.values()))]
-    rows, exact = [], []
+    rows: list[list[Cell]] = []
+    exact: list[list[Cell]] = []
     for metric, found in bends.items():
-        cells = [_told(study, estimates, metric, bend) for bend in found]
+        cells = [_along(study, estimates, metric, bend) for bend in found]
         if len(places) <= _MOST_COLUMNS:
             rows.append([wording.titled(metric), *cells])
         else:
@@ -35,14 +36,15 @@ def glance(study: Study, estimates: Estimates, bends: dict[str, list[Bend]]) -> 
     ends = f"{axis.labels[0]} → {axis.labels[-1]}"
     head = ["metric", *(place or f"{axis.name} {ends}" for place in places)] \
         if len(places) <= _MOST_COLUMNS else ["metric", "line", f"{axis.name} {ends}"]
-    return Table("knees", f"Means at {axis.name} {ends}; below them where the line bends, with the "
-                 "95 % interval of that place.", head, rows,
-                 ["metric", "line", "at", "low", "high", "slope_before", "slope_after", "p", "n"],
-                 exact)
+    return ReportTable(
+        "knees", f"Means at {axis.name} {ends}; below them where the line bends, with the 95 % "
+        "interval of that place.", head, rows,
+        ["metric", "line", "at", "low", "high", "slope_before", "slope_after", "p", "n"], exact)
 
 
-def _told(study: Study, estimates: Estimates, metric: str, bend: Bend) -> Cell:
-    axis = study.against
+def _along(study: Study, estimates: Estimates, metric: str, bend: Bend) -> str:
+    """The means at both ends of a line, and its knees."""
+    axis = study.axis
     ends = [estimates.of(metric, vector) for vector in (bend.line.vectors[0],
                                                         bend.line.vectors[-1])]
     text = " → ".join(map(_mean, ends))
@@ -57,30 +59,31 @@ def _mean(one: Estimate) -> str:
 
 
 def failed(study: Study) -> list[str]:
-    """How many runs failed, and why most of them did; where all did."""
+    """Sentences about failed runs: their number, the most frequent cause, and vectors in which all
+    failed."""
     causes = causes_of(study)
     if not causes:
         return []
     count, total = causes.total(), int(study.once.sum())
     cause, often = causes.most_common(1)[0]
     many = f"All {total} runs" if count == total else f"{count} of {total} runs"
-    told = [f"{many if total > 1 else 'The run'} failed: {cause}." if len(causes) == 1 else
+    sentences = [f"{many if total > 1 else 'The run'} failed: {cause}." if len(causes) == 1 else
             f"{many} failed, for {len(causes)} causes; the most frequent one, of {often}: {cause}."]
     none = [vector for vector in study.vectors if study.failed[vector.rows].all()]
     if none and len(none) < len(study.vectors):
-        told.append(f"All runs failed in {len(none)} of "
+        sentences.append(f"All runs failed in {len(none)} of "
                     f"{wording.counted(len(study.vectors), 'vector')}: {_named(study, none)}.")
-    return told
+    return sentences
 
 
 def causes_of(study: Study) -> Counter[str]:
-    """Why runs failed, whichever host it was and when."""
+    """The causes of failures, whichever host it was and when."""
     return Counter(cause_of(error or "no reason is known") for error in
                    study.text("error")[study.once & study.failed])
 
 
 def starved(study: Study) -> list[str]:
-    """Where no run reached the aim, of those that finished."""
+    """A sentence about vectors in which no finished run reached the aim."""
     tried = [vector for vector in study.vectors if not study.failed[vector.rows].all()]
     never = [vector for vector in tried if not study.reached[vector.rows].any()]
     which = "run that finished" if study.failed.any() else "run"
@@ -92,11 +95,11 @@ def starved(study: Study) -> list[str]:
 
 
 def differing(found: dict[str, list[Contrast]]) -> list[str]:
-    """How many comparisons of each metric are significant, in one sentence."""
-    told = [f"{wording.titled(metric)} in {len(strongest(pairs))} of {len(pairs)}"
-            for metric, pairs in found.items() if strongest(pairs)]
+    """A sentence: the number of significant comparisons of each metric."""
+    counts = [f"{wording.titled(metric)} in {len(strongest(pairs))} of {len(pairs)}"
+              for metric, pairs in found.items() if strongest(pairs)]
     return [f"Significant differences, pair by pair after Holm's correction: "
-            f"{wording.listed(told)}."] if told else []
+            f"{wording.listed(counts)}."] if counts else []
 
 
 def clearest(metric: str, found: list[Contrast]) -> str:
@@ -116,7 +119,7 @@ def clearest(metric: str, found: list[Contrast]) -> str:
             f"({wording.counted(pair.difference.n, 'seed')}).")
 
 
-def _named(study: Study, vectors: list[Vector]) -> str:
+def _named(study: Study, vectors: list[VectorRuns]) -> str:
     """Some vectors, line by line."""
     if study.is_sampled or study.against is None:
         return wording.listed([study.label(vector) for vector in vectors], _MOST_SAID)
@@ -125,6 +128,6 @@ def _named(study: Study, vectors: list[Vector]) -> str:
     for vector in vectors:
         place = study.label(vector, *rest) if rest else ""
         by_line.setdefault(place, []).append(study.label(vector, study.against).split(" = ")[1])
-    told = [f"{place + ', ' if place else ''}{study.against.name} = {wording.listed(labels)}"
-            for place, labels in list(by_line.items())[:_MOST_SAID]]
-    return "; ".join(told) + ("; ..." if len(by_line) > _MOST_SAID else "")
+    lines = [f"{place + ', ' if place else ''}{study.against.name} = {wording.listed(labels)}"
+             for place, labels in list(by_line.items())[:_MOST_SAID]]
+    return "; ".join(lines) + ("; ..." if len(by_line) > _MOST_SAID else "")

@@ -1,31 +1,31 @@
-"""The answer to the design's question, in sentences with their uncertainty: what the first metric
-does along the axis, and how the settings differ in it."""
+"""The answer to the design's question, in sentences with their uncertainty: how the first metric
+changes along the axis, and how the settings differ in it."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from desim.report.campaign import wording
-from desim.report.campaign.contrasts import FEWEST_SEEDS, by_iteration
-from desim.report.campaign.estimates import Estimate, Estimates
-from desim.report.campaign.lines import Panel
-from desim.report.campaign.study import Axis, Study, Vector
+from desim.report.campaign.numbers.contrasts import FEWEST_SEEDS, by_iteration
+from desim.report.campaign.numbers.estimates import Estimate, Estimates
+from desim.report.campaign.numbers.lines import Panel
+from desim.report.campaign.numbers.study import Axis, Study, VectorRuns
 from desim.statistics.intervals import Interval, t_interval
 
 _MOST = 6  # sentences of a kind
 
 
-def sentences(study: Study, estimates: Estimates, metric: str, panels: list[Panel]) -> list[str]:
-    """Empty for samples of a space, which have no settings to compare."""
+def answer_of(study: Study, estimates: Estimates, metric: str, panels: list[Panel]) -> list[str]:
+    """The sentences; none for samples of a space, which have no settings to compare."""
     if study.is_sampled or study.against is None:
         return []
     against, by = study.against, study.by
     said = []
-    if against.numbers is not None and len(against.labels) > 1:
+    if against.is_numeric and len(against.labels) > 1:
         ends = [(line.label, line.vectors[0], line.vectors[-1]) for panel in panels
                 for line in panel.lines if len(line.vectors) > 1]
         said += [_along(study, estimates, metric, *end) for end in ends[:_MOST]]
-    words = next((axis for axis in (by, against) if axis is not None and axis.numbers is None
+    words = next((axis for axis in (by, against) if axis is not None and not axis.is_numeric
                   and len(axis.labels) > 1), None)
     if words is not None and study.is_paired:
         said += [_between(study, estimates, metric, words, level)
@@ -33,10 +33,10 @@ def sentences(study: Study, estimates: Estimates, metric: str, panels: list[Pane
     return [sentence for sentence in said if sentence]
 
 
-def _along(study: Study, estimates: Estimates, metric: str, label: str, first: Vector,
-           last: Vector) -> str:
-    """From one end of a line to the other."""
-    axis, ends = study.against, [estimates.of(metric, vector) for vector in (first, last)]
+def _along(study: Study, estimates: Estimates, metric: str, label: str, first: VectorRuns,
+           last: VectorRuns) -> str:
+    """A sentence about the change from one end of a line to the other."""
+    axis, ends = study.axis, [estimates.of(metric, vector) for vector in (first, last)]
     begin, end = (axis.labels[vector.levels[axis.name]] for vector in (first, last))
     if any(one.mean is None for one in ends):
         return ""
@@ -62,7 +62,8 @@ def _changed(change: Interval) -> str:
 
 
 def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level: int) -> str:
-    """A level against the first one of the design, in the mean over all that they share."""
+    """A sentence about a level and the first one of the design, in the mean over all that they
+    share."""
     pairs = _pairs(study, axis, level)
     of = [estimates.of(metric, vector) for pair in pairs for vector in pair]
     if of and all(0 < one.n == one.late for one in of):
@@ -74,15 +75,15 @@ def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level:
         return ""
     first, second = axis.labels[0], axis.labels[level]
     mean = "" if len(pairs) == 1 else f", mean over {len(pairs)} settings of the rest"
-    if found.low is None:
+    if found.low is None or found.high is None:
         return (f"{wording.titled(metric)} of {second} minus {first}: "
                 f"{wording.number(found.mean, 3)}, one seed{mean}.")
-    told = (f"{wording.number(abs(found.mean), 3)} {'above' if found.mean > 0 else 'below'} "
-            f"{first}" if found.low > 0 or found.high < 0
-            else f"cannot be told from {first}: difference {wording.number(found.mean, 3)}")
+    words = (f"{wording.number(abs(found.mean), 3)} {'above' if found.mean > 0 else 'below'} "
+             f"{first}" if found.low > 0 or found.high < 0
+             else f"cannot be told from {first}: difference {wording.number(found.mean, 3)}")
     is_ = "is " if found.low > 0 or found.high < 0 else ""
-    return (f"{wording.titled(metric)} of {axis.name} = {second} {is_}{told}, 95 % interval of the "
-            f"difference {wording.between(found.low, found.high)}, n = {found.n} seeds{mean}"
+    return (f"{wording.titled(metric)} of {axis.name} = {second} {is_}{words}, 95 % interval of "
+            f"the difference {wording.between(found.low, found.high)}, n = {found.n} seeds{mean}"
             f"{_doubt(found)}.")
 
 
@@ -90,9 +91,9 @@ def _doubt(found: Interval) -> str:
     return "" if found.n >= FEWEST_SEEDS else "; too few seeds for more than a hint"
 
 
-def _pairs(study: Study, axis: Axis, level: int) -> list[tuple[Vector, Vector]]:
+def _pairs(study: Study, axis: Axis, level: int) -> list[tuple[VectorRuns, VectorRuns]]:
     """Vectors at the first level of ``axis`` and at ``level``, alike in all others."""
-    def rest(vector: Vector) -> tuple:
+    def rest(vector: VectorRuns) -> tuple:
         return tuple(value for name, value in vector.levels.items() if name != axis.name)
 
     at = {level_: {rest(vector): vector for vector in study.vectors
@@ -101,7 +102,7 @@ def _pairs(study: Study, axis: Axis, level: int) -> list[tuple[Vector, Vector]]:
 
 
 def _differences(study: Study, estimates: Estimates, metric: str,
-                 pairs: list[tuple[Vector, Vector]]) -> np.ndarray:
+                 pairs: list[tuple[VectorRuns, VectorRuns]]) -> np.ndarray:
     """[seeds] second minus first, the mean over ``pairs``, of the seeds that all of them have."""
     values = [[by_iteration(study, estimates, metric, vector) for vector in pair]
               for pair in pairs]

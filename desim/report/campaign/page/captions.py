@@ -1,14 +1,15 @@
-"""What is said below figures, and of how to read them."""
+"""The captions of figures, and how to read the figures."""
 
 from __future__ import annotations
 
-from desim.report.campaign import page, wording
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.study import TIMES, Study, Vector
+from desim.report.campaign import wording
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.study import TIMES, Study, VectorRuns
+from desim.report.campaign.page import page
 
 
 def reading(study: Study) -> str:
-    """How to read the figures of all metrics, as HTML."""
+    """A paragraph on reading the figures of all metrics, as HTML."""
     if study.is_sampled:
         return ""
     text = ("Lines and large symbols are means over the runs of a vector, bars their 95 % "
@@ -21,8 +22,8 @@ def reading(study: Study) -> str:
     return page.paragraph(text, "note")
 
 
-def caption(study: Study, estimates: Estimates, metric: str, vectors: list[Vector]) -> str:
-    """Of the figure of a metric that shows ``vectors``."""
+def caption(study: Study, estimates: Estimates, metric: str, vectors: list[VectorRuns]) -> str:
+    """The caption of a metric's figure that shows ``vectors``."""
     found = [estimates.of(metric, vector) for vector in vectors]
     finished = sum(one.runs - one.failed for one in found)
     have = sum(one.n for one in found)

@@ -11,10 +11,10 @@ import pyarrow.parquet as pq
 from matplotlib.figure import Figure
 
 from desim.errors import InputError
-from desim.report.campaign import figures
-from desim.report.campaign.lines import Panel
-from desim.report.campaign.study import Axis, Study, Vector
-from desim.report.campaign.style import WIDTH_IN, colour
+from desim.report.campaign.figures import layout
+from desim.report.campaign.figures.style import WIDTH_IN, colour
+from desim.report.campaign.numbers.lines import Panel
+from desim.report.campaign.numbers.study import Axis, Study, VectorRuns
 from desim.results.run import Run
 
 _MOST_LINES = 6  # in a panel
@@ -46,7 +46,7 @@ def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
     if not longest_s:
         return None
     instants_s = np.linspace(0.0, longest_s, _INSTANTS)
-    figure, all_axes = figures.paneled(len(series))
+    figure, all_axes = layout.paneled(len(series))
     figure.set_size_inches(WIDTH_IN, figure.get_figheight() + 0.3)
     for axes, (title, vectors) in zip(all_axes, series, strict=True):
         for i, (vector, runs) in enumerate(vectors):
@@ -59,19 +59,19 @@ def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
         axes.set(xlabel="simulated time [s]", xlim=(0.0, longest_s), ylim=(0.0, 103.0),
                  title=title)
     keys = {line.get_label(): line for axes in all_axes for line in axes.get_lines()}
-    figures.finish(figure, all_axes, [], "explored share [%]",
+    layout.finish(figure, all_axes, [], "explored share [%]",
                    list(keys.values()) if len(keys) > 1 else [])
     return figure
 
 
-def _some(vectors: list[Vector]) -> list[Vector]:
+def _some(vectors: list[VectorRuns]) -> list[VectorRuns]:
     if len(vectors) <= _MOST_LINES:
         return vectors
     return [vectors[round(k * (len(vectors) - 1) / (_MOST_LINES - 1))]
             for k in range(_MOST_LINES)]
 
 
-def _read(study: Study, vector: Vector, folders: dict[str, Path],
+def _read(study: Study, vector: VectorRuns, folders: dict[str, Path],
           ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Times [s] and explored shares [%] of its finished runs."""
     ids = study.text("run_id")
@@ -86,9 +86,9 @@ def _read(study: Study, vector: Vector, folders: dict[str, Path],
                    100.0 * table["explored"].to_numpy(zero_copy_only=False).astype(float))
 
 
-def _band(axis: Axis | None, vector: Vector, runs: list[tuple[np.ndarray, np.ndarray]],
+def _band(axis: Axis | None, vector: VectorRuns, runs: list[tuple[np.ndarray, np.ndarray]],
           instants_s: np.ndarray) -> Band:
-    """A run that has ended keeps its last share."""
+    """The band of a vector's runs. A run that has ended keeps its last share."""
     shares = np.stack([np.interp(instants_s, time_s, share) for time_s, share in runs])
     low, median, high = np.quantile(shares, [0.25, 0.5, 0.75], axis=0)
     label = "" if axis is None else f"{axis.name} = {axis.labels[vector.levels[axis.name]]}"

@@ -1,5 +1,4 @@
-"""What a metric comes to in each vector: means with intervals, and times with their censored runs.
-"""
+"""Estimates of a metric in each vector: means with intervals, and times with censored runs."""
 
 from __future__ import annotations
 
@@ -10,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from desim.report.campaign import bounds
-from desim.report.campaign.study import TIMES, Study, Vector
+from desim.report.campaign.numbers import bounds
+from desim.report.campaign.numbers.study import TIMES, Study, VectorRuns
 from desim.statistics import censoring
 from desim.statistics.intervals import BOOTSTRAP_FROM, RESAMPLES, Interval, interval, t_interval
 
@@ -21,8 +20,8 @@ _FEWEST_RESAMPLES = 999
 
 
 class Times(NamedTuple):
-    """What else is said of times: the paper's mean of the successes, the median, and how many runs
-    were not there at the ``limit`` and count with it."""
+    """More estimates of a time: the paper's mean of the successes, the median, and the number of
+    ``late`` runs, which had not reached the aim at the ``limit`` and count with it."""
 
     successes: Interval
     median: censoring.Median
@@ -31,12 +30,12 @@ class Times(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """Of one metric in one vector: its ``mean`` (restricted to the limit, for times) with its 95 %
-    interval; None is what does not exist.
+    """The ``mean`` of one metric in one vector (restricted to the limit, for times) with its 95 %
+    interval; None where it does not exist.
 
-    ``values`` [n] are those of the runs that have the metric, up to the limit for times, and
-    ``rows`` [n] where they stand in the table. Of ``runs`` so many ``reached`` the aim and so many
-    ``failed``.
+    ``values`` [n] are those of the runs that have the metric, up to the limit for times; ``rows``
+    [n] are their places in the table. ``reached`` and ``failed`` count those of the ``runs`` that
+    reached the aim and that failed.
     """
 
     mean: float | None
@@ -56,13 +55,13 @@ class Estimate(NamedTuple):
 
     @property
     def late(self) -> int:
-        """Of how many values only a lower bound is known."""
+        """The number of values of which only a lower bound is known."""
         return self.times.late if self.times else 0
 
 
 class Means(NamedTuple):
-    """Mean, bounds and number of values of a metric, each [vectors], NaN for what there is not; of
-    times, ``late`` of the values are the limit because the run was not there yet."""
+    """Mean, bounds and number of values of a metric, each [vectors], NaN where it does not exist;
+    ``late`` counts times for which the limit stands, because the run had not reached the aim."""
 
     mean: np.ndarray
     low: np.ndarray
@@ -72,8 +71,8 @@ class Means(NamedTuple):
 
 
 class Estimates:
-    """Of all vectors of a study. ``resamples`` of a bootstrap; 0 where t stands in for it, for a
-    campaign too large."""
+    """The estimates of all vectors of a study. ``resamples`` of a bootstrap; 0 where a campaign is
+    too large for it, and t stands in."""
 
     def __init__(self, study: Study) -> None:
         self._study = study
@@ -86,16 +85,16 @@ class Estimates:
         fits = min(_MOST_DRAWS // max(draws, 1), RESAMPLES)
         self.resamples = fits if fits >= _FEWEST_RESAMPLES else 0
 
-    def of(self, metric: str, vector: Vector) -> Estimate:
-        """The estimate; worked out once."""
+    def of(self, metric: str, vector: VectorRuns) -> Estimate:
+        """The estimate, which is computed once."""
         key = metric, vector.number
         if key not in self._known:
             self._known[key] = self._made(metric, vector)
         return self._known[key]
 
     def means(self, metric: str) -> Means:
-        """Of all vectors at once, by t: a hundred thousand runs are many. Times count up to the
-        limit."""
+        """The means of all vectors at once, with t intervals, which is fast enough for a hundred
+        thousand runs. Times count up to the limit."""
         study = self._study
         column, late = self.column(metric)
         order = np.concatenate([vector.rows for vector in study.vectors])
@@ -128,7 +127,7 @@ class Estimates:
                 watched & (np.isnan(column) | (ends > limit)))
 
     def _bounds(self, metric: str) -> bounds.Bounds:
-        """What the mean can be: of times of which some run found the limit, not above that."""
+        """The least and greatest possible mean; of times that the limit cut off, the limit."""
         least, greatest = bounds.of(self._study, metric)
         if metric in TIMES and (self.watched(metric)
                                 & np.isnan(self._study.column(metric))).any():
@@ -136,8 +135,8 @@ class Estimates:
         return least, greatest
 
     def _limit(self, metric: str) -> float | None:
-        """Up to which instant all vectors that have this time were watched, which is the time limit
-        of the design; None for what is no time, and for instants that nobody waited for."""
+        """The instant up to which all vectors that have this time were watched: the time limit of
+        the design. None for a metric that is no time, and for instants that no run waited for."""
         if metric not in TIMES:
             return None
         ends, reached = self.ends(metric), ~np.isnan(self._study.column(metric))
@@ -152,9 +151,9 @@ class Estimates:
         return float(min(limits) if limits else ends[watched].max())
 
     def _watched(self, metric: str) -> np.ndarray:
-        """[runs] that finished, of vectors of which each run got there or went on to its time
-        limit. A run that was stopped for another reason, such as that one robot knew enough, says
-        nothing of the others' time: its vector has no mean of it, restricted or other."""
+        """A mask [runs] of the finished runs of those vectors in which each run reached the aim or
+        went on to its time limit. A run that stopped for another reason, such as that one robot
+        knew enough, says nothing about a later time: its vector has no mean of it."""
         study, watched = self._study, ~self._study.failed
         lost = watched & np.isnan(study.column(metric)) & ~study.timed_out
         for vector in study.vectors if lost.any() else ():
@@ -162,7 +161,7 @@ class Estimates:
                 watched[vector.rows] = False
         return watched
 
-    def _made(self, metric: str, vector: Vector) -> Estimate:
+    def _made(self, metric: str, vector: VectorRuns) -> Estimate:
         study, rows = self._study, vector.rows
         failed = study.failed[rows]
         counts = len(rows), int(study.reached[rows].sum()), int(failed.sum())
@@ -187,7 +186,7 @@ class Estimates:
         ends, reached = self.ends(metric)[rows], ~np.isnan(self._study.column(metric)[rows])
         mean = censoring.restricted_mean(ends, reached, limit)
         least, greatest = self.bounds(metric)
-        low, high = ((None, None) if mean.low is None
+        low, high = ((None, None) if mean.low is None or mean.high is None
                      else (max(mean.low, least), min(mean.high, greatest)))
         times = Times(self._interval(ends[reached]).within(least, math.inf),
                       censoring.median_time(ends, reached), limit,
@@ -196,6 +195,6 @@ class Estimates:
                         *counts, times)
 
     def _ends(self, metric: str) -> np.ndarray:
-        """[runs] the instant, or that at which the run was stopped before it."""
+        """The instant [runs], or the one at which the run was stopped before it."""
         instants = self._study.column(metric)
         return np.where(np.isnan(instants), self._study.column("simulated_s"), instants)

@@ -1,15 +1,15 @@
-"""Where a line bends: the knee of saturation, and the order in which several metrics give in."""
+"""The knee of saturation, where a line bends, and the onset of a metric's fall."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from desim.report.campaign import wording
-from desim.report.campaign.estimates import Estimates
-from desim.report.campaign.lines import Line
-from desim.report.campaign.study import Axis, Study
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.lines import PlotLine
+from desim.report.campaign.numbers.study import Axis, Study
 from desim.statistics.bends import bends_of
 from desim.statistics.knee import Knee, breakpoint_of
 
@@ -17,36 +17,35 @@ FEWEST_LOADS, FEWEST_RUNS = 5, 8
 ONSET = 0.95  # of the best mean of a line
 _STRAIGHT = "lines that meet do no better than a straight one"
 _MOST_POINTS = 2000  # of a line
-MOST_WITH_TWO = 100  # lines of which a second knee is looked for, a fifth of a second each
+MOST_WITH_TWO = 100  # lines in which a second knee is sought, a fifth of a second each
 _MOST_CELLS = 60_000_000  # resamples times points of all lines: some seconds
 
 
 class Bend(NamedTuple):
-    """What is known of one ``line``, which ``place`` tells from the others: its ``knees``, at most
-    two; none where a straight line does as well, or where it could not be looked for, for the
-    ``reason``."""
+    """The ``knees`` of one ``line``, which is named ``place``: at most two. Without a knee,
+    ``reason`` says whether a straight line does as well, or why no knee could be sought."""
 
-    line: Line
+    line: PlotLine
     place: str
     knees: tuple[Knee, ...]
     reason: str
 
     @property
     def was_sought(self) -> bool:
-        """Whether there were enough loads to look for one."""
+        """Whether there were enough loads to seek one."""
         return self.reason in ("", _STRAIGHT)
 
 
 class Knees:
-    """Looks for knees; for ``count`` lines in all, which says how long each may take."""
+    """Finds knees. ``count`` is the number of lines in all: of many, each gets less time."""
 
     def __init__(self, study: Study, estimates: Estimates, count: int) -> None:
         self._study, self._estimates, self._count = study, estimates, count
-        self._find = bends_of if count <= MOST_WITH_TWO else _one
+        self._two = count <= MOST_WITH_TWO
 
-    def of(self, metric: str, line: Line, place: str) -> Bend:
+    def of(self, metric: str, line: PlotLine, place: str) -> Bend:
         """The knees of a line of the metric's figure. Of very many runs the first iterations."""
-        study, axis = self._study, self._study.against
+        study, axis = self._study, self._study.axis
         found = [(self._estimates.of(metric, vector), axis.numbers[vector.levels[axis.name]])
                  for vector in line.vectors]
         loads = np.concatenate([np.full(one.n, x) for one, x in found])
@@ -63,18 +62,17 @@ class Knees:
             return Bend(line, place, (), f"that wants {FEWEST_LOADS} values of {axis.name} and "
                                          f"{FEWEST_RUNS} runs with results")
         resamples = min(max(_MOST_CELLS // (self._count * len(loads)), 499), 1999)
-        knees = self._find(loads, values, log=axis.log, resamples=resamples, blocks=blocks)
+        if self._two:
+            knees = bends_of(loads, values, axis.log, resamples=resamples, blocks=blocks)
+        else:
+            knee = breakpoint_of(loads, values, axis.log, resamples=resamples, blocks=blocks)
+            knees = (knee,) if knee else ()
         return Bend(line, place, knees, "" if knees else _STRAIGHT)
 
 
-def _one(*arguments: np.ndarray, **more: Any) -> tuple[Knee, ...]:
-    knee = breakpoint_of(*arguments, **more)
-    return (knee,) if knee else ()
-
-
 def _whole(loads: np.ndarray, iterations: np.ndarray) -> np.ndarray:
-    """[n] of which iterations there is a value at each load: what a seed adds to all of them can be
-    told only of those."""
+    """A mask [n]: iterations with a value at each load. Only of these is it known what a seed adds
+    to all values."""
     which, counts = np.unique(iterations, return_counts=True)
     return np.isin(iterations, which[counts == len(np.unique(loads))])
 
@@ -104,8 +102,8 @@ def _sentence(bend: Bend, axis: Axis, metric: str) -> str:
 
 
 def interval(knee: Knee, axis: Axis) -> str:
-    """From where to where; a bound at the second load, or the last but one, is open: that is as far
-    as a knee is looked for."""
+    """The interval in words. A bound at the second load, or at the last but one, is open: a knee is
+    not sought beyond."""
     low, high = (wording.quantity(value, axis.unit) for value in (knee.low, knee.high))
     is_low, is_high = (bool(np.isclose(bound, edge)) for bound, edge in (
         (knee.low, axis.numbers[1]), (knee.high, axis.numbers[-2])))
@@ -118,17 +116,17 @@ def interval(knee: Knee, axis: Axis) -> str:
 
 
 class Onset(NamedTuple):
-    """Where a line gives in: from the vector with its ``best`` mean towards the worse end, the
-    first vector ``at`` which the mean is under 95 % of that; None if there is none. ``sign`` is the
-    direction of that way along the axis."""
+    """The point at which a line gives in: on the way from the vector with its ``best`` mean to the
+    worse end, the first vector ``at`` which the mean is below 95 % of the best; None if there is
+    none. ``sign`` is the direction of that way along the axis."""
 
     best: int
     at: int | None
     sign: int
 
 
-def onset(estimates: Estimates, metric: str, line: Line) -> Onset | None:
-    """Of a metric of which more is better; None where no run has it."""
+def onset(estimates: Estimates, metric: str, line: PlotLine) -> Onset | None:
+    """The onset in a metric of which more is better; None where no run has the metric."""
     means = {i: mean for i, mean in enumerate(
         estimates.of(metric, vector).mean for vector in line.vectors) if mean is not None}
     if not means:

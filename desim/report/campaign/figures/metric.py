@@ -1,4 +1,4 @@
-"""A metric against the parameter: a line a setting, its intervals, and every run as a dot."""
+"""The figure of a metric: a line a setting over the parameter, intervals, and a dot a run."""
 
 from __future__ import annotations
 
@@ -6,18 +6,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import NullLocator
 
 from desim.report.campaign import wording
-from desim.report.campaign.estimates import Estimate, Estimates
-from desim.report.campaign.knees import Bend
-from desim.report.campaign.lines import Line, Panel
-from desim.report.campaign.study import Axis, Study
-from desim.report.campaign.style import INK, WIDTH_IN, colour, marker
+from desim.report.campaign.figures import layout
+from desim.report.campaign.figures.style import INK, colour, marker
+from desim.report.campaign.numbers.estimates import Estimate, Estimates
+from desim.report.campaign.numbers.knees import Bend
+from desim.report.campaign.numbers.lines import Panel, PlotLine
+from desim.report.campaign.numbers.study import Axis, Study
 from desim.report.log_axis import plain
 
 _MOST_DOTS = 800  # in a figure
-_LABELLED = 14  # up to so many levels each has its name at the axis
 _SMALL, _LARGE = 10.0, 62.0  # area of symbols [pt^2], for no success and for the most
 _BANDS = 3  # lines whose knees are drawn over the whole height
 _WIDE_RANGE = 50.0  # largest over smallest value of a metric with a logarithmic scale
@@ -26,7 +25,7 @@ _WIDE_RANGE = 50.0  # largest over smallest value of a metric with a logarithmic
 def metric_figure(study: Study, estimates: Estimates, metric: str, panels: list[Panel],
                   bends: list[Bend]) -> Figure:
     """The figure of a metric."""
-    figure, all_axes = paneled(len(panels))
+    figure, all_axes = layout.paneled(len(panels))
     painter = _Painter(study, estimates, metric, panels)
     for axes, panel in zip(all_axes, panels, strict=True):
         for place, line in enumerate(panel.lines):
@@ -34,8 +33,8 @@ def metric_figure(study: Study, estimates: Estimates, metric: str, panels: list[
         _mark_knees(axes, [bend for bend in bends if bend.knees
                            and any(bend.line is line for line in panel.lines)])
         painter.axis(axes, panel.title)
-    limit(all_axes[0], painter.span)
-    finish(figure, all_axes, panels, wording.titled(metric), painter.keys(
+    layout.limit(all_axes[0], painter.span)
+    layout.finish(figure, all_axes, panels, wording.titled(metric), painter.keys(
         any(bend.knees for bend in bends)))
     return figure
 
@@ -51,36 +50,6 @@ def _mark_knees(axes: Axes, bends: list[Bend]) -> None:
             axes.axvline(knee.at, bottom, top, color=colour(bend.line.style),
                          linewidth=2.0 if strips else 1.0,
                          linestyle="-" if strips else (0, (5, 2)))
-
-
-def paneled(count: int) -> tuple[Figure, list[Axes]]:
-    """A figure of ``count`` panels with one vertical axis, beside one another and below."""
-    columns = min(count, 2)
-    rows = -(-count // columns)
-    size = (WIDTH_IN, 4.1 if count == 1 else 2.9 * rows + 0.5)
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    for spare in axes[count:]:
-        spare.remove()
-    for above in axes[max(count - columns, 0):count]:  # what has none below
-        above.xaxis.set_tick_params(labelbottom=True)
-    return figure, list(axes[:count])
-
-
-def finish(figure: Figure, all_axes: list[Axes], panels: list[Panel], title: str,
-           more: list[Line2D]) -> None:
-    """The name of the metric, and one legend for all panels."""
-    for axes in all_axes:
-        if not axes.xaxis.get_tick_params()["labelbottom"]:  # another panel below has it
-            axes.set_xlabel("")
-    for axes in all_axes[::2]:
-        axes.set_ylabel(title)
-    lines = {line.label: line for panel in panels for line in panel.lines if line.label}
-    keys = [Line2D([], [], color=colour(line.style), marker=marker(line.style), markersize=5,
-                   label=label) for label, line in lines.items()] + more
-    if keys:
-        figure.legend(handles=keys, loc="outside upper left", ncols=min(len(keys), 3),
-                      columnspacing=1.4, handlelength=1.8)
 
 
 class _Painter:
@@ -101,17 +70,17 @@ class _Painter:
         # Shares are read on a linear scale.
         self._log = bool(len(values) and values.min() > 0 and values.max() > 1
                          and values.max() / values.min() > _WIDE_RANGE)
-        self.span = span(values, self._log)
+        self.span = layout.span(values, self._log)
 
-    def line(self, axes: Axes, line: Line, place: float) -> None:
-        """``place`` in [-0.5, 0.5]: where it stands among the others, so that intervals at one
-        value do not lie upon each other."""
+    def line(self, axes: Axes, line: PlotLine, place: float) -> None:
+        """Draw a line. ``place``, in [-0.5, 0.5], moves it aside, so that intervals at one value do
+        not overlap."""
         found = [self._estimates.of(self._metric, vector) for vector in line.vectors]
         x = self._places(line, place)
         shade, symbol = colour(line.style), marker(line.style)
         self._dots(axes, x, found, shade)
         means = np.array([np.nan if one.mean is None else one.mean for one in found])
-        if self._axis is not None and self._axis.numbers is not None:
+        if self._axis is not None and self._axis.is_numeric:
             axes.plot(x, means, color=shade, linewidth=1.4, zorder=3)
         low, high = np.array([[one.low, one.high] for one in found], float).T
         axes.vlines(x, low, high, color=shade, linewidth=1.3, zorder=3)
@@ -128,7 +97,7 @@ class _Painter:
                       markersize=4, zorder=2)
 
     def axis(self, axes: Axes, title: str) -> None:
-        """The axes of a panel."""
+        """Label the axes of a panel."""
         axis = self._axis
         if title:
             axes.set_title(title)
@@ -137,10 +106,10 @@ class _Painter:
         if self._log:
             axes.set_yscale("log")
             plain(axes.yaxis)
-        along(axes, axis)
+        layout.along(axes, axis)
 
     def keys(self, with_knee: bool) -> list[Line2D]:
-        """What the legend says beside the lines."""
+        """The entries of the legend besides the lines."""
         out = []
         if len(self._successes) > 1:
             for count in sorted({max(min(self._successes), 1), self._most}):
@@ -161,12 +130,12 @@ class _Painter:
                               label="knee, with its interval"))
         return out
 
-    def _places(self, line: Line, place: float) -> np.ndarray:
+    def _places(self, line: PlotLine, place: float) -> np.ndarray:
         axis = self._axis
         if axis is None:
             return np.zeros(len(line.vectors))
         at = np.array([vector.levels[axis.name] for vector in line.vectors])
-        if axis.numbers is None:
+        if not axis.is_numeric:
             return at + 0.5 * place
         x = axis.numbers[at]
         if axis.log:
@@ -186,39 +155,3 @@ class _Painter:
         if len(self._successes) == 1:  # nothing to tell apart
             return (_SMALL + _LARGE) / 2
         return _SMALL + (_LARGE - _SMALL) * successes / max(self._most, 1)
-
-
-def span(values: np.ndarray, log: bool) -> tuple[float, float]:
-    """As far as an axis goes at most: intervals of very few runs may be many times as wide as all
-    of these lie apart."""
-    if not len(values):
-        return -np.inf, np.inf
-    if log:
-        return values.min() / 4.0, values.max() * 4.0
-    apart = np.ptp(values) or abs(values[0]) or 1.0
-    return values.min() - 0.4 * apart, values.max() + 0.4 * apart
-
-
-def limit(axes: Axes, farthest: tuple[float, float]) -> None:
-    """Cut what has been drawn, in all panels that share the axis."""
-    low, high = axes.get_ylim()
-    axes.set_ylim(max(low, farthest[0]), min(high, farthest[1]))
-
-
-def along(axes: Axes, axis: Axis | None) -> None:
-    """The horizontal axis of a parameter."""
-    if axis is None:
-        axes.set_xticks([])
-        return
-    axes.set_xlabel(axis.name if len(axis.labels) <= _LABELLED else axis.title)
-    if axis.log:
-        axes.set_xscale("log")
-        plain(axes.xaxis)
-    if len(axis.labels) <= _LABELLED:  # all of them at the axis
-        axes.set_xticks(range(len(axis.labels)) if axis.numbers is None else axis.numbers,
-                        axis.labels)
-        if axis.log:
-            axes.xaxis.set_minor_locator(NullLocator())
-        if sum(map(len, axis.labels)) > 45:
-            for label in axes.get_xticklabels():
-                label.set(rotation=35, ha="right", rotation_mode="anchor")
