@@ -1,49 +1,78 @@
 """The queues of a switch, packet by packet: ``packets.py`` in compiled form, to the nanosecond.
 
-Lists are chains of record numbers, -1 at their ends.
+The state is handed over as ``netmodels.kernels`` says. Lists are chains of record numbers, -1 at
+their ends.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
-from numba import boolean, from_dtype, int64, void
+from numba import boolean, carray, from_dtype, int64, njit, types, void
 
 from desim.ports.kernels import lean
+from netmodels.kernels import pointer
 
 QUANTUM_BYTES = 1514  # fq_codel: MTU and Ethernet header
 NEVER = np.int64(1) << 62
 
-# Of a port: when the packet that is being sent ends, of which frame; its flows that are new and
-# those that are not, each from first to last.
-LINE = np.dtype([("end_ns", "i8"), ("sending", "i8"), ("new", "i8"), ("new_last", "i8"),
+# The interface of a port: when the packet that is being sent ends, and its frame; the lists of
+# flows that are new and of those that are not.
+INTERFACE = np.dtype([("end_ns", "i8"), ("sending", "i8"), ("new", "i8"), ("new_last", "i8"),
                  ("old", "i8"), ("old_last", "i8")])
 
-# Its frames, from first to last; what it may send before others have their turn; the flow behind
-# it in a list of its port, and whether it is in one.
+# A flow: the list of its frames; the bytes that it may send in its turn; the flow behind it in a
+# list of its interface, and whether it is in one.
 FLOW = np.dtype([("first", "i8"), ("last", "i8"), ("deficit", "i8"), ("next", "i8"),
                  ("listed", "i8")])
 
-# The frame behind it in its flow, its packets (``PacketTrain``), how many of them have begun. Its
-# exit, when the last of its packets has left that, how many were lost there; the record for its
-# next exit (a broadcast has several).
+# A frame: the one behind it in its flow, its packets (``PacketTrain``), how many have begun. Its
+# exit, when the last of its packets leaves that, how many were lost there; the record for its next
+# exit (a broadcast has several).
 FRAME = np.dtype([("next", "i8"), ("packets", "i8"), ("longer", "i8"), ("long_ns", "i8"),
                   ("short_ns", "i8"), ("long_bytes", "i8"), ("short_bytes", "i8"),
                   ("begun", "i8"), ("exit", "i8"), ("out_ns", "i8"), ("lost", "i8"),
                   ("copy", "i8")])
 
-# Until when it will be busy, with how much so far, when the last packet came.
+# An exit: until when it will be busy, for how long it has been in all, when the last packet came.
 EXIT = np.dtype([("free_ns", "i8"), ("booked_ns", "i8"), ("last_ns", "i8")])
 
-# What happened: a packet of a frame (a copy of one) was lost; or, packet -1, all are sent.
+# An event: a packet of a frame (a copy of one) was lost; or, packet -1, all are sent.
 NOTE = np.dtype([("frame", "i8"), ("packet", "i8")])
 
-_line, _flow, _frame = from_dtype(LINE), from_dtype(FLOW), from_dtype(FRAME)
-_lines, _flows, _frames = _line[::1], _flow[::1], _frame[::1]
-_exits, _notes, _i8 = from_dtype(EXIT)[::1], from_dtype(NOTE)[::1], int64
 
 
-@lean(void(_line, _flows, _i8))
+class Queues(NamedTuple):
+    """The state of a switch: interfaces [ports] | flows | frames | exits [ports] | notes."""
+
+    interfaces: np.ndarray
+    flows: np.ndarray
+    frames: np.ndarray
+    exits: np.ndarray
+    notes: np.ndarray
+
+
+_i8 = int64
+_interface, _frame, _flows = from_dtype(INTERFACE), from_dtype(FRAME), from_dtype(FLOW)[::1]
+_queues = types.NamedTuple((_interface[::1], _flows, _frame[::1], from_dtype(EXIT)[::1],
+                            from_dtype(NOTE)[::1]), Queues)
+_rows = _i8[:, :, ::1]  # ``Addresses.rows`` of the queues, and of copies to try out
+
+
+@njit(_queues(_i8[:, ::1]), cache=True)
+def _arrays_at(rows):
+    """The state whose addresses are in ``rows``, those of one of ``Addresses.states``."""
+    return Queues(carray(pointer(rows[0, 0]), (rows[0, 1],), INTERFACE),
+                  carray(pointer(rows[1, 0]), (rows[1, 1],), FLOW),
+                  carray(pointer(rows[2, 0]), (rows[2, 1],), FRAME),
+                  carray(pointer(rows[3, 0]), (rows[3, 1],), EXIT),
+                  carray(pointer(rows[4, 0]), (rows[4, 1],), NOTE))
+
+
+@lean(void(_interface, _flows, _i8))
 def _join_old(line, flows, k):
+    """Append flow k to the list of flows that are not new."""
     flows[k].next = -1
     if line.old < 0:
         line.old = k
@@ -52,9 +81,10 @@ def _join_old(line, flows, k):
     line.old_last = k
 
 
-@lean(_i8(_line, _flows, _frames))
-def _take(line, flows, frames):
-    """The frame whose next packet is sent now; -1: nothing waits."""
+@lean(_i8(_queues, _interface))
+def _take(queues, line):
+    """Take the next packet to send. Returns its frame; -1: nothing waits."""
+    flows, frames = queues.flows, queues.frames
     while True:
         k, new = line.new, True
         if k < 0:
@@ -89,19 +119,21 @@ def _wire_ns(frame):
     return frame.long_ns if frame.begun <= frame.longer else frame.short_ns
 
 
-@lean(void(_line, _flows, _frames, _i8))
-def _next(line, flows, frames, begin_ns):
-    """The line is free: the next packet's turn."""
-    line.sending = _take(line, flows, frames)
+@lean(void(_queues, _interface, _i8))
+def _next(queues, line, begin_ns):
+    """Begin the next packet on the free line."""
+    line.sending = _take(queues, line)
     line.end_ns = NEVER
     if line.sending >= 0:
-        line.end_ns = begin_ns + _wire_ns(frames[line.sending])
+        line.end_ns = begin_ns + _wire_ns(queues.frames[line.sending])
 
 
-@lean(void(_lines, _flows, _frames, _i8, _i8, _i8, _i8))
-def put(lines, flows, frames, port, begin_ns, k, f):
-    """Frame f, of flow k, is to be sent."""
-    line, flow = lines[port], flows[k]
+@lean(void(_rows, _i8, _i8, _i8, _i8))
+def put(rows, port, begin_ns, k, f):
+    """Queue frame f, of flow k, at a port's interface; it may begin at ``begin_ns``."""
+    queues = _arrays_at(rows[0])
+    flows, frames = queues.flows, queues.frames
+    line, flow = queues.interfaces[port], flows[k]
     frames[f].next = -1
     if flow.first < 0:
         flow.first = f
@@ -116,13 +148,14 @@ def put(lines, flows, frames, port, begin_ns, k, f):
             flows[line.new_last].next = k
         line.new_last = k
     if line.sending < 0:
-        _next(line, flows, frames, begin_ns)
+        _next(queues, line, begin_ns)
 
 
-@lean(_i8(_frames, _exits, _notes, _i8, _i8, _i8, _i8))
-def _cross(frames, exits, notes, noted, f, at_ns, limit_ns):
+@lean(_i8(_queues, _i8, _i8, _i8, _i8))
+def _cross(queues, noted, f, at_ns, limit_ns):
     """A packet of frame f is in the switch, and joins the queue of each of its exits. Returns how
     many notes there are."""
+    frames, exits, notes = queues.frames, queues.exits, queues.notes
     number, wire_ns = frames[f].begun - 1, _wire_ns(frames[f])
     while f >= 0:
         frame = frames[f]
@@ -141,10 +174,12 @@ def _cross(frames, exits, notes, noted, f, at_ns, limit_ns):
     return noted
 
 
-@lean(_i8(_lines, _flows, _frames, _exits, _notes, _i8, _i8, _i8, _i8))
-def run(lines, flows, frames, exits, notes, noted, now_ns, hop_ns, limit_ns):
-    """All that has been sent up to now. Of packets that end at once the lower port's is the first.
-    Returns how many notes there are, less 1 and negative if there is no room for more."""
+@lean(_i8(_rows, _i8, _i8, _i8, _i8))
+def run(rows, noted, now_ns, hop_ns, limit_ns):
+    """Send up to now. Of packets that end at once the lower port's is the first. Returns how many
+    notes there are, less 1 and negative if more do not fit."""
+    queues = _arrays_at(rows[0])
+    lines, frames, notes = queues.interfaces, queues.frames, queues.notes
     while True:
         end_ns, p = now_ns + 1, -1
         for k in range(lines.size):
@@ -156,26 +191,27 @@ def run(lines, flows, frames, exits, notes, noted, now_ns, hop_ns, limit_ns):
             return -1 - noted
         line = lines[p]
         f = line.sending
-        noted = _cross(frames, exits, notes, noted, f, end_ns + hop_ns, limit_ns)
+        noted = _cross(queues, noted, f, end_ns + hop_ns, limit_ns)
         if frames[f].begun == frames[f].packets:
             notes[noted].frame, notes[noted].packet = f, -1
             noted += 1
-        _next(line, flows, frames, end_ns)
+        _next(queues, line, end_ns)
 
 
-@lean(boolean(_line, _flows))
+@lean(boolean(_interface, _flows))
 def _alone(line, flows):
-    """No more than one flow waits."""
+    """Whether at most one flow waits."""
     if line.new >= 0:
         return flows[line.new].next < 0 and line.old < 0
     return line.old < 0 or flows[line.old].next < 0
 
 
-@lean(_i8(_lines, _flows, _frames, _lines, _flows, _frames, _i8))
-def due_ns(lines, flows, frames, lines_2, flows_2, frames_2, port):
-    """When the first of a port's frames will be sent, if nothing else is put there; found by
-    running copies."""
-    line = lines[port]
+@lean(_i8(_rows, _i8))
+def due_ns(rows, port):
+    """When the first of a port's frames will be sent if nothing else is put there; found by running
+    copies."""
+    queues = _arrays_at(rows[0])
+    flows, frames, line = queues.flows, queues.frames, queues.interfaces[port]
     frame = frames[line.sending]
     left = frame.packets - frame.begun
     if left == 0:
@@ -183,12 +219,13 @@ def due_ns(lines, flows, frames, lines_2, flows_2, frames_2, port):
     if _alone(line, flows):
         long = max(frame.longer - frame.begun, 0)
         return line.end_ns + long * frame.long_ns + (left - long) * frame.short_ns
-    lines_2[port] = line
+    trial = _arrays_at(rows[1])
+    trial.interfaces[port] = line
     for k in range(flows.size):
-        flows_2[k] = flows[k]
+        trial.flows[k] = flows[k]
     for k in range(frames.size):
-        frames_2[k] = frames[k]
-    tried = lines_2[port]
-    while frames_2[tried.sending].begun < frames_2[tried.sending].packets:
-        _next(tried, flows_2, frames_2, tried.end_ns)
+        trial.frames[k] = frames[k]
+    tried = trial.interfaces[port]
+    while trial.frames[tried.sending].begun < trial.frames[tried.sending].packets:
+        _next(trial, tried, tried.end_ns)
     return tried.end_ns

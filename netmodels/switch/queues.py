@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from netmodels.kernels import Addresses
 from netmodels.switch import kernels
 from netmodels.switch.packets import ExitFate, Load
 from netmodels.switch.trains import PacketTrain
@@ -19,14 +20,12 @@ class Compiled:
     def __init__(self, ports: int, hop_ns: int, limit_ns: int) -> None:
         self._hop_ns = hop_ns
         self._limit_ns = limit_ns
-        self._lines = _records(ports, kernels.LINE)
-        self._lines["end_ns"] = kernels.NEVER
-        self._exits = np.zeros(ports, kernels.EXIT)
-        self._flows = _records(2, kernels.FLOW)
-        self._frames = _records(4, kernels.FRAME)
-        self._notes = _records(4 + 2 * ports, kernels.NOTE)
+        interfaces = _records(ports, kernels.INTERFACE)
+        interfaces["end_ns"] = kernels.NEVER
+        self._own(kernels.Queues(interfaces, _records(2, kernels.FLOW), _records(4, kernels.FRAME),
+                                 np.zeros(ports, kernels.EXIT),
+                                 _records(4 + 2 * ports, kernels.NOTE)))
         self._noted = 0
-        self._tries = [array.copy() for array in (self._lines, self._flows, self._frames)]
         self._free_flows = [1, 0]
         self._free_frames = [3, 2, 1, 0]
         self._names: list[dict[Hashable, int]] = [{} for _ in range(ports)]  # of flows
@@ -34,11 +33,16 @@ class Compiled:
         self._lost: dict[int, list[int]] = {}  # packets of frames that are not sent yet, by record
         self._tokens: dict[int, tuple[Any, int, list[int]]] = {}  # with port and records, by frame
 
+    def _own(self, queues: kernels.Queues) -> None:
+        """Work on these arrays, and try out the future on copies."""
+        self._queues = queues
+        self._arrays = Addresses(queues, kernels.Queues(*(array.copy() for array in queues)))
+
     def load(self, exit_: int, load: Load) -> None:
-        self._exits[exit_] = load
+        self._queues.exits[exit_] = load
 
     def loaded(self, exit_: int) -> Load:
-        return self._exits[exit_].item()
+        return self._queues.exits[exit_].item()
 
     def put(self, port: int, begin_ns: int, flow: Hashable, train: PacketTrain,
             exits: Iterable[int], token: Any) -> None:
@@ -47,43 +51,43 @@ class Compiled:
         copy = -1
         for exit_ in exits:
             if not self._free_frames:
-                self._frames = _longer(self._frames, self._free_frames)
-                self._tries[2] = self._frames.copy()
+                self._own(self._queues._replace(
+                    frames=_longer(self._queues.frames, self._free_frames)))
             record = self._free_frames.pop()
-            self._frames[record] = (-1, *train[:6], 0, exit_, 0, 0, copy)
+            self._queues.frames[record] = (-1, *train[:6], 0, exit_, 0, 0, copy)
             records.append(record)
             copy = record
         self._tokens[copy] = token, port, records
         self._queued[port] += 1
         record = self._flow(port, flow)
-        kernels.put(self._lines, self._flows, self._frames, port, begin_ns, record, copy)
+        kernels.put(self._arrays.rows, port, begin_ns, record, copy)
 
     def due_ns(self, port: int) -> int:
         """When to ``run`` next because of this port, unless something else is put there."""
-        return kernels.due_ns(self._lines, self._flows, self._frames, *self._tries, port)
+        return kernels.due_ns(self._arrays.rows, port)
 
     def run(self, now_ns: int) -> None:
         """All that has been sent up to now. Of packets that end at once the lower port's is the
         first."""
         while True:
-            self._noted = kernels.run(self._lines, self._flows, self._frames, self._exits,
-                                      self._notes, self._noted, now_ns, self._hop_ns,
+            self._noted = kernels.run(self._arrays.rows, self._noted, now_ns, self._hop_ns,
                                       self._limit_ns)
             if self._noted >= 0:
                 return
             self._noted = -1 - self._noted
-            self._notes = np.concatenate([self._notes, self._notes])
+            notes = self._queues.notes
+            self._own(self._queues._replace(notes=np.concatenate([notes, notes])))
 
     def finished(self) -> list[tuple[Any, list[ExitFate]]]:
         """Frames of which all packets have been sent since the last call: token, and what became of
         it at each of its exits."""
         done, lost = [], self._lost
-        for record, packet in self._notes[:self._noted].tolist():
+        for record, packet in self._queues.notes[:self._noted].tolist():
             if packet >= 0:
                 lost.setdefault(record, []).append(packet)
                 continue
             token, port, records = self._tokens.pop(record)
-            done.append((token, [ExitFate(int(self._frames[one]["out_ns"]),
+            done.append((token, [ExitFate(int(self._queues.frames[one]["out_ns"]),
                                          tuple(lost.pop(one, ()))) for one in records]))
             self._free_frames += records
             self._queued[port] -= 1
@@ -99,10 +103,10 @@ class Compiled:
         record = names.get(name)
         if record is None:
             if not self._free_flows:
-                self._flows = _longer(self._flows, self._free_flows)
-                self._tries[1] = self._flows.copy()
+                self._own(self._queues._replace(
+                    flows=_longer(self._queues.flows, self._free_flows)))
             record = names[name] = self._free_flows.pop()
-            self._flows[record] = (-1, -1, 0, -1, 0)
+            self._queues.flows[record] = (-1, -1, 0, -1, 0)
         return record
 
 

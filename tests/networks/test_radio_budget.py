@@ -67,6 +67,6 @@ def test_a_frame_touches_no_more_stations_in_a_larger_fleet():
         assert stations.next_ns > 0
         stations.enqueue(0, hosts // 2, -1, 264, A.rate(6))
         stations.advance(stations.next_ns)
-        return int(stations._touched[0, 0])
+        return int(stations._arrays.states[0].touched[0, 0])
 
     assert touched(20) == touched(400) == 11

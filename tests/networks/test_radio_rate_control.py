@@ -129,7 +129,7 @@ def test_the_kernels_know_the_times_of_the_standard(standard):
         reply, lowest = standard.reply_rate(rate), standard.lowest(rate)
         for size_bytes in (*range(14, 80), 1063, 1064, 1536, 2304):
             position = stations.enqueue(0, 0, 1, size_bytes, rate, last_bytes=29, rts=True)
-            found = stations._frames[0, position]
+            found = stations._arrays.states[0].frames[0, position]
             assert [int(found[name]) for name in times] == [
                 standard.airtime_ns(size_bytes, rate), standard.airtime_ns(29, rate), rate,
                 standard.airtime_ns(ACK_BYTES, reply), reply,
@@ -150,7 +150,7 @@ def attempts(distance_m, **params):
 
     def watched(until_ns):
         found = advance(until_ns)
-        seen.extend((what, A.rates[model._air.stations._choices[0, 1]].mbps)
+        seen.extend((what, A.rates[model._air.stations._arrays.states[0].choices[0, 1]].mbps)
                     for _, what, *_ in found if what in (ACKED, FAILED))
         return found
 
@@ -175,7 +175,8 @@ def test_each_receiver_gets_its_own_rate():
     for k in range(400):
         air.send(k * 5 * MS, "sender", ("far", "near")[k % 2], 1518)
     assert all(fate == "arrived" for _, fate in fates(air.run()))
-    far, near = (A.rates[rate].mbps for rate in model._air.stations._choices[2, :2])
+    choices = model._air.stations._arrays.states[0].choices
+    far, near = (A.rates[rate].mbps for rate in choices[2, :2])
     assert far in (24, 36) and near == 54
 
 

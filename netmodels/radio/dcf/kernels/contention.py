@@ -1,4 +1,4 @@
-"""How a station waits for the medium: backoff and carrier sense."""
+"""Backoff and carrier sense of a station that waits for the medium."""
 
 from __future__ import annotations
 
@@ -21,54 +21,56 @@ _i8 = int64
 
 
 @lean(void(a_station))
-def draw(s):
-    """A new backoff, uniform in 0..window."""
-    s.direct = 0
-    s.count = np.int64(uniform_half_open(s.key, np.uint64(s.draws)) * (s.window + 1))
+def draw_backoff(s):
+    """Draw a new backoff, uniform in 0..window slots."""
+    s.no_backoff = 0
+    s.slots_left = np.int64(uniform_half_open(s.key, np.uint64(s.draws)) * (s.window + 1))
     s.draws += 1
 
 
 @lean(void(a_setup, all_due, a_station))
-def plan(setup, due, s):
-    """When station s will transmit if the medium stays idle."""
+def plan_start(setup, due, s):
+    """Plan the start of station s's transmission if the medium stays idle."""
     if s.role != IDLE:
         return
     at = NEVER
-    if s.length > 0 and s.busy == 0:
-        at = max(s.since + s.count * setup.slot_ns, s.ready) * KINDS + START
-    if at != s.contention:
-        s.contention = at
+    if s.queue_length > 0 and s.busy == 0:
+        at = max(s.slots_from_ns + s.slots_left * setup.slot_ns, s.ready_ns) * KINDS + START
+    if at != s.contention_due:
+        s.contention_due = at
         schedule(due, s)
 
 
 @lean(void(a_setup, a_station, _i8))
-def rest(setup, s, now):
-    """The medium is idle: when slots begin to count. DIFS after the reservation, or EIFS after what
-    could not be made out, without regard to the reservation (802.11-2016, 10.3.2.3.7; in ns-3 EIFS
-    has begun with the end of that frame, whether or not the medium was idle then)."""
-    if s.eifs == NEVER:
-        s.eifs = now + setup.eifs_ns
-    s.since = max(max(now, s.nav) + setup.difs_ns, s.eifs)
+def start_slots(setup, s, now_ns):
+    """Set when slots begin to count on the idle medium: DIFS after the reservation, or EIFS after a
+    frame with errors, without regard to the reservation (802.11-2016, 10.3.2.3.7; in ns-3 EIFS
+    begins with the end of that frame, whether or not the medium is idle then)."""
+    if s.eifs_ends_ns == NEVER:
+        s.eifs_ends_ns = now_ns + setup.eifs_ns
+    s.slots_from_ns = max(max(now_ns, s.nav_ns) + setup.difs_ns, s.eifs_ends_ns)
 
 
 @lean(void(a_setup, all_due, a_station, _i8))
-def sense(setup, due, s, now):
-    """Station s looks at the medium. If it has become busy, the counter stops; only whole idle
-    slots count, and a station that was to begin at this very instant has not noticed. Who was to
+def sense_carrier(setup, due, s, now_ns):
+    """Station s senses the medium. If it has become busy, the backoff stops; only whole idle slots
+    count, and a station that begins at this very instant does not notice. A station that was to
     begin without a backoff needs one now (802.11-2016, 10.3.4.2)."""
-    busy = s.on == 1 or s.lock >= 0 or (s.heard >= setup.energy_mw and s.deaf == 0)
+    busy = s.on_air == 1 or s.receives_from >= 0 or (
+        s.heard_mw >= setup.energy_mw and s.ignores_energy == 0)
     if busy and s.busy == 0:
         s.busy = 1
-        s.occupied -= now
-        if s.contention % KINDS == START and s.contention // KINDS == now and s.role == IDLE:
+        s.occupied_ns -= now_ns
+        due_ns, kind = s.contention_due // KINDS, s.contention_due % KINDS
+        if kind == START and due_ns == now_ns and s.role == IDLE:
             return
-        if s.direct == 1:
-            draw(s)
-        elif now > s.since:
-            s.count = max(s.count - (now - s.since) // setup.slot_ns, 0)
-        plan(setup, due, s)
+        if s.no_backoff == 1:
+            draw_backoff(s)
+        elif now_ns > s.slots_from_ns:
+            s.slots_left = max(s.slots_left - (now_ns - s.slots_from_ns) // setup.slot_ns, 0)
+        plan_start(setup, due, s)
     elif s.busy == 1 and not busy:
         s.busy = 0
-        s.occupied += now
-        rest(setup, s, now)
-        plan(setup, due, s)
+        s.occupied_ns += now_ns
+        start_slots(setup, s, now_ns)
+        plan_start(setup, due, s)

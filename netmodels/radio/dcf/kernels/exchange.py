@@ -1,8 +1,8 @@
-"""The events of a transmission, at its station and at those who hear it: its start, preamble,
-header, end and reply.
+"""The events of a transmission: its start, the ends of preamble, header and frame, and the reply.
 
-Signals arrive without delay (really 0.17 us over 50 m, a 50th of a slot); with ``unaware`` the
-distances decide which of two frames in one slot comes first.
+``s`` is the station that transmits, ``r`` one that hears it. Signals arrive without delay (really
+0.17 us over 50 m, a 50th of a slot); with ``unaware`` the distances decide which of two frames in
+one slot comes first.
 """
 
 from __future__ import annotations
@@ -10,9 +10,14 @@ from __future__ import annotations
 from numba import boolean, int64, void
 
 from desim.ports.kernels import lean
-from netmodels.radio.dcf.kernels.contention import draw, plan, rest, sense
-from netmodels.radio.dcf.kernels.frames import tune
-from netmodels.radio.dcf.kernels.reception import account, arrive, survives
+from netmodels.radio.dcf.kernels.contention import (
+    draw_backoff,
+    plan_start,
+    sense_carrier,
+    start_slots,
+)
+from netmodels.radio.dcf.kernels.frames import set_rate
+from netmodels.radio.dcf.kernels.reception import add_errors, arrive, is_intact
 from netmodels.radio.dcf.kernels.records import (
     ACK,
     ACKED,
@@ -41,317 +46,322 @@ from netmodels.radio.dcf.kernels.records import (
     a_setup,
     a_station,
     all_due,
+    mark_changed,
     schedule,
-    touch,
 )
 
 _i8 = int64
 
 
 @lean(void(a_dcf, a_station, _i8))
-def transmit(d, s, now):
-    """Station s goes on the air. What it was receiving is lost."""
+def transmit(d, s, now_ns):
+    """Station s goes on the air, and loses the frame that it was receiving."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    s.lock = -1
-    s.on, s.begun = 1, now
-    s.number += 1
-    s.air = (now + setup.detection_ns) * KINDS + DETECT
+    s.receives_from = -1
+    s.on_air, s.begun_ns = 1, now_ns
+    s.transmission += 1
+    s.air_due = (now_ns + setup.detection_ns) * KINDS + DETECT
     schedule(due, s)
-    sense(setup, due, s, now)
-    for k in range(s.first, s.last):
+    sense_carrier(setup, due, s, now_ns)
+    for k in range(s.first_link, s.last_link):
         r = stations[links[k].station]
-        touch(d, r)
-        if r.lock >= 0:
-            account(setup, d.rates, d.table, r, stations[r.lock], now)
+        mark_changed(d, r)
+        if r.receives_from >= 0:
+            add_errors(setup, d.rates, d.table, r, stations[r.receives_from], now_ns)
         elif setup.unaware == 1:
-            arrive(d, r, s, now, links[k])
-        r.heard += links[k].mw
+            arrive(d, r, s, now_ns, links[k])
+        r.heard_mw += links[k].power_mw
         r.signals += 1
 
 
 @lean(void(a_dcf, a_station, _i8, _i8))
-def send(d, s, now, kind):
+def send(d, s, now_ns, kind):
     """Station s transmits a frame of the exchange that it or its peer began."""
     setup = d.setup[0]
-    owner = s if kind in (RTS, DATA) else d.stations[s.peer]
-    frame = d.frames[owner.index, owner.head]
-    data = frame.last_ns if owner.part == frame.packets - 1 else frame.air_ns
-    s.kind, s.rate, s.reserve = kind, frame.rts_rate, 0
-    s.to = s.peer if kind in (CTS, ACK) else frame.dest
+    owner = s if kind in (RTS, DATA) else d.stations[s.answer_to]
+    frame = d.frames[owner.index, owner.queue_head]
+    data_ns = frame.last_ns if owner.packet == frame.packets - 1 else frame.air_ns
+    s.kind, s.rate, s.reserve_ns = kind, frame.rts_rate, 0
+    s.dest = s.answer_to if kind in (CTS, ACK) else frame.dest
     if kind == RTS:
-        airtime, s.reserve = frame.rts_ns, 3 * setup.sifs_ns + frame.cts_ns + data + frame.ack_ns
+        airtime_ns = frame.rts_ns
+        s.reserve_ns = 3 * setup.sifs_ns + frame.cts_ns + data_ns + frame.ack_ns
     elif kind == CTS:
-        airtime, s.reserve = frame.cts_ns, 2 * setup.sifs_ns + data + frame.ack_ns
+        airtime_ns, s.reserve_ns = frame.cts_ns, 2 * setup.sifs_ns + data_ns + frame.ack_ns
     elif kind == DATA:
-        airtime, s.rate = data, frame.rate
+        airtime_ns, s.rate = data_ns, frame.rate
         s.transmitted += 1
         if frame.dest >= 0:
-            s.reserve = setup.sifs_ns + frame.ack_ns
+            s.reserve_ns = setup.sifs_ns + frame.ack_ns
     else:
-        airtime, s.rate = frame.ack_ns, frame.ack_rate
-    s.ends = now + airtime
-    transmit(d, s, now)
+        airtime_ns, s.rate = frame.ack_ns, frame.ack_rate
+    s.ends_ns = now_ns + airtime_ns
+    transmit(d, s, now_ns)
 
 
 @lean(void(a_dcf, a_station, _i8))
-def detect(d, s, now):
-    """The beginning of station s's preamble is over: who hears it well enough, and was not sending
-    when it came, receives it. Not before now does anybody know that the medium is busy."""
+def detect(d, s, now_ns):
+    """The beginning of station s's preamble is over. Stations that hear it well enough, and were
+    not sending when it came, receive the frame; only now do they know that the medium is busy."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    header = s.begun + d.rates[s.rate].payload_ns
-    s.air = header * KINDS + HEADER if setup.gives_up == 1 else s.ends * KINDS + END
+    header_ends_ns = s.begun_ns + d.rates[s.rate].payload_ns
+    s.air_due = header_ends_ns * KINDS + HEADER if setup.gives_up == 1 else s.ends_ns * KINDS + END
     schedule(due, s)
-    for k in range(s.first, s.last):
-        r, power = stations[links[k].station], links[k].mw
-        if power < setup.signal_mw and r.heard < setup.energy_mw:
+    for k in range(s.first_link, s.last_link):
+        r, power_mw = stations[links[k].station], links[k].power_mw
+        if power_mw < setup.signal_mw and r.heard_mw < setup.energy_mw:
             continue  # to it this is noise
-        touch(d, r)
-        r.deaf = 0
-        found = power >= setup.capture * (setup.noise_mw + max(r.heard - power, 0.0))
-        if found and power >= setup.signal_mw and r.lock < 0 and r.ends <= s.begun:
-            r.lock, r.power, r.chance, r.until = s.index, power, 0.0, now
-            if now + d.rates[s.rate].payload_ns - setup.detection_ns <= r.doubt:
-                r.nav = max(r.nav, r.announced)
+        mark_changed(d, r)
+        r.ignores_energy = 0
+        others_mw = setup.noise_mw + max(r.heard_mw - power_mw, 0.0)
+        found = power_mw >= setup.signal_mw and power_mw >= setup.capture_ratio * others_mw
+        if found and r.receives_from < 0 and r.ends_ns <= s.begun_ns:
+            r.receives_from, r.power_mw = s.index, power_mw
+            r.log_chance, r.accounted_ns = 0.0, now_ns
+            if now_ns + d.rates[s.rate].payload_ns - setup.detection_ns <= r.nav_timeout_ns:
+                r.nav_ns = max(r.nav_ns, r.announced_nav_ns)
             if r.strongest != s.index:
-                r.unaware = 0.0
-        sense(setup, due, r, now)
+                r.unaware_mw = 0.0
+        sense_carrier(setup, due, r, now_ns)
 
 
 @lean(void(a_dcf, a_station, _i8))
-def read_header(d, s, now):
-    """The header of station s's frame is over. A receiver of ns-3 gives the frame up if that has
-    errors, and takes the medium for idle from then on, until something new comes."""
+def read_header(d, s, now_ns):
+    """The header of station s's frame is over. If it has errors, a receiver of ns-3 gives up the
+    frame, and takes the medium for idle until a new signal comes."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    s.air = s.ends * KINDS + END
+    s.air_due = s.ends_ns * KINDS + END
     schedule(due, s)
-    for k in range(s.first, s.last):
+    for k in range(s.first_link, s.last_link):
         r = stations[links[k].station]
-        if r.lock == s.index:
-            touch(d, r)
-            unaware = r.unaware
-            account(setup, d.rates, d.table, r, s, now)
-            r.unaware = unaware  # nothing has changed
-            if not survives(r, s):
-                r.lock, r.deaf = -1, 1
-                sense(setup, due, r, now)
+        if r.receives_from == s.index:
+            mark_changed(d, r)
+            unaware_mw = r.unaware_mw
+            add_errors(setup, d.rates, d.table, r, s, now_ns)
+            r.unaware_mw = unaware_mw  # nothing has changed
+            if not is_intact(r, s):
+                r.receives_from, r.ignores_energy = -1, 1
+                sense_carrier(setup, due, r, now_ns)
 
 
 @lean(void(a_dcf, _i8, _i8, a_station, _i8))
-def tell(d, now, what, s, receiver):
+def note(d, now_ns, what, s, receiver):
     """Note an outcome of the first frame of station s's queue."""
     outcome = d.outcomes[d.setup[0].outcomes]
-    outcome.time_ns, outcome.what, outcome.station = now, what, s.index
-    outcome.position, outcome.receiver, outcome.packet = s.head, receiver, s.part
+    outcome.time_ns, outcome.what, outcome.station = now_ns, what, s.index
+    outcome.position, outcome.receiver, outcome.packet = s.queue_head, receiver, s.packet
     d.setup[0].outcomes += 1
 
 
 @lean(void(a_dcf, _i8, _i8, a_station))
-def report(d, now, what, s):
-    """Tell how an attempt of station s came out, if that may change the rate of the next one."""
-    dest = d.frames[s.index, s.head].dest
+def note_attempt(d, now_ns, what, s):
+    """Note whether an attempt of station s was acknowledged, if rates adapt."""
+    dest = d.frames[s.index, s.queue_head].dest
     if d.choices.size > 0 and dest >= 0:
-        tell(d, now, what, s, dest)
+        note(d, now_ns, what, s, dest)
 
 
 @lean(void(a_setup, all_due, a_station, _i8))
-def next_packet(setup, due, s, now):
-    """The present packet of station s is through, one way or the other."""
-    s.role, s.tries, s.got, s.ready = IDLE, 0, 0, now
-    draw(s)
-    plan(setup, due, s)
+def next_packet(setup, due, s, now_ns):
+    """Prepare station s for its next packet: the present one has arrived, or was given up."""
+    s.role, s.tries, s.delivered, s.ready_ns = IDLE, 0, 0, now_ns
+    draw_backoff(s)
+    plan_start(setup, due, s)
 
 
 @lean(void(a_dcf, a_station))
-def leave(d, s):
-    """The first frame leaves station s's queue."""
-    s.head = (s.head + 1) % d.frames.shape[1]
-    s.length -= 1
-    s.part = 0
+def dequeue(d, s):
+    """Take the first frame out of station s's queue."""
+    s.queue_head = (s.queue_head + 1) % d.frames.shape[1]
+    s.queue_length -= 1
+    s.packet = 0
 
 
 @lean(void(a_dcf, a_station))
-def packet_done(d, s):
-    """The present packet of station s has arrived, or was given up: the next one's turn."""
-    s.part += 1
-    if s.part == d.frames[s.index, s.head].packets:
-        leave(d, s)
+def end_packet(d, s):
+    """Go on to the next packet of station s's queue."""
+    s.packet += 1
+    if s.packet == d.frames[s.index, s.queue_head].packets:
+        dequeue(d, s)
 
 
 @lean(void(a_dcf, a_station, _i8))
-def succeed(d, s, now):
+def succeed(d, s, now_ns):
     """The packet of station s was acknowledged, or needs no acknowledgement."""
-    frame = d.frames[s.index, s.head]
-    s.window, s.failed = d.setup[0].cw_min, 0
-    report(d, now, ACKED, s)
-    if frame.dest < 0 and s.part == frame.packets - 1:
-        tell(d, now, DONE, s, -1)
-    packet_done(d, s)
-    next_packet(d.setup[0], d.due, s, now)
+    frame = d.frames[s.index, s.queue_head]
+    s.window, s.failed_in_a_row = d.setup[0].cw_min, 0
+    note_attempt(d, now_ns, ACKED, s)
+    if frame.dest < 0 and s.packet == frame.packets - 1:
+        note(d, now_ns, DONE, s, -1)
+    end_packet(d, s)
+    next_packet(d.setup[0], d.due, s, now_ns)
 
 
 @lean(void(a_dcf, a_station, _i8))
-def fail(d, s, now):
-    """No reply came. The window doubles up to its largest; what resets it, besides a success, is
-    the station's ``reset_at``-th failure in a row, and not that a packet is given up."""
+def fail(d, s, now_ns):
+    """Station s got no reply. The window doubles up to its largest. It is reset by a success and by
+    the station's ``reset_at``-th failure in a row, but not where a packet is given up."""
     setup = d.setup[0]
     if s.kind == DATA:
-        report(d, now, FAILED, s)
+        note_attempt(d, now_ns, FAILED, s)
     s.failures += 1
     s.tries += 1
-    s.failed += 1
+    s.failed_in_a_row += 1
     s.window = min(2 * s.window + 1, setup.cw_max)
-    if s.failed == setup.reset_at:
-        s.failed, s.window = 0, setup.cw_min
+    if s.failed_in_a_row == setup.reset_at:
+        s.failed_in_a_row, s.window = 0, setup.cw_min
     if s.busy == 0:
-        rest(setup, s, now)
+        start_slots(setup, s, now_ns)
     if s.tries < setup.try_limit:
         s.role = IDLE
-        draw(s)
-        plan(setup, d.due, s)
+        draw_backoff(s)
+        plan_start(setup, d.due, s)
         return
     s.dropped += 1
-    if s.got == 0:  # else only the acknowledgements were lost
-        tell(d, now, DROPPED, s, d.frames[s.index, s.head].dest)
-    packet_done(d, s)
-    next_packet(setup, d.due, s, now)
+    if s.delivered == 0:  # else only the acknowledgements were lost
+        note(d, now_ns, DROPPED, s, d.frames[s.index, s.queue_head].dest)
+    end_packet(d, s)
+    next_packet(setup, d.due, s, now_ns)
 
 
 @lean(void(a_setup, all_due, a_station, a_station, _i8, _i8))
-def answer(setup, due, r, peer, now, kind):
+def answer(setup, due, r, peer, now_ns, kind):
     """Station r will send ``kind`` to ``peer`` after a short interframe space."""
-    r.peer, r.reply = peer.index, kind
-    r.answer = (now + setup.sifs_ns) * KINDS + ANSWER
+    r.answer_to, r.reply_kind = peer.index, kind
+    r.answer_due = (now_ns + setup.sifs_ns) * KINDS + ANSWER
     schedule(due, r)
 
 
 @lean(void(a_dcf, a_station, a_station, _i8))
-def keep_off(d, r, s, now):
-    """Station r leaves the medium to station s's exchange: for as long as its frame says, but after
-    an RTS only until something else should have been heard of it (802.11-2016, 10.3.2.4)."""
-    until = now + s.reserve
+def set_nav(d, r, s, now_ns):
+    """Station r sets its NAV as station s's frame says; after an RTS it is reset if the exchange
+    does not go on (802.11-2016, 10.3.2.4)."""
+    until_ns = now_ns + s.reserve_ns
     if s.kind == RTS:
         setup = d.setup[0]
-        reply = d.frames[s.index, s.head].cts_ns + d.rates[s.rate].payload_ns
-        r.announced, r.doubt = until, now + 2 * (setup.sifs_ns + setup.slot_ns) + reply
-        until = min(until, r.doubt)
-    r.nav = max(r.nav, until)
+        reply_ns = d.frames[s.index, s.queue_head].cts_ns + d.rates[s.rate].payload_ns
+        r.announced_nav_ns = until_ns
+        r.nav_timeout_ns = now_ns + 2 * (setup.sifs_ns + setup.slot_ns) + reply_ns
+        until_ns = min(until_ns, r.nav_timeout_ns)
+    r.nav_ns = max(r.nav_ns, until_ns)
 
 
 @lean(void(a_dcf, a_station, a_station, _i8))
-def admit(d, r, s, now):
-    """Station r has got the present packet of station s."""
-    answer(d.setup[0], d.due, r, s, now, ACK)
-    s.got = 1
+def acknowledge(d, r, s, now_ns):
+    """Station r has received the present packet of station s, and will acknowledge it."""
+    answer(d.setup[0], d.due, r, s, now_ns, ACK)
+    s.delivered = 1
 
 
 @lean(void(a_dcf, a_station, a_station, _i8))
-def take(d, r, s, now):
+def receive(d, r, s, now_ns):
     """Station r has received station s's frame without errors."""
     setup, due = d.setup[0], d.due
-    if s.to == -1:
-        tell(d, now, RECEIVED, s, r.index)
-    elif s.to != r.index:
-        keep_off(d, r, s, now)
+    if s.dest == -1:
+        note(d, now_ns, RECEIVED, s, r.index)
+    elif s.dest != r.index:
+        set_nav(d, r, s, now_ns)
     elif s.kind == DATA and setup.judged == 1:
-        tell(d, now, HEARD, s, r.index)
+        note(d, now_ns, HEARD, s, r.index)
     elif s.kind == DATA:
-        if s.got == 0 and s.part == d.frames[s.index, s.head].packets - 1:
-            tell(d, now, RECEIVED, s, r.index)
-        admit(d, r, s, now)
+        if s.delivered == 0 and s.packet == d.frames[s.index, s.queue_head].packets - 1:
+            note(d, now_ns, RECEIVED, s, r.index)
+        acknowledge(d, r, s, now_ns)
     elif s.kind == RTS:
-        if r.nav <= now:
-            answer(setup, due, r, s, now, CTS)
+        if r.nav_ns <= now_ns:
+            answer(setup, due, r, s, now_ns, CTS)
     elif r.role == AWAITING and s.kind == (ACK if r.kind == DATA else CTS):
-        r.contention = NEVER
-        schedule(due, r)  # the timeout is off, also where nothing else is to be sent
+        r.contention_due = NEVER
+        schedule(due, r)  # the timeout is off, also where the queue is empty
         if s.kind == CTS:
             r.role = SENDING
-            answer(setup, due, r, s, now, DATA)
+            answer(setup, due, r, s, now_ns, DATA)
         else:
-            succeed(d, r, now)
+            succeed(d, r, now_ns)
 
 
 @lean(void(a_dcf, a_station, _i8))
-def finish(d, s, now):
-    """Station s's transmission ends. Who could not make it out waits for EIFS, but no longer than
-    until it makes something out. Who waits for a reply, and this was none, has failed."""
+def end_transmission(d, s, now_ns):
+    """Station s's transmission ends. A receiver that finds errors waits for EIFS, or until it
+    decodes another frame. A station that awaits a reply has failed if this was none."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    s.on, s.air = 0, NEVER
-    for k in range(s.first, s.last):
+    s.on_air, s.air_due = 0, NEVER
+    for k in range(s.first_link, s.last_link):
         r = stations[links[k].station]
-        touch(d, r)
-        if r.lock >= 0:
-            account(setup, d.rates, d.table, r, stations[r.lock], now)
+        mark_changed(d, r)
+        if r.receives_from >= 0:
+            add_errors(setup, d.rates, d.table, r, stations[r.receives_from], now_ns)
         else:
-            r.unaware = 0.0
-        r.lag = max(r.lag, s.lag + links[k].delay)
+            r.unaware_mw = 0.0
+        r.lag_ns = max(r.lag_ns, s.lag_ns + links[k].delay_ns)
         r.signals -= 1
-        r.heard = r.heard - links[k].mw if r.signals > 0 else 0.0
-        if r.lock == s.index:
-            r.lock = -1
-            if survives(r, s):
-                r.eifs = 0
-                take(d, r, s, now)
+        r.heard_mw = r.heard_mw - links[k].power_mw if r.signals > 0 else 0.0
+        if r.receives_from == s.index:
+            r.receives_from = -1
+            if is_intact(r, s):
+                r.eifs_ends_ns = 0
+                receive(d, r, s, now_ns)
             else:
-                r.eifs = now + setup.eifs_ns if setup.eifs_at_end == 1 else NEVER
-                if s.to == -1:
-                    tell(d, now, MISSED, s, r.index)
+                r.eifs_ends_ns = now_ns + setup.eifs_ns if setup.eifs_at_end == 1 else NEVER
+                if s.dest == -1:
+                    note(d, now_ns, MISSED, s, r.index)
             if r.role == AWAITING:
-                fail(d, r, now)
-        sense(setup, due, r, now)
-    if s.kind == DATA and s.to == -1:
-        succeed(d, s, now)
+                fail(d, r, now_ns)
+        sense_carrier(setup, due, r, now_ns)
+    if s.kind == DATA and s.dest == -1:
+        succeed(d, s, now_ns)
     elif s.kind == DATA or s.kind == RTS:
-        rate = d.frames[s.index, s.head].ack_rate if s.kind == DATA else s.rate
-        wait = setup.sifs_ns + setup.slot_ns + d.rates[rate].payload_ns
-        s.role, s.contention = AWAITING, (now + wait) * KINDS + TIMEOUT
+        rate = d.frames[s.index, s.queue_head].ack_rate if s.kind == DATA else s.rate
+        wait_ns = setup.sifs_ns + setup.slot_ns + d.rates[rate].payload_ns
+        s.role, s.contention_due = AWAITING, (now_ns + wait_ns) * KINDS + TIMEOUT
     schedule(due, s)
-    sense(setup, due, s, now)
+    sense_carrier(setup, due, s, now_ns)
 
 
 @lean(void(a_dcf, a_station, _i8))
-def expire(d, s, now):
-    """The first frame of station s's queue has waited too long; the next one's turn is now."""
-    tell(d, now, EXPIRED, s, -1)
-    leave(d, s)
-    s.ready = now
-    plan(d.setup[0], d.due, s)
+def expire(d, s, now_ns):
+    """Drop the first frame of station s's queue, which has waited too long."""
+    note(d, now_ns, EXPIRED, s, -1)
+    dequeue(d, s)
+    s.ready_ns = now_ns
+    plan_start(d.setup[0], d.due, s)
 
 
 @lean(boolean(a_dcf, a_station, _i8))
-def begins(d, s, now):
-    """Whether station s has read the header of a frame that may be the reply (10.3.2.9)."""
-    if s.lock < 0:
+def reply_has_begun(d, s, now_ns):
+    """Whether station s has received the header of a frame that may be the reply (802.11-2016,
+    10.3.2.9)."""
+    if s.receives_from < 0:
         return False
-    source = d.stations[s.lock]
-    return source.begun + d.rates[source.rate].payload_ns <= now
+    source = d.stations[s.receives_from]
+    return source.begun_ns + d.rates[source.rate].payload_ns <= now_ns
 
 
 @lean(void(a_dcf, a_station, _i8, _i8))
-def happen(d, s, now, what):
-    """Carry out the event ``what`` that is due at station s, there and at those who hear it."""
-    touch(d, s)
+def carry_out(d, s, now_ns, what):
+    """Carry out the event ``what`` of station s, there and at the stations that hear it."""
+    mark_changed(d, s)
     if what == END:
-        finish(d, s, now)
+        end_transmission(d, s, now_ns)
     elif what == DETECT:
-        detect(d, s, now)
+        detect(d, s, now_ns)
     elif what == HEADER:
-        read_header(d, s, now)
+        read_header(d, s, now_ns)
     elif what == ANSWER:
-        s.answer = NEVER
+        s.answer_due = NEVER
         schedule(d.due, s)
-        send(d, s, now, s.reply)
+        send(d, s, now_ns, s.reply_kind)
     elif what == START:
-        frame = d.frames[s.index, s.head]
-        if now > frame.expires and s.part == 0 and s.tries == 0:
-            expire(d, s, now)
+        frame = d.frames[s.index, s.queue_head]
+        if now_ns > frame.expires_ns and s.packet == 0 and s.tries == 0:
+            expire(d, s, now_ns)
         else:
             if d.choices.size > 0 and frame.dest >= 0:
-                tune(d.rates, frame, d.choices[s.index, frame.dest], frame.rts_ns > 0)
-            s.role, s.contention, s.direct = SENDING, NEVER, 0
-            send(d, s, now, RTS if frame.rts_ns > 0 else DATA)
+                set_rate(d.rates, frame, d.choices[s.index, frame.dest], frame.rts_ns > 0)
+            s.role, s.contention_due, s.no_backoff = SENDING, NEVER, 0
+            send(d, s, now_ns, RTS if frame.rts_ns > 0 else DATA)
     else:
-        s.contention = NEVER
+        s.contention_due = NEVER
         schedule(d.due, s)
-        if not begins(d, s, now):
-            fail(d, s, now)
+        if not reply_has_begun(d, s, now_ns):
+            fail(d, s, now_ns)

@@ -1,7 +1,7 @@
 """The 802.11 distributed coordination function as a state machine.
 
-The next event of all stations is found among minima of blocks of them, and what happens changes
-nobody but those who hear it: the work for a frame hardly grows with the stations out of reach.
+The next event of all stations is found among the minima of blocks of them, and an event changes
+only the stations that hear it: the work for a frame hardly grows with the stations out of reach.
 """
 
 from __future__ import annotations
@@ -9,10 +9,15 @@ from __future__ import annotations
 from numba import boolean, int64, void
 
 from desim.ports.kernels import lean
-from netmodels.radio.dcf.kernels.contention import draw, plan, rest, sense
-from netmodels.radio.dcf.kernels.exchange import admit, happen
-from netmodels.radio.dcf.kernels.frames import tune
-from netmodels.radio.dcf.kernels.reception import account
+from netmodels.radio.dcf.kernels.contention import (
+    draw_backoff,
+    plan_start,
+    sense_carrier,
+    start_slots,
+)
+from netmodels.radio.dcf.kernels.exchange import acknowledge, carry_out
+from netmodels.radio.dcf.kernels.frames import set_rate
+from netmodels.radio.dcf.kernels.reception import add_errors
 from netmodels.radio.dcf.kernels.records import (
     AWAITING,
     BLOCK,
@@ -22,90 +27,90 @@ from netmodels.radio.dcf.kernels.records import (
     TIMEOUT,
     a_dcf,
     a_station,
-    pick,
+    arrays_at,
+    first_block,
+    mark_changed,
     schedule,
-    soonest,
-    touch,
-    view,
+    station_due,
 )
 
 _i8 = int64
-_places = int64[:, :, ::1]  # of the arrays: ``view`` of the present, ``view`` of the future
+_rows = int64[:, :, ::1]  # ``Addresses.rows``
 
 
 @lean(void(a_dcf, a_station, _i8))
-def spoil(d, r, now):
-    """A frame that station r had decoded is lost after all."""
-    r.eifs = NEVER
+def spoil(d, r, now_ns):
+    """Lose a frame that station r had decoded."""
+    r.eifs_ends_ns = NEVER
     if r.busy == 0:
-        rest(d.setup[0], r, now)
-        plan(d.setup[0], d.due, r)
+        start_slots(d.setup[0], r, now_ns)
+        plan_start(d.setup[0], d.due, r)
 
 
 @lean(void(a_dcf, _i8))
-def run(d, until):
-    """Let happen what is due up to ``until``, or up to the first instant with an outcome."""
+def run(d, until_ns):
+    """Carry out all events up to ``until_ns``, or up to the first instant with an outcome."""
     d.setup[0].outcomes = 0
     while True:
-        b = soonest(d.due)
+        b = first_block(d.due)
         what = d.due[b]
-        if what // KINDS > until:
+        if what // KINDS > until_ns:
             break
-        happen(d, d.stations[pick(d.due, b)], what // KINDS, what % KINDS)
+        carry_out(d, d.stations[station_due(d.due, b)], what // KINDS, what % KINDS)
         if d.setup[0].outcomes > 0:
-            until = what // KINDS
+            until_ns = what // KINDS
 
 
-@lean(void(_places, _i8, _i8))
-def advance(where, present, until):
-    """Let happen what is due up to ``until``, or up to the first instant with an outcome."""
-    run(view(where[present]), until)
+@lean(void(_rows, _i8, _i8))
+def advance(rows, present, until_ns):
+    """Carry out all events up to ``until_ns``, or up to the first instant with an outcome."""
+    run(arrays_at(rows[present]), until_ns)
 
 
-@lean(void(_places, _i8, _i8))
-def settle(where, present, now):
-    """Before the links change: let happen what is due up to now, and account for all receptions."""
-    d = view(where[present])
-    run(d, now)
+@lean(void(_rows, _i8, _i8))
+def settle(rows, present, now_ns):
+    """Before the links change: carry out all events up to now, and account for all receptions."""
+    d = arrays_at(rows[present])
+    run(d, now_ns)
     for i in range(d.stations.size):
         r = d.stations[i]
-        if r.lock >= 0:
-            account(d.setup[0], d.rates, d.table, r, d.stations[r.lock], now)
+        if r.receives_from >= 0:
+            add_errors(d.setup[0], d.rates, d.table, r, d.stations[r.receives_from], now_ns)
 
 
-@lean(void(_places, _i8, _i8))
-def relink(where, present, now):
-    """The links have changed: what everybody hears, from who is on the air. Whoever can no longer
-    hear what it was receiving has lost it."""
-    d = view(where[present])
+@lean(void(_rows, _i8, _i8))
+def relink(rows, present, now_ns):
+    """The links have changed: sum up anew what each station hears of those on the air. A station
+    that no longer hears the frame that it was receiving has lost it."""
+    d = arrays_at(rows[present])
     stations, setup = d.stations, d.setup[0]
     for i in range(stations.size):
-        touch(d, stations[i])
-        stations[i].heard, stations[i].signals, stations[i].power = 0.0, 0, 0.0
-        stations[i].unaware = 0.0
+        mark_changed(d, stations[i])
+        stations[i].heard_mw, stations[i].signals, stations[i].power_mw = 0.0, 0, 0.0
+        stations[i].unaware_mw = 0.0
     for i in range(stations.size):
-        if stations[i].on == 1:
-            for k in range(stations[i].first, stations[i].last):
+        if stations[i].on_air == 1:
+            for k in range(stations[i].first_link, stations[i].last_link):
                 r = stations[d.links[k].station]
-                r.heard += d.links[k].mw
+                r.heard_mw += d.links[k].power_mw
                 r.signals += 1
-                if r.lock == i:
-                    r.power = d.links[k].mw
+                if r.receives_from == i:
+                    r.power_mw = d.links[k].power_mw
     for i in range(stations.size):
         r = stations[i]
-        if r.lock >= 0 and r.power == 0.0:
-            r.lock, r.eifs = -1, NEVER
-            if r.role == AWAITING and r.contention == NEVER:
-                r.contention = now * KINDS + TIMEOUT
+        if r.receives_from >= 0 and r.power_mw == 0.0:
+            r.receives_from, r.eifs_ends_ns = -1, NEVER
+            if r.role == AWAITING and r.contention_due == NEVER:
+                r.contention_due = now_ns * KINDS + TIMEOUT
                 schedule(d.due, r)
-        sense(setup, d.due, r, now)
+        sense_carrier(setup, d.due, r, now_ns)
 
 
-@lean(_i8(_places, _i8))
-def foresee(where, present):
-    """Try out the future, up to the first outcome if nobody sends anything more. Returns when that
-    is, ``NEVER`` if there is none."""
-    d, future = view(where[present]), view(where[1 - present])
+@lean(_i8(_rows, _i8))
+def foresee(rows, present):
+    """Run the future up to the first outcome, as if nothing more were sent. Returns its time,
+    ``NEVER`` if there is none."""
+    d, future = arrays_at(rows[present]), arrays_at(rows[1 - present])
     touched, blocks = d.touched, d.due.size // (1 + BLOCK)
     for k in range(1, touched[0, 0] + 1):
         i = touched[k, 0]
@@ -117,51 +122,52 @@ def foresee(where, present):
     return future.outcomes[0].time_ns if future.setup[0].outcomes > 0 else NEVER
 
 
-@lean(_i8(_places, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8))
-def enqueue(where, present, now, expires, i, dest, packets, size_bytes, last_bytes, rate, rts):
-    """Station i gets a frame to send, after what is due before now. Returns its position in the
+@lean(_i8(_rows, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8))
+def enqueue(rows, present, now_ns, expires_ns, i, dest, packets, size_bytes, last_bytes, rate, rts):
+    """Give station i a frame to send, after all events before now. Returns its position in the
     queue, -1 if that is full."""
-    d = view(where[present])
-    run(d, now - 1)
+    d = arrays_at(rows[present])
+    run(d, now_ns - 1)
     s, limit, setup = d.stations[i], d.frames.shape[1], d.setup[0]
-    touch(d, s)
-    if s.length == limit:
+    mark_changed(d, s)
+    if s.queue_length == limit:
         return -1
-    position = (s.head + s.length) % limit
+    position = (s.queue_head + s.queue_length) % limit
     frame = d.frames[i, position]
-    frame.expires, frame.dest, frame.packets = expires, dest, packets
+    frame.expires_ns, frame.dest, frame.packets = expires_ns, dest, packets
     frame.size_bytes, frame.last_bytes = size_bytes, last_bytes
-    tune(d.rates, frame, rate, rts)
-    s.length += 1
-    if s.length == 1 and s.role == IDLE:
-        s.ready = now
-        if (s.busy == 1 or now < s.nav) and s.count == 0:
-            draw(s)
-        elif s.busy == 0 and (s.count == 0 or now >= s.since + s.count * setup.slot_ns):
-            s.ready, s.count, s.direct = now + setup.pause_ns, 0, setup.pause_ns == 0
-        plan(setup, d.due, s)
+    set_rate(d.rates, frame, rate, rts)
+    s.queue_length += 1
+    if s.queue_length == 1 and s.role == IDLE:
+        s.ready_ns = now_ns
+        if (s.busy == 1 or now_ns < s.nav_ns) and s.slots_left == 0:
+            draw_backoff(s)
+        elif s.busy == 0 and (
+                s.slots_left == 0 or now_ns >= s.slots_from_ns + s.slots_left * setup.slot_ns):
+            s.ready_ns, s.slots_left, s.no_backoff = now_ns + setup.pause_ns, 0, setup.pause_ns == 0
+        plan_start(setup, d.due, s)
     return position
 
 
-@lean(boolean(_places, _i8, _i8, _i8, _i8))
-def judge(where, present, now, i, lost):
-    """The packet that station i has just transmitted was ``lost`` at its receiver (0, 1), which
-    had made it out. Returns whether it is the first time that it was not."""
-    d = view(where[present])
+@lean(boolean(_rows, _i8, _i8, _i8, _i8))
+def judge(rows, present, now_ns, i, lost):
+    """Say whether the packet that station i has just transmitted is ``lost`` (0, 1) at its
+    receiver, which had decoded it. Returns whether it has arrived, for the first time."""
+    d = arrays_at(rows[present])
     s = d.stations[i]
-    r, first = d.stations[s.to], s.got == 0
-    touch(d, s)
-    touch(d, r)
+    r, first = d.stations[s.dest], s.delivered == 0
+    mark_changed(d, s)
+    mark_changed(d, r)
     if lost == 0:
-        admit(d, r, s, now)
+        acknowledge(d, r, s, now_ns)
         return first
-    spoil(d, r, now)
+    spoil(d, r, now_ns)
     return False
 
 
-@lean(void(_places, _i8, _i8, _i8))
-def miss(where, present, now, i):
-    """A broadcast that station i has just made out was lost there."""
-    d = view(where[present])
-    touch(d, d.stations[i])
-    spoil(d, d.stations[i], now)
+@lean(void(_rows, _i8, _i8, _i8))
+def miss(rows, present, now_ns, i):
+    """Lose a broadcast that station i has just decoded."""
+    d = arrays_at(rows[present])
+    mark_changed(d, d.stations[i])
+    spoil(d, d.stations[i], now_ns)

@@ -13,8 +13,8 @@ _i8, _f8, _b1, _a_link = int64, float64, boolean, from_dtype(LINK)
 
 @lean(_f8(a_setup, a_table, _i8, _f8))
 def log_success(setup, table, rate, ratio):
-    """Log of the chance that a bit at ``rate`` has no error, at this signal to noise ratio."""
-    at = (10.0 / 2.302585092994046 * log(ratio) - setup.table_db) / setup.step_db
+    """The log of the chance that a bit at ``rate`` has no error at this signal to noise ratio."""
+    at = (10.0 / 2.302585092994046 * log(ratio) - setup.table_first_db) / setup.table_step_db
     if at >= table.shape[1] - 1:
         return 0.0
     j = np.int64(max(at, 0.0))
@@ -23,54 +23,56 @@ def log_success(setup, table, rate, ratio):
 
 
 @lean(void(a_setup, all_rates, a_table, a_station, a_station, _i8))
-def account(setup, rates, table, r, source, now):
-    """Add the chance of errors in the frame that station r receives, for the time since its
-    interference changed last."""
-    begin, r.until = r.until, now
-    noise = setup.noise_mw + max(r.heard - r.power - r.unaware, 0.0)
-    r.unaware = 0.0
-    if r.power >= setup.clear * noise:
+def add_errors(setup, rates, table, r, source, now_ns):
+    """Account for errors in the frame that station r receives since its interference changed last.
+    """
+    begin_ns, r.accounted_ns = r.accounted_ns, now_ns
+    noise_mw = setup.noise_mw + max(r.heard_mw - r.power_mw - r.unaware_mw, 0.0)
+    r.unaware_mw = 0.0
+    if r.power_mw >= setup.clear_ratio * noise_mw:
         return
-    ratio = r.power / noise
+    ratio = r.power_mw / noise_mw
     rate = rates[source.rate]
-    payload = source.begun + rate.payload_ns
-    header = source.begun + rate.header_ns
-    if begin < payload and now > header:
-        bits = (min(now, payload) - max(begin, header)) * 1e-9 * rates[rate.header_rate].bps
-        r.chance += bits * log_success(setup, table, rate.header_rate, ratio)
-    if now > payload:
-        bits = (now - max(begin, payload)) * 1e-9 * rate.bps
-        r.chance += bits * log_success(setup, table, source.rate, ratio)
+    payload_begins_ns = source.begun_ns + rate.payload_ns
+    header_begins_ns = source.begun_ns + rate.header_ns
+    if begin_ns < payload_begins_ns and now_ns > header_begins_ns:
+        time_ns = min(now_ns, payload_begins_ns) - max(begin_ns, header_begins_ns)
+        bits = time_ns * 1e-9 * rates[rate.header_rate].bps
+        r.log_chance += bits * log_success(setup, table, rate.header_rate, ratio)
+    if now_ns > payload_begins_ns:
+        bits = (now_ns - max(begin_ns, payload_begins_ns)) * 1e-9 * rate.bps
+        r.log_chance += bits * log_success(setup, table, source.rate, ratio)
 
 
 @lean(void(a_dcf, a_station, a_station, _i8, _a_link))
-def arrive(d, r, s, now, link):
-    """Station s's signal comes to station r, which receives nothing yet; what ns-3 makes of it.
+def arrive(d, r, s, now_ns, link):
+    """Station s's signal comes to station r, which receives nothing yet, as ns-3 counts it.
 
-    ns-3 takes for the interference at a frame's beginning what was heard when the search for
-    preambles began, and is right again from the next change on. Hence r is not aware of what came
-    during the search before its frame: of two frames sent in the same slot one may be read in spite
-    of the other, if the other comes first. Who comes first is decided by the ways: a sender's slots
-    began when the end of the last frame had come to it.
+    For ns-3 the interference at a frame's beginning is what was heard when the search for preambles
+    began; from the next change on it is right again. Hence r is not aware of what came during the
+    search before its frame: of two frames in the same slot one may be decoded in spite of the
+    other, if the other comes first. The distances decide which comes first: a sender's slots begin
+    when the end of the last frame has come to it.
     """
-    if now >= r.search:
-        r.search, r.strongest, r.power = now + d.setup[0].detection_ns, -1, 0.0
-        r.before = r.heard
-    came, first = s.lag + link.delay, False
-    if r.strongest >= 0 and d.stations[r.strongest].begun == now:
-        first = came < r.came or (came == r.came and s.lag < d.stations[r.strongest].lag)
-    if link.mw > r.power:
-        r.unaware = 0.0 if first else r.heard - r.before
-        r.strongest, r.power, r.came = s.index, link.mw, came
+    if now_ns >= r.search_ends_ns:
+        r.search_ends_ns, r.strongest, r.power_mw = now_ns + d.setup[0].detection_ns, -1, 0.0
+        r.heard_before_mw = r.heard_mw
+    came_ns, first = s.lag_ns + link.delay_ns, False
+    if r.strongest >= 0 and d.stations[r.strongest].begun_ns == now_ns:
+        first = came_ns < r.came_ns or (
+            came_ns == r.came_ns and s.lag_ns < d.stations[r.strongest].lag_ns)
+    if link.power_mw > r.power_mw:
+        r.unaware_mw = 0.0 if first else r.heard_mw - r.heard_before_mw
+        r.strongest, r.power_mw, r.came_ns = s.index, link.power_mw, came_ns
     else:
-        r.unaware = r.unaware + link.mw if first else 0.0
+        r.unaware_mw = r.unaware_mw + link.power_mw if first else 0.0
 
 
 @lean(_b1(a_station, a_station))
-def survives(r, source):
-    """Whether the part that station r has received so far has no error; true of the whole frame
-    only if it was true of each earlier part."""
-    if r.chance == 0.0:
+def is_intact(r, source):
+    """Whether the part of the frame that station r has received so far has no error. The whole
+    frame is intact only if each earlier part was."""
+    if r.log_chance == 0.0:
         return True
     key = r.key ^ (source.key << np.uint64(1))
-    return uniform_half_open(key, np.uint64(source.number)) < exp(r.chance)
+    return uniform_half_open(key, np.uint64(source.transmission)) < exp(r.log_chance)

@@ -1,0 +1,44 @@
+"""How kernels of network models get their state: the one way, for the DCF and for the switch.
+
+There is a record dtype for each kind of thing, an array of records each, and one NamedTuple of
+these arrays. ``Addresses`` owns the NamedTuple. A kernel's first argument is ``Addresses.rows``,
+from which its ``arrays_at`` makes the NamedTuple again; what differs from call to call are scalars
+behind it. Functions that only kernels call take the NamedTuple, or records of it. A kernel that has
+no state, but computes one array from others (fading's), takes the arrays themselves.
+"""
+
+from __future__ import annotations
+
+from typing import Generic, NamedTuple, TypeVar
+
+import numpy as np
+from numba import int64, types
+from numba.extending import intrinsic
+
+State = TypeVar("State", bound=NamedTuple)
+
+
+class Addresses(Generic[State]):
+    """Arrays for kernels to find by their addresses.
+
+    Kernels could take the arrays themselves, but numba unpacks each of them at each call, for 0.2
+    us: with arrays as arguments ten saturated stations of 802.11 take 33 % more CPU time, and one
+    takes 49 % more (minima of 18 runs in turns). This object owns the arrays: it refers to each as
+    long as ``rows`` has its address, so that no kernel reads memory that was freed. Arrays are
+    exchanged by making a new object.
+
+    ``rows`` [states, fields of the NamedTuple, 3]: address and shape of each array.
+    """
+
+    def __init__(self, *states: State) -> None:
+        self.states = states
+        self.rows = np.array([[(array.ctypes.data, *array.shape, 0)[:3] for array in state]
+                              for state in states], np.int64)
+
+
+@intrinsic
+def pointer(typing_context, address):
+    """The memory at an address."""
+    def code(context, builder, signature, arguments):
+        return builder.inttoptr(arguments[0], context.get_value_type(types.voidptr))
+    return types.voidptr(int64), code
