@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from desim.ports import GridSpec
-from desim.robot.navigation.global_costmap import Costmap
+from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.tiles import FREE, OCCUPIED, tiles_across, tiles_of
 
 VALUES = {".": FREE, "#": OCCUPIED}
@@ -22,7 +22,6 @@ class Drawn:
         self.fused = np.zeros((self.tiles_x * self.tiles_y, 1024), np.int16)
         self.version = 0
         self.tile_version = np.zeros(len(self.fused), np.int64)
-        self.size_bytes = cells.size
         self.know(cells)
 
     def know(self, cells: np.ndarray) -> None:
@@ -43,8 +42,8 @@ def drawn(*lines: str, resolution_m: float = 0.2) -> Drawn:
     return Drawn(cells(list(lines)), resolution_m)
 
 
-def costmap(belief: Drawn, radius_m: float = 0.26) -> Costmap:
+def costmap(belief: Drawn, radius_m: float = 0.26) -> GlobalCostmap:
     """With the defaults of costmap_2d, up to date."""
-    made = Costmap(belief, radius_m, 0.55, 10.0)
+    made = GlobalCostmap(belief, radius_m, 0.55, 10.0)
     made.update()
     return made

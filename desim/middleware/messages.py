@@ -102,7 +102,7 @@ class Twist:
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Where to drive (geometry_msgs/PoseStamped); None as coordinates means: stop."""
+    """A place to drive to (geometry_msgs/PoseStamped); NaN as coordinates means: stop."""
 
     x_m: float
     y_m: float
@@ -117,6 +117,13 @@ class GoalResult:
     y_m: float
     reached: bool
     size_bytes: ClassVar[int] = 48
+
+
+@dataclass(frozen=True, slots=True)
+class Empty:
+    """std_msgs/Empty: something happened."""
+
+    size_bytes: ClassVar[int] = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,41 +1,48 @@
-"""The node that decides where to explore next, and what a strategy may look at."""
+"""The node that chooses where its robot explores next, and the view that a strategy has of it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from desim.engine.trace import bits
 from desim.errors import ModelError, class_of
 from desim.middleware.graph import Host, Message, Node
-from desim.middleware.messages import Goal
+from desim.middleware.messages import Goal, GoalResult, Pose
 from desim.middleware.topics import Latest
 from desim.ports import Frontier, Peer, Strategy
-from desim.robot.navigation.global_costmap import Costmap
-from desim.robot.navigation.global_planner import Wavefront
+from desim.robot.navigation.global_costmap import GlobalCostmap
+from desim.robot.navigation.global_planner import GlobalPlanner
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Exploration, Navigation
 from desim.units import NS_PER_S
 
-_STOP = Goal(None, None)
+_STOP = Goal(math.nan, math.nan)
 _IDLE_NS = 5 * NS_PER_S  # a search that finds nothing goes through the whole map: not every second
 _VETOES = 5  # a strategy that insists on such a frontier after so many gets it
 _VISITS = 2  # a frontier that is still there after so many visits cannot be resolved from there
 
 
-class View:
-    """What a strategy sees of its robot (``ports.ExplorationView``)."""
+class Target(NamedTuple):
+    """The frontier that the robot drives to: ``cell`` lies at the unknown's edge, and ``highest``
+    is the highest cost that cells of its cluster may have."""
 
-    __slots__ = ("_explore", "name", "now_ns", "pose", "peers")
+    frontier: Frontier
+    cell: int
+    highest: int
 
-    def __init__(self, explore: Explore, name: str) -> None:
+
+class RobotView:
+    """The view that a strategy has of its robot (``ports.ExplorationView``)."""
+
+    def __init__(self, explore: Explore, name: str, peers: dict[str, Peer]) -> None:
         self._explore = explore
         self.name = name
         self.now_ns = 0
         self.pose = (0.0, 0.0, 0.0)
-        self.peers: Mapping[str, Peer] = {}
+        self.peers = peers
 
     def frontiers(self, limit: int | None = None) -> list[Frontier]:
         found = self._explore.frontiers(limit)
@@ -49,34 +56,32 @@ class View:
 class Explore(Node):
     """Chooses a goal when there is none, or when the present one is no frontier any more.
 
-    It never is done for good: maps may arrive later. The local topic ``peers`` has a mapping of
-    names to ``ports.Peer``.
+    It never stops for good: maps may arrive later. ``costmap`` belongs to ``MoveBase`` on the same
+    host, which announces on the topic ``costmap`` that it can be used; ``peers`` belongs to
+    ``MapSharing``.
     """
 
-    __slots__ = ("_exploration", "_strategy", "_tolerance_m", "_radius_m", "_view", "_pose",
-                 "_peers", "_costmap", "_wavefront", "_goal", "_beside", "_blacklist", "_visited",
-                 "_idle_until_ns", "_looked_at", "shown")
-
     def __init__(self, host: Host, exploration: Exploration, strategy: Strategy,
-                 navigation: Navigation, body: BodyType) -> None:
+                 navigation: Navigation, body: BodyType, costmap: GlobalCostmap,
+                 peers: dict[str, Peer]) -> None:
         super().__init__(host, "explore")
         self._exploration, self._strategy = exploration, strategy
         self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.radius_m
-        self._view = View(self, host.name)
-        self._pose = self._peers = Latest()
-        self._costmap: Costmap | None = None
-        self._wavefront: Wavefront | None = None
-        self._goal: Frontier | None = None
-        self._beside = (0, 0)  # the goal's frontier: a cell, and the cost up to which cells count
+        self._view = RobotView(self, host.name, peers)
+        self._pose = Latest()
+        self._costmap, self._planner = costmap, GlobalPlanner(costmap)
+        self._mapped = False  # whether the costmap can be used
+        self._target: Target | None = None
         self._blacklist: list[tuple[int, int, int]] = []  # row, column, until
-        self._visited: tuple[float, float, int] | None = None  # x, y, how often in a row
+        self._visited = (math.inf, math.inf, 0)  # x, y, number of visits in a row
         self._idle_until_ns = 0
-        self._looked_at = -1  # the belief's version when last a goal was confirmed or none found
+        self._checked = -1  # the belief's version when last a goal was confirmed or none found
         self.shown: list[Frontier] = []  # what the strategy chooses from
 
     def start(self) -> None:
         self.advertise("goal")
-        self._pose, self._peers = self.latest("pose"), self.latest("peers")
+        self._pose = self.latest("pose")
+        self.latest("peers")  # nothing waits for a new peer; the strategy reads them all
         self.subscribe("costmap", self._on_costmap)
         self.subscribe("goal_result", self._on_result)
         self.timer(self._exploration.rate_hz, self._tick)
@@ -86,66 +91,65 @@ class Explore(Node):
         near to obstacles to count at first."""
         x_m, y_m, _ = self._view.pose
         discs = self._discs()
-        return (self._wavefront.frontiers((x_m, y_m), limit, self._smallest(), discs)
-                or self._wavefront.hidden_frontiers((x_m, y_m), limit, discs))
+        return (self._planner.frontiers((x_m, y_m), limit, self._smallest(), discs)
+                or self._planner.hidden_frontiers((x_m, y_m), limit, discs))
 
     # ---------------------------------------------------------------------------- what comes in
 
-    def _on_costmap(self, message: Message) -> None:
-        self._costmap = message.content
-        self._wavefront = Wavefront(self._costmap)
-        self._looked_at = -1
+    def _on_costmap(self, _: Message) -> None:
+        self._mapped, self._checked = True, -1
 
     def _on_result(self, message: Message) -> None:
-        result, goal = message.content, self._goal
-        if goal is None or (result.x_m, result.y_m) != (goal.x_m, goal.y_m):
+        result: GoalResult = message.content
+        target = self._target
+        if target is None or (result.x_m, result.y_m) != target.frontier[:2]:
             return  # of a goal that was replaced meanwhile
         if result.reached:
-            visits = self._visited[2] if self._visited and self._near_visited(goal) else 0
+            goal = target.frontier
+            visits = self._visited[2] if self._near_visited(goal) else 0
             self._visited = (goal.x_m, goal.y_m, visits + 1)
         else:
-            self._avoid(self._beside[0])
-        self._goal = None
-        self._looked_at = -1
+            self._avoid(target.cell)
+        self._target = None
+        self._checked = -1
 
     # ---------------------------------------------------------------------------- what it does
 
     def _tick(self, _: int) -> None:
-        if self._costmap is None or self._pose.message is None:
+        pose, target = self._pose.message, self._target
+        if not self._mapped or pose is None:
             return
-        if self._goal is None:
-            changed = self._costmap.belief.version != self._looked_at
+        if target is None:
+            changed = self._costmap.belief.version != self._checked
             if (changed and self.now_ns >= self._idle_until_ns) or self._blacklist_ended():
-                self._choose()
-        elif self._goal_is_spoilt():
-            self._choose()
+                self._choose(pose.content)
+        elif self._is_spoilt(target):
+            self._choose(pose.content)
 
-    def _choose(self) -> None:
-        view, pose = self._view, self._pose.message.content
+    def _choose(self, pose: Pose) -> None:
+        view = self._view
         view.now_ns, view.pose = self.now_ns, (pose.x_m, pose.y_m, pose.yaw_rad)
-        if self._peers.message is not None:
-            view.peers = self._peers.message.content
         self._blacklist = [entry for entry in self._blacklist if entry[2] > view.now_ns]
         self.shown.clear()
         chosen = self._chosen()
         for _ in range(_VETOES):
             if chosen is None or not self._visited_in_vain(chosen):
                 break
-            self._avoid(self._wavefront.beside(chosen)[0])
+            self._avoid(self._planner.beside(chosen)[0])
             chosen = self._chosen()
-        self._looked_at = self._costmap.belief.version
+        self._checked = self._costmap.belief.version
         if chosen is not None:
             self.record("goal", bits(chosen.x_m), bits(chosen.y_m), chosen.cells)
             self.publish("goal", Goal(chosen.x_m, chosen.y_m))
-            self._beside = self._wavefront.beside(chosen)
+            self._target = Target(chosen, *self._planner.beside(chosen))
         else:
             self._idle_until_ns = view.now_ns + _IDLE_NS
-            if self._goal is not None:
+            if self._target is not None:
                 self.publish("goal", _STOP)
-        self._goal = chosen
+            self._target = None
 
     def _chosen(self) -> Frontier | None:
-        """What the strategy says. Raises ``ModelError`` for a place where the robot cannot be."""
+        """The strategy's choice. Raises ``ModelError`` for a place where the robot cannot be."""
         chosen = self._strategy.choose(self._view)
         if not (chosen is None or isinstance(chosen, Frontier)
                 and (chosen in self.shown or self._is_free(chosen))):
@@ -166,19 +170,19 @@ class Explore(Node):
         costmap.update()
         return costmap.free_near(chosen.x_m, chosen.y_m, self._tolerance_m) >= 0
 
-    def _goal_is_spoilt(self) -> bool:
-        """Whether what was unknown beside the goal is known now, or the goal blocked. Cheap as
+    def _is_spoilt(self, target: Target) -> bool:
+        """Whether the unknown cells beside the goal are known now, or the goal is blocked. Cheap as
         long as nothing changed near by."""
-        costmap, (cell, highest) = self._costmap, self._beside
+        costmap, (goal, cell, highest) = self._costmap, target
         reach = math.ceil(self._radius_m / costmap.spec.resolution_m) + 1
         corners = (cell + reach * (dr * costmap.across + dc) for dr in (-1, 1) for dc in (-1, 1))
-        if not any(costmap.changed_at(corner, self._looked_at) for corner in corners):
+        if not any(costmap.changed_at(corner, self._checked) for corner in corners):
             return False
         costmap.update()
-        self._looked_at = costmap.seen
-        wanted = min(self._goal.cells, self._smallest())
+        self._checked = costmap.seen
+        wanted = min(goal.cells, self._smallest())
         return (costmap.frontier_cells(cell, reach, highest) < wanted
-                or costmap.free_near(self._goal.x_m, self._goal.y_m, self._tolerance_m) < 0)
+                or costmap.free_near(goal.x_m, goal.y_m, self._tolerance_m) < 0)
 
     def _smallest(self) -> int:
         return math.ceil(self._exploration.min_frontier_m / self._costmap.spec.resolution_m)
@@ -188,8 +192,7 @@ class Explore(Node):
         return math.hypot(goal.x_m - x_m, goal.y_m - y_m) <= self._tolerance_m
 
     def _visited_in_vain(self, chosen: Frontier) -> bool:
-        return (self._visited is not None and self._visited[2] >= _VISITS
-                and self._near_visited(chosen))
+        return self._visited[2] >= _VISITS and self._near_visited(chosen)
 
     def _avoid(self, cell: int) -> None:
         self._blacklist.append((*divmod(cell, self._costmap.across),

@@ -1,4 +1,4 @@
-"""Where a robot believes it is: nodes that turn a sensor's pose into the topic ``pose``."""
+"""Localization: nodes that turn a sensor's pose into the topic ``pose``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from desim.middleware.messages import Lazy
 
 
 class _Relay(Node):
-    """Publishes what comes in on ``source`` as ``pose``, without reading it."""
+    """Publishes each message of the topic ``source`` as ``pose``, without reading it."""
 
     source: str
 
@@ -29,6 +29,6 @@ class GroundTruth(_Relay):
 
 
 class OdometryLocalization(_Relay):
-    """The odometry taken at its word."""
+    """The odometry, believed as it is."""
 
     source = "odom"

@@ -1,7 +1,7 @@
-"""What robots tell each other about the world, and how it is written on the wire.
+"""Map updates: what robots send each other about the world, and its form on the wire.
 
 A ``MapUpdate`` carries its sender's own evidence by reference: in the simulation nobody has to
-write and read it, but its size is the one that it has when written. All numbers little-endian.
+encode and decode it, but its size is that of the encoded form. All numbers are little-endian.
 
 ``full``: a nav_msgs/OccupancyGrid, byte for byte. Its cells are log-odds in the place of percents,
 row by row from the lower left; its stamp is the version; its info.origin, which is common to the
@@ -16,13 +16,14 @@ from __future__ import annotations
 
 import struct
 import zlib
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
-from desim.middleware.messages import MAP_FRAME_BYTES, POSE_STAMPED_BYTES
-from desim.ports import GridSpec, Peer
+from desim.middleware.messages import MAP_FRAME_BYTES
+from desim.ports import GridSpec
 from desim.robot.tiles import CELLS, LayerSnapshot, raster, tiles_across, tiles_of
+from desim.scenario.schema.communication import Exchange
 from desim.units import NS_PER_S
 
 ZLIB_LEVEL = 6  # zlib's own default
@@ -33,17 +34,8 @@ _HEADER = struct.Struct("<qdddHB")
 _TILE = np.dtype([("number", "<u2"), ("cells", "i1", CELLS)])
 
 
-class Peers(dict[str, Peer]):
-    """The other robots by name; live."""
-
-    @property
-    def size_bytes(self) -> int:
-        """As a geometry_msgs/PoseStamped each."""
-        return len(self) * POSE_STAMPED_BYTES
-
-
 class MapUpdate(NamedTuple):
-    """``source``'s own evidence, or the tiles of it that changed, and where the robot is.
+    """The own evidence of robot ``source``, or its changed tiles, and the robot's pose.
 
     ``version`` is the source's clock in ns when ``layer`` was taken: it also grows when a robot
     starts again with empty memory.
@@ -58,13 +50,18 @@ class MapUpdate(NamedTuple):
     size_bytes: int
 
 
-class Wire(NamedTuple):
-    """One way of writing map updates: ``content`` full or changed_tiles, ``encoding`` raw or
+class MapCodec(NamedTuple):
+    """One form of map updates on the wire: ``content`` full or changed_tiles, ``encoding`` raw or
     zlib, on a grid that both sides know."""
 
     spec: GridSpec
     content: str
     encoding: str
+
+    @classmethod
+    def of(cls, spec: GridSpec, exchange: Exchange) -> MapCodec:
+        """The form that a complete scenario names."""
+        return cls(spec, cast(str, exchange.content), cast(str, exchange.encoding))
 
     def size_bytes(self, layer: LayerSnapshot) -> int:
         """The length of ``encode`` for an update with this layer."""
@@ -77,7 +74,7 @@ class Wire(NamedTuple):
         return header_bytes + len(layer.filled()) * _TILE.itemsize
 
     def encode(self, update: MapUpdate) -> bytes:
-        """``update`` as it would travel. Its source is not in it: that is the topic's name."""
+        """The bytes of ``update``. Its source is not among them: that is the topic's name."""
         pose = (update.x_m, update.y_m, update.yaw_rad)
         body = self._body(update.layer)
         if self.content == "full":
@@ -89,8 +86,8 @@ class Wire(NamedTuple):
                                   update.layer.complete)
         return header + (zlib.compress(body, ZLIB_LEVEL) if self.encoding == "zlib" else body)
 
-    def decode(self, data: bytes) -> Received:
-        """What ``encode`` was given, in values."""
+    def decode(self, data: bytes) -> DecodedUpdate:
+        """The values that ``encode`` was given."""
         header = _GRID if self.content == "full" else _HEADER
         body = data[header.size:]
         if self.encoding == "zlib":
@@ -98,8 +95,9 @@ class Wire(NamedTuple):
         values = header.unpack_from(data)
         if self.content == "full":
             cells = np.frombuffer(body, np.int8).reshape(self.spec.height, self.spec.width)
-            return Received(values[1] * NS_PER_S + values[2], *values[10:13],
-                            _all_tiles(self.spec), tiles_of(self.spec, cells))
+            x_m, y_m, yaw_rad = values[10:13]
+            return DecodedUpdate(values[1] * NS_PER_S + values[2], x_m, y_m, yaw_rad,
+                                 _all_tiles(self.spec), tiles_of(self.spec, cells))
         version, x_m, y_m, yaw_rad, _, complete = values
         entries = np.frombuffer(body, _TILE)
         tiles, cells = entries["number"].astype(np.int32), entries["cells"]
@@ -107,7 +105,7 @@ class Wire(NamedTuple):
             filled, tiles = tiles, _all_tiles(self.spec)
             cells = np.zeros((len(tiles), CELLS), np.int8)
             cells[filled] = entries["cells"]
-        return Received(version, x_m, y_m, yaw_rad, tiles, cells)
+        return DecodedUpdate(version, x_m, y_m, yaw_rad, tiles, cells)
 
     def _body(self, layer: LayerSnapshot) -> bytes:
         if self.content == "full":
@@ -118,8 +116,8 @@ class Wire(NamedTuple):
         return entries.tobytes()
 
 
-class Received(NamedTuple):
-    """An update as read from the wire: ``cells`` [k, 1024] int8 of the ``tiles`` [k]."""
+class DecodedUpdate(NamedTuple):
+    """An update read from the wire: ``cells`` [k, 1024] int8 of the ``tiles`` [k]."""
 
     version: int
     x_m: float

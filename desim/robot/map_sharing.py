@@ -1,4 +1,4 @@
-"""The node through which robots exchange what each has seen itself."""
+"""The node through which robots exchange the evidence that each has gathered itself."""
 
 from __future__ import annotations
 
@@ -6,38 +6,34 @@ from fractions import Fraction
 
 from desim.errors import below
 from desim.middleware.graph import Host, Message, Node
-from desim.middleware.messages import Pose
+from desim.middleware.messages import Empty, Pose
 from desim.middleware.topics import Latest
 from desim.ports import Peer
-from desim.robot.map_message import MapUpdate, Peers, Wire
+from desim.robot.map_message import MapCodec, MapUpdate
 from desim.robot.tiles import Belief, LayerSnapshot
 from desim.scenario.schema.communication import Exchange
 from desim.units import NS_PER_S
 
-# A robot whose evidence does not change says nothing (gmapping publishes only after a processed
-# scan), but tells all it knows at least every so many periods: a peer that started again with
-# empty memory, or that missed a part, hears it then.
+# A robot whose evidence does not change sends nothing (gmapping publishes only after a processed
+# scan), but all that it knows at least every so many periods: a peer that started again with
+# empty memory, or that missed a part, gets it then.
 REFRESH_PERIODS = 6
 
 
 class MapSharing(Node):
-    """Every ``exchange.period_ns`` sends this robot's own evidence to the others if it changed, and
-    takes in theirs. ``exchange`` None: this robot shares nothing.
+    """Sends this robot's own evidence to the others every ``exchange.period_ns`` if it changed, and
+    takes theirs into ``belief``. ``exchange`` None: this robot shares nothing.
 
-    With ``changed_tiles`` an update holds the tiles that changed since the last one sent; whoever
-    missed one has the newest of each tile that it did get, and the rest at the next complete
+    With ``changed_tiles`` an update holds the tiles that changed since the last one sent. A robot
+    that missed one has the newest of each tile that it did get, and the rest at the next complete
     update. The map topic is latched, as gmapping's is.
 
-    Publishes on local topics ``map``, the belief itself, when an update changed what is known, and
-    ``peers``, where every robot heard of was at its last update. Both are live: ``peers`` is said
-    anew only when there is one more.
+    The event ``map`` announces to other nodes of the host that an update changed the belief, the
+    event ``peers`` that ``heard`` has one robot more: the pose of each at its last update.
     """
 
-    __slots__ = ("belief", "_exchange", "_peers", "_topic", "_pose", "_sent", "_complete_at",
-                 "_heard_of", "_wire")
-
     def __init__(self, host: Host, exchange: Exchange | None, belief: Belief,
-                 peers: tuple[str, ...]) -> None:
+                 peers: tuple[str, ...], heard: dict[str, Peer]) -> None:
         super().__init__(host, "map_sharing")
         self.belief = belief
         self._exchange = exchange
@@ -46,9 +42,9 @@ class MapSharing(Node):
         self._pose = Latest()
         self._sent: LayerSnapshot | None = None  # all of the evidence at the last update
         self._complete_at = 0  # the period in which everything was sent last
-        self._heard_of = Peers()
+        self._heard = heard
         if exchange is not None:
-            self._wire = Wire(belief.spec, exchange.content, exchange.encoding)
+            self._codec = MapCodec.of(belief.spec, exchange)
 
     def start(self) -> None:
         if self._exchange is None:
@@ -65,14 +61,14 @@ class MapSharing(Node):
     def _on_period(self, period: int) -> None:
         if self._pose.message is None or not self.has_subscribers(self._topic):
             return
-        layer = self._news(period)
+        layer = self._unsent(period)
         if layer is not None:
             pose: Pose = self._pose.message.content
             self.publish(self._topic, MapUpdate(self.host.name, self.now_ns, pose.x_m, pose.y_m,
-                                                pose.yaw_rad, layer, self._wire.size_bytes(layer)))
+                                                pose.yaw_rad, layer, self._codec.size_bytes(layer)))
 
-    def _news(self, period: int) -> LayerSnapshot | None:
-        """What the others have to be told now, noted as told."""
+    def _unsent(self, period: int) -> LayerSnapshot | None:
+        """The evidence to send now, noted as sent; None if there is none."""
         known, sent = self.belief.own.snapshot(), self._sent
         if sent is None:
             if not len(known.filled()):
@@ -81,7 +77,7 @@ class MapSharing(Node):
             changed = self.belief.own.changed_since(sent)
             if not len(changed):
                 return None
-            if self._wire.content == "changed_tiles":
+            if self._codec.content == "changed_tiles":
                 self._sent = known
                 return known.only(changed)
         self._sent, self._complete_at = known, period
@@ -89,10 +85,9 @@ class MapSharing(Node):
 
     def _on_update(self, message: Message) -> None:
         update: MapUpdate = message.content
-        peers = self._heard_of
-        news = update.source not in peers
-        peers[update.source] = Peer(update.x_m, update.y_m, update.yaw_rad, self.now_ns)
-        if news:
-            self.publish("peers", peers)
+        is_new = update.source not in self._heard
+        self._heard[update.source] = Peer(update.x_m, update.y_m, update.yaw_rad, self.now_ns)
+        if is_new:
+            self.publish("peers", Empty())
         if self.belief.receive(update.source, update.version, update.layer):
-            self.publish("map", self.belief)
+            self.publish("map", Empty())

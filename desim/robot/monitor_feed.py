@@ -1,4 +1,4 @@
-"""The node that keeps the paper's monitor informed: the robot's map and how far it has driven."""
+"""The node that sends the robot's map and its travelled distance to the paper's monitor."""
 
 from __future__ import annotations
 
@@ -16,11 +16,9 @@ from desim.units import NS_PER_S
 
 
 class MonitorFeed(Node):
-    """Publishes every ``period_ns`` on ``explored_map`` what the robot knows (a nav_msgs/
-    OccupancyGrid; int8 [height, width]: 0 free, 100 occupied, -1 unknown) and on ``distance`` the
-    metres that it has travelled, summed from pose to pose."""
-
-    __slots__ = ("belief", "_period_ns", "_size_bytes", "_pose", "_travelled_m")
+    """Publishes every ``period_ns`` the robot's map on ``explored_map`` (a nav_msgs/OccupancyGrid;
+    int8 [height, width]: 0 free, 100 occupied, -1 unknown) and on ``distance`` the metres that it
+    has travelled, summed from pose to pose."""
 
     def __init__(self, host: Host, belief: Belief, period_ns: int) -> None:
         super().__init__(host, "monitor_feed")
@@ -37,9 +35,10 @@ class MonitorFeed(Node):
         self.timer(Fraction(NS_PER_S, self._period_ns), self._on_period)
 
     def _on_pose(self, message: Message) -> None:
-        before, self._pose = self._pose, message.content
+        before, pose = self._pose, message.content
+        self._pose = pose
         if before is not None:
-            self._travelled_m += step(before, self._pose)[0]
+            self._travelled_m += step(before, pose)[0]
 
     def _on_period(self, _: int) -> None:
         if self.has_subscribers("explored_map"):

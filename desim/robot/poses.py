@@ -8,7 +8,7 @@ from desim.middleware.messages import Pose
 
 
 def step(before: Pose, after: Pose) -> tuple[float, float]:
-    """How far (m) and how much (rad, not negative) one has to move from pose to pose."""
+    """The distance (m) and the turn (rad, not negative) from pose to pose."""
     return (math.hypot(after.x_m - before.x_m, after.y_m - before.y_m),
             abs(math.remainder(after.yaw_rad - before.yaw_rad, math.tau)))
 

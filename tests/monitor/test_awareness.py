@@ -250,9 +250,9 @@ def belief(free=(), solid=()) -> Belief:
     out = Belief(GRID, TilePool())
     out.own.changing()
     out.own.indices[0] = 1
-    out.pool.refs[1] += 1
-    out.pool.data[1, list(free)] = FREE
-    out.pool.data[1, list(solid)] = OCCUPIED
+    out.pool.arrays.refs[1] += 1
+    out.pool.arrays.data[1, list(free)] = FREE
+    out.pool.arrays.data[1, list(solid)] = OCCUPIED
     return out
 
 

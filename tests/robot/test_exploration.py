@@ -1,5 +1,7 @@
 """The explore node, as a log of the goals that it sends."""
 
+import math
+
 import numpy as np
 import pytest
 from drawn import Drawn, cells, costmap
@@ -9,11 +11,10 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, real
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph, Node
-from desim.middleware.messages import GoalResult, Lazy, Pose
+from desim.middleware.messages import Empty, GoalResult, Lazy, Pose
 from desim.ports import Frontier, Peer
 from desim.robot.exploration import Explore
 from desim.robot.localization import GroundTruth, OdometryLocalization
-from desim.robot.map_message import Peers
 from desim.robot.strategies.nearest_frontier import NearestFrontier
 from desim.robot.strategies.random_frontier import RandomFrontier
 from desim.scenario.schema.fleet import BodyType
@@ -30,9 +31,9 @@ ALL_KNOWN = ["#" * 30] + ["#" + "." * 28 + "#"] * 13 + ["#" * 30]
 class Script(Node):
     """Everything around the explore node: pose, costmap, results. ``log`` has its goals."""
 
-    def __init__(self, host, belief):
+    def __init__(self, host):
         super().__init__(host, "script")
-        self.belief, self.log = belief, []
+        self.log = []
         self.answer = None  # for the next goal: reached or not
 
     def start(self):
@@ -41,13 +42,13 @@ class Script(Node):
         self.advertise("costmap", latch=True)
         self.subscribe("goal", self.note)
         self.timer(10, lambda _: self.publish("pose", Pose(self.now_ns, 2.9, 1.5, 0.0)), "zero")
-        self.after(0, lambda _: self.publish("costmap", costmap(self.belief)))
+        self.after(0, lambda _: self.publish("costmap", Empty()))
 
     def note(self, message):
         goal = message.content
-        self.log.append((self.now_ns // S, None if goal.x_m is None
+        self.log.append((self.now_ns // S, None if math.isnan(goal.x_m)
                          else (round(goal.x_m, 1), round(goal.y_m, 1))))
-        if self.answer is not None and goal.x_m is not None:
+        if self.answer is not None and not math.isnan(goal.x_m):
             self.after(S // 10, lambda _: self.publish(
                 "goal_result", GoalResult(goal.x_m, goal.y_m, self.answer)))
 
@@ -61,9 +62,10 @@ class Play:
         self.graph = Graph(self.kernel, self.names, self.trace, Streams(3), Direct(), ["r0"])
         host = self.graph.host("r0")
         self.belief = Drawn(cells(lines))
-        self.script = Script(host, self.belief)
+        self.script, self.peers = Script(host), {}
         strategy = strategy or NearestFrontier(NearestFrontier.Params())
-        self.explore = Explore(host, Exploration(**exploration), strategy, Navigation(), BodyType())
+        self.explore = Explore(host, Exploration(**exploration), strategy, Navigation(), BodyType(),
+                               costmap(self.belief), self.peers)
         host.software = lambda _: [self.script, self.explore]
         self.graph.start()
 
@@ -147,8 +149,7 @@ class Curious:
 def test_what_a_strategy_sees():
     strategy = Curious()
     play = Play(strategy=strategy)
-    play.kernel.at(S // 100, 0, 0, lambda _: play.script.publish(
-        "peers", Peers(r7=Peer(1.0, 2.0, 3.0, S // 100))))
+    play.peers["r7"] = Peer(1.0, 2.0, 3.0, S // 100)
     play.run(1)
     (name, second, pose, peers, frontiers, nearest, number), = strategy.seen
     assert (name, second, pose) == ("r0", 0, (2.9, 1.5, 0.0))

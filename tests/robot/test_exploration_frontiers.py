@@ -8,7 +8,7 @@ from scipy.ndimage import label
 from test_planner import graph_distances
 
 from desim.robot.navigation.global_costmap import INSCRIBED, UNKNOWN
-from desim.robot.navigation.global_planner import Wavefront
+from desim.robot.navigation.global_planner import GlobalPlanner
 from desim.robot.tiles import FREE, OCCUPIED
 
 EIGHT = np.ones((3, 3))
@@ -46,12 +46,12 @@ def test_frontiers_are_those_of_an_exhaustive_search(belief, smallest, random):
         return
     start = random.choice(free)
     expected = clusters(made, start, smallest)
-    wavefront = Wavefront(made)
-    found = wavefront.frontiers(made.centre(start), None, smallest)
+    planner = GlobalPlanner(made)
+    found = planner.frontiers(made.centre(start), None, smallest)
     assert sorted(f.cells for f in found) == sorted(size for _, size in expected)
     assert [f.path_m for f in found] == sorted(f.path_m for f in found)
     for limit in range(1, len(found) + 1):
-        met = wavefront.frontiers(made.centre(start), limit, smallest)
+        met = planner.frontiers(made.centre(start), limit, smallest)
         # Which of equally near ones is met first is the search's own affair.
         allowed = [size for d, size in expected if d <= expected[limit - 1][0]]
         assert len(met) == limit
@@ -65,16 +65,16 @@ def test_the_robot_can_get_to_every_frontier(belief, random):
     if not free:
         return
     start = made.centre(random.choice(free))
-    wavefront = Wavefront(made)
-    for frontier in wavefront.frontiers(start, None, 1):
-        assert wavefront.plan(start, (frontier.x_m, frontier.y_m), 0.0) is not None
+    planner = GlobalPlanner(made)
+    for frontier in planner.frontiers(start, None, 1):
+        assert planner.plan(start, (frontier.x_m, frontier.y_m), 0.0) is not None
 
 
 def test_a_frontier_is_aimed_at_off_the_end_of_a_wall():
     # The robot is below the wall; what is above it lies in its shadow.
     lines = (["?" * 12 + "." * 18] * 12 + ["#" * 12 + "." * 18] + ["." * 30] * 12)
     made = costmap(drawn(*lines))
-    frontier, = Wavefront(made).frontiers((1.0, 1.0), 1, 4)
+    frontier, = GlobalPlanner(made).frontiers((1.0, 1.0), 1, 4)
     assert made.flat[made.cell(frontier.x_m, frontier.y_m)] == 0
     assert frontier.y_m > 12.5 * 0.2 + 0.55
 
@@ -82,37 +82,37 @@ def test_a_frontier_is_aimed_at_off_the_end_of_a_wall():
 def test_blacklisted_discs_are_left_out():
     lines = ["?" * 20] + ["." * 20] * 10
     made = costmap(drawn(*lines))
-    wavefront = Wavefront(made)
-    whole, = wavefront.frontiers((1.0, 1.0), None, 4)
+    planner = GlobalPlanner(made)
+    whole, = planner.frontiers((1.0, 1.0), None, 4)
     assert whole.cells == 20
     row, column = divmod(made.cell(2.0, 1.9), made.across)
-    parts = wavefront.frontiers((1.0, 1.0), None, 4, np.array([[row, column, 9]]))
+    parts = planner.frontiers((1.0, 1.0), None, 4, np.array([[row, column, 9]]))
     assert sorted(f.cells for f in parts) == [6, 7]
-    assert wavefront.frontiers((1.0, 1.0), None, 4, np.array([[row, column, 900]])) == []
+    assert planner.frontiers((1.0, 1.0), None, 4, np.array([[row, column, 900]])) == []
 
 
 def test_slivers_beside_walls_are_hidden_frontiers():
     # Unknown only in the corner, where the robot's centre can never be.
     lines = ["#" * 12] + ["#?" + "." * 10] + ["#" + "." * 11] * 8
     made = costmap(drawn(*lines))
-    wavefront = Wavefront(made)
-    assert wavefront.frontiers((1.5, 0.5), None, 1) == []
-    found = wavefront.hidden_frontiers((1.5, 0.5), 1)
+    planner = GlobalPlanner(made)
+    assert planner.frontiers((1.5, 0.5), None, 1) == []
+    found = planner.hidden_frontiers((1.5, 0.5), 1)
     assert len(found) == 1
     assert made.flat[made.cell(found[0].x_m, found[0].y_m)] < INSCRIBED
-    cell, highest = wavefront.beside(found[0])
+    cell, highest = planner.beside(found[0])
     assert made.frontier_cells(cell, 2, highest) > 0
     row, column = divmod(made.cell(found[0].x_m, found[0].y_m), made.across)
-    assert wavefront.hidden_frontiers((1.5, 0.5), 1, np.array([[row, column, 25]])) == []
+    assert planner.hidden_frontiers((1.5, 0.5), 1, np.array([[row, column, 25]])) == []
 
 
 def test_a_robot_too_near_to_a_wall_still_finds_its_way_out():
     made = costmap(drawn(*["#" + "." * 9 + "?"] * 5))
     assert made.flat[made.cell(0.25, 0.5)] == INSCRIBED
-    assert len(Wavefront(made).frontiers((0.25, 0.5), 1, 1)) == 1
+    assert len(GlobalPlanner(made).frontiers((0.25, 0.5), 1, 1)) == 1
 
 
 def test_nothing_known_no_frontiers():
     made = costmap(drawn("???", "???"))
-    assert Wavefront(made).frontiers((0.3, 0.3), None, 1) == []
-    assert Wavefront(made).hidden_frontiers((0.3, 0.3), None) == []
+    assert GlobalPlanner(made).frontiers((0.3, 0.3), None, 1) == []
+    assert GlobalPlanner(made).hidden_frontiers((0.3, 0.3), None) == []

@@ -14,7 +14,7 @@ from desim.middleware.messages import LaserScan, Pose, occupancy_grid_bytes
 from desim.network.medium import Medium
 from desim.network.place import Nowhere
 from desim.ports import GridSpec
-from desim.robot.map_message import MapUpdate, Wire
+from desim.robot.map_message import MapCodec, MapUpdate
 from desim.robot.map_sharing import REFRESH_PERIODS, MapSharing
 from desim.robot.monitor_feed import MonitorFeed
 from desim.robot.tiles import Belief, TilePool, fuse
@@ -51,7 +51,7 @@ def test_decoding_undoes_encoding_and_the_size_is_true(before, after, pose, vers
     layer = belief.own.snapshot()
     if content == "changed_tiles" and not complete:
         layer = layer.only(belief.own.changed_since(sent))
-    wire = Wire(SPEC, content, encoding)
+    wire = MapCodec(SPEC, content, encoding)
     update = MapUpdate("robot_1", version, *pose, layer, wire.size_bytes(layer))
     data = wire.encode(update)
     received = wire.decode(data)
@@ -67,10 +67,11 @@ def test_sizes():
     layer = belief.own.snapshot()
     filled = len(layer.filled())
     assert filled == 2
-    assert Wire(SPEC, "full", "raw").size_bytes(layer) == occupancy_grid_bytes(CELLS) == 109 + CELLS
-    assert Wire(SPEC, "changed_tiles", "raw").size_bytes(layer) == 35 + filled * (2 + 1024)
-    assert Wire(SPEC, "changed_tiles", "zlib").size_bytes(layer) < 600
-    assert Wire(SPEC, "full", "zlib").size_bytes(layer) < 600
+    assert occupancy_grid_bytes(CELLS) == 109 + CELLS
+    assert MapCodec(SPEC, "full", "raw").size_bytes(layer) == 109 + CELLS
+    assert MapCodec(SPEC, "changed_tiles", "raw").size_bytes(layer) == 35 + filled * (2 + 1024)
+    assert MapCodec(SPEC, "changed_tiles", "zlib").size_bytes(layer) < 600
+    assert MapCodec(SPEC, "full", "zlib").size_bytes(layer) < 600
 
 
 # ---- robots that talk ---------------------------------------------------------------------------
@@ -125,7 +126,7 @@ class Fleet:
         self.medium = Medium("air", Ideal(Ideal.Params()), list(rules), kernel=self.kernel,
                              names=names, streams=streams, hosts=list(hosts), place=Nowhere(3))
         self.graph.attach(self.medium)
-        self.pool, self.beliefs, self.log = TilePool(), {}, []
+        self.pool, self.beliefs, self.heard, self.log = TilePool(), {}, {}, []
         self.exchange = exchange
         for name, own in zip(hosts, seconds, strict=True):
             self.graph.host(name).software = lambda host, own=own: self._nodes(host, own)
@@ -135,7 +136,8 @@ class Fleet:
         belief = self.beliefs[host.name] = Belief(SPEC, self.pool)
         others = tuple(other.name for other in self.graph.hosts if other is not host)
         return [Explorer(host, belief, seconds), Ear(host, self.log, others),
-                MapSharing(host, self.exchange, belief, others)]
+                MapSharing(host, self.exchange, belief, others,
+                           self.heard.setdefault(host.name, {}))]
 
     def run(self, until_s):
         self.kernel.run(until_s * S)
@@ -166,14 +168,14 @@ def test_a_robot_tells_the_others_what_is_new_and_then_falls_silent():
 
 def test_what_is_known_of_the_others_is_live():
     fleet = Fleet(exchange(), [{1}, {1, 22}, {5}]).run(19)
-    latest = fleet.graph.host("robot_1").nodes[1].peers
-    peers = dict(latest.message.content)
+    announced = fleet.graph.host("robot_1").nodes[1].peers
+    peers = dict(fleet.heard["robot_1"])
     assert sorted(peers) == ["robot_2", "robot_3"]
     assert all(int(peer.x_m) == peer.heard_ns // S for peer in peers.values())
     fleet.run(29)
-    now = latest.message.content
+    now = fleet.heard["robot_1"]
     assert now["robot_2"].heard_ns // S > 22 and now["robot_3"] == peers["robot_3"]
-    assert latest.message.born_ns < 19 * S
+    assert announced.message.born_ns < 19 * S
 
 
 @BOTH

@@ -14,7 +14,7 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph, Node
 from desim.middleware.messages import LaserScan, Lazy, Pose
 from desim.ports import GridSpec
-from desim.robot.kernels import grids as kernels
+from desim.robot.kernels import evidence
 from desim.robot.mapping import Mapping
 from desim.robot.poses import between
 from desim.robot.tiles import FREE, OCCUPIED, Belief, TilePool, cell_numbers, raster
@@ -30,8 +30,10 @@ SPEC = GridSpec(0.2, 72, 62, -0.1, -0.1)  # whole multiples of 0.2 m are centres
 def cells_on_line(spec, x, y, angle, length):
     """Columns and rows, in order, by the kernel; all in units of cells."""
     cells = np.empty(spec.width * spec.height + 2048, np.uint32)
-    count = kernels.walk(x, y, math.cos(angle), math.sin(angle), length, spec.width, spec.height,
-                         cell_numbers(spec), 1, np.zeros(4096 * 8, np.uint8), 0, cells)
+    scan = np.zeros(1, evidence.SCAN)
+    scan["width"], scan["height"], scan["stamp"] = spec.width, spec.height, 1
+    count = evidence.walk(x, y, math.cos(angle), math.sin(angle), length, 0, scan, evidence.Sheet(
+        cell_numbers(spec), np.zeros(4096 * 8, np.uint8), cells))
     tiles_x = -(-spec.width // 32)
     tile, place = cells[:count] // 1024, cells[:count] % 1024
     return list(zip((tile % tiles_x * 32 + place % 32).tolist(),

@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from drawn import costmap
 
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph, Node
-from desim.middleware.messages import Goal, LaserScan, Lazy, Pose, laser_scan_bytes
+from desim.middleware.messages import Empty, Goal, LaserScan, Lazy, Pose, laser_scan_bytes
 from desim.ports import GridSpec
 from desim.robot.localization import GroundTruth
 from desim.robot.navigation.move_base import MoveBase
@@ -94,17 +95,17 @@ class Toy(Node):
 
 
 class Task(Node):
-    """Knows the whole map from the start, and asks for one goal."""
+    """Announces the map, which is whole from the start, and asks for one goal."""
 
-    def __init__(self, host, belief, goal):
+    def __init__(self, host, goal):
         super().__init__(host, "task")
-        self.belief, self.goal, self.results = belief, goal, []
+        self.goal, self.results = goal, []
 
     def start(self):
         self.advertise("map")
         self.advertise("goal")
         self.subscribe("goal_result", lambda m: self.results.append((self.now_ns, m.content)))
-        self.after(S // 5, lambda _: self.publish("map", self.belief))
+        self.after(S // 5, lambda _: self.publish("map", Empty()))
         self.after(S // 2, lambda _: self.publish("goal", Goal(*self.goal)))
 
 
@@ -124,9 +125,9 @@ class Drive:
         software = {"world": [self.toy]}
         for i, (_, goal) in enumerate(robots):
             host = self.graph.host(f"r{i}")
-            self.tasks.append(Task(host, belief, goal))
+            self.tasks.append(Task(host, goal))
             software[host.name] = [GroundTruth(host), self.tasks[-1], MoveBase(
-                host, navigation or Navigation(), BODY, LASER)]
+                host, navigation or Navigation(), BODY, LASER, costmap(belief, BODY.radius_m))]
         for name, nodes in software.items():
             self.graph.host(name).software = lambda _, nodes=nodes: nodes
         self._join(hosts)

@@ -37,8 +37,7 @@ def points(sweep):
 
 def planner(way, speed_mps=0.0, turn_radps=0.0):
     """On a large open floor."""
-    made = LocalPlanner(NAVIGATION, BODY)
-    made.sight.use(costmap(Drawn(np.full((200, 200), FREE, np.int16))))
+    made = LocalPlanner(NAVIGATION, BODY, costmap(Drawn(np.full((200, 200), FREE, np.int16))))
     made.follow(np.array(way, float))
     made.speed_mps, made.turn_radps = speed_mps, turn_radps
     return made
@@ -50,7 +49,7 @@ hits = st.lists(st.tuples(st.floats(-1.6, 1.6), st.floats(0.1, 4.0)), max_size=2
 @given(hits)
 def test_the_layer_holds_the_distance_to_the_nearest_return(returns):
     made, sweep = planner([(20, 20)]), scan(*returns)
-    made.sight.look(sweep, 20.0, 20.0, 0.0)
+    made.costmap.observe(sweep, 20.0, 20.0, 0.0)
     centres = (np.arange(60) + 0.5 - 30) * 0.1
     x, y = np.meshgrid(centres, centres)
     distance = np.full((60, 60), np.inf)
@@ -58,8 +57,8 @@ def test_the_layer_holds_the_distance_to_the_nearest_return(returns):
         distance = np.minimum(distance, np.hypot(x - px, y - py))
     near = distance < 0.54
     # A return within 3 cm of another one is not entered.
-    assert np.allclose(np.sqrt(made.sight.near2[near]), distance[near], atol=0.031)
-    assert (np.sqrt(made.sight.near2) >= distance - 1e-3)[np.isfinite(distance)].all()
+    assert np.allclose(np.sqrt(made.costmap.near2[near]), distance[near], atol=0.031)
+    assert (np.sqrt(made.costmap.near2) >= distance - 1e-3)[np.isfinite(distance)].all()
 
 
 @given(hits, st.floats(0.0, 1.2), st.floats(-2.0, 2.0), st.floats(-1.0, 1.0))
@@ -70,7 +69,7 @@ def test_it_never_commands_what_could_not_stop_before_what_it_sees(returns, spee
     seen = points(sweep)
     if len(seen) and np.hypot(*seen.T).min() < 0.5:
         return
-    made.sight.look(sweep, 20.0, 20.0, 0.0)
+    made.costmap.observe(sweep, 20.0, 20.0, 0.0)
     v, w, _ = made.steer(20.0, 20.0, 0.0)
     slowest = max(0.0, speed - 0.25)
     assert v >= slowest - 1e-9
@@ -101,7 +100,7 @@ def test_it_speeds_up_on_a_free_way_and_turns_on_the_spot_for_one_behind():
     speeds = []
     for _ in range(6):
         v, w, _ = made.steer(20.0, 20.0, 0.0)
-        made.drove(v, w)
+        made.command(v, w)
         speeds.append(round(v, 6))
     assert speeds == [0.25, 0.5, 0.75, 1.0, 1.2, 1.2]
     v, w, _ = planner([(20, 20), (10, 20)]).steer(20.0, 20.0, 0.1)
@@ -115,7 +114,7 @@ def test_it_keeps_to_the_right_of_its_way():
     x, y, yaw = 20.0, 20.0, 0.0
     for _ in range(50):
         v, w, _ = made.steer(x, y, yaw)
-        made.drove(v, w)
+        made.command(v, w)
         x, y, yaw = x + 0.1 * v * math.cos(yaw), y + 0.1 * v * math.sin(yaw), yaw + 0.1 * w
     assert y == pytest.approx(20.0 - NAVIGATION.keep_right_m, abs=0.1)
     assert yaw == pytest.approx(0.0, abs=0.1)
@@ -125,35 +124,34 @@ def test_it_gives_way_to_the_right_and_not_to_the_left():
     way, side = [(20, 20), (30, 20)], math.radians(75)
     for bearing, gives_way in ((-side, True), (side, False), (0.3, True)):
         made = planner(way, 1.2)
-        made.sight.look(scan((bearing, 0.65)), 20.0, 20.0, 0.0)
+        made.costmap.observe(scan((bearing, 0.65)), 20.0, 20.0, 0.0)
         v, _, _ = made.steer(20.0, 20.0, 0.0)
         assert (v < 1.0) == gives_way, bearing
 
 
 def test_it_does_not_give_way_to_a_known_wall():
     lines = ["." * 40] * 12 + ["#" * 40] + ["." * 40] * 12
-    made = LocalPlanner(NAVIGATION, BODY)
-    made.sight.use(costmap(drawn(*lines)))  # the wall is at y in [2.4, 2.6]
+    made = LocalPlanner(NAVIGATION, BODY, costmap(drawn(*lines)))  # the wall is at y in [2.4, 2.6]
     made.follow(np.array([(1.0, 3.2), (7.0, 3.2)]))
     made.speed_mps = 1.2
-    made.sight.look(scan((-math.pi / 2, 0.6)), 3.0, 3.2, 0.0)
+    made.costmap.observe(scan((-math.pi / 2, 0.6)), 3.0, 3.2, 0.0)
     assert made.steer(3.0, 3.2, 0.0)[0] == pytest.approx(1.2)
 
 
 def test_what_it_turned_away_from_is_remembered_for_a_while():
     made = planner([(20, 20), (22, 20)])
-    made.sight.look(scan((0.0, 0.8)), 20.0, 20.0, 0.0)
-    made.sight.look(scan(stamp_ns=10**9), 20.0, 20.0, math.pi)  # behind it now
-    assert np.sqrt(made.sight.near2[30, 22]) == pytest.approx(0.07, abs=0.03)
-    made.sight.look(scan(stamp_ns=3 * 10**9), 20.0, 20.0, math.pi)
-    assert (made.sight.near2 > 0.5).all()
+    made.costmap.observe(scan((0.0, 0.8)), 20.0, 20.0, 0.0)
+    made.costmap.observe(scan(stamp_ns=10**9), 20.0, 20.0, math.pi)  # behind it now
+    assert np.sqrt(made.costmap.near2[30, 22]) == pytest.approx(0.07, abs=0.03)
+    made.costmap.observe(scan(stamp_ns=3 * 10**9), 20.0, 20.0, math.pi)
+    assert (made.costmap.near2 > 0.5).all()
 
 
 def test_what_is_in_view_and_gone_is_gone():
     made = planner([(20, 20), (22, 20)])
-    made.sight.look(scan((0.0, 0.8)), 20.0, 20.0, 0.0)
-    made.sight.look(scan(stamp_ns=2 * 10**8), 20.0, 20.0, 0.1)
-    assert (made.sight.near2 > 0.5).all()
+    made.costmap.observe(scan((0.0, 0.8)), 20.0, 20.0, 0.0)
+    made.costmap.observe(scan(stamp_ns=2 * 10**8), 20.0, 20.0, 0.1)
+    assert (made.costmap.near2 > 0.5).all()
 
 
 def test_extrapolation_follows_the_arc():

@@ -8,8 +8,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from desim.robot.navigation.global_costmap import INSCRIBED
-from desim.robot.navigation.global_planner import _WALKING, Wavefront
-from desim.robot.navigation.kernels import search as kernels
+from desim.robot.navigation.global_planner import _WALKING, GlobalPlanner
+from desim.robot.navigation.kernels import global_planner as kernels
 from desim.robot.tiles import FREE, OCCUPIED
 
 
@@ -41,13 +41,13 @@ def test_the_search_finds_the_cheapest_ways(belief, random):
         return
     start = random.choice(free)
     expected = graph_distances(made, start)
-    wavefront = Wavefront(made)
+    planner = GlobalPlanner(made)
     for goal in random.sample(free, min(5, len(free))):
-        way = wavefront.plan(made.centre(start), made.centre(goal), 0.0)
+        way = planner.plan(made.centre(start), made.centre(goal), 0.0)
         if np.isinf(expected[goal]):
             assert way is None
             continue
-        assert wavefront._room.distance[goal] == expected[goal]
+        assert planner._arrays.search.distance[goal] == expected[goal]
         assert tuple(way[0]) == made.centre(start)
         assert tuple(way[-1]) == made.centre(goal)
 
@@ -59,7 +59,7 @@ def test_straight_legs_stay_clear(belief, random):
     if len(free) < 2:
         return
     start, goal = random.sample(free, 2)
-    way = Wavefront(made).plan(made.centre(start), made.centre(goal), 0.0)
+    way = GlobalPlanner(made).plan(made.centre(start), made.centre(goal), 0.0)
     if way is None:
         return
     for a, b in zip(way[:-1], way[1:], strict=True):
@@ -68,7 +68,7 @@ def test_straight_legs_stay_clear(belief, random):
 
 def test_an_open_floor_is_crossed_in_one_leg():
     belief = Drawn(np.full((30, 30), FREE, np.int16))
-    way = Wavefront(costmap(belief)).plan((0.5, 0.5), (4.9, 2.9), 0.0)
+    way = GlobalPlanner(costmap(belief)).plan((0.5, 0.5), (4.9, 2.9), 0.0)
     assert way.round(6).tolist() == [[0.5, 0.5], [4.9, 2.9]]
 
 
@@ -76,7 +76,7 @@ def test_a_way_keeps_its_distance_from_a_corner():
     # 3 m x 3 m with a wall from the left up to the middle
     lines = ["." * 15] * 7 + ["#" * 8 + "." * 7] + ["." * 15] * 7
     made = costmap(drawn(*lines))
-    way = Wavefront(made).plan((0.3, 0.3), (0.3, 2.7), 0.0)
+    way = GlobalPlanner(made).plan((0.3, 0.3), (0.3, 2.7), 0.0)
     row, column = divmod(np.array([made.cell(x, y) for x, y in way]), made.across)
     assert (made.values[row, column] == 0).all()  # no way point within 0.55 m of the wall
     assert way[:, 0].max() >= 1.6 + 0.5
@@ -84,10 +84,10 @@ def test_a_way_keeps_its_distance_from_a_corner():
 
 def test_no_way_and_no_free_goal():
     made = costmap(drawn("....#....", "....#....", "....#...."))
-    wavefront = Wavefront(made)
-    assert wavefront.plan((0.1, 0.3), (1.7, 0.3), 0.4) is None
-    assert wavefront.plan((0.1, 0.3), (0.9, 0.3), 0.2) is None  # in the wall
-    assert wavefront.plan((0.1, 0.3), (0.9, 0.3), 0.6).shape[1] == 2  # beside it
+    planner = GlobalPlanner(made)
+    assert planner.plan((0.1, 0.3), (1.7, 0.3), 0.4) is None
+    assert planner.plan((0.1, 0.3), (0.9, 0.3), 0.2) is None  # in the wall
+    assert planner.plan((0.1, 0.3), (0.9, 0.3), 0.6).shape[1] == 2  # beside it
 
 
 @given(maps(), st.randoms(use_true_random=False))
@@ -97,11 +97,11 @@ def test_a_plan_after_looking_for_frontiers_is_the_plan_of_a_fresh_search(belief
     if not free:
         return
     start = made.centre(random.choice(free))
-    wavefront = Wavefront(made)
-    for frontier in wavefront.frontiers(start, 1, 2):
-        cached = wavefront.plan(start, (frontier.x_m, frontier.y_m), 0.0)
-        wavefront._room.last = None
-        fresh = wavefront.plan(start, (frontier.x_m, frontier.y_m), 0.0)
+    planner = GlobalPlanner(made)
+    for frontier in planner.frontiers(start, 1, 2):
+        cached = planner.plan(start, (frontier.x_m, frontier.y_m), 0.0)
+        planner._arrays.last = None
+        fresh = planner.plan(start, (frontier.x_m, frontier.y_m), 0.0)
         assert np.array_equal(cached, fresh)
 
 
@@ -109,7 +109,7 @@ def test_another_robots_search_in_between_changes_nothing():
     here = Drawn(np.full((20, 20), FREE, np.int16))
     wall = np.full((20, 20), FREE, np.int16)
     wall[10, :15] = OCCUPIED
-    one, other = Wavefront(costmap(here)), Wavefront(costmap(Drawn(wall)))
+    one, other = GlobalPlanner(costmap(here)), GlobalPlanner(costmap(Drawn(wall)))
     assert len(one.plan((1.0, 1.0), (1.0, 3.5), 0.0)) == 2
     assert len(other.plan((1.0, 1.0), (1.0, 3.5), 0.0)) > 2
     assert len(one.plan((1.0, 1.0), (1.0, 3.5), 0.0)) == 2
@@ -118,12 +118,12 @@ def test_another_robots_search_in_between_changes_nothing():
 def test_a_search_that_ends_where_it_begins_leaves_nothing_behind():
     corridor = np.zeros((20, 20), np.int16)
     corridor[10] = FREE
-    wavefront = Wavefront(costmap(Drawn(corridor)))
-    fresh = wavefront.plan((0.3, 2.1), (3.7, 2.1), 0.0)
-    wavefront._room.last = None
-    assert len(wavefront.plan((2.1, 2.1), (2.1, 2.1), 0.0)) == 1
-    wavefront._room.last = None
-    assert np.array_equal(wavefront.plan((0.3, 2.1), (3.7, 2.1), 0.0), fresh)
+    planner = GlobalPlanner(costmap(Drawn(corridor)))
+    fresh = planner.plan((0.3, 2.1), (3.7, 2.1), 0.0)
+    planner._arrays.last = None
+    assert len(planner.plan((2.1, 2.1), (2.1, 2.1), 0.0)) == 1
+    planner._arrays.last = None
+    assert np.array_equal(planner.plan((0.3, 2.1), (3.7, 2.1), 0.0), fresh)
 
 
 def test_tolls_fit_the_buckets():

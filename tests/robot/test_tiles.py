@@ -203,13 +203,13 @@ def test_no_tile_leaks_and_none_is_freed_twice():
     layers = [layer for belief in beliefs for layer in (belief.own, *belief.received.values())]
     snapshots = {id(s): s for s in held + [layer._latest for layer in layers] if s is not None}
     points = np.concatenate([one.indices for one in (*layers, *snapshots.values())])
-    assert np.array_equal(np.bincount(points[points > 0], minlength=len(pool.refs)), pool.refs)
-    free = pool.free[:pool.free_count[0]]
-    assert sorted(free) == [tile for tile in range(1, len(pool.refs)) if pool.refs[tile] == 0]
+    _, refs, free, free_count = pool.arrays
+    assert np.array_equal(np.bincount(points[points > 0], minlength=len(refs)), refs)
+    assert sorted(free[:free_count[0]]) == [t for t in range(1, len(refs)) if refs[t] == 0]
     del beliefs, layers, snapshots, held, teller, listener
     gc.collect()
     assert pool.in_use == 0
-    assert not pool.refs.any()
+    assert not pool.arrays.refs.any()
 
 
 @pytest.mark.parametrize("capacity", [1, 3, 64])
@@ -223,5 +223,5 @@ def test_the_pool_grows_and_nobody_notices(capacity):
             see(belief, sight)
             kept.append(belief.own.snapshot())
     assert np.array_equal(large.fused, small.fused)
-    assert len(small.pool.data) >= small.pool.in_use > 30
-    assert not small.pool.data[0].any()
+    assert len(small.pool.arrays.data) >= small.pool.in_use > 30
+    assert not small.pool.arrays.data[0].any()

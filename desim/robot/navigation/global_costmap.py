@@ -1,4 +1,4 @@
-"""The global costmap: what a robot knows, and how near to obstacles it is (costmap_2d)."""
+"""The global costmap: a robot's map, with a margin of costs around obstacles (costmap_2d)."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ import math
 
 import numpy as np
 
-from desim.middleware.messages import occupancy_grid_bytes
-from desim.robot.navigation.kernels import search as kernels
-from desim.robot.navigation.kernels.search import INSCRIBED, LETHAL, UNKNOWN
-from desim.robot.tiles import FREE, OCCUPIED, Belief
+from desim.robot.navigation.kernels import global_costmap as kernels
+from desim.robot.navigation.kernels.global_costmap import FRAME, INSCRIBED, LETHAL, UNKNOWN
+from desim.robot.tiles import Belief
 
-__all__ = ["INSCRIBED", "LETHAL", "UNKNOWN", "Costmap"]
+__all__ = ["INSCRIBED", "LETHAL", "UNKNOWN", "GlobalCostmap", "inflated_cost"]
 
 
 def inflated_cost(distance_m: float, radius_m: float, scaling: float) -> int:
@@ -22,23 +21,24 @@ def inflated_cost(distance_m: float, radius_m: float, scaling: float) -> int:
     return int((INSCRIBED - 1) * math.exp(-scaling * (distance_m - radius_m)))
 
 
-class Costmap:
-    """Costs of a belief's cells, brought up to date when somebody plans, not before.
+class GlobalCostmap:
+    """Costs of a belief's cells. ``update`` brings them up to date, before a search and not at each
+    change of the belief; it reads only the tiles that changed since the last one.
 
-    ``values`` uint8 [height + 2, width + 2] with a lethal rim one cell wide, ``flat`` the same as
-    one line: a *cell* is its place there. Only tiles that changed since the last ``update`` are
-    looked at.
+    ``values`` uint8 [height + 2, width + 2] with a lethal rim one cell wide | ``flat`` the same as
+    one line: a *cell* is its place there | ``frame`` one record of ``FRAME``
     """
 
     def __init__(self, belief: Belief, radius_m: float, inflation_radius_m: float,
                  inflation_scaling: float) -> None:
         spec = belief.spec
         self.belief, self.spec = belief, spec
-        self.size_bytes = occupancy_grid_bytes(spec.width * spec.height)
         self.values = np.full((spec.height + 2, spec.width + 2), LETHAL, np.uint8)
         self.values[1:-1, 1:-1] = UNKNOWN
         self.flat = self.values.reshape(-1)
         self.across = spec.width + 2
+        self.frame = np.array([(spec.x_m, spec.y_m, spec.resolution_m, spec.width + 2,
+                                spec.height + 2)], FRAME)
         self.seen = 0  # the belief's version as of the last update
         self._reach = math.floor(inflation_radius_m / spec.resolution_m)
         self._stencil = self._make_stencil(radius_m, inflation_radius_m, inflation_scaling)
@@ -53,12 +53,12 @@ class Costmap:
                         np.int64).reshape(-1, 3)
 
     def update(self) -> None:
-        """Take in what changed in the belief since the last time."""
+        """Take in the belief's changes since the last update."""
         belief = self.belief
         if belief.version == self.seen:
             return
         count = kernels.classify(belief.fused, belief.tile_version, self.seen, belief.tiles_x,
-                                 FREE, OCCUPIED, self._reach, self.values, self._boxes)
+                                 self._reach, self.values, self._boxes)
         kernels.inflate(self._boxes, count, self._stencil, self._reach, self.values)
         self.seen = belief.version
 
@@ -71,7 +71,7 @@ class Costmap:
         return bool(self.belief.tile_version[tile] > since)
 
     def cell(self, x_m: float, y_m: float) -> int:
-        """The cell of a point; for one outside the map the nearest inside."""
+        """The cell of a point, or the nearest one to a point outside of the map."""
         column, row = self.spec.cell(x_m, y_m)
         column = min(max(column, 0), self.spec.width - 1)
         return (min(max(row, 0), self.spec.height - 1) + 1) * self.across + column + 1
@@ -94,6 +94,6 @@ class Costmap:
                                self.cell(*b_m)) < INSCRIBED
 
     def frontier_cells(self, cell: int, reach: int, highest: int) -> int:
-        """How many cells beside the unknown, of cost ``highest`` or less, lie in the square of
+        """The number of cells beside the unknown, of cost ``highest`` or less, in the square of
         ``reach`` cells around a cell."""
         return kernels.frontier_cells(self.flat, self.across, cell, reach, highest)

@@ -1,15 +1,16 @@
-"""One search from where the robot is, read twice: the nearest frontiers, and the way there."""
+"""The global planner: one search from the robot on serves for frontiers and for a path to one."""
 
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from desim.ports import Frontier
-from desim.robot.navigation.global_costmap import INSCRIBED, Costmap
-from desim.robot.navigation.kernels import search as kernels
-from desim.robot.navigation.kernels.search import BUCKETS
+from desim.robot.navigation.global_costmap import INSCRIBED, GlobalCostmap
+from desim.robot.navigation.kernels import global_planner as kernels
+from desim.robot.navigation.kernels.global_planner import BUCKETS
 
 START_REACH_M = 1.0  # a robot that stands too near to something starts from a free cell so near
 _INWARD_M = 2.0  # a frontier is aimed at so far from its nearest cell, which often is a wall's end
@@ -38,39 +39,46 @@ _WALKING, _SQUEEZING = _toll(False), _toll(True)
 _NO_DISCS = np.zeros((0, 3), np.int64)
 
 
-class _Room:
-    """Arrays that one search at a time works in, shared by all robots with maps of one size.
+class _Done(NamedTuple):
+    """A search whose result can be read: all cells up to the cost ``settled`` are."""
 
-    ``last`` says whose search is in them: (costmap, its version, start, settled up to)."""
+    costmap: GlobalCostmap
+    version: int
+    start: int
+    settled: int
+
+
+class _Arrays:
+    """The arrays that one search at a time works in, shared by all robots with maps of one size.
+
+    ``last`` is the search whose result they hold, if it can be read."""
 
     def __init__(self, cells: int) -> None:
-        self.distance = np.empty(cells, np.int32)
-        self.seen = np.empty(cells, np.uint8)
-        self.queue = np.empty(cells, np.int32)
+        self.search = kernels.Search(
+            np.empty(cells, np.int32), np.empty(cells, np.uint8), np.empty(cells, np.int32),
+            np.empty((BUCKETS, cells), np.int32),  # touched only as far as it is filled
+            np.array([0, cells]), np.empty((MOST_FRONTIERS, 2), np.int64))
         self.way = np.empty(cells, np.int32)
         self.points = np.empty((cells, 2))
-        self.buckets = np.empty((BUCKETS, cells), np.int32)  # touched only as far as it is filled
-        self.used = np.array([0, cells])
-        self.found = np.empty((MOST_FRONTIERS, 2), np.int64)
-        self.last: tuple | None = None
+        self.last: _Done | None = None
 
 
-_room = lru_cache(maxsize=4)(_Room)
+_arrays = lru_cache(maxsize=4)(_Arrays)
 
 
-class Wavefront:
-    """Searches over one robot's costmap."""
+class GlobalPlanner:
+    """Finds paths and frontiers on one robot's costmap."""
 
-    def __init__(self, costmap: Costmap) -> None:
+    def __init__(self, costmap: GlobalCostmap) -> None:
         self.costmap = costmap
-        self._room = _room(len(costmap.flat))
+        self._arrays = _arrays(len(costmap.flat))
         self._beside: dict[Frontier, tuple[int, int]] = {}  # of the last search
 
     def plan(self, from_m: tuple[float, float], to_m: tuple[float, float],
              tolerance_m: float) -> np.ndarray | None:
-        """Way points [n, 2] in m of the cheapest way, n >= 1, or None if there is none. It ends at
+        """Way points [n, 2] in m of the cheapest path, n >= 1, or None if there is none. It ends at
         the free cell nearest to ``to_m``, at most ``tolerance_m`` away."""
-        costmap, room = self.costmap, self._room
+        costmap, arrays = self.costmap, self._arrays
         costmap.update()
         start = costmap.free_near(*from_m, START_REACH_M)
         goal = costmap.free_near(*to_m, tolerance_m)
@@ -81,21 +89,21 @@ class Wavefront:
             if not self._settled(start, goal):
                 return None
         spec = costmap.spec
-        count = kernels.trace_back(costmap.flat, costmap.across, _WALKING, room.distance, goal,
-                                   room.way)
-        count = kernels.straighten(costmap.flat, costmap.across, room.way, count,
+        count = kernels.trace_back(costmap.flat, costmap.across, _WALKING, arrays.search.distance,
+                                   goal, arrays.way)
+        count = kernels.straighten(costmap.flat, costmap.across, arrays.way, count,
                                    int(_LONGEST_LEG_M / spec.resolution_m), spec.resolution_m,
-                                   spec.x_m, spec.y_m, room.points)
-        return room.points[:count].copy()
+                                   spec.x_m, spec.y_m, arrays.points)
+        return arrays.points[:count].copy()
 
     def frontiers(self, from_m: tuple[float, float], limit: int | None, smallest: int,
                   discs: np.ndarray = _NO_DISCS) -> list[Frontier]:
         """Frontier clusters of at least ``smallest`` cells in the order of ``path_m``. With a
-        ``limit``, those that are met first on the way.
+        ``limit``, those that the search meets first.
 
         The cell to drive to is one of the cluster's a little way in from the one met first, or,
-        where that is beside an obstacle, one before it on the way there. ``path_m`` is the cost
-        of the way as a length: steps in obstacles' margins count for more. ``discs`` int64 [k, 3],
+        where that is beside an obstacle, one before it on the path there. ``path_m`` is the cost
+        of the path as a length: steps in obstacles' margins count for more. ``discs`` int64 [k, 3],
         row, column and squared radius in cells, are left out.
         """
         found = self._search(_WALKING, from_m, limit, smallest, discs)
@@ -128,37 +136,40 @@ class Wavefront:
             return []
         count = self._spread(toll, start, -1, min(limit or MOST_FRONTIERS, MOST_FRONTIERS),
                              smallest, discs)
-        found = [self._read(toll, cell, cells) for cell, cells in self._room.found[:count].tolist()]
+        found = [self._read(toll, cell, cells)
+                 for cell, cells in self._arrays.search.found[:count].tolist()]
         return sorted(found, key=lambda entry: entry[0].path_m)
 
     def _spread(self, toll: np.ndarray, start: int, goal: int, limit: int, smallest: int,
                 discs: np.ndarray) -> int:
-        """See ``kernels.spread``; returns the number of clusters found."""
-        room, costmap = self._room, self.costmap
+        """Run ``kernels.spread``. Returns the number of clusters found."""
+        arrays, costmap = self._arrays, self.costmap
         inward = int(_INWARD_M / costmap.spec.resolution_m)
         count, settled = kernels.spread(
             costmap.flat, costmap.across, toll, start, goal, limit, smallest, inward, discs,
-            room.distance, room.seen, room.queue, room.buckets, room.used, room.found)
-        room.last = (costmap, costmap.seen, start, settled) if toll is _WALKING else None
+            arrays.search)
+        arrays.last = _Done(costmap, costmap.seen, start, settled) if toll is _WALKING else None
         return count
 
     def _settled(self, start: int, goal: int) -> bool:
         """Whether the last search of all was this robot's from here, and got as far as ``goal``: as
-        when it has just looked for frontiers. The way is the same as a new search would find."""
-        last = self._room.last
-        return (last is not None and last[0] is self.costmap and last[1] == self.costmap.seen
-                and last[2] == start and bool(self._room.distance[goal] <= last[3]))
+        when it has just searched for frontiers. The path is the same as a new search would find."""
+        last = self._arrays.last
+        return (last is not None and last.costmap is self.costmap
+                and last.version == self.costmap.seen and last.start == start
+                and bool(self._arrays.search.distance[goal] <= last.settled))
 
     def _read(self, toll: np.ndarray, cell: int, cells: int) -> tuple[Frontier, int]:
-        """A cluster just found: back from its ``cell`` to where the robot is at ease, if near."""
-        costmap, room = self.costmap, self._room
-        length = kernels.trace_back(costmap.flat, costmap.across, toll, room.distance, cell,
-                                    room.way)
-        near = room.way[:min(length, int(_STAND_OFF_M / costmap.spec.resolution_m) + 1)]
+        """The frontier of a cluster just found, and the cell to drive to: back from its ``cell`` to
+        one where the robot is at ease, if that is near."""
+        costmap, arrays = self.costmap, self._arrays
+        length = kernels.trace_back(costmap.flat, costmap.across, toll, arrays.search.distance,
+                                    cell, arrays.way)
+        near = arrays.way[:min(length, int(_STAND_OFF_M / costmap.spec.resolution_m) + 1)]
         costs = costmap.flat[near]
         at_ease = costs <= _AT_EASE
         goal = int(near[np.argmax(at_ease) if at_ease.any() else np.argmin(costs)])
-        path_m = int(room.distance[cell]) / _STRAIGHT * costmap.spec.resolution_m
+        path_m = int(arrays.search.distance[cell]) / _STRAIGHT * costmap.spec.resolution_m
         frontier = Frontier(*costmap.centre(goal), path_m, cells)
         self._beside[frontier] = cell, INSCRIBED if toll is _SQUEEZING else INSCRIBED - 1
         return frontier, goal

@@ -1,4 +1,4 @@
-"""The local planner: follows a way by dynamic window, clear of what the laser sees."""
+"""The local planner: follows a path by dynamic window, clear of what the laser sees."""
 
 from __future__ import annotations
 
@@ -7,69 +7,68 @@ import math
 import numpy as np
 
 from desim.middleware.messages import Pose
-from desim.robot.navigation.kernels import dynamic_window as kernels
-from desim.robot.navigation.local_costmap import Sight
+from desim.robot.navigation.global_costmap import GlobalCostmap
+from desim.robot.navigation.kernels import local_planner as kernels
+from desim.robot.navigation.local_costmap import LocalCostmap
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Navigation
 from desim.units import NS_PER_S, seconds
 
 _MARGIN_M = 0.3  # the point to steer for lies so far beyond what a rollout can reach
 
+Position = tuple[float, float, float]  # x m, y m, yaw rad
+
 
 class LocalPlanner:
-    """What the robot sees (``sight``), the way to follow, and the velocity that it has now as far
-    as it was told to have it."""
+    """Keeps the local costmap, the path to follow, and the velocity that the robot has now as far
+    as it was commanded."""
 
-    __slots__ = ("speed_mps", "turn_radps", "_speeds", "_turns", "_pose", "_way", "_leg", "_out",
-                 "_setup", "_speed_step_mps", "_turn_step_radps", "sight")
-
-    def __init__(self, navigation: Navigation, body: BodyType) -> None:
+    def __init__(self, navigation: Navigation, body: BodyType, around: GlobalCostmap) -> None:
         period_s = float(1 / navigation.control_rate_hz)
         self.speed_mps = 0.0
         self.turn_radps = 0.0
-        self._speeds, self._turns = navigation.speed_samples, navigation.turn_samples
-        self._pose = np.zeros(3)
-        self._way = np.zeros((1, 2))
-        self._leg = np.zeros(1, np.int64)
-        self._out = np.zeros(4)
+        self._path = np.zeros((1, 2))
+        self._leg = 0
+        self._state = np.zeros(1, kernels.STATE)
+        self._speed_step_mps = body.acceleration_mps2 * period_s
+        self._turn_step_radps = body.turn_acceleration_radps2 * period_s
         rollout_s = seconds(navigation.sim_time_ns)
         self._setup = np.zeros(1, kernels.SETUP)
         self._setup[0] = (
             body.max_speed_mps, body.max_turn_radps, body.turn_acceleration_radps2,
-            body.acceleration_mps2 * period_s, body.turn_acceleration_radps2 * period_s,
+            self._speed_step_mps, self._turn_step_radps,
             rollout_s, body.radius_m + navigation.clearance_m, navigation.inflation_radius_m,
             navigation.inflation_scaling, navigation.local_resolution_m,
             rollout_s * body.max_speed_mps + _MARGIN_M, navigation.keep_right_m,
-            navigation.path_weight, navigation.goal_weight, navigation.obstacle_weight)
-        self._speed_step_mps = body.acceleration_mps2 * period_s
-        self._turn_step_radps = body.turn_acceleration_radps2 * period_s
-        self.sight = Sight(
+            navigation.path_weight, navigation.goal_weight, navigation.obstacle_weight,
+            navigation.speed_samples, navigation.turn_samples)
+        self.costmap = LocalCostmap(
             navigation.local_size_m, navigation.local_resolution_m,
-            max(navigation.inflation_radius_m, body.radius_m + navigation.clearance_m))
+            max(navigation.inflation_radius_m, body.radius_m + navigation.clearance_m), around)
 
-    def follow(self, way: np.ndarray) -> None:
-        """Follow way points [n, 2] in m from now on."""
-        self._way = way
-        self._leg[0] = 0
+    def follow(self, path: np.ndarray) -> None:
+        """Follow the way points ``path`` [n, 2] in m from now on."""
+        self._path, self._leg = path, 0
 
     def steer(self, x_m: float, y_m: float, yaw_rad: float) -> tuple[float, float, float]:
-        """Forward speed in m/s and turn rate in rad/s to have next, and the length in m of the
-        way still to go."""
-        pose, sight = self._pose, self.sight
-        pose[0], pose[1], pose[2] = x_m, y_m, yaw_rad
-        kernels.steer(sight.near2, self._setup, pose, sight.seen_from, sight.yield_m,
-                      self.speed_mps, self.turn_radps, self._way, self._leg, self._speeds,
-                      self._turns, sight.flat, sight.frame, self._out)
-        speed_mps, turn_radps, _, togo_m = self._out.tolist()
+        """The next forward speed in m/s and turn rate in rad/s, and the length in m of the rest of
+        the path."""
+        costmap, state = self.costmap, self._state
+        state[0] = (x_m, y_m, yaw_rad, self.speed_mps, self.turn_radps, self._leg, 0.0, 0.0, 0.0,
+                    0.0)
+        kernels.steer(state, self._path, self._setup, costmap.near2, costmap.layer, costmap.scan,
+                      costmap.around.flat, costmap.around.frame)
+        *_, self._leg, speed_mps, turn_radps, _, togo_m = state.item()
         return speed_mps, turn_radps, togo_m
 
-    def drove(self, speed_mps: float, turn_radps: float) -> None:
-        """This velocity was commanded; the motors come as near to it as they can in a period."""
+    def command(self, speed_mps: float, turn_radps: float) -> None:
+        """Note that this velocity was commanded; the motors come as near to it as they can in a
+        period."""
         self.speed_mps = _towards(self.speed_mps, speed_mps, self._speed_step_mps)
         self.turn_radps = _towards(self.turn_radps, turn_radps, self._turn_step_radps)
 
-    def extrapolate(self, pose: Pose, at_ns: int) -> tuple[float, float, float]:
-        """x, y, yaw at an instant near that of ``pose``, driving on as now."""
+    def extrapolate(self, pose: Pose, at_ns: int) -> Position:
+        """The position at an instant near that of ``pose``, at the present velocity."""
         ahead_s = (at_ns - pose.stamp_ns) / NS_PER_S
         turned_rad = self.turn_radps * ahead_s
         heading_rad = pose.yaw_rad + 0.5 * turned_rad

@@ -1,4 +1,4 @@
-"""The node that drives: plans a way to each goal, follows it, and tries to get free when stuck."""
+"""The node that drives: plans a path to each goal, follows it, and tries to get free when stuck."""
 
 from __future__ import annotations
 
@@ -6,13 +6,12 @@ import math
 
 from desim.engine.trace import bits
 from desim.middleware.graph import Host, Message, Node
-from desim.middleware.messages import Goal, GoalResult, Twist
+from desim.middleware.messages import Empty, Goal, GoalResult, Pose, Twist
 from desim.middleware.topics import Latest
-from desim.robot.navigation.global_costmap import Costmap
-from desim.robot.navigation.global_planner import Wavefront
-from desim.robot.navigation.local_planner import LocalPlanner
+from desim.robot.navigation.global_costmap import GlobalCostmap
+from desim.robot.navigation.global_planner import GlobalPlanner
+from desim.robot.navigation.local_planner import LocalPlanner, Position
 from desim.robot.navigation.recovery import Progress, Recovery, Spin, retreat
-from desim.robot.tiles import Belief
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Laser, Navigation
 from desim.units import NS_PER_S
@@ -22,22 +21,23 @@ _STOP = Twist(0.0, 0.0, 0.0)
 
 
 class MoveBase(Node):
-    """Drives to one goal at a time. Publishes its global costmap, live, for others on its host."""
+    """Drives to one goal at a time.
 
-    __slots__ = ("_navigation", "_body", "_sensor_timeout_ns", "_local", "_progress", "_scan",
-                 "_pose", "_map", "_costmap", "_wavefront", "_goal", "_spin", "_retreat_until_ns",
-                 "_recoveries", "_arriving")
+    The event ``costmap`` announces to other nodes of its host, once, that ``costmap`` can be used:
+    the first map is there.
+    """
 
-    def __init__(self, host: Host, navigation: Navigation, body: BodyType, laser: Laser) -> None:
+    def __init__(self, host: Host, navigation: Navigation, body: BodyType, laser: Laser,
+                 costmap: GlobalCostmap) -> None:
         super().__init__(host, "move_base")
         self._navigation, self._body = navigation, body
         self._sensor_timeout_ns = max(navigation.sensor_timeout_ns,
                                       int(2 * NS_PER_S / laser.rate_hz))
-        self._local = LocalPlanner(navigation, body)
+        self._costmap, self._planner = costmap, GlobalPlanner(costmap)
+        self._local = LocalPlanner(navigation, body, costmap)
         self._progress = Progress()
         self._scan = self._pose = self._map = Latest()
-        self._costmap: Costmap | None = None
-        self._wavefront: Wavefront | None = None
+        self._mapped = False
         self._goal: Goal | None = None
         self._spin: Spin | None = None
         self._retreat_until_ns = 0  # 0: not in retreat
@@ -52,144 +52,135 @@ class MoveBase(Node):
         self._map = self.latest("map")
         self.subscribe("goal", self._on_goal)
         self.timer(self._navigation.control_rate_hz, self._control)
-        self.timer(self._navigation.local_rate_hz, self._look)
+        self.timer(self._navigation.local_rate_hz, self._observe)
 
     # ---------------------------------------------------------------------------- what comes in
 
     def _on_goal(self, message: Message) -> None:
-        goal = message.content
+        goal: Goal = message.content
         if self._spin is not None:
             self._progress.restart(self.now_ns)
         self._spin, self._arriving, self._retreat_until_ns, self._recoveries = None, False, 0, 0
-        if goal.x_m is None:
+        if math.isnan(goal.x_m):
             self._halt()
             return
-        self._goal = goal
-        if not self._plan():
-            self._finish(False)
-        elif self._distance_m(goal) <= self._navigation.goal_tolerance_m:
-            self._arriving = True  # the robot is there already: it looks around
-            self._begin_spin()
+        self._goal, pose = goal, self._pose.message
+        if pose is None or not self._plan(goal, pose.content):
+            self._finish(goal, False)
+        elif self._reached(goal, pose.content.x_m, pose.content.y_m):
+            self._arriving = True  # the robot is there already: it turns once to see what is around
+            self._begin_spin(pose.content)
 
-    def _look(self, _: int) -> None:
-        """Take the newest scan into the local layer."""
-        if self._costmap is None and self._map.message is not None:
-            self._survey(self._map.message.content)
+    def _observe(self, _: int) -> None:
+        """Take the newest scan into the local costmap."""
+        if not self._mapped and self._map.message is not None:
+            self._mapped = True
+            self.publish("costmap", Empty())
         scan, pose = self._scan.message, self._pose.message
         if self._goal is not None and scan is not None and pose is not None:
             sweep = scan.content
-            self._local.sight.look(
+            self._local.costmap.observe(
                 sweep, *self._local.extrapolate(pose.content, sweep.stamp_ns))
-
-    def _survey(self, belief: Belief) -> None:
-        """The first map is here. It is live: there is never another one."""
-        self._costmap = Costmap(belief, self._body.radius_m, self._navigation.inflation_radius_m,
-                                self._navigation.inflation_scaling)
-        self._wavefront = Wavefront(self._costmap)
-        self._local.sight.use(self._costmap)
-        self.publish("costmap", self._costmap)
 
     # ---------------------------------------------------------------------------- what it does
 
     def _control(self, _: int) -> None:
-        if self._goal is None:
+        goal = self._goal
+        if goal is None:
             return
         now_ns, scan, pose = self.now_ns, self._scan.message, self._pose.message
-        if scan is None or now_ns - min(scan.born_ns, pose.born_ns) > self._sensor_timeout_ns:
+        if scan is None or pose is None \
+                or now_ns - min(scan.born_ns, pose.born_ns) > self._sensor_timeout_ns:
             self._drive(0.0, 0.0)
             return
-        x_m, y_m, yaw_rad = self._local.extrapolate(pose.content, now_ns)
+        here = self._local.extrapolate(pose.content, now_ns)
         if self._spin is not None:
-            turn_radps = self._spin.turn_radps(yaw_rad, now_ns)
+            turn_radps = self._spin.turn_radps(here[2], now_ns)
             if turn_radps is not None:
                 self._drive(0.0, turn_radps)
                 return
-            self._end_spin(now_ns)
+            self._end_spin(goal, now_ns)
         elif self._retreat_until_ns:
-            self._retreat(x_m, y_m, yaw_rad, now_ns)
+            self._retreat(goal, pose.content, here, now_ns)
         else:
-            self._approach(x_m, y_m, yaw_rad, now_ns)
+            self._approach(goal, pose.content, here, now_ns)
 
-    def _approach(self, x_m: float, y_m: float, yaw_rad: float, now_ns: int) -> None:
-        goal = self._goal
-        if math.hypot(goal.x_m - x_m, goal.y_m - y_m) <= self._navigation.goal_tolerance_m:
-            self._finish(True)
+    def _approach(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
+        if self._reached(goal, *here[:2]):
+            self._finish(goal, True)
             return
-        speed_mps, turn_radps, togo_m = self._local.steer(x_m, y_m, yaw_rad)
+        speed_mps, turn_radps, togo_m = self._local.steer(*here)
         self._progress.note(now_ns, togo_m)
         if now_ns - self._progress.since_ns > self._navigation.stuck_after_ns:
-            self._recover(x_m, y_m, yaw_rad, now_ns)
+            self._recover(goal, pose, here, now_ns)
         else:
             self._drive(speed_mps, turn_radps)
 
-    def _recover(self, x_m: float, y_m: float, yaw_rad: float, now_ns: int) -> None:
-        """The next thing to try, or the end of trying."""
+    def _recover(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
+        """Try the next recovery, or give the goal up."""
         self._recoveries += 1
-        if self._recoveries > self._navigation.give_up_after or not self._plan():
-            self._finish(False)
+        if self._recoveries > self._navigation.give_up_after or not self._plan(goal, pose):
+            self._finish(goal, False)
             return
         kind = Recovery((self._recoveries - 1) % len(Recovery))
         self.record("recovery", self._recoveries, int(kind))
         self._progress.restart(now_ns)
         if kind is Recovery.ROTATE:
-            self._begin_spin()
+            self._begin_spin(pose)
         elif kind is Recovery.RETREAT:
-            way = retreat(self._costmap, x_m, y_m, yaw_rad, self.stream("retreat"))
-            if way is not None:
-                self._local.follow(way)
+            path = retreat(self._costmap, *here, self.stream("retreat"))
+            if path is not None:
+                self._local.follow(path)
                 self._retreat_until_ns = now_ns + _RETREAT_NS
         self._drive(0.0, 0.0)
 
-    def _retreat(self, x_m: float, y_m: float, yaw_rad: float, now_ns: int) -> None:
-        speed_mps, turn_radps, togo_m = self._local.steer(x_m, y_m, yaw_rad)
+    def _retreat(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
+        speed_mps, turn_radps, togo_m = self._local.steer(*here)
         if togo_m > self._body.radius_m and now_ns < self._retreat_until_ns:
             self._drive(speed_mps, turn_radps)
             return
         self._retreat_until_ns = 0
         self._progress.restart(now_ns)
-        if not self._plan():
-            self._finish(False)
+        if not self._plan(goal, pose):
+            self._finish(goal, False)
 
-    def _begin_spin(self) -> None:
+    def _begin_spin(self, pose: Pose) -> None:
         body = self._body
-        self._spin = Spin(body.max_turn_radps, body.turn_acceleration_radps2,
-                          self._pose.message.content.yaw_rad, self.now_ns)
+        self._spin = Spin(body.max_turn_radps, body.turn_acceleration_radps2, pose.yaw_rad,
+                          self.now_ns)
 
-    def _end_spin(self, now_ns: int) -> None:
+    def _end_spin(self, goal: Goal, now_ns: int) -> None:
         self._spin = None
         self._progress.restart(now_ns)
         if self._arriving:
-            self._finish(True)
+            self._finish(goal, True)
 
-    def _plan(self) -> bool:
-        """Find a way to the goal; False if there is none."""
-        if self._pose.message is None or self._wavefront is None:
+    def _plan(self, goal: Goal, pose: Pose) -> bool:
+        """Plan a path to the goal and follow it; False if there is none."""
+        if not self._mapped:
             return False
-        pose, goal = self._pose.message.content, self._goal
-        way = self._wavefront.plan((pose.x_m, pose.y_m), (goal.x_m, goal.y_m),
-                                   self._navigation.goal_tolerance_m)
-        if way is None:
+        path = self._planner.plan((pose.x_m, pose.y_m), (goal.x_m, goal.y_m),
+                                  self._navigation.goal_tolerance_m)
+        if path is None:
             return False
-        self._local.follow(way)
+        self._local.follow(path)
         self._progress.begin(self.now_ns, pose.x_m, pose.y_m)
         return True
 
-    def _distance_m(self, goal: Goal) -> float:
-        pose = self._pose.message.content
-        return math.hypot(goal.x_m - pose.x_m, goal.y_m - pose.y_m)
+    def _reached(self, goal: Goal, x_m: float, y_m: float) -> bool:
+        return math.hypot(goal.x_m - x_m, goal.y_m - y_m) <= self._navigation.goal_tolerance_m
 
     def _drive(self, speed_mps: float, turn_radps: float) -> None:
-        self._local.drove(speed_mps, turn_radps)
+        self._local.command(speed_mps, turn_radps)
         self.publish("cmd_vel", Twist(speed_mps, 0.0, turn_radps))
 
     def _halt(self) -> None:
-        """Nowhere to go: stop, and say nothing more."""
+        """Stop, and send no more velocities until the next goal."""
         self._goal = None
-        self._local.drove(0.0, 0.0)
+        self._local.command(0.0, 0.0)
         self.publish("cmd_vel", _STOP)
 
-    def _finish(self, reached: bool) -> None:
-        goal = self._goal
+    def _finish(self, goal: Goal, reached: bool) -> None:
         self.record("goal_reached" if reached else "goal_aborted", bits(goal.x_m), bits(goal.y_m))
         self._halt()
         self.publish("goal_result", GoalResult(goal.x_m, goal.y_m, reached))

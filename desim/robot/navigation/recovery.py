@@ -1,4 +1,4 @@
-"""Noticing that a robot is stuck, and what it does about it."""
+"""Recovery: how a robot notices that it is stuck, and what it tries then."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from enum import IntEnum
 
 import numpy as np
 
-from desim.robot.navigation.global_costmap import Costmap
+from desim.robot.navigation.global_costmap import GlobalCostmap
 
 _PROGRESS_M = 0.2  # one cell of the map
-_MOVED_M = 0.3  # a new way is a new start only for a robot that got somewhere since the last one
+_MOVED_M = 0.3  # a new path is a new start only for a robot that moved so far since the last one
 _RETREAT_M = (0.5, 1.5)  # how far it backs off: drawn, so that two that block each other differ
 _DIRECTIONS = 8
 _GENTLE = 0.6
 
 
 class Recovery(IntEnum):
-    """What is tried, in this order, again and again."""
+    """The behaviours that are tried, in this order, again and again."""
 
     REPLAN = 0
     ROTATE = 1
@@ -25,7 +25,7 @@ class Recovery(IntEnum):
 
 
 class Progress:
-    """How long it is since the way last became shorter."""
+    """Measures the time since the way to the goal last became shorter."""
 
     def __init__(self) -> None:
         self.since_ns = 0
@@ -33,19 +33,19 @@ class Progress:
         self._place_m = (math.inf, math.inf)
 
     def begin(self, now_ns: int, x_m: float, y_m: float) -> None:
-        """A new way. A robot that did not move since the last one is no less stuck."""
+        """Begin a new path. A robot that did not move since the last one is no less stuck."""
         self._least_m = math.inf
         if math.hypot(x_m - self._place_m[0], y_m - self._place_m[1]) > _MOVED_M:
             self._place_m = (x_m, y_m)
             self.since_ns = now_ns
 
     def restart(self, now_ns: int) -> None:
-        """Something else is tried from now on."""
+        """Begin to measure anew, because something else is tried."""
         self._least_m = math.inf
         self.since_ns = now_ns
 
     def note(self, now_ns: int, togo_m: float) -> None:
-        """So much is left of the way."""
+        """Note that ``togo_m`` of the path is left."""
         if togo_m < self._least_m - _PROGRESS_M:
             if self._least_m < math.inf:
                 self.since_ns = now_ns
@@ -61,13 +61,13 @@ class Spin:
         self._acceleration_radps2 = acceleration_radps2
         self._yaw_rad = yaw_rad
         self._left_rad = 2.0 * math.pi
-        # Twice what it takes unhindered, plus a second: something holds the robot then.
+        # Twice the time of an unhindered turn, plus a second: something holds the robot then.
         self._end_ns = now_ns + round(1e9 * (1.0 + 4.0 * math.sqrt(
             self._left_rad / acceleration_radps2) + 2.0 * self._left_rad / turn_radps))
 
     def turn_radps(self, yaw_rad: float, now_ns: int) -> float | None:
-        """The turn rate to have next, None when done: w^2 = 2 a left, as in rotate_recovery, with
-        less than the full deceleration, as a command takes a control period to take effect."""
+        """The next turn rate, None when done: w^2 = 2 a left, as in rotate_recovery, with less than
+        the full deceleration, as a command takes a control period to take effect."""
         turned_rad = math.remainder(yaw_rad - self._yaw_rad, 2.0 * math.pi)
         self._yaw_rad = yaw_rad
         self._left_rad -= turned_rad
@@ -77,9 +77,9 @@ class Spin:
                    math.sqrt(2.0 * _GENTLE * self._acceleration_radps2 * self._left_rad))
 
 
-def retreat(costmap: Costmap, x_m: float, y_m: float, yaw_rad: float,
+def retreat(costmap: GlobalCostmap, x_m: float, y_m: float, yaw_rad: float,
             rng: np.random.Generator) -> np.ndarray | None:
-    """A short way [2, 2] back, or aside, over known free cells; None where there is none."""
+    """A short path [2, 2] back, or aside, over known free cells; None where there is none."""
     length_m = float(rng.uniform(*_RETREAT_M))
     first = yaw_rad + math.pi + float(rng.uniform(-0.5, 0.5)) * math.pi
     for k in range(_DIRECTIONS):

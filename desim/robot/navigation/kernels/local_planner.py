@@ -1,7 +1,8 @@
-"""Loops of the dynamic window.
+"""Loops of the local planner: the dynamic window.
 
-``near2`` is the local layer, ``flat`` and ``frame`` are the global costmap (``sight.kernels``).
-``setup`` is one record of ``SETUP``. Poses without a frame named are the layer's.
+``near2``, ``layer`` and ``scan`` are the local costmap, ``flat`` and ``frame`` the global one; the
+loops of both say more. ``setup`` and ``state`` are one record each. A pose is in the local
+costmap's frame where nothing else is said. Arrays are plain arguments for the reason given there.
 """
 
 from __future__ import annotations
@@ -12,14 +13,20 @@ import numpy as np
 from numba import from_dtype, njit, types
 
 from desim.ports.kernels import atan2, cos, exp, lean, sin
-from desim.robot.navigation.kernels.local_costmap import FRAME, clearance2, place
-from desim.robot.navigation.kernels.search import INSCRIBED, LETHAL
+from desim.robot.navigation.kernels.global_costmap import FRAME_ARRAY, INSCRIBED, LETHAL, place
+from desim.robot.navigation.kernels.local_costmap import LAYER_ARRAY, SCAN_ARRAY, clearance2
 
 SETUP = np.dtype([(name, "f8") for name in (
     "max_speed_mps", "max_turn_radps", "turn_acceleration_radps2",
     "speed_step_mps", "turn_step_radps",  # the most that changes in one control period
     "rollout_s", "safe_m", "inflation_m", "inflation_scaling",
-    "cell_m", "look_ahead_m", "keep_right_m", "path_weight", "goal_weight", "obstacle_weight")])
+    "cell_m", "look_ahead_m", "keep_right_m", "path_weight", "goal_weight", "obstacle_weight")]
+    + [("speeds", "i8"), ("turns", "i8")])  # numbers of samples
+# In: the pose on the map and the velocity. In and out: the present leg of the path. Out: the
+# velocity to have next, 1.0 if the robot is blocked, and the length of the rest of the path.
+STATE = np.dtype([(name, "f8") for name in ("x_m", "y_m", "yaw_rad", "speed_mps", "turn_radps")]
+                 + [("leg", "i8")]
+                 + [(name, "f8") for name in ("next_mps", "next_radps", "blocked", "togo_m")])
 
 _ALIGN_M = 0.325  # a rollout is judged by a point so far ahead of its end (dwa_local_planner,
 #                   forward_point_distance)
@@ -37,16 +44,17 @@ _TURN_FIRST_RAD = 1.0  # turn on the spot where the way leads off by more than t
 _SLOW_MPS = 0.3  # once slower than this
 _GENTLE = 0.8  # share of the braking deceleration that turning on the spot counts on
 
-_setup, _frame = types.Array(from_dtype(SETUP), 1, "C"), types.Array(from_dtype(FRAME), 1, "C")
-_f8, _i8, _f4x2 = types.float64, types.int64, types.float32[:, ::1]
-_f8x1, _f8x2, _i8x1, _u1x1 = _f8[::1], _f8[:, ::1], _i8[::1], types.uint8[::1]
+_setup, _state = types.Array(from_dtype(SETUP), 1, "C"), types.Array(from_dtype(STATE), 1, "C")
+_f8, _f4x2, _u1x1 = types.float64, types.float32[:, ::1], types.uint8[::1]
+_f8x1, _f8x2 = _f8[::1], _f8[:, ::1]
 
 
-@lean("f8(f8[:,::1], i8[::1], f8, f8)")
-def locate(way, leg, x, y):
-    """Move on to the leg of ``way`` [n, 2] that is nearest to (x, y), among the present one and the
-    next few. leg [1], in and out. Returns the share of it that lies behind."""
-    last, best2, along, first = len(way) - 1, np.inf, 1.0, leg[0]
+@lean(_f8(_f8x2, _state))
+def locate(way, state):
+    """Move on to the leg of ``way`` [n, 2] that is nearest to the robot, among the present one and
+    the next few. Returns the share of it that lies behind."""
+    last, best2, along, first = len(way) - 1, np.inf, 1.0, state[0].leg
+    x, y = state[0].x_m, state[0].y_m
     for k in range(first, min(first + 4, last)):
         dx, dy = way[k + 1, 0] - way[k, 0], way[k + 1, 1] - way[k, 1]
         length2 = dx * dx + dy * dy
@@ -54,7 +62,7 @@ def locate(way, leg, x, y):
         t = min(max(t, 0.0), 1.0)
         d2 = (way[k, 0] + t * dx - x)**2 + (way[k, 1] + t * dy - y)**2
         if d2 < best2:
-            best2, leg[0], along = d2, k, t
+            best2, state[0].leg, along = d2, k, t
     return along
 
 
@@ -76,10 +84,10 @@ def ahead(way, leg, along, ahead_m, right_m):
     return px, py, togo
 
 
-@lean(types.boolean(_u1x1, _frame, _f8, _f8, _f8, _f8))
-def in_sight(flat, frame, x, y, px, py):
-    """Whether no known obstacle is in the way from one point to another, nor its margin, unless
-    the way begins in one."""
+@lean(types.boolean(_u1x1, FRAME_ARRAY, _f8, _f8, _f8, _f8))
+def clear_line(flat, frame, x, y, px, py):
+    """Whether no known obstacle is on the line from one point of the map to another, nor its
+    margin, unless the line begins in one."""
     start = place(x, y, frame)
     bar = LETHAL if start >= 0 and flat[start] == INSCRIBED else INSCRIBED
     steps = int(2.0 * math.sqrt((px - x)**2 + (py - y)**2) / frame[0].cell_m) + 1
@@ -90,16 +98,16 @@ def in_sight(flat, frame, x, y, px, py):
     return True
 
 
-@lean(types.UniTuple(_f8, 3)(_f8x2, _i8x1, _f8, _f8, _setup, _u1x1, _frame))
-def aim(way, leg, x, y, setup, flat, frame):
-    """The point to steer for, as far ahead and to the right as it is in sight; and the length
-    still to go."""
-    along = locate(way, leg, x, y)
+@lean(types.UniTuple(_f8, 3)(_f8x2, _state, _setup, _u1x1, FRAME_ARRAY))
+def aim(way, state, setup, flat, frame):
+    """The point of the map to steer for, as far ahead and to the right as the line to it is clear;
+    and the length still to go."""
+    along = locate(way, state)
     for k in range(_AIMS):
         far_m = setup[0].look_ahead_m * (_AIMS - k) / _AIMS
         for right_m in (setup[0].keep_right_m, 0.0):
-            px, py, togo = ahead(way, leg[0], along, far_m, right_m)
-            if in_sight(flat, frame, x, y, px, py):
+            px, py, togo = ahead(way, state[0].leg, along, far_m, right_m)
+            if clear_line(flat, frame, state[0].x_m, state[0].y_m, px, py):
                 return px, py, togo
     return px, py, togo
 
@@ -113,8 +121,8 @@ def bar2(near2, cell_m, safe_m, x, y):
 
 @lean("f8(f4[:,::1], f8, f8, f8, f8, f8, f8, f8, f8)")
 def free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, length_m):
-    """How far the robot could go straight, up to ``length_m``, keeping the root of ``first2`` at
-    first and ``safe_m`` from there on."""
+    """The distance that the robot could go straight, up to ``length_m``, keeping the root of
+    ``first2`` at first and ``safe_m`` from there on."""
     for k in range(1, int(length_m / cell_m) + 1):
         bar = first2 if k * cell_m <= _ESCAPE_M else safe_m**2
         if clearance2(near2, cell_m, x + k * cell_m * ux, y + k * cell_m * uy) < bar:
@@ -149,9 +157,9 @@ def around(near2, cell_m, safe_m, x, y, dx, dy):
 
 @lean(types.void(_setup, *[_f8] * 3, _f8x2))
 def fan(setup, yaw, low_w, high_w, arcs):
-    """What arcs of the turn rates within reach have in common whatever their speed: arcs [turns +
-    1, 6], out: turn rate | chord over arc length | direction of the chord | direction of its end.
-    The first is straight on, or as straight as can be."""
+    """Fill in the properties that an arc has at any speed, for turn rates within reach: arcs
+    [turns + 1, 6], out: turn rate | chord over arc length | direction of the chord | direction of
+    its end. The first is straight on, or as straight as can be."""
     s, turns = setup[0], len(arcs) - 1
     for j in range(turns + 1):
         w = low_w + (high_w - low_w) * (j - 1) / (turns - 1) if j else min(max(0.0, low_w), high_w)
@@ -163,8 +171,8 @@ def fan(setup, yaw, low_w, high_w, arcs):
 
 @lean(_f8(_setup, _f8, _f8x1, _f8, _f8))
 def detour(setup, v, arc, lx, ly):
-    """What an arc of speed v costs on open ground: by how far its end is off the straight line to
-    the aim, (lx, ly) from here, and how far the point ahead of its end is from the aim."""
+    """The cost of an arc of speed v on open ground: by the distance of its end from the straight
+    line to the aim, (lx, ly) from here, and of the point ahead of its end from the aim."""
     s = setup[0]
     chord_m = v * s.rollout_s * arc[1]
     dx, dy = chord_m * arc[2], chord_m * arc[3]
@@ -175,8 +183,8 @@ def detour(setup, v, arc, lx, ly):
 
 @lean(_f8(_f4x2, _setup, *[_f8] * 6))
 def danger(near2, setup, x, y, yaw, v, w, first2):
-    """What it costs that an arc comes near to obstacles, as in costmap_2d's inflation. Infinite if
-    it comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
+    """The cost of an arc's nearness to obstacles, as in costmap_2d's inflation. Infinite if it
+    comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
     s = setup[0]
     steps = int(v * s.rollout_s / _STEP_M) + 1
     turn, step_m = w * s.rollout_s / steps, v * s.rollout_s / steps
@@ -195,48 +203,43 @@ def danger(near2, setup, x, y, yaw, v, w, first2):
     return s.obstacle_weight * 252.0 * min(near, 1.0)
 
 
-@njit(types.void(_f4x2, _setup, *[_f8] * 6, _i8, _i8, _f8, _f8, _f8x1), cache=True)
-def window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, aim_x, aim_y, out):
+@njit(types.void(_f4x2, _setup, _state, *[_f8] * 6), cache=True)
+def window(near2, setup, state, x, y, yaw, top_v, aim_x, aim_y):
     """The dynamic window (Fox, Burgard, Thrun 1997): of the velocities within reach in one control
-    period the one with the cheapest rollout; braking straight ahead if none is clear.
-
-    out [3]: speed, turn rate, 1.0 if blocked
-    """
-    s = setup[0]
+    period the one with the cheapest rollout; braking straight ahead if none is clear."""
+    s, out, v, w = setup[0], state[0], state[0].speed_mps, state[0].turn_radps
     low_v, high_v = max(v - s.speed_step_mps, 0.0), min(v + s.speed_step_mps, s.max_speed_mps)
     high_v = max(min(high_v, top_v), low_v)
     low_w = max(w - s.turn_step_radps, -s.max_turn_radps)
     high_w = min(w + s.turn_step_radps, s.max_turn_radps)
     first2 = bar2(near2, s.cell_m, s.safe_m, x, y)
-    best, arcs = np.inf, np.empty((turns + 1, 6))
+    best, arcs = np.inf, np.empty((s.turns + 1, 6))
     fan(setup, yaw, low_w, high_w, arcs)
-    out[0], out[1], out[2] = low_v, min(max(0.0, low_w), high_w), 1.0
-    for i in range(speeds):
-        speed = high_v - (high_v - low_v) * i / max(speeds - 1, 1)
-        for j in range(turns + 1):
+    out.next_mps, out.next_radps, out.blocked = low_v, min(max(0.0, low_w), high_w), 1.0
+    for i in range(s.speeds):
+        speed = high_v - (high_v - low_v) * i / max(s.speeds - 1, 1)
+        for j in range(s.turns + 1):
             turn, cost = arcs[j, 0], detour(setup, speed, arcs[j], aim_x - x, aim_y - y)
             if cost >= best:
                 continue  # obstacles cannot make it any better
             cost += danger(near2, setup, x, y, yaw, speed, turn, first2)
             if cost < best:
-                best, out[0], out[1], out[2] = cost, speed, turn, 0.0
+                best, out.next_mps, out.next_radps, out.blocked = cost, speed, turn, 0.0
 
 
-@lean(types.void(_f4x2, _setup, _f8x1, _f8x1, _f8, _f8, _f8, _f8x2, _i8x1, _i8, _i8, _u1x1, _frame,
-                 _f8x1))
-def steer(near2, setup, pose, seen_from, yield_m, v, w, way, leg, speeds, turns, flat, frame, out):
-    """The next velocity on ``way``. pose, seen_from [3] x, y, yaw on the map, of the robot now and
-    of the layer | yield_m distance to what has the right of way | v, w present velocity |
-    out [4]: speed, turn rate, 1.0 if blocked, length of the way still to go."""
-    s = setup[0]
-    px, py, out[3] = aim(way, leg, pose[0], pose[1], setup, flat, frame)
-    c, si = cos(seen_from[2]), sin(seen_from[2])
-    dx, dy = pose[0] - seen_from[0], pose[1] - seen_from[1]
-    x, y, yaw = c * dx + si * dy, c * dy - si * dx, pose[2] - seen_from[2]
-    dx, dy = px - pose[0], py - pose[1]
-    dx, dy, out[2] = around(near2, s.cell_m, s.safe_m, x, y, c * dx + si * dy, c * dy - si * dx)
-    if out[2] > 0.0:
-        out[0], out[1] = max(v - s.speed_step_mps, 0.0), 0.0
+@lean(types.void(_state, _f8x2, _setup, _f4x2, LAYER_ARRAY, SCAN_ARRAY, _u1x1, FRAME_ARRAY))
+def steer(state, way, setup, near2, layer, scan, flat, frame):
+    """Find the next velocity on ``way``."""
+    s, out, seen, v = setup[0], state[0], scan[0], state[0].speed_mps
+    px, py, out.togo_m = aim(way, state, setup, flat, frame)
+    c, si = cos(seen.yaw_rad), sin(seen.yaw_rad)
+    dx, dy = out.x_m - seen.x_m, out.y_m - seen.y_m
+    x, y, yaw = c * dx + si * dy, c * dy - si * dx, out.yaw_rad - seen.yaw_rad
+    dx, dy = px - out.x_m, py - out.y_m
+    dx, dy, out.blocked = around(near2, s.cell_m, s.safe_m, x, y, c * dx + si * dy,
+                                 c * dy - si * dx)
+    if out.blocked > 0.0:
+        out.next_mps, out.next_radps = max(v - s.speed_step_mps, 0.0), 0.0
         return
     off = atan2(dy, dx) - yaw
     off -= 2.0 * math.pi * np.floor(off / (2.0 * math.pi) + 0.5)
@@ -244,12 +247,11 @@ def steer(near2, setup, pose, seen_from, yield_m, v, w, way, leg, speeds, turns,
         # The fastest turn that can still stop in time: w^2 = 2 a off.
         turn = min(math.sqrt(2.0 * _GENTLE * s.turn_acceleration_radps2 * abs(off)),
                    s.max_turn_radps)
-        out[0], out[1] = max(v - s.speed_step_mps, 0.0), math.copysign(turn, off)
+        out.next_mps, out.next_radps = max(v - s.speed_step_mps, 0.0), math.copysign(turn, off)
         return
     # Aim beyond the end of the way: a robot brakes when it is there, not long before.
     beyond = max(s.look_ahead_m / math.sqrt(dx * dx + dy * dy + 1e-9), 1.0)
     # The arc through the aim has the radius d / (2 sin off): v = w r, or a robot would circle it.
     arc_v = _ARC_RADPS * math.sqrt(dx * dx + dy * dy) / (2.0 * abs(sin(off)) + 1e-9)
-    top_v = max(min(arc_v, (yield_m - s.safe_m) / _YIELD_S), _CREEP_MPS)
-    window(near2, setup, x, y, yaw, v, w, top_v, speeds, turns, x + beyond * dx, y + beyond * dy,
-           out)
+    top_v = max(min(arc_v, (layer[0].yield_m - s.safe_m) / _YIELD_S), _CREEP_MPS)
+    window(near2, setup, state, x, y, yaw, top_v, x + beyond * dx, y + beyond * dy)

@@ -1,0 +1,154 @@
+"""Loops of the global costmap.
+
+``cost`` is the padded costmap [height + 2, width + 2], or ``flat``, the same as one line: 0..252
+free, ``INSCRIBED`` free but too near to an obstacle for the robot's centre, ``LETHAL`` an obstacle,
+``UNKNOWN``. The padding is lethal, so that no loop has to look for the rim; it inflates nothing.
+A cell is its place in ``flat``, whose rows are ``across`` cells long.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import from_dtype, njit, types
+
+from desim.ports.kernels import lean
+from desim.robot.kernels.tiles import FREE, OCCUPIED
+
+TILE = 32
+INSCRIBED, LETHAL, UNKNOWN = 253, 254, 255
+
+# Where the costmap lies, one record: its lower left corner without the padding, and its cells with
+# the padding.
+FRAME = np.dtype([(name, "f8") for name in ("x_m", "y_m", "cell_m", "across", "rows")])
+FRAME_ARRAY = types.Array(from_dtype(FRAME), 1, "C")
+
+
+@lean(types.int64(types.float64, types.float64, FRAME_ARRAY))
+def place(x, y, frame):
+    """The cell of a point, or -1 outside."""
+    f = frame[0]
+    column, row = int(np.floor((x - f.x_m) / f.cell_m)), int(np.floor((y - f.y_m) / f.cell_m))
+    if 0 <= column < f.across - 2 and 0 <= row < f.rows - 2:
+        return (row + 1) * f.across + column + 1
+    return -1
+
+
+@lean("b1(i2[::1], u1[::1])")
+def same(values, costs):
+    """Whether a row of cells is free, occupied and unknown where its costs say so. Without a
+    branch, so that it takes a fraction of the time of a test of each."""
+    differing = np.int32(0)
+    for k in range(len(values)):
+        differing += ((values[k] <= FREE) != (costs[k] <= np.uint8(INSCRIBED))) \
+            | ((values[k] >= OCCUPIED) != (costs[k] == np.uint8(LETHAL)))
+    return differing == 0
+
+
+@lean("i8(i2[:,::1], i8[::1], i8, i8, i8, u1[:,::1], i8[:,::1])")
+def classify(fused, tile_version, seen, tiles_x, reach, cost, boxes):
+    """Bring cells of tiles newer than ``seen`` up to date, free ones with cost 0 for now.
+
+    fused [tiles, 1024] log-odds | boxes [tiles, 4], out: row, row end, column, column end around
+    the cells whose cost is to be found anew: those that changed, and all within ``reach`` of a
+    changed obstacle. Returns the number of boxes.
+    """
+    rows, columns, count = cost.shape[0] - 2, cost.shape[1] - 2, 0
+    for tile in range(len(tile_version)):
+        if tile_version[tile] <= seen:
+            continue
+        row0, column0 = tile // tiles_x * TILE + 1, tile % tiles_x * TILE + 1
+        low_row, end_row, low_column, end_column = rows + 1, 0, columns + 1, 0
+        width = min(TILE, columns + 1 - column0)
+        for r in range(row0, min(row0 + TILE, rows + 1)):
+            values = fused[tile, (r - row0) * TILE:(r - row0) * TILE + width]
+            costs = cost[r, column0:column0 + width]
+            if same(values, costs):
+                continue
+            for c in range(width):
+                value, old = values[c], costs[c]
+                new = 0 if value <= FREE else LETHAL if value >= OCCUPIED else UNKNOWN
+                if new == old or (new == 0 and old <= INSCRIBED):
+                    continue
+                costs[c] = new
+                rim, column = reach if new == LETHAL or old == LETHAL else 0, column0 + c
+                low_row, end_row = min(low_row, r - rim), max(end_row, r + rim + 1)
+                low_column, end_column = min(low_column, column - rim), max(end_column,
+                                                                            column + rim + 1)
+        if end_row > 0:
+            boxes[count, 0], boxes[count, 1] = max(low_row, 1), min(end_row, rows + 1)
+            boxes[count, 2], boxes[count, 3] = max(low_column, 1), min(end_column, columns + 1)
+            count += 1
+    return count
+
+
+@lean("void(i8[:,::1], i8, i8[:,::1], i8, u1[:,::1])")
+def inflate(boxes, count, stencil, reach, cost):
+    """The cost of the free cells in ``boxes``: the highest that an obstacle near by gives.
+
+    stencil [k, 3] row offset, column offset, cost <= INSCRIBED | reach: its half width in cells
+    """
+    for b in range(count):
+        row, end_row, column, end_column = boxes[b]
+        for r in range(row, end_row):
+            line = cost[r, column:end_column]
+            for c in range(len(line)):  # without a branch: vector instructions
+                line[c] = line[c] if line[c] > np.uint8(INSCRIBED) else np.uint8(0)
+        left, right = max(column - reach, 1), min(end_column + reach, cost.shape[1] - 1)
+        for r in range(max(row - reach, 1), min(end_row + reach, cost.shape[0] - 1)):
+            line = cost[r, left:right]
+            for c in range(len(line)):
+                if line[c] != LETHAL:
+                    continue
+                for k in range(len(stencil)):
+                    y, x = r + stencil[k, 0], left + c + stencil[k, 1]
+                    if row <= y < end_row and column <= x < end_column \
+                            and cost[y, x] < stencil[k, 2]:
+                        cost[y, x] = stencil[k, 2]
+
+
+@njit("b1(u1[::1], i8, i8)", cache=True, inline="always")
+def beside_unknown(flat, across, cell):
+    """Whether one of the four neighbours is unknown."""
+    return (flat[cell - 1] == UNKNOWN or flat[cell + 1] == UNKNOWN
+            or flat[cell - across] == UNKNOWN or flat[cell + across] == UNKNOWN)
+
+
+@lean("i8(u1[::1], i8, i8, i8)")
+def dearest(flat, across, a, b):
+    """The highest cost on the straight line between the centres of two cells, sampled at half
+    cells, without the cell ``a`` itself."""
+    row, column = a // across, a % across
+    rows, columns = b // across - row, b % across - column
+    steps, highest = 2 * max(abs(rows), abs(columns)), 0
+    for k in range(2, steps + 1):
+        r = row + int(np.floor(k * rows / steps + 0.5))
+        c = column + int(np.floor(k * columns / steps + 0.5))
+        highest = max(highest, flat[r * across + c])
+    return highest
+
+
+@lean("i8(u1[::1], i8, i8, i8)")
+def nearest_free(flat, across, cell, reach):
+    """The cell of a cost below INSCRIBED nearest to ``cell``, at most ``reach`` cells away; of
+    equally near ones the cheapest, then the first; -1 if there is none."""
+    rows, row, column = len(flat) // across, cell // across, cell % across
+    best, near2, lowest = -1, reach * reach + 1, 0
+    for r in range(max(row - reach, 1), min(row + reach, rows - 2) + 1):
+        for c in range(max(column - reach, 1), min(column + reach, across - 2) + 1):
+            cost, d2 = flat[r * across + c], (r - row)**2 + (c - column)**2
+            if cost < INSCRIBED and (d2 < near2 or (d2 == near2 and best >= 0 and cost < lowest)):
+                best, near2, lowest = r * across + c, d2, cost
+    return best
+
+
+@lean("i8(u1[::1], i8, i8, i8, i8)")
+def frontier_cells(flat, across, cell, reach, highest):
+    """Cells of a cost up to ``highest`` with an unknown neighbour (4) in the square of ``reach``
+    cells around ``cell``."""
+    rows, row, column, count = len(flat) // across, cell // across, cell % across, 0
+    for r in range(max(row - reach, 1), min(row + reach, rows - 2) + 1):
+        for c in range(max(column - reach, 1), min(column + reach, across - 2) + 1):
+            k = r * across + c
+            if flat[k] <= highest and beside_unknown(flat, across, k):
+                count += 1
+    return count
