@@ -49,7 +49,7 @@ def _medium(simulation: Simulation, name: str | None) -> tuple[Medium, PredictsS
     medium = media[name or next(iter(media))]
     if not isinstance(medium.model, PredictsSignal):
         choice = simulation.scenario.network.media[medium.name]
-        rung = choice.parameters().get("fidelity")
+        rung = getattr(choice.params, "fidelity", None)
         words = f"{choice.model}, fidelity {rung}," if rung else choice.model
         raise InputError(f"network.media.{medium.name}.model: {words} does not say what comes in "
                          "where; coverage is for models that do, as radio with fidelity disk, "

@@ -199,7 +199,7 @@ def _views(hosts: list[str], beliefs: Beliefs) -> tuple[View, ...]:
 def _informed(run: Run) -> str:
     choice = run.scenario.middleware
     cls = plugins.load("middleware", choice.model)
-    informed = getattr(cls(cls.Params(**choice.parameters())), "informed", None)
+    informed = getattr(cls(choice.params), "informed", None)
     if informed is None:
         raise InputError(f"{run.path}: under middleware {choice.model!r} nobody believes anything: "
                          "everybody knows at once who is there; desim graph shows runs of a "

@@ -78,7 +78,7 @@ def modules(scenario: Scenario) -> tuple[str, ...]:
     if when and expression.names_function(when):
         found |= {plugins.imported("function", when.strip()).__module__,
                   plugins.module_of("function", when.strip())}
-    return tuple(sorted(module for module in sys.modules if module in found))
+    return tuple(sorted(found & sys.modules.keys()))
 
 
 def source(modules: tuple[str, ...]) -> str:

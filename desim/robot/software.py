@@ -34,8 +34,7 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, belief: Belie
                             robot.navigation.inflation_scaling)
     heard: dict[str, Peer] = {}
     with below("coordination"):
-        strategy_class = plugins.load("strategy", coordination.strategy)
-        strategy = strategy_class(strategy_class.Params(**coordination.parameters()))
+        strategy = plugins.load("strategy", coordination.strategy)(coordination.params)
     nodes = [
         LOCALIZATION[robot.localization](host),
         Mapping(host, robot.mapping, belief),

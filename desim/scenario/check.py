@@ -123,10 +123,11 @@ def _hosts(scenario: Scenario, _: Folder) -> Found:
 
 
 def _known_names(scenario: Scenario, _: Folder) -> Found:
-    hosts, robots = host_names(scenario), robot_names(scenario)
+    hosts = host_names(scenario) if scenario.faults else ()
     for i, fault in enumerate(scenario.faults):
         if fault.host not in hosts:
             yield ("faults", i, "host"), _unknown("host", fault.host, hosts)
+    robots = robot_names(scenario) if scenario.robot.passive else ()
     for i, name in enumerate(scenario.robot.passive):
         if name not in robots:
             yield ("robot", "passive", i), _unknown("robot", name, robots)
@@ -184,8 +185,9 @@ def _condition(scenario: Scenario, _: Folder) -> Found:
 
 
 def _attached(scenario: Scenario, _: Folder) -> Found:
-    hosts = host_names(scenario)
-    for medium, choice in scenario.network.media.items():
+    own = scenario.network.media
+    hosts = host_names(scenario) if any(choice.hosts for choice in own.values()) else ()
+    for medium, choice in own.items():
         for i, name in enumerate(choice.hosts or ()):
             if name not in hosts:
                 yield ("network", "media", medium, "hosts", i), _unknown("host", name, hosts)
@@ -206,7 +208,7 @@ def _fidelity(scenario: Scenario, _: Folder) -> Found:
                      "parameter fidelity, as radio has")
     for medium in rungs:
         result = validated(plugins.parameters("network", medium.model),
-                           {**medium.parameters(), "fidelity": fidelity})
+                           {**medium.written, "fidelity": fidelity})
         if isinstance(result, list):
             yield from ((path, complaint.text) for complaint in result
                         if complaint.path == ("fidelity",))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import types
-from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin
 
 from pydantic import ValidationError
 
@@ -14,6 +14,7 @@ from desim.scenario.places import Path, Place, Places, dotted
 from desim.scenario.schema.shapes import alternatives, keys
 
 MOST_TOLD = 20
+P = TypeVar("P", bound=Params)
 
 
 class Complaint(NamedTuple):
@@ -48,18 +49,23 @@ def told(complaints: list[str]) -> list[str]:
                                          f"{'are' if more > 1 else 'is'} wrong"]
 
 
-def validated(block: type[Params], data: Any, path: Path = (),
-              more: tuple[str, ...] = ()) -> Params | list[Complaint]:
-    """An instance of ``block`` from ``data``, which stands at ``path``, or all that is wrong.
-
-    ``more``: keys that are allowed beside the block's own and are judged elsewhere.
-    """
+def validated(block: type[P], data: object) -> P | list[Complaint]:
+    """An instance of ``block`` from ``data``, or all that is wrong with it."""
     try:
         # As JSON: strict about numbers, text and truth values, and a list may become a tuple.
         return block.model_validate_json(json.dumps(data), strict=True)
     except ValidationError as error:
-        found = [(wrong, _complaint(block, data, path, more, wrong))
-                 for wrong in error.errors(include_url=False)]
+        return complaints_of(error, block, data)
+
+
+def complaints_of(error: ValidationError, block: type[Params], data: Any, path: Path = (),
+                  more: tuple[str, ...] = ()) -> list[Complaint]:
+    """The complaints that pydantic's ``error`` about ``data``, meant as a ``block``, comes to.
+
+    ``data`` stands at ``path``; ``more`` are keys that are allowed beside the block's own.
+    """
+    found = [(wrong, _complaint(block, data, path, more, wrong))
+             for wrong in error.errors(include_url=False)]
     texts = {(complaint.path[:-1], complaint.text.partition("?")[0]) for _, complaint in found}
     return [complaint for wrong, complaint in found if not _follows(wrong, data, complaint, texts)]
 

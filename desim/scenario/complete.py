@@ -10,32 +10,32 @@ from desim.ports import Params, natural_key
 from desim.scenario import plugin_choices
 from desim.scenario.names import fleet_size, robot_names
 from desim.scenario.places import Folder
-from desim.scenario.schema.communication import Coordination, Medium, Network
+from desim.scenario.schema.communication import Coordination, MediumChoice, Network
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, MapFile
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, Fleet, StartList
 from desim.scenario.schema.robot import BUILT_IN_LASERS, Robot
 from desim.scenario.schema.whole import Scenario
 
 # The paper's testbed is a switched Gigabit LAN; its robots communicate over 200 m.
-_MEDIA = {"testbed": {"lan": Medium(model="switch")},
-          "field": {"air": Medium(model="disk", range="200 m")}}
-_RADIOS = {"air": Medium(model="radio")}
+_MEDIA = {"testbed": {"lan": MediumChoice(model="switch")},
+          "field": {"air": MediumChoice(model="disk", range="200 m")}}
+_RADIOS = {"air": MediumChoice(model="radio")}
 _EXCHANGE = {"testbed": {"content": "full", "encoding": "raw"},
              "field": {"content": "changed_tiles", "encoding": "zlib"}}
 
 
 def complete(scenario: Scenario, folder: Folder) -> Scenario:
     """The scenario with nothing left to be decided. It must have passed all checks."""
-    whole = _changed(
+    return _changed(
         scenario,
         environment=_environment(scenario.environment, folder),
         fleet=_fleet(scenario.fleet),
         robot=_robot(scenario.robot),
         network=_network(scenario),
         hosts=_sorted(scenario.hosts),
-        coordination=_coordination(scenario.coordination, scenario.deployment),
+        middleware=scenario.middleware.parsed(),
+        coordination=_coordination(scenario.coordination, scenario.deployment).parsed(),
     )
-    return plugin_choices.spelled_out(whole)
 
 
 def _environment(environment: Environment, folder: Folder) -> Environment:
@@ -69,7 +69,7 @@ def _robot(robot: Robot) -> Robot:
                     passive=tuple(sorted(robot.passive, key=natural_key)))
 
 
-def media(scenario: Scenario) -> dict[str, Medium]:
+def media(scenario: Scenario) -> dict[str, MediumChoice]:
     """Those of the scenario, or of its deployment if it names none."""
     radios = scenario.deployment == "field" and scenario.network.fidelity is not None
     return scenario.network.media or (_RADIOS if radios else _MEDIA[scenario.deployment])
@@ -80,30 +80,31 @@ def _network(scenario: Scenario) -> Network:
            for name, medium in _sorted(media(scenario)).items()}
     if scenario.deployment == "testbed":
         own = {name: _in_testbed(medium, scenario) for name, medium in own.items()}
-    return _changed(scenario.network, media=own)
+    return _changed(scenario.network, media={
+        name: medium.parsed() for name, medium in own.items()})
 
 
-def _at_fidelity(medium: Medium, fidelity: str | None) -> Medium:
+def _at_fidelity(medium: MediumChoice, fidelity: str | None) -> MediumChoice:
     if fidelity is None or not plugin_choices.has_fidelity(medium):
         return medium
     return _changed(medium, fidelity=fidelity)
 
 
-def _in_testbed(medium: Medium, scenario: Scenario) -> Medium:
+def _in_testbed(medium: MediumChoice, scenario: Scenario) -> MediumChoice:
     """Cluster nodes, and interfaces of the paper's time: Linux had pfifo_fast (fq_codel is the
     default of distributions since 2015)."""
     queue = plugins.parameters("network", medium.model).model_fields.get("queue")
     if queue is not None and "pfifo" in get_args(queue.annotation) \
-            and "queue" not in medium.parameters():
+            and "queue" not in medium.written:
         medium = _changed(medium, queue="pfifo")
     return _with_nodes(medium, scenario)
 
 
-def _with_nodes(medium: Medium, scenario: Scenario) -> Medium:
+def _with_nodes(medium: MediumChoice, scenario: Scenario) -> MediumChoice:
     """Where a model has ports that several hosts can share, the robots' virtual machines share
     those of their cluster nodes, unless the scenario says otherwise."""
     shareable = "ports" in plugins.parameters("network", medium.model).model_fields
-    if not shareable or "ports" in medium.parameters():
+    if not shareable or "ports" in medium.written:
         return medium
     # A robot without software has no virtual machine.
     passive, per_node = frozenset(scenario.robot.passive), scenario.testbed.robots_per_node

@@ -9,28 +9,33 @@ from pydantic.json_schema import models_json_schema
 from desim import plugins
 from desim.errors import InputError
 from desim.ports import Params
-from desim.scenario.schema.communication import Coordination, Medium, MiddlewareChoice, RuleChoice
+from desim.scenario.schema.communication import (
+    Coordination,
+    MediumChoice,
+    MiddlewareChoice,
+    RuleChoice,
+)
 from desim.scenario.schema.whole import Scenario
 
-_CHOICES = ((Medium, "network", "model"), (RuleChoice, "rule", "rule"),
-            (MiddlewareChoice, "middleware", "model"), (Coordination, "strategy", "strategy"))
+_CHOICES = (MediumChoice, RuleChoice, MiddlewareChoice, Coordination)
 
 
 def json_schema() -> dict[str, Any]:
     """Draft 2020-12. A plug-in's own parameters are known where its name is that of an installed
     one; a dotted path may have any."""
-    blocks = {(kind, name): block for _, kind, _ in _CHOICES
-              for name, block in _blocks(kind).items()}
-    models = [Scenario, *blocks.values(), *(choice for choice, _, _ in _CHOICES)]
+    blocks = {(choice.kind, name): block for choice in _CHOICES
+              for name, block in _blocks(choice.kind).items()}
+    models = [Scenario, *blocks.values(), *_CHOICES]
     references, whole = models_json_schema([(model, "validation") for model in models],
                                            by_alias=True)
     definitions = whole["$defs"]
     root = _definition(definitions, references[Scenario, "validation"])
-    for choice, kind, key in _CHOICES:
+    for choice in _CHOICES:
+        key = choice.name_key
         own = _definition(definitions, references[choice, "validation"])
         alternatives = [
             _alternative(own, key, name, _definition(definitions, references[block, "validation"]))
-            for (its_kind, name), block in blocks.items() if its_kind == kind]
+            for (kind, name), block in blocks.items() if kind == choice.kind]
         definitions[_name(references[choice, "validation"])] = {
             "description": own.get("description", ""), "anyOf": [*alternatives, _dotted(own, key)]}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "desim scenario",

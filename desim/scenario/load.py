@@ -125,7 +125,7 @@ def _loaded(document: merge.Document) -> Loaded:
         place = places.value(path)
         return os.path.dirname(place.source) if place.line else ""
 
-    plugin_choices.place(data, folder)
+    plugin_choices.make_absolute(data, folder)
     result = parts.scenario(data)
     found = plugin_choices.complaints(data)
     wrong: list[Complaint] = result if isinstance(result, list) else []

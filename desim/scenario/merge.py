@@ -14,18 +14,23 @@ from desim import plugins
 from desim.errors import InputError
 from desim.scenario import yaml12
 from desim.scenario.places import Path, Place, Places, dotted, split, steps
-from desim.scenario.schema.communication import Coordination, Medium, MiddlewareChoice, PluginChoice
+from desim.scenario.schema.communication import (
+    Coordination,
+    MediumChoice,
+    MiddlewareChoice,
+    PluginChoice,
+)
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.fleet import Fleet
 from desim.scenario.schema.shapes import alternatives, keys, which
 
 Document = tuple[dict[str, Any], Places]
 
-# Where a plug-in is chosen, by which key, and what desim itself reads there.
-CHOICES: dict[tuple[str, ...], tuple[str, str, type[PluginChoice]]] = {
-    ("network", "media", "*"): ("network", "model", Medium),
-    ("middleware",): ("middleware", "model", MiddlewareChoice),
-    ("coordination",): ("strategy", "strategy", Coordination),
+# Where a scenario chooses plug-ins; the rules of a medium stand inside of its choice.
+CHOICES: dict[tuple[str, ...], type[PluginChoice]] = {
+    ("network", "media", "*"): MediumChoice,
+    ("middleware",): MiddlewareChoice,
+    ("coordination",): Coordination,
 }
 _SHAPES = {
     ("environment", "terrain"): Environment.model_fields["terrain"],
@@ -97,8 +102,8 @@ def copied(data: Any) -> Any:
     return [copied(item) for item in data] if isinstance(data, (list, tuple)) else data
 
 
-def choice_at(path: Path) -> tuple[str, str, type[PluginChoice]] | None:
-    """The kind of plug-in chosen at ``path``, the key that names it, and its block."""
+def choice_at(path: Path) -> type[PluginChoice] | None:
+    """The block of the plug-in that is chosen at ``path``."""
     for pattern, choice in CHOICES.items():
         if len(pattern) == len(path) and all(p in ("*", step) for p, step in
                                              zip(pattern, path, strict=True)):
@@ -119,9 +124,9 @@ def _inherited(lower: dict, upper: dict, path: Path) -> dict:
     """What of ``lower`` still makes sense under ``upper``."""
     choice = choice_at(path)
     if choice is not None:
-        _, key, block = choice
+        key = choice.name_key
         if key in upper and upper[key] != lower.get(key):
-            return {k: v for k, v in lower.items() if k in keys(block)}
+            return {k: v for k, v in lower.items() if k in keys(choice)}
     if path == ("network",) and upper.get("fidelity") and not _rungs(lower):
         return {k: v for k, v in lower.items() if k != "media"}
     if path in _SHAPES:

@@ -8,7 +8,6 @@ from typing import Annotated, Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from desim.ports import Params
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.schema.whole import Scenario
 
@@ -38,10 +37,3 @@ def _defaults() -> dict[str, Any]:
 @lru_cache(_REMEMBERED)
 def _part(name: str, text: str) -> Any:
     return _KINDS[name].validate_json(text, strict=True)
-
-
-@lru_cache(_REMEMBERED)
-def parameters(block: type[Params], text: str) -> dict[str, Any]:
-    """A plug-in's parameters spelled out, from JSON of those that somebody wrote. Raises
-    ``ValidationError``."""
-    return block.model_validate_json(text, strict=True).model_dump(mode="json", by_alias=True)

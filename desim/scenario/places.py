@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+Data = dict[str, Any]  # a mapping as YAML gives it: mappings, lists, text, numbers and null in it
 Path = tuple[str | int, ...]
 Folder = Callable[[Path], str]  # of the file in which the value at a path was written
 

@@ -60,7 +60,7 @@ def _data(scenario: Scenario, data: dict[str, Any], written: Callable[[str], str
     if isinstance(scenario.environment.terrain, MapFile):
         terrain = data["environment"]["terrain"]
         terrain["map"] = written(terrain["map"])
-    for _, mapping, key in (*plugin_choices.named(data), *plugin_choices.files(data)):
+    for _, mapping, key, _ in plugin_choices.path_values(data):
         if os.path.isabs(mapping[key]):
             mapping[key] = written(mapping[key])
     return data
@@ -68,7 +68,8 @@ def _data(scenario: Scenario, data: dict[str, Any], written: Callable[[str], str
 
 def _files(scenario: Scenario, data: dict[str, Any]) -> list[str]:
     """All that it names, as far as they exist: what is wrong with them is for others to say."""
-    files = [mapping[key] for _, mapping, key in plugin_choices.files(data)]
+    files = [mapping[key] for _, mapping, key, is_file in plugin_choices.path_values(data)
+             if is_file]
     if isinstance(scenario.environment.terrain, MapFile):
         files = _map_files(scenario.environment.terrain) + files
     return [file for file in files if os.path.isfile(file)]

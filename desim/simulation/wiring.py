@@ -16,6 +16,7 @@ from desim.middleware.graph import Graph
 from desim.network.medium import Medium
 from desim.network.place import Place
 from desim.ports import Obstacles, World
+from desim.scenario.schema.communication import PluginChoice
 from desim.scenario.schema.whole import Scenario
 from desim.simulation.deployment import HostPlan
 
@@ -58,22 +59,23 @@ def wired(scenario: Scenario, place: Place, kernel: Kernel, trace: Trace, stream
     """A graph of ``hosts`` that stand at ``place``, with the scenario's middleware and media;
     ``options`` are those of ``Graph``. Raises ``InputError`` that begins with the path of what does
     not fit."""
-    middleware = _plugin("middleware", "middleware", scenario.middleware.model,
-                         scenario.middleware.parameters())
+    with below("middleware"):
+        middleware = _plugin(scenario.middleware)
     graph = Graph(kernel, trace.names, trace, streams, middleware, hosts, **options)
     for name, choice in scenario.network.media.items():
         path = f"network.media.{name}"
-        model = _plugin("network", path, choice.model, choice.parameters())
-        rules = [_plugin("rule", f"{path}.rules.{number}", rule.rule, rule.parameters())
-                 for number, rule in enumerate(choice.rules)]
+        with below(path):
+            model = _plugin(choice)
+        rules = []
+        for number, rule in enumerate(choice.rules):
+            with below(f"{path}.rules.{number}"):
+                rules.append(_plugin(rule))
         with below(path):
             graph.attach(Medium(name, model, rules, kernel=kernel, names=trace.names,
                                 streams=streams, hosts=hosts, place=place), choice.hosts)
     return graph
 
 
-def _plugin(kind: str, path: str, name: str, parameters: dict[str, Any]) -> Any:
-    """A plug-in with the parameters that stand at ``path`` of the scenario."""
-    with below(path):
-        cls = plugins.load(kind, name)
-        return cls(cls.Params(**parameters))
+def _plugin(choice: PluginChoice) -> Any:
+    """The plug-in that was chosen, with its parameters."""
+    return plugins.load(choice.kind, choice.plugin)(choice.params)

@@ -145,7 +145,7 @@ def test_robots_are_on_the_nodes_whose_ports_they_share_when_it_is_run(design):
     largest = plan.vectors[1]
     assert largest.levels["robots"].label == "6"
     lan = plan.scenario(largest, 0).scenario.network.media["lan"]
-    assert {node: tuple(robots) for node, robots in lan.parameters()["ports"].items()} == (
+    assert {node: tuple(robots) for node, robots in lan.params.ports.items()} == (
         smallest_testbed(plan).nodes)
 
 

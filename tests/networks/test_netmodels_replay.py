@@ -197,7 +197,7 @@ def test_the_file_lies_beside_the_scenario_wherever_that_is(tmp_path, monkeypatc
         return load.load(folder / "s.yaml").scenario
 
     one = written(tmp_path / "one", 0.5)
-    assert one.network.media["air"].parameters()["file"] == str(tmp_path / "one/traces/day.csv")
+    assert one.network.media["air"].params.file == str(tmp_path / "one/traces/day.csv")
     other, third = written(tmp_path / "other", 0.5), written(tmp_path / "third", 0.6)
     ids = [scenario_id(scenario, {})(1) for scenario in (one, other, third)]
     assert ids[0] == ids[1] != ids[2]

@@ -5,7 +5,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from runs import HELLO, ROUGH, Ledger, built, finished
 
-from desim import plugins
 from desim.units import NS_PER_S
 
 AIR = "network.media.air"
@@ -109,7 +108,7 @@ def test_the_trace_says_what_the_counters_say(case):
 def fastest_ns(simulation, message, receiver):
     """size / rate + propagation of the medium between the two, by hand."""
     choice = medium_of(simulation.scenario)
-    params = plugins.load("network", choice.model).Params(**choice.parameters())
+    params = choice.params
     if choice.model == "ideal":
         return params.delay_ns
     names = {simulation.graph.hosts[host].name for host in (message.source, receiver)}
@@ -117,8 +116,7 @@ def fastest_ns(simulation, message, receiver):
         return 0  # it stays inside its cluster node
     cables = {"switch": 2 * getattr(params, "propagation_ns", 0),
               "link": getattr(params, "latency_ns", 0)}.get(choice.model, 0)
-    latencies = [plugins.load("rule", "latency").Params(**rule.parameters())
-                 for rule in choice.rules if rule.rule == "latency"]
+    latencies = [rule.params for rule in choice.rules if rule.rule == "latency"]
     rules = sum(latency.delay_ns - latency.jitter_ns for latency in latencies)
     return message.size_bytes * 8 * NS_PER_S // params.rate_bps + cables + rules
 

@@ -11,6 +11,7 @@ from desim.campaign.design.design import LoadedDesign
 from desim.scenario.merge import choice_at
 from desim.scenario.places import Path, split, steps
 from desim.scenario.plugin_choices import file_keys
+from desim.scenario.schema.communication import RuleChoice
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS
 
 # Of the scenario; others are parameters of plug-ins, and what these are named by.
@@ -66,14 +67,13 @@ class FilePaths:
         if place in _MODULES:
             return ":" in text
         block = place[:-1]
-        choice = ("rule", "rule") if block[-2:-1] == ("rules",) else (choice_at(block) or ())[:2]
-        if not choice:
+        choice = RuleChoice if block[-2:-1] == ("rules",) else choice_at(block)
+        if choice is None:
             return False
-        kind, key = choice
-        if place[-1] == key:
+        if place[-1] == choice.name_key:
             return ":" in text
-        return any(place[-1] in file_keys(kind, name)
-                   for name in (*plugins.available(kind), *self._named))
+        return any(place[-1] in file_keys(choice.kind, name)
+                   for name in (*plugins.available(choice.kind), *self._named))
 
 
 def _leaves(data: Any, path: Path) -> Iterator[tuple[Path, str]]:

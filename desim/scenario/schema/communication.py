@@ -2,62 +2,126 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from collections.abc import Callable
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import ConfigDict, Field
+from pydantic import (
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    SerializationInfo,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+)
 
 from desim.ports import Params
+from desim.scenario.plugin_parameters import parse_parameters
 from desim.units import Duration, Pace, Period, Position
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]  # as ROS names are
 
 
 class PluginChoice(Params):
-    """A plug-in by name, with its own parameters beside the name."""
+    """A plug-in by name, with its own parameters beside the name.
+
+    A scenario that was loaded has them parsed. A run's scenario that is read again has them as they
+    are written, until somebody asks for ``params``.
+    """
 
     model_config = ConfigDict(extra="allow")
 
-    def parameters(self) -> dict[str, Any]:
-        """The keys that belong to the plug-in; in a loaded scenario all of them, as text with
-        units: ``Plugin.Params(**choice.parameters())``."""
+    kind: ClassVar[str]  # of plug-in, as ``plugins`` calls it
+    name_key: ClassVar[str]  # the key that has the plug-in's name
+
+    _params: Params | None = PrivateAttr(None)
+
+    @property
+    def plugin(self) -> str:
+        """The plug-in's name."""
+        return getattr(self, self.name_key)
+
+    @property
+    def written(self) -> dict[str, object]:
+        """The plug-in's parameters as text with units, until they are parsed."""
         return dict(self.model_extra or {})
+
+    @property
+    def params(self) -> Params:
+        """The plug-in's parameters, an instance of its class ``Params``. Raises ``InputError``
+        where the plug-in is not installed (any more)."""
+        return self._params or parse_parameters(self.kind, self.plugin, self.written)
+
+    def parsed(self) -> Self:
+        """This choice with values in place of what was written."""
+        choice = self.model_construct(self.model_fields_set, **{
+            name: getattr(self, name) for name in type(self).model_fields})
+        choice._params = self.params
+        return choice
+
+    @model_serializer(mode="wrap")
+    def _with_parameters(self, own: SerializerFunctionWrapHandler,
+                         info: SerializationInfo) -> dict[str, object]:
+        if self._params is None:
+            return own(self)
+        return {**own(self), **self._params.model_dump(mode=info.mode, by_alias=info.by_alias)}
+
+    def __reduce__(self) -> tuple[Callable[..., PluginChoice], tuple[object, ...]]:
+        # As text: a module that lies beside a scenario is found by the name that stands there.
+        text = self.model_dump_json(by_alias=True)
+        return _unpickled, (type(self), text, self._params is not None)
+
+
+def _unpickled(choice: type[PluginChoice], text: str, parsed: bool) -> PluginChoice:
+    written = choice.model_validate_json(text, strict=True)
+    return written.parsed() if parsed else written
 
 
 class RuleChoice(PluginChoice):
     """One rule in front of a medium."""
 
+    kind, name_key = "rule", "rule"
+
     rule: str = Field(description="a rule plug-in: range, latency, loss, bandwidth, partition, ...")
 
 
-class Medium(PluginChoice):
+class MediumChoice(PluginChoice):
     """One medium: a network model with its parameters, and the rules in front of it."""
+
+    kind, name_key = "network", "model"
 
     model: str = Field(description="a network plug-in: ideal, disk, link, switch, radio, ...")
     rules: tuple[RuleChoice, ...] = Field((), description="asked in this order")
     hosts: tuple[str, ...] | None = Field(None, min_length=2, description="who is attached to it "
                                                                           "(null: all)")
 
+    def parsed(self) -> Self:
+        """The medium and its rules with values in place of what was written."""
+        return super().parsed().model_copy(update={
+            "rules": tuple(rule.parsed() for rule in self.rules)})
+
 
 class Network(Params):
-    """What carries the messages."""
+    """The media that carry the messages."""
 
     fidelity: Literal["ideal", "disk", "walls", "mac", "multihop"] | None = Field(
         None, description="of every medium whose model has this parameter, as radio has, in place "
                           "of what it says itself; one of them must have it (null: as they say)")
-    media: dict[Name, Medium] = Field({}, description=(
+    media: dict[Name, MediumChoice] = Field({}, description=(
         "media by name; two hosts take the first by name that both are attached to (default: in "
         "testbed one switched Gigabit LAN called lan, in field one air of 200 m range; the paper. "
         "In field with a fidelity: one air of radios)"))
 
 
 class MiddlewareChoice(PluginChoice):
-    """Who may talk to whom."""
+    """The middleware, which decides who may talk to whom."""
+
+    kind, name_key = "middleware", "model"
 
     model: str = Field("direct", description="a middleware plug-in")
 
 
 class Exchange(Params):
-    """How robots share their maps."""
+    """The exchange of maps between robots."""
 
     content: Literal["full", "changed_tiles"] | None = Field(None, description=(
         "full grids, or the tiles that changed since the last message (default: full in testbed, "
@@ -70,6 +134,8 @@ class Exchange(Params):
 
 class Coordination(PluginChoice):
     """Goal choice and map sharing."""
+
+    kind, name_key = "strategy", "strategy"
 
     strategy: str = Field("nearest_frontier", description="a strategy plug-in (Yamauchi 1998)")
     exchange: Exchange | None = Field(default_factory=Exchange,

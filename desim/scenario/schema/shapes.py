@@ -5,6 +5,7 @@ Without this, pydantic tries every alternative and complains once for each.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import Discriminator, Tag
@@ -46,9 +47,10 @@ def which(shapes: tuple, value: Any) -> str | None:
     return None
 
 
-def keys(block: type[Params]) -> list[str]:
+@cache
+def keys(block: type[Params]) -> tuple[str, ...]:
     """The YAML keys of a parameter block."""
-    return [field.alias or name for name, field in block.model_fields.items()]
+    return tuple(field.alias or name for name, field in block.model_fields.items())
 
 
 def alternatives(annotation: Any) -> dict[str, Any]:
