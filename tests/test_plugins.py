@@ -1,5 +1,7 @@
 """Plug-ins that a user writes: a module beside the scenario that names it."""
 
+import pickle
+import subprocess
 import sys
 import textwrap
 
@@ -98,6 +100,17 @@ def test_a_package_beside_the_scenario(here):
     (here / "study" / "case.yaml").write_text(
         "name: x\nnetwork: {media: {lan: {model: 'my_package.inside:Slow'}}}\n")
     assert model(load("../study/case.yaml").scenario).__module__ == "my_package.inside"
+
+
+def test_another_process_finds_it_again(here):
+    """As a campaign's workers get their scenarios: their Python does not know the folder."""
+    written(here / "study", "my_pickled")
+    pickled = pickle.dumps(load("../study/case.yaml"))
+    child = subprocess.run([sys.executable, "-c", (
+        "import pickle, sys; loaded = pickle.load(sys.stdin.buffer); "
+        "print(type(loaded.scenario.network.media['lan'].params).__module__)")],
+        input=pickled, capture_output=True, check=True, cwd=here)
+    assert child.stdout.strip() == b"my_pickled"
 
 
 def test_the_resolved_scenario_finds_it_again_and_no_id_depends_on_the_folder(here):
