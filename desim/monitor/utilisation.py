@@ -7,11 +7,12 @@ import numpy as np
 
 from desim.errors import ModelError, class_of
 from desim.network.medium import Medium
+from desim.ports import CountsBusyTime
 
 
 def busy_ns(medium: Medium) -> np.ndarray | None:
     """[parts] for how long each has been in use so far; None: the model does not say."""
-    if not hasattr(medium.model, "busy_ns"):
+    if not isinstance(medium.model, CountsBusyTime):
         return None
     busy = np.asarray(medium.model.busy_ns(medium.attached))
     if busy.ndim != 1 or busy.size and busy.dtype.kind not in "iu":

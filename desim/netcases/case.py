@@ -179,8 +179,12 @@ def _gaps(flow: Flow, luck: np.random.Generator) -> Iterator[int]:
 
 def _counted(model: ports.NetworkModel) -> dict[str, tuple[int, int]]:
     """What the model counts itself, so far."""
-    return {name: getattr(model, name)() for name in ("attempts", "control")
-            if hasattr(model, name)}
+    counted = {}
+    if isinstance(model, ports.CountsAttempts):
+        counted["attempts"] = model.attempts()
+    if isinstance(model, ports.CountsControl):
+        counted["control"] = model.control()
+    return counted
 
 
 def _measures(sources: list[Source], counts: dict[str, tuple[int, int]],

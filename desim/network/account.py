@@ -1,10 +1,10 @@
-"""The account of a medium: what became of frames and packets at each intended receiver."""
+"""The account of a medium: the fates of frames and packets at each intended receiver."""
 
 from __future__ import annotations
 
 
 class Account:
-    """Counts per intended receiver. Nothing gets lost in it:
+    """Counts per intended receiver, which are conserved:
 
         intended = delivered + dropped by reason + in flight            (frames)
         packets_intended = packets_delivered + packets_dropped + ...    (packets)
@@ -12,8 +12,8 @@ class Account:
     A train of which a part arrives counts as delivered; its lost packets are in
     ``packets_dropped``. ``bytes_on_air`` are those of packets that the rules let through to
     somebody, with headers; ``tx_bytes`` and ``rx_bytes`` are by host. ``refused_bytes`` were sent
-    by nobody: the model refused them (``ports.NetworkModel.refuses``). ``copies`` that rules made
-    of delivered frames are an account apart, but for ``rx_bytes``.
+    by nobody: the model refused them (``ports.Refuses``). ``copies`` that rules made of delivered
+    frames are counted apart, but for ``rx_bytes``.
     """
 
     __slots__ = ("intended", "delivered", "dropped", "packets_intended", "packets_delivered",
@@ -36,12 +36,12 @@ class Account:
         return sum(self.tx_bytes) - self.barred_bytes
 
     def count_drops(self, reason: str, frames: int, packets: int) -> None:
-        """So many ``frames`` and ``packets`` do not arrive."""
+        """``frames`` and ``packets`` do not arrive, for ``reason``."""
         if frames:
             self.dropped[reason] = self.dropped.get(reason, 0) + frames
         self.packets_dropped[reason] = self.packets_dropped.get(reason, 0) + packets
 
     def count_refused(self, source: int, size_bytes: int) -> None:
-        """So many bytes of what ``source`` wanted to send were refused."""
+        """The model refused ``size_bytes`` of ``source``."""
         self.refused_bytes += size_bytes
         self.tx_bytes[source] -= size_bytes

@@ -1,7 +1,7 @@
-"""The account of one broadcast frame: at whom of its receivers it is settled already.
+"""The account of one broadcast frame: the receivers at which it is settled already.
 
-It costs nothing for those whom no settlement names, most of a large fleet: they are counted when
-the rest is settled at once, and looked for only by who asks.
+Receivers that no settlement names, most of a large fleet, cost nothing: they are counted when the
+rest is settled at once, and listed only on demand.
 """
 
 from __future__ import annotations
@@ -9,17 +9,18 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
-from desim.network.gate import PLAIN, Terms
+from desim.network.carrier import BroadcastCarrier
+from desim.network.terms import PLAIN, Claim, Terms
 from desim.ports import Frame
 
 
 class Broadcast:
-    """``carrier`` and ``token`` are its sender's; ``terms`` by receiver are those of the rules and
-    of the packets lost so far (None: plain ones). It is not settled yet at ``left`` receivers."""
+    """A frame that is not settled yet at ``left`` receivers. ``carrier`` and ``token`` are its
+    sender's; ``terms`` are by receiver (None: plain ones)."""
 
     __slots__ = ("carrier", "token", "frame", "terms", "left", "_settled")
 
-    def __init__(self, carrier: Any, token: Any, frame: Frame,
+    def __init__(self, carrier: BroadcastCarrier[Any], token: object, frame: Frame,
                  terms: dict[int, Terms] | None) -> None:
         self.carrier = carrier
         self.token = token
@@ -42,14 +43,14 @@ class Broadcast:
         self.left -= count
         return tuple(receivers)
 
-    def claim(self, receiver: int) -> tuple[Any, Any, int, int, int, Terms]:
-        """A medium's ``Claim`` of one receiver."""
+    def claim(self, receiver: int) -> Claim:
+        """The claim of one receiver."""
         terms = PLAIN if self.terms is None else self.terms[receiver]
         frame = self.frame
         return self.carrier, self.token, receiver, frame.size_bytes, frame.segments, terms
 
     def lacking(self, receivers: Collection[int]) -> int:
-        """How many packets are lost at ``receivers``, taken together."""
+        """The number of packets that are lost at ``receivers``, taken together."""
         return 0 if self.terms is None else sum(len(self.terms[receiver].lost)
                                                 for receiver in receivers)
 
@@ -66,7 +67,7 @@ class Broadcast:
 
 
 class Rest:
-    """The receivers whom no settlement of a broadcast has named."""
+    """The receivers that no settlement of a broadcast has named."""
 
     __slots__ = ("_receivers", "_others")
 

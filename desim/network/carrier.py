@@ -1,42 +1,44 @@
-"""Who sends frames over a medium, and hears what became of them."""
+"""The sender of frames, which hears of their fates."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, TypeVar, runtime_checkable
 
 if TYPE_CHECKING:
     from desim.network.medium import Medium
 
+T_contra = TypeVar("T_contra", contravariant=True)
+
 
 @runtime_checkable
-class Carrier(Protocol):
-    """The sender of unicast frames. ``token`` is whatever it gave along with the frame. It hears
-    once of each frame, and of copies besides.
+class Carrier(Protocol[T_contra]):
+    """The sender of unicast frames. It gives a ``token`` along with each frame, and gets it back
+    with the frame's fate, once, and with each copy.
 
     To the queues of interfaces its frames to one receiver are one flow, as those of a connection
-    are. Carriers that send by the same socket say so: they have an equal ``socket``.
+    are. Carriers that send by the same socket have an equal attribute ``socket``.
     """
 
-    def arrived(self, token: Any, receiver: int) -> None:
+    def arrived(self, token: T_contra, receiver: int) -> object:
         """All of the frame is at ``receiver``."""
 
-    def arrived_in_part(self, token: Any, receiver: int, lost: dict[int, str]) -> None:
+    def arrived_in_part(self, token: T_contra, receiver: int, lost: dict[int, str]) -> object:
         """The train is at ``receiver`` without the packets ``lost``: number from 0 to reason, at
         least one of them and never all."""
 
-    def lost(self, token: Any, receiver: int, reason: str) -> None:
+    def lost(self, token: T_contra, receiver: int, reason: str) -> object:
         """Nothing of the frame arrives at ``receiver``."""
 
-    def repeated(self, token: Any, receiver: int) -> None:
+    def repeated(self, token: T_contra, receiver: int) -> object:
         """A copy of a frame that has arrived whole, where a rule makes copies."""
 
 
 @runtime_checkable
-class BroadcastCarrier(Carrier, Protocol):
+class BroadcastCarrier(Carrier[T_contra], Protocol[T_contra]):
     """The sender of broadcast frames."""
 
-    def missed(self, token: Any, receivers: Collection[int], reason: str,
-               medium: Medium) -> None:
-        """One fate of several receivers of a broadcast frame. They are best counted: who they are
-        may have to be found out."""
+    def missed(self, token: T_contra, receivers: Collection[int], reason: str,
+               medium: Medium) -> object:
+        """One fate of several receivers of a broadcast frame. They are best counted: to list them
+        may take a search."""

@@ -1,63 +1,73 @@
-"""What the rules in front of a medium say of a frame, receiver by receiver."""
+"""The rules in front of a medium."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import TypeVar
 
 from desim.errors import ModelError, class_of
+from desim.network.account import Account
 from desim.network.answers import check_packets, checked_delay, undeclared
 from desim.network.carrier import Carrier
-from desim.ports import Deliver, Drop, Duplicate, Frame, Pass, Rule, packet_sizes
+from desim.network.terms import PLAIN, Terms
+from desim.ports import (
+    PASS,
+    Deliver,
+    Drop,
+    Duplicate,
+    Frame,
+    JudgesTransmissions,
+    NetworkModel,
+    Pass,
+    Retransmits,
+    Rule,
+    Verdict,
+)
 
-
-class Terms(NamedTuple):
-    """The terms on which a frame goes to one receiver.
-
-    Rules add ``delay_ns`` to the model's delay, and copies that follow the frame ``copies_ns``
-    later. The packets ``lost`` (number to reason) do not arrive; those ``barred`` were lost in
-    front of the model, which was given a train without them.
-    """
-
-    delay_ns: int
-    copies_ns: tuple[int, ...]
-    lost: Mapping[int, str]
-    barred: tuple[int, ...]
-
-    def losing(self, packets: Iterable[int], reason: str) -> Terms:
-        """The same terms without ``packets``. What was lost before keeps its reason."""
-        return self._replace(lost=dict.fromkeys(packets, reason) | self.lost)
-
-    def within(self, frame: Frame) -> tuple[Terms, Frame]:
-        """The terms and the train that the model is given: ``frame`` without what is lost."""
-        sizes = packet_sizes(frame.size_bytes, frame.segments)
-        return (self._replace(barred=tuple(sorted(self.lost))),
-                frame._replace(size_bytes=frame.size_bytes - sum(sizes[n] for n in self.lost),
-                               segments=frame.segments - len(self.lost)))
-
-    def numbers(self, packets: Iterable[int], segments: int) -> list[int]:
-        """The numbers in the whole train of ``segments`` of ``packets``, which the model counts
-        without those barred."""
-        if not self.barred:
-            return list(packets)
-        given = [number for number in range(segments) if number not in self.barred]
-        return [given[number] for number in packets]
-
-
-PLAIN = Terms(0, (), {}, ())  # where no rule has anything to say and no packet is lost
+T = TypeVar("T")
 
 
 class Gate:
-    """Carries out what rules say. ``count(reason, frames, packets)`` keeps the account of what they
-    drop."""
+    """Asks rules about frames and carries out their verdicts; ``account`` counts what they drop.
 
-    def __init__(self, count: Callable[[str, int, int], None]) -> None:
-        self._count = count
+    Where ``model`` repeats what is lost, it asks those rules that are ``per_transmission`` itself,
+    by ``judge_transmission`` (None: there are none), and may drop for their ``reasons``. It is not
+    ``open`` if there are others.
+    """
 
-    def obey(self, rule: Rule, verdicts: list[Any], frame: Frame, receivers: tuple[int, ...],
-             terms: dict[int, Terms] | None, carrier: Carrier, token: Any) -> dict[int, Terms]:
-        """``terms`` of ``receivers`` as ``rule`` changes them, without the receivers at whom it
-        drops the frame. Raises ``ModelError`` for what is no verdict."""
+    __slots__ = ("_account", "_judges", "_repeated", "judge_transmission", "reasons", "open")
+
+    def __init__(self, rules: Sequence[Rule], model: NetworkModel, account: Account) -> None:
+        self._account = account
+        repeats = isinstance(model, Retransmits) and model.judges_transmissions
+        self._repeated = [rule for rule in rules if repeats and isinstance(
+            rule, JudgesTransmissions) and rule.per_transmission]
+        self._judges = [(rule, rule.judge) for rule in rules if rule not in self._repeated]
+        self.judge_transmission = self._judge_transmission if self._repeated else None
+        self.reasons = {reason for rule in self._repeated for reason in rule.reasons}
+        self.open = not self._judges
+
+    def admit(self, frame: Frame, carrier: Carrier[T], token: T
+              ) -> tuple[Frame, dict[int, Terms] | None]:
+        """The frame for those receivers that the rules leave, and their terms; None: no rule has
+        anything to say. No terms, the frame as it was: no receiver is left. Raises ``ModelError``
+        for what is no verdict."""
+        terms = None
+        for rule, judge in self._judges:
+            verdicts = judge(frame, frame.receivers)
+            if verdicts is None:
+                continue
+            terms = self._obey(rule, verdicts, frame, terms, carrier, token)
+            if not terms:
+                break
+            if len(terms) < len(frame.receivers):
+                frame = frame._replace(receivers=tuple(terms))
+        return frame, terms
+
+    def _obey(self, rule: Rule, verdicts: Sequence[Verdict], frame: Frame,
+              terms: dict[int, Terms] | None, carrier: Carrier[T], token: T) -> dict[int, Terms]:
+        """``terms`` as ``rule`` changes them, without the receivers at which it drops the frame."""
+        receivers = frame.receivers
         if terms is None:
             terms = dict.fromkeys(receivers, PLAIN)
         if not isinstance(verdicts, Sequence):
@@ -94,8 +104,21 @@ class Gate:
             check_packets(rule, verdict.packets, frame.segments)
             terms[receiver] = after = before.losing(verdict.packets, verdict.reason)
             if len(after.lost) < frame.segments:
-                self._count(verdict.reason, 0, len(after.lost) - len(before.lost))
+                self._account.count_drops(verdict.reason, 0, len(after.lost) - len(before.lost))
                 return False
         del terms[receiver]
-        self._count(verdict.reason, 1, lost)
+        self._account.count_drops(verdict.reason, 1, lost)
         return True
+
+    def _judge_transmission(self, frame: Frame, receiver: int) -> Drop | None:
+        """See ``ports.Context``. Raises ``ModelError`` for other verdicts."""
+        for rule in self._repeated:
+            (verdict,) = rule.judge(frame, (receiver,)) or (PASS,)
+            if type(verdict) is Drop:
+                if verdict.reason not in rule.reasons:
+                    raise undeclared(rule, verdict.reason)
+                return Drop(verdict.reason)
+            if type(verdict) is not Pass:
+                raise ModelError(f"{class_of(rule)} gave {verdict!r} of a transmission; wanted: "
+                                 "Drop or Pass")
+        return None

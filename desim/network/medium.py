@@ -1,15 +1,14 @@
 """One medium: it asks its rules about each frame, hands it to its network model, and keeps the
-account of what became of it at each intended receiver.
+account of its fate at each intended receiver.
 
 It needs a ``Kernel`` and names, not a ``Graph``: a plain SimPy program can send over it, too.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Hashable, Sequence
 from operator import attrgetter
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
@@ -18,17 +17,28 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import KernelError, ModelError, below, class_of
 from desim.network.account import Account
-from desim.network.answers import arrival_of, check_packets, reach_m_of, undeclared
+from desim.network.answers import arrival_of, check_packets, undeclared
 from desim.network.broadcast import Broadcast
 from desim.network.carrier import Carrier
-from desim.network.gate import PLAIN, Gate, Terms
-from desim.network.place import Nowhere, Place
-from desim.network.rule_context import RuleContext
-from desim.network.transmissions import Transmissions
-from desim.ports import Deliver, Drop, Frame, NetworkModel, Obstacles, Rule, packet_sizes
+from desim.network.gate import Gate
+from desim.network.place import Nowhere, Surroundings
+from desim.network.reachability import Reachability
+from desim.network.rule_context import MediumView
+from desim.network.terms import PLAIN, Claim, Terms
+from desim.ports import (
+    CountsControl,
+    Deliver,
+    Drop,
+    FollowsHosts,
+    Frame,
+    NetworkModel,
+    Obstacles,
+    Refuses,
+    Rule,
+    packet_sizes,
+)
 
-# Of a frame at one receiver: carrier, token, receiver, bytes and packets of all of it, terms.
-Claim = tuple[Carrier, Any, int, int, int, Terms]
+T = TypeVar("T")
 
 _NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER  # cheaper than to look them up each time
 _new = tuple.__new__  # a Frame at half the price
@@ -39,17 +49,18 @@ class Medium(Account):
 
     ``hosts`` are all host names in index order, ``attached`` the indices of those that have an
     interface to it. The account is that of its frames and packets (``Account``).
+
+    A frame is open until its model has settled it, then on its way until it is delivered.
     """
 
     __slots__ = ("name", "id", "model", "rules", "up", "attached", "frames", "_refuses", "_kernel",
                  "_after", "_send", "_streams", "_place", "positions", "_ids", "_sources",
-                 "_arrives", "_open", "_broadcasts", "_awaited", "_flying", "_reasons", "_switched",
-                 "_reach_m", "_separators", "_judges", "judge_transmission", "shared", "_gate",
-                 "_sending", "_sent", "_posting")
+                 "_arrives", "_open", "_broadcasts", "_awaited", "_flying", "_reasons", "_hosts",
+                 "_control", "_reachability", "judge_transmission", "shared", "_admit", "_passes")
 
     def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
                  kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
-                 place: Place | None = None) -> None:
+                 place: Surroundings | None = None) -> None:
         super().__init__(len(hosts))
         self.name = name
         self.id = names.id(f"medium/{name}")
@@ -66,35 +77,29 @@ class Medium(Account):
         self.positions = self._place.positions
         self._ids = [names.id(host) for host in hosts]
         self._sources = [id_ << 32 for id_ in self._ids]  # in the entity of a delivery
-        self._open: dict[tuple[int, int], Claim] = {}  # unicast ones, by frame and receiver
-        self._broadcasts: dict[int, Broadcast] = {}  # by frame
+        self._open: dict[int, Claim] = {}  # unicast ones, by frame
+        self._broadcasts: dict[int, Broadcast] = {}  # open ones, by frame
         self._awaited = 0  # settlements of those
         self._flying = 0
-        self._sending = 0  # the unicast frame that the model is being given, not settled yet
-        self._sent: Claim
-        self._posting = 0  # the frame that is to be posted
-        self._reasons = frozenset(model.reasons)
-        self._refuses = frozenset(getattr(model, "refuses", ()))
-        self._switched = getattr(model, "switched", None)
-        parts = (model, *self.rules)
-        self._reach_m = min(reach_m_of(part) for part in parts)
-        self._separators = [part.separates for part in parts if hasattr(part, "separates")]
+        self._refuses = frozenset(model.refuses if isinstance(model, Refuses) else ())
+        self._hosts = model if isinstance(model, FollowsHosts) else None
+        self._control = model if isinstance(model, CountsControl) else None
+        self._reachability = Reachability((model, *self.rules), self._place)
         for number, rule in enumerate(self.rules):
             with below(f".rules.{number}"):
-                rule.start(RuleContext(self, f"rule {number}"), tuple(hosts))
-        transmissions = Transmissions(model, self.rules)
-        self.judge_transmission = transmissions.ask
-        self._reasons |= transmissions.reasons
-        self._judges = [(rule, rule.judge) for rule in transmissions.others]
-        self._gate = Gate(self.count_drops)
+                rule.start(MediumView(self, f"rule {number}"), tuple(hosts))
+        gate = Gate(self.rules, model, self)
+        self._admit, self._passes = gate.admit, gate.open
+        self.judge_transmission = gate.judge_transmission
+        self._reasons = gate.reasons.union(model.reasons)
         model.start(self, tuple(hosts))
 
     @property
     def control_bytes(self) -> int:
-        """Sent by the model's own protocols, beside the others."""
-        return self.model.control()[1] if hasattr(self.model, "control") else 0
+        """The bytes that the model's own protocols have sent, beside the others."""
+        return 0 if self._control is None else self._control.control()[1]
 
-    # What models may know and do: ports.Context.
+    # What models may know and do: see ports.Context.
 
     now_ns = property(attrgetter("_kernel.now_ns"))
 
@@ -102,7 +107,7 @@ class Medium(Account):
     def obstacles(self) -> Obstacles:
         return self._place.obstacles
 
-    def at(self, time_ns: int, fn: Callable[[Any], Any], arg: Any = None) -> Call:
+    def at(self, time_ns: int, fn: Callable[[T], object], arg: T | None = None) -> Call:
         return self._after(time_ns - self._kernel.now_ns, _NETWORK, self.id, fn, arg)
 
     def stream(self, *name: str | int) -> np.random.Generator:
@@ -110,9 +115,11 @@ class Medium(Account):
 
     def settle(self, frame: Frame, receiver: int, verdict: Deliver | Drop) -> None:
         if type(verdict) is Drop and verdict.packets is not None \
-                and self._leaves(frame, receiver, verdict):
+                and self._leaves(frame, receiver, verdict, verdict.packets):
             return
-        claim = self._claimed(frame, receiver)
+        claim = self._open.pop(frame.id, None)
+        if claim is None or claim[2] != receiver:
+            claim = self._settled(frame, (receiver,))[0].claim(receiver)
         if type(verdict) is Deliver:
             self._flying += 1
             if claim[5] is PLAIN:
@@ -121,9 +128,9 @@ class Medium(Account):
             else:
                 self._fly_on_terms(frame, claim, verdict.delay_ns)
         else:
-            self._dropped(frame, (receiver,), self._declared(verdict),
-                          claim[4] - len(claim[5].lost))
-            claim[0].lost(claim[1], receiver, verdict.reason)
+            reason = self._declared(verdict)
+            self._dropped(frame, (receiver,), reason, claim[4] - len(claim[5].lost))
+            claim[0].lost(claim[1], receiver, reason)
 
     def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
                     verdict: Deliver | Drop) -> None:
@@ -131,55 +138,48 @@ class Medium(Account):
             for receiver in frame.receivers if receivers is None else receivers:
                 self.settle(frame, receiver, verdict)
             return
-        reason = None if type(verdict) is Deliver else self._declared(verdict)
-        broadcast, receivers = self._settled(frame, receivers)
-        if not receivers:
+        reason = "" if type(verdict) is Deliver else self._declared(verdict)
+        if not receivers and frame.id not in self._broadcasts:
+            return  # nobody is left
+        broadcast, settled = self._settled(frame, receivers)
+        if not settled:
             return
-        if reason is None:
-            self._fly(frame, broadcast, receivers, verdict.delay_ns)
+        if type(verdict) is Deliver:
+            self._fly(frame, broadcast, settled, verdict.delay_ns)
         else:
-            self._dropped(frame, receivers, reason,
-                          len(receivers) * frame.segments - broadcast.lacking(receivers))
-            broadcast.carrier.missed(broadcast.token, receivers, reason, self)
+            self._dropped(frame, settled, reason,
+                          len(settled) * frame.segments - broadcast.lacking(settled))
+            broadcast.carrier.missed(broadcast.token, settled, reason, self)
 
     def flow(self, frame: Frame) -> Hashable:
-        number = frame.id
-        carrier = self._broadcasts[number].carrier if frame.broadcast else (
-            self._sent if self._sending == number else self._open[number, frame.receivers[0]])[0]
+        carrier = (self._broadcasts[frame.id].carrier if frame.broadcast
+                   else self._open[frame.id][0])
         return getattr(carrier, "socket", carrier), frame.source, frame.receivers
 
-    # What transports do.
+    # For those who send.
 
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
-                 broadcast: bool, carrier: Carrier, token: Any) -> int | None:
+                 broadcast: bool, carrier: Carrier[T], token: T, at_once: bool = False
+                 ) -> int | None:
         """Take a frame for ``receivers`` (ascending); ``carrier`` hears of its fate at each, with
-        ``token``. Returns when (ns) it will be there, if there is one receiver, no rule has touched
-        it and the model says so right away."""
+        ``token``. A broadcast's is a ``BroadcastCarrier``. Returns when (ns) the frame will be
+        there, if there is one receiver, no rule has touched it and the model says so right away.
+
+        ``at_once``: then count it as delivered, and do not notify the carrier; see ``post``."""
         self.frames = number = self.frames + 1
         count = len(receivers)
         self.intended += count
         self.packets_intended += count * segments
         self.tx_bytes[source] += size_bytes
         frame = _new(Frame, (number, source, receivers, size_bytes, segments, broadcast))
-        terms: dict[int, Terms] | None = None  # of those that are left, as soon as a rule speaks
-        for rule, judge in self._judges:
-            verdicts = judge(frame, receivers)
-            if verdicts is not None:
-                terms = self._gate.obey(rule, verdicts, frame, receivers, terms, carrier, token)
-                if not terms:
-                    self.barred_bytes += size_bytes
-                    return None
-                if len(terms) < len(receivers):
-                    receivers = tuple(terms)
-                    frame = frame._replace(receivers=receivers)
+        terms: dict[int, Terms] | None = None
+        if not self._passes:
+            frame, terms = self._admit(frame, carrier, token)
+            if terms is not None and not terms:
+                self.barred_bytes += size_bytes
+                return None
         if broadcast:
-            self._broadcasts[number] = Broadcast(carrier, token, frame, terms)
-            self._awaited += len(receivers)
-            delay_ns = self._send(frame)
-            if delay_ns is not None:
-                if number not in self._broadcasts:
-                    raise self._unexpected(frame, receivers)
-                self.settle_many(frame, None, Deliver(arrival_of(self.model, delay_ns)))
+            self._broadcast(frame, carrier, token, terms)
             return None
         (receiver,) = receivers
         own = PLAIN
@@ -188,100 +188,77 @@ class Medium(Account):
             if own.lost:
                 own, frame = own.within(frame)
                 self.barred_bytes += size_bytes - frame.size_bytes
-        if self._sending:  # the model drops another frame meanwhile, and its carrier sends this one
-            self._keep()
-        self._sending = number
-        self._sent = claim = (carrier, token, receiver, size_bytes, segments, own)
+        self._open[number] = carrier, token, receiver, size_bytes, segments, own
         delay_ns = self._send(frame)
         if delay_ns is None:
-            if self._sending == number:
-                self._keep()
             return None
-        if self._sending != number:
-            claim = self._claimed(frame, receiver)
-        self._sending = 0
+        claim = self._open.pop(number, None)
+        if claim is None:
+            raise self._unexpected(frame, receiver)
         if claim[5] is not PLAIN:
             self._flying += 1
             self._fly_on_terms(frame, claim, arrival_of(self.model, delay_ns))
             return None
-        if number == self._posting and self.up[receiver]:
+        if at_once and self.up[receiver]:
             arrival_of(self.model, delay_ns)
-            self._posting = 0
             self.delivered += 1
             self.packets_delivered += segments
             self.rx_bytes[receiver] += size_bytes
-        else:
-            self._flying += 1
-            after = self._after
-            try:
-                after(delay_ns, _DELIVER, self._sources[source] | self._ids[receiver],
-                      self._arrives, claim)
-            except KernelError:
-                arrival_of(self.model, delay_ns)
-                raise
-        return self._kernel.now_ns + delay_ns
+            return self._kernel.now_ns + delay_ns
+        self._flying += 1
+        after = self._after
+        try:
+            after(delay_ns, _DELIVER, self._sources[source] | self._ids[receiver], self._arrives,
+                  claim)
+        except KernelError:
+            arrival_of(self.model, delay_ns)
+            raise
+        return None if at_once else self._kernel.now_ns + delay_ns
 
-    def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: Carrier,
-             token: Any) -> int | None:
-        """Like ``transmit`` of one packet to one host, but if the model says right away when it
-        will be there and no rule has touched it, say so (ns), and tell the carrier nothing; else
-        None. For what nobody may ever look at, such as an acknowledgement: it costs no event. It
-        counts as delivered at once, even if its receiver should stop while it is on its way."""
-        self._posting = self.frames + 1
-        due_ns = self.transmit(source, receivers, size_bytes, 1, False, carrier, token)
-        posted = not self._posting
-        self._posting = 0
-        return due_ns if posted else None
+    def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: Carrier[T],
+             token: T) -> int | None:
+        """Transmit one packet to one host without an event, if the model says right away when (ns)
+        it will be there and no rule has touched it. Returns that time; the carrier hears nothing
+        then. None: the carrier will hear of its fate.
+
+        It is for frames that nobody may ever look at, such as acknowledgements. Such a frame counts
+        as delivered at once, even if its receiver should stop while it is on its way."""
+        return self.transmit(source, receivers, size_bytes, 1, False, carrier, token, True)
+
+    # For those who watch.
 
     def switched(self, host: int, up: bool) -> None:
-        """A host has started or stopped: for a model that wants to know."""
-        if self._switched is not None:
-            self._switched(host, up)
+        """Notify the model that a host has started or stopped, if it follows that."""
+        if self._hosts is not None:
+            self._hosts.switched(host, up)
 
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
         """[k, k] bool: between which of ``hosts`` [k] (indices) frames can get now, as far as the
-        model and the rules say (``reach_m`` and ``separates``); None: between all."""
-        links = None
-        if self._reach_m < math.inf:
-            places = self.positions(self._kernel.now_ns)[hosts]
-            apart = places[:, None, :] - places[None, :, :]
-            links = ~((apart ** 2).sum(axis=2) > self._reach_m ** 2)  # True for NaN
-        for separates in self._separators:
-            together = np.array([[not separates(a, b) for b in hosts.tolist()]
-                                 for a in hosts.tolist()], bool)
-            links = together if links is None else links & together
-        return links
+        model and the rules say (``ports.LimitsReach``, ``ports.Separates``); None: all."""
+        return self._reachability.links(hosts, self._kernel.now_ns)
 
     def in_flight(self) -> int:
         """Frames, per receiver, that are not settled yet or on their way."""
-        return len(self._open) + (self._sending > 0) + self._awaited + self._flying
+        return len(self._open) + self._awaited + self._flying
 
-    def _keep(self) -> None:
-        """What is being sent is settled later."""
-        self._open[self._sending, self._sent[2]] = self._sent
-        self._sending = 0
-
-    def _claimed(self, frame: Frame, receiver: int) -> Claim:
-        if frame.id == self._sending and receiver == self._sent[2]:
-            self._sending = 0
-            return self._sent
-        try:
-            return self._open.pop((frame.id, receiver))
-        except KeyError:
-            return self._claim(frame, receiver)
-
-    def _claim(self, frame: Frame, receiver: int) -> Claim:
-        """Of one receiver of a broadcast, at whom it is settled now."""
-        return self._settled(frame, (receiver,))[0].claim(receiver)
+    def _broadcast(self, frame: Frame, carrier: Carrier[T], token: T,
+                   terms: dict[int, Terms] | None) -> None:
+        """Hand a broadcast to the model."""
+        self._broadcasts[frame.id] = Broadcast(
+            carrier, token, frame, terms)  # type: ignore[arg-type] # a BroadcastCarrier
+        self._awaited += len(frame.receivers)
+        delay_ns = self._send(frame)
+        if delay_ns is not None:
+            if frame.id not in self._broadcasts:
+                raise self._unexpected(frame, frame.receivers)
+            self.settle_many(frame, None, Deliver(arrival_of(self.model, delay_ns)))
 
     def _settled(self, frame: Frame, receivers: Sequence[int] | None
-                 ) -> tuple[Broadcast | None, Collection[int]]:
-        """A broadcast, and the receivers at whom it is settled now."""
-        broadcast = self._broadcasts.get(frame.id)
-        if broadcast is None and not receivers:
-            return None, ()
+                 ) -> tuple[Broadcast, Collection[int]]:
+        """A broadcast, and the receivers at which it is settled now."""
         try:
-            settled = self._broadcasts[frame.id].settle(receivers)
+            broadcast = self._broadcasts[frame.id]
+            settled = broadcast.settle(receivers)
         except KeyError:
             raise self._unexpected(frame, receivers) from None
         self._awaited -= len(settled)
@@ -306,7 +283,7 @@ class Medium(Account):
                   (carrier, token, receiver, size_bytes, segments, PLAIN))
 
     def _fly_on_terms(self, frame: Frame, claim: Claim, delay_ns: int) -> None:
-        """What rules may have delayed or copied is on its way to one receiver."""
+        """A frame that rules may have delayed or copied is on its way to one receiver."""
         if delay_ns < 0:
             raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
         rules_ns, copies_ns, lost, _ = claim[5]
@@ -317,6 +294,7 @@ class Medium(Account):
             self._after(delay_ns + rules_ns, _DELIVER, entity, self._arrives, claim)
 
     def _deliver(self, claim: Claim) -> None:
+        """A frame is at one receiver."""
         carrier, token, receiver, size_bytes, segments, terms = claim
         self._flying -= 1
         if not self.up[receiver]:
@@ -332,6 +310,7 @@ class Medium(Account):
         carrier.arrived(token, receiver)
 
     def _deliver_in_part(self, claim: Claim) -> None:
+        """Some packets of a train are at one receiver."""
         carrier, token, receiver, size_bytes, segments, terms = claim
         sizes = packet_sizes(size_bytes, segments)
         self.packets_delivered += segments - len(terms.lost)
@@ -339,7 +318,7 @@ class Medium(Account):
         carrier.arrived_in_part(token, receiver, dict(sorted(terms.lost.items())))
 
     def _deliver_often(self, arrival: tuple[int, Claim]) -> None:
-        """A frame that has copies: they come after it, if it comes."""
+        """A frame that has copies is at one receiver. They come after it, if it comes."""
         entity, claim = arrival
         if self.up[claim[2]]:
             for after_ns in claim[5].copies_ns:
@@ -347,54 +326,55 @@ class Medium(Account):
         self._deliver(claim)
 
     def _repeat(self, claim: Claim) -> None:
+        """A copy is at one receiver."""
         carrier, token, receiver, size_bytes, *_ = claim
         if self.up[receiver]:
             self.copies += 1
             self.rx_bytes[receiver] += size_bytes
             carrier.repeated(token, receiver)
 
-    def _unexpected(self, frame: Frame, receiver: int | Sequence[int]) -> ModelError:
-        return ModelError(f"{self._model()} settled {frame} at receiver {receiver}, which is "
-                          "settled already or was never intended")
+    def _leaves(self, frame: Frame, receiver: int, verdict: Drop, packets: tuple[int, ...]) -> bool:
+        """Take out the ``packets`` that the model has lost at one receiver. Returns whether any are
+        left; if not, the frame is dropped."""
+        reason = self._declared(verdict)
+        check_packets(self.model, packets, frame.segments)
+        claim = self._open.get(frame.id)
+        broadcast = self._broadcasts.get(frame.id)
+        if broadcast is not None and broadcast.awaits(receiver):
+            claim = broadcast.claim(receiver)
+        if claim is None or claim[2] != receiver:
+            raise self._unexpected(frame, receiver)
+        *_, segments, before = claim
+        after = before.losing(before.numbers(packets, segments), reason)
+        if len(after.lost) == segments:
+            return False
+        self.count_drops(reason, 0, len(after.lost) - len(before.lost))
+        if reason in self._refuses and frame.receivers[0] == receiver:  # once a frame
+            sizes = packet_sizes(frame.size_bytes, frame.segments)
+            self.count_refused(frame.source, sum(sizes[number] for number in packets))
+        if broadcast is None:
+            self._open[frame.id] = (*claim[:5], after)
+        else:
+            broadcast.lose(receiver, after)
+        return True
 
-    def _declared(self, verdict: Any) -> str:
+    def _dropped(self, frame: Frame, receivers: Collection[int], reason: str, packets: int) -> None:
+        """Account for the drop of a frame by the model."""
+        self.count_drops(reason, len(receivers), packets)
+        if reason in self._refuses and frame.receivers[0] in receivers:  # once a frame
+            self.count_refused(frame.source, frame.size_bytes)
+
+    def _declared(self, verdict: object) -> str:
+        """The reason of a drop. Raises ``ModelError`` for anything else."""
         if type(verdict) is not Drop:
             raise ModelError(f"{self._model()} settled with {verdict!r}; Deliver or Drop is wanted")
         if verdict.reason not in self._reasons:
             raise undeclared(self.model, verdict.reason)
         return verdict.reason
 
-    def _leaves(self, frame: Frame, receiver: int, verdict: Drop) -> bool:
-        """Take out the packets that the model has lost at one receiver. Returns whether any are
-        left; if not, the frame is dropped."""
-        reason = self._declared(verdict)
-        check_packets(self.model, verdict.packets, frame.segments)
-        if frame.id == self._sending and receiver == self._sent[2]:
-            self._keep()
-        claim = self._open.get((frame.id, receiver))
-        broadcast = None if claim else self._broadcasts.get(frame.id)
-        if broadcast is not None and broadcast.awaits(receiver):
-            claim = broadcast.claim(receiver)
-        if claim is None:
-            raise self._unexpected(frame, receiver)
-        *_, segments, before = claim
-        after = before.losing(before.numbers(verdict.packets, segments), reason)
-        if len(after.lost) == segments:
-            return False
-        self.count_drops(reason, 0, len(after.lost) - len(before.lost))
-        if reason in self._refuses and frame.receivers[0] == receiver:  # once a frame
-            sizes = packet_sizes(frame.size_bytes, frame.segments)
-            self.count_refused(frame.source, sum(sizes[number] for number in verdict.packets))
-        if broadcast is None:
-            self._open[frame.id, receiver] = (*claim[:5], after)
-        else:
-            broadcast.lose(receiver, after)
-        return True
-
-    def _dropped(self, frame: Frame, receivers: Collection[int], reason: str, packets: int) -> None:
-        self.count_drops(reason, len(receivers), packets)
-        if reason in self._refuses and frame.receivers[0] in receivers:  # once a frame
-            self.count_refused(frame.source, frame.size_bytes)
+    def _unexpected(self, frame: Frame, receiver: int | Sequence[int] | None) -> ModelError:
+        return ModelError(f"{self._model()} settled {frame} at receiver {receiver}, which is "
+                          "settled already or was never intended")
 
     def _model(self) -> str:
         return f"{class_of(self.model)} of medium {self.name!r}"

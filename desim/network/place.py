@@ -1,4 +1,4 @@
-"""Where the hosts of a medium are, and what stands between them."""
+"""The places of a medium's hosts, and what stands between them."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ import numpy as np
 from desim.ports import Obstacles
 
 
-class Place(Protocol):
-    """Where the hosts are, and what stands between them."""
+class Surroundings(Protocol):
+    """The places of hosts, and what stands between them."""
 
-    obstacles: Obstacles
+    @property
+    def obstacles(self) -> Obstacles:
+        """The obstacles at the present geometry epoch."""
 
-    def positions(self, time_ns: int) -> np.ndarray: ...
+    def positions(self, time_ns: int) -> np.ndarray:
+        """See ``ports.RuleContext``."""
 
 
 def _no_crossings(segments: np.ndarray, pairs: np.ndarray) -> np.ndarray:
@@ -22,7 +25,7 @@ def _no_crossings(segments: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 
 
 class Nowhere:
-    """The place of hosts that have none: positions are NaN, nothing is in the way."""
+    """Hosts without a place: positions are NaN, nothing is in the way."""
 
     def __init__(self, hosts: int) -> None:
         self._positions = np.full((hosts, 2), np.nan)
@@ -36,8 +39,8 @@ class Nowhere:
 
 
 class Still(Nowhere):
-    """The place of hosts that stay where they are, in the open: ``positions`` [hosts, 2] x, y in m
-    (NaN: it has none)."""
+    """Hosts that stay where they are, in the open: ``positions`` [hosts, 2] x, y in m (NaN: a host
+    without a place)."""
 
     def __init__(self, positions: np.ndarray) -> None:
         super().__init__(len(positions))

@@ -1,4 +1,4 @@
-"""What a rule sees of its medium."""
+"""A rule's view of its medium."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from desim.network.medium import Medium
 
 
-class RuleContext:
-    """What a rule may know: a ``ports.Context`` without the means to act."""
+class MediumView:
+    """The ``ports.RuleContext`` of the rule called ``name``."""
 
     __slots__ = ("_medium", "_name", "_kernel", "positions")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, final
 
 
 class Frame(NamedTuple):
@@ -47,10 +47,12 @@ def packet_sizes(size_bytes: int, segments: int) -> tuple[int, ...]:
     return (each + 1,) * longer + (each,) * (segments - longer)
 
 
+@final  # its type is asked by ``is``
 class Pass(NamedTuple):
     """From a rule: nothing changes for this receiver."""
 
 
+@final  # its type is asked by ``is``
 class Deliver(NamedTuple):
     """Delivered, ``delay_ns`` (int >= 0) from now. From a rule: so much later than by the network
     model alone; the delays of several rules add up."""
@@ -58,6 +60,7 @@ class Deliver(NamedTuple):
     delay_ns: int
 
 
+@final  # its type is asked by ``is``
 class Drop(NamedTuple):
     """Not delivered, for one of the reasons that the plug-in's class declares.
 
@@ -71,6 +74,7 @@ class Drop(NamedTuple):
     packets: tuple[int, ...] | None = None
 
 
+@final  # its type is asked by ``is``
 class Duplicate(NamedTuple):
     """From a rule: where all of the frame is delivered, a copy follows ``after_ns`` (int >= 0)
     later. A stream ignores it; a datagram's message arrives once more. Copies of several rules add

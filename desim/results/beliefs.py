@@ -199,12 +199,12 @@ def _views(hosts: list[str], beliefs: Beliefs) -> tuple[View, ...]:
 def _informed(run: Run) -> str:
     choice = run.scenario.middleware
     cls = plugins.load("middleware", choice.model)
-    informed = getattr(cls(choice.params), "informed", None)
-    if informed is None:
+    middleware = cls(choice.params)
+    if not isinstance(middleware, Informs):
         raise InputError(f"{run.path}: under middleware {choice.model!r} nobody believes anything: "
                          "everybody knows at once who is there; desim graph shows runs of a "
                          "middleware that has to find out (desim plugins lists them)")
-    return informed
+    return middleware.informed
 
 
 def _count(number: int, what: str) -> str:

@@ -14,7 +14,7 @@ from desim.engine.trace import Trace
 from desim.errors import below
 from desim.middleware.graph import Graph
 from desim.network.medium import Medium
-from desim.network.place import Place
+from desim.network.place import Surroundings
 from desim.ports import Obstacles, World
 from desim.scenario.schema.communication import PluginChoice
 from desim.scenario.schema.whole import Scenario
@@ -54,7 +54,7 @@ def _rows(indices: np.ndarray) -> slice | np.ndarray:
     return indices
 
 
-def wired(scenario: Scenario, place: Place, kernel: Kernel, trace: Trace, streams: Streams,
+def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace, streams: Streams,
           hosts: Sequence[str], **options: Any) -> Graph:
     """A graph of ``hosts`` that stand at ``place``, with the scenario's middleware and media;
     ``options`` are those of ``Graph``. Raises ``InputError`` that begins with the path of what does
