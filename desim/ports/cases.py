@@ -1,5 +1,5 @@
 """The contracts of ``desim net`` and ``desim validate``: networks without robots, and published
-numbers to compare them with. A case says what there is and who sends what; desim plays it."""
+numbers to compare them with. A case describes hosts and flows; desim plays it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Arrivals = Literal["saturated", "poisson", "periodic", "zero"]
 
 
 class Flow(NamedTuple):
-    """What one host says: frames of ``size_bytes`` with all headers, each a packet that carries
+    """The frames of one sender: of ``size_bytes`` with all headers, each a packet that carries
     ``payload_bytes``.
 
     There is one every ``every_ns``, on average (``poisson``) or exactly: from a random phase
@@ -40,9 +40,9 @@ class Flow(NamedTuple):
 
 
 class Setup(NamedTuple):
-    """A network without robots. ``places``: host to x, y in m (``NOWHERE``: it has none). What
-    becomes of frames in the first ``warm_up_ns`` is not counted. ``compared``: another network, of
-    whose goodput this one's is a share."""
+    """A network without robots. ``places``: host to x, y in m (``NOWHERE``: it has none). Fates of
+    frames in the first ``warm_up_ns`` are not counted. ``compared``: another network; this one's
+    goodput is given as a share of that one's."""
 
     model: NetworkModel
     places: Mapping[str, tuple[float, float]]
@@ -70,7 +70,8 @@ class Case(Protocol):
         line begins with a dot and the parameter, ``.rate: ...``."""
 
 
-# Plays a setup, ``play(setup, seed=1)``: the measures that ``desim net --json`` prints, by name.
+# Plays a setup, ``play(setup, seed=1)``: the measures that ``desim net --json`` prints, by name. A
+# measure is a number, or a table of numbers.
 Play = Callable[..., Mapping[str, Any]]
 
 
@@ -89,8 +90,7 @@ class Check(NamedTuple):
 
 
 class Validation(Protocol):
-    """A group of ``desim validate``. ``source`` says who published the numbers. Built without
-    arguments."""
+    """A group of ``desim validate``. Built without arguments."""
 
     @property
     def source(self) -> str:

@@ -14,6 +14,7 @@ from desim.errors import InputError, did_you_mean
 from desim.middleware.beliefs import STATES, Beliefs
 from desim.monitor.links import Pair, linked_at
 from desim.ports import natural_key
+from desim.ports.middleware import Informs
 from desim.results.run import Run
 from desim.results.traces import Rows, complete, spools, trace_of
 from desim.units import DURATION, NS_PER_S
