@@ -10,6 +10,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
+from glob import glob
 from pathlib import Path
 
 PROGRAMS = {"desim": [sys.executable, "-m", "desim.cli"], "python": [sys.executable]}
@@ -44,7 +45,8 @@ def commands(page: Path) -> Iterator[tuple[str, list[str]]]:
 
 def printed(command: str, folder: Path) -> str:
     """The output of a command of the page, run in ``folder``."""
-    words = [os.path.expandvars(word) for word in shlex.split(command, comments=True)]
+    words = [name for word in shlex.split(command)
+             for name in (sorted(glob(word, root_dir=folder)) if "*" in word else [word])]
     done = subprocess.run([*PROGRAMS.get(words[0], words[:1]), *words[1:]], cwd=folder, text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           env={**os.environ, "COLUMNS": "100", "TERM": "dumb"}, check=False)
