@@ -139,13 +139,13 @@ def graph(path: RunPath,
         at_ns = None if at is None else _instant(at)
         with compiling(as_json):
             from desim.commands.views import beliefs as report
-            from desim.results.beliefs import knowledge
+            from desim.results.beliefs import beliefs_at
             from desim.results.run import Run
         if to is not None:
             from desim.report.run_figure import check_ending
 
             check_ending(to)  # a run may have to be repeated before there is something to draw
-        known = knowledge(Run(path), at_ns)
+        known = beliefs_at(Run(path), at_ns)
         if topic is not None:
             known = known.of(topic)
         if to is not None:

@@ -133,7 +133,7 @@ class Reached:
 
 
 @dataclass(frozen=True)
-class Exploration:
+class ExplorationScore:
     """The result of equations 1 to 5 for one run."""
 
     explored_area_m2: float
@@ -146,7 +146,7 @@ class Exploration:
 
 
 def evaluate(ground: Ground, log_odds: np.ndarray, distances_m: list[float], collisions: int,
-             safety_scale: int) -> Exploration:
+             safety_scale: int) -> ExplorationScore:
     """Equations 1 to 5 of the paper for a map, int16 ``log_odds`` [height, width].
 
     cost = sum of d_i [m] (1) | efficiency = A / cost [m2/m] (2) | safety = 1 - sum of s_i / S (3) |
@@ -161,7 +161,7 @@ def evaluate(ground: Ground, log_odds: np.ndarray, distances_m: list[float], col
     reachable = int(ground.reachable.sum())
     cost_m = math.fsum(distances_m)
     area_m2 = known_cells * ground.cell_m2
-    return Exploration(
+    return ExplorationScore(
         explored_area_m2=area_m2,
         exploration_cost_m=cost_m,
         exploration_efficiency_m2_per_m=area_m2 / cost_m if cost_m > 0.0 else None,

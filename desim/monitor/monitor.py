@@ -16,7 +16,7 @@ import numpy as np
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.trace import Trace, bits
 from desim.middleware.graph import Graph
-from desim.monitor.awareness import Awareness
+from desim.monitor.belief_metrics import BeliefMetrics
 from desim.monitor.coverage import EXPLORED, Coverage, Ground, Reached, map_age_s
 from desim.monitor.links import Links
 from desim.monitor.overlap import Overlap
@@ -49,7 +49,7 @@ class Monitor:
         self.hosts = [graph.host(name) for name in robots]
         self.splits = Splits()
         self.overlap = Overlap(ground.grid, ground.reachable)
-        self.awareness = Awareness(graph, [host for host in self.hosts
+        self.belief_metrics = BeliefMetrics(graph, [host for host in self.hosts
                                            if host.name in self.beliefs], self._links)
         # Where nobody has to find anything out, nobody will ask.
         self.links = None if graph.context.beliefs is None else Links(graph)
@@ -197,7 +197,7 @@ class Monitor:
             values["recoveries"], bits(values["distance_m"]))
         self.samples.append({**values, "parts": self.splits.parts,
                              "map_age_s": map_age_s(self.beliefs, now_ns),
-                             **self.awareness.sample(), "cause": cause,
+                             **self.belief_metrics.sample(), "cause": cause,
                              "bytes": self.families.bytes()})
         self._judge(values)
 
@@ -226,7 +226,7 @@ class Monitor:
         if self.links is not None:
             self.links.look(now_ns)
         links = self._links()
-        self.awareness.each_second(links)
+        self.belief_metrics.each_second(links)
         if self.splits.look(now_ns, links):
             row(now_ns, self._kind["partition"], self._entity, self.splits.parts)
             self._happened("partition")

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from desim.monitor.coverage import Exploration, evaluate
+from desim.monitor.coverage import ExplorationScore, evaluate
 from desim.monitor.monitor import Monitor
 from desim.monitor.traffic import by_kind, totals
 from desim.monitor.utilisation import utilisation
@@ -64,7 +64,7 @@ def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
                         for medium in monitor.graph.media},
         "control_bytes": sum(medium.control_bytes for medium in monitor.graph.media),
         "partitions": monitor.splits.summary(),
-        **monitor.awareness.summary(monitor.samples),
+        **monitor.belief_metrics.summary(monitor.samples),
         **monitor.overlap.measures(monitor.beliefs),
         "map_age_s": _mean_map_age_s(monitor.samples),
         "traffic": by_kind(monitor.graph),
@@ -109,7 +109,7 @@ def _seconds(time_ns: int | None) -> float | None:
     return None if time_ns is None else time_ns / NS_PER_S
 
 
-def _exploration(monitor: Monitor, judged: str | None) -> Exploration:
+def _exploration(monitor: Monitor, judged: str | None) -> ExplorationScore:
     return evaluate(monitor.ground, known_map(monitor, judged), monitor.travelled_m().tolist(),
                     sum(monitor.collisions_of), monitor.safety_scale)
 

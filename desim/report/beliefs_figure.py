@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from desim.report.run_figure import save
-from desim.results.beliefs import Knowledge, View
+from desim.results.beliefs import BeliefSnapshot, PairBelief
 
 _NOBODY, _STOPPED = "#ffffff", "#d5d8dc"
 _SEES = {"online": "#b7dfb9", "offline": "#f6c177", "removed": "#b08bbb", "never": "#eceef1"}
@@ -29,29 +29,29 @@ _MARKS = {"known": ("o", "#2b2f36", "#2b2f36", "all matches known"),
 
 
 @rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 10})
-def draw(knowledge: Knowledge, path: Path) -> None:
+def draw(beliefs: BeliefSnapshot, path: Path) -> None:
     """Write the picture to ``path``; its ending says the format (png, pdf, svg)."""
-    save(drawn(knowledge), path)
+    save(drawn(beliefs), path)
 
 
-def drawn(knowledge: Knowledge) -> Figure:
+def drawn(beliefs: BeliefSnapshot) -> Figure:
     """The picture: two tables with a row a believer and a column a host. On the left the state that
     the believer assumes of the host, with a mark for the matches that it knows; on the right the
     truth."""
-    count = len(knowledge.up)
+    count = len(beliefs.up)
     side_inch = max(3.2, count * min(0.5, max(0.19, 4.5 / count)))
     figure = Figure(figsize=(2 * side_inch + 2.2, side_inch + 2.7), dpi=130, layout="constrained")
     size = 20.0 * min(1.0, side_inch / count / 0.4)
     believed, true = figure.subplots(1, 2)
-    _believed(believed, knowledge, size)
-    _true(true, knowledge, size)
-    figure.suptitle(knowledge.headline, fontsize=10)
+    _believed(believed, beliefs, size)
+    _true(true, beliefs, size)
+    figure.suptitle(beliefs.headline, fontsize=10)
     return figure
 
 
-def _believed(axes: Axes, knowledge: Knowledge, size: float) -> None:
-    _table(axes, knowledge, lambda view: _SEES.get(view.sees, _SEES["never"]), size)
-    _marks(axes, knowledge, size)
+def _believed(axes: Axes, beliefs: BeliefSnapshot, size: float) -> None:
+    _table(axes, beliefs, lambda view: _SEES.get(view.sees, _SEES["never"]), size)
+    _marks(axes, beliefs, size)
     axes.set(title="(a) What each host believes", ylabel="believer")
     _legend_below(axes, [
         *(Patch(facecolor=colour, edgecolor="grey", label=f"seen {state}" if state != "never"
@@ -62,16 +62,16 @@ def _believed(axes: Axes, knowledge: Knowledge, size: float) -> None:
         Patch(facecolor="none", edgecolor=_MISTAKEN, linewidth=1.5, label="not so in truth")])
 
 
-def _true(axes: Axes, knowledge: Knowledge, size: float) -> None:
-    place = {host: i for i, host in enumerate(knowledge.up)}
-    _table(axes, knowledge, lambda view: _REACHED[view.reached][0] if knowledge.up[view.other]
+def _true(axes: Axes, beliefs: BeliefSnapshot, size: float) -> None:
+    place = {host: i for i, host in enumerate(beliefs.up)}
+    _table(axes, beliefs, lambda view: _REACHED[view.reached][0] if beliefs.up[view.other]
            else _STOPPED, size)
-    for view in knowledge.views:
+    for view in beliefs.views:
         if view.known or view.missing:
             axes.scatter(place[view.other], place[view.believer], s=size, color="#2b2f36",
                          linewidth=0.8, zorder=3)
     axes.set_title("(b) The truth")
-    there = {view.reached: None for view in knowledge.views}
+    there = {view.reached: None for view in beliefs.views}
     _legend_below(axes, [
         *(Patch(facecolor=colour, edgecolor="grey", label=label)
           for reached, (colour, label) in _REACHED.items() if reached in there),
@@ -85,19 +85,20 @@ def _legend_below(axes: Axes, handles: list[Artist]) -> None:
                 frameon=False, fontsize=8.5)
 
 
-def _table(axes: Axes, knowledge: Knowledge, colour: Callable[[View], str], size: float) -> None:
-    hosts = list(knowledge.up)
+def _table(axes: Axes, beliefs: BeliefSnapshot, colour: Callable[[PairBelief], str],
+           size: float) -> None:
+    hosts = list(beliefs.up)
     place = {host: i for i, host in enumerate(hosts)}
     colours = [_NOBODY, _STOPPED]
     shown = np.zeros((len(hosts), len(hosts)), np.int64)
-    for view in knowledge.views:
-        own = colour(view) if knowledge.up[view.believer] else _STOPPED
+    for view in beliefs.views:
+        own = colour(view) if beliefs.up[view.believer] else _STOPPED
         if own not in colours:
             colours.append(own)
         shown[place[view.believer], place[view.other]] = colours.index(own)
     axes.imshow(shown, cmap=ListedColormap(colours), vmin=0, vmax=len(colours) - 1)
     ticks = range(len(hosts))
-    labels = [host if up else f"{host} (stopped)" for host, up in knowledge.up.items()]
+    labels = [host if up else f"{host} (stopped)" for host, up in beliefs.up.items()]
     axes.set_xticks(ticks, labels, rotation=90)
     axes.set_yticks(ticks, labels)
     axes.set_xticks(np.arange(len(hosts) + 1) - 0.5, minor=True)
@@ -109,9 +110,9 @@ def _table(axes: Axes, knowledge: Knowledge, colour: Callable[[View], str], size
         spine.set_visible(False)
 
 
-def _marks(axes: Axes, knowledge: Knowledge, size: float) -> None:
-    place = {host: i for i, host in enumerate(knowledge.up)}
-    for view in knowledge.views:
+def _marks(axes: Axes, beliefs: BeliefSnapshot, size: float) -> None:
+    place = {host: i for i, host in enumerate(beliefs.up)}
+    for view in beliefs.views:
         row, column = place[view.believer], place[view.other]
         kinds = ["missing" if view.missing else "known"] if view.known or view.missing else []
         kinds += ["ghosts"] if view.ghosts else []

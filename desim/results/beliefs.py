@@ -23,7 +23,7 @@ KINDS = ("host_started", "host_stopped", "advertises", "subscribes", "believes",
 _NAMED = 8  # topics in an error
 
 
-class View(NamedTuple):
+class PairBelief(NamedTuple):
     """What one host believes of another one: ``sees`` is online, offline, removed or never;
     the topics of matches that it knows, that it has not learnt of, and that there are not.
     ``reached`` is the truth: both are up and frames get from each to the other, as of the last look
@@ -44,14 +44,14 @@ class View(NamedTuple):
                 and (self.sees == "online") != self.reached)
 
 
-class Knowledge(NamedTuple):
+class BeliefSnapshot(NamedTuple):
     """``informed`` is the end of a match that has to learn of the other one. ``up`` is by host,
     and ``views`` has each ordered pair of hosts, believer by believer."""
 
     at_ns: int
     informed: str
     up: dict[str, bool]
-    views: tuple[View, ...]
+    views: tuple[PairBelief, ...]
 
     @property
     def known(self) -> int:
@@ -112,7 +112,7 @@ class Knowledge(NamedTuple):
                 f"divergence {self.divergence:.3f}\n"
                 f"{_count(sum(self.seen.values()), 'pair')} of hosts: {sights or 'none'}{reached}")
 
-    def of(self, topic: str) -> Knowledge:
+    def of(self, topic: str) -> BeliefSnapshot:
         """Of this topic only. Raises ``InputError`` where nobody has a match on it."""
         topics = sorted({own for view in self.views
                          for own in (*view.known, *view.missing, *view.ghosts)}, key=natural_key)
@@ -126,7 +126,7 @@ class Knowledge(NamedTuple):
                for name in ("known", "missing", "ghosts")}) for view in self.views))
 
 
-def knowledge(run: Run, at_ns: int | None = None) -> Knowledge:
+def beliefs_at(run: Run, at_ns: int | None = None) -> BeliefSnapshot:
     """What was believed in ``run`` after everything that happened at ``at_ns`` (None: at its end).
 
     Where trace rows were not kept, the run is repeated up to then. Raises ``InputError`` for an
@@ -148,7 +148,7 @@ def knowledge(run: Run, at_ns: int | None = None) -> Knowledge:
 
 
 def folded(trace: Rows, at_ns: int, informed: str,
-           linked: Mapping[Pair, bool] | None = None) -> Knowledge:
+           linked: Mapping[Pair, bool] | None = None) -> BeliefSnapshot:
     """What the rows up to ``at_ns`` come to; ``informed`` as middlewares say it, ``linked`` between
     whom frames get then."""
     kinds = {Names().id(kind): kind for kind in KINDS}
@@ -173,18 +173,19 @@ def folded(trace: Rows, at_ns: int, informed: str,
             beliefs.subscribes(host, names[a])
         else:
             beliefs.advertises(host, names[a])
-    known = Knowledge(at_ns, informed, dict(zip(hosts, up, strict=True)), _views(hosts, beliefs))
+    known = BeliefSnapshot(at_ns, informed, dict(zip(hosts, up, strict=True)),
+                           _views(hosts, beliefs))
     return known if linked is None else _beside(known, linked)
 
 
-def _beside(known: Knowledge, linked: Mapping[Pair, bool]) -> Knowledge:
+def _beside(known: BeliefSnapshot, linked: Mapping[Pair, bool]) -> BeliefSnapshot:
     """With the truth of who reaches whom."""
     return known._replace(views=tuple(view._replace(reached=all(
         known.up[one] and known.up[other] and linked.get((one, other), False)
         for one, other in (view[:2], view[1::-1]))) for view in known.views))
 
 
-def _views(hosts: list[str], beliefs: Beliefs) -> tuple[View, ...]:
+def _views(hosts: list[str], beliefs: Beliefs) -> tuple[PairBelief, ...]:
     topics: dict[tuple[int, int], tuple[list[str], list[str], list[str]]] = {
         (believer, other): ([], [], []) for believer in range(len(hosts))
         for other in range(len(hosts)) if other != believer}
@@ -192,7 +193,7 @@ def _views(hosts: list[str], beliefs: Beliefs) -> tuple[View, ...]:
         match = believer, other, topic
         which = 2 if match not in beliefs.true else 0 if match in beliefs.believed else 1
         topics[believer, other][which].append(topic)
-    return tuple(View(hosts[believer], hosts[other],
+    return tuple(PairBelief(hosts[believer], hosts[other],
                       beliefs.seen.get((believer, other), "never"), *map(tuple, lists))
                  for (believer, other), lists in topics.items())
 

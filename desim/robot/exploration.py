@@ -16,7 +16,7 @@ from desim.ports import Frontier, Peer, Strategy
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.global_planner import GlobalPlanner
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import Exploration, Navigation
+from desim.scenario.schema.robot import ExplorationParams, Navigation
 from desim.units import NS_PER_S
 
 _STOP = Goal(math.nan, math.nan)
@@ -61,7 +61,7 @@ class Explore(Node):
     ``MapSharing``.
     """
 
-    def __init__(self, host: Host, exploration: Exploration, strategy: Strategy,
+    def __init__(self, host: Host, exploration: ExplorationParams, strategy: Strategy,
                  navigation: Navigation, body: BodyType, costmap: GlobalCostmap,
                  peers: dict[str, Peer]) -> None:
         super().__init__(host, "explore")

@@ -27,7 +27,7 @@ class Mapping(Node):
     The event ``map`` announces each change of the belief to other nodes of the host.
     """
 
-    def __init__(self, host: Host, mapping: parameters.Mapping, belief: Belief) -> None:
+    def __init__(self, host: Host, mapping: parameters.MappingParams, belief: Belief) -> None:
         super().__init__(host, "mapping")
         self.belief = belief
         self._mapping = mapping

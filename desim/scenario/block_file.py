@@ -12,7 +12,7 @@ from desim.scenario.places import Places
 
 
 @dataclass(frozen=True)
-class Written:
+class PlacedBlock:
     """A block, and where each of its keys was written."""
 
     params: Params
@@ -31,10 +31,10 @@ class Written:
         return f"{self.places.where(path)}: {rest}"
 
 
-def read(path: str, block: type[Params]) -> Written:
+def read(path: str, block: type[Params]) -> PlacedBlock:
     """The block in the file. Raises ``InputError`` with one line for each thing that is wrong."""
     data, places = yaml12.read(path)
     result = validated(block, data)
     if isinstance(result, list):
         raise InputError(*lines(result, places))
-    return Written(result, places)
+    return PlacedBlock(result, places)

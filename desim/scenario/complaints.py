@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from desim.errors import did_you_mean
 from desim.ports import Params
-from desim.scenario.places import Path, Place, Places, dotted
+from desim.scenario.places import Path, Places, SourcePlace, dotted
 from desim.scenario.schema.shapes import alternatives, keys
 
 MOST_TOLD = 20
@@ -33,7 +33,7 @@ class Complaint(NamedTuple):
 def lines(found: list[Complaint], places: Places) -> list[str]:
     """In the order in which they stand in the files, each once; of very many the first ones, and
     how many more there are."""
-    def place(complaint: Complaint) -> Place:
+    def place(complaint: Complaint) -> SourcePlace:
         of = places.key if complaint.at_key else places.value
         return of(complaint.path)
 

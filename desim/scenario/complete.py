@@ -12,7 +12,7 @@ from desim.scenario.names import fleet_size, robot_names
 from desim.scenario.places import Folder
 from desim.scenario.schema.communication import Coordination, MediumChoice, Network
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, MapFile
-from desim.scenario.schema.fleet import BUILT_IN_TYPES, Fleet, StartList
+from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, StartList
 from desim.scenario.schema.robot import BUILT_IN_LASERS, Robot
 from desim.scenario.schema.whole import Scenario
 
@@ -49,7 +49,7 @@ def _environment(environment: Environment, folder: Folder) -> Environment:
     return _changed(environment, terrain=terrain)
 
 
-def _fleet(fleet: Fleet) -> Fleet:
+def _fleet(fleet: FleetParams) -> FleetParams:
     """The size, and all types that are used; named start poses in the order of their names."""
     used = [fleet.robots] if isinstance(fleet.robots, str) else [
         group.type for group in fleet.robots]

@@ -16,7 +16,7 @@ from desim.errors import InputError
 from desim.scenario import check, merge, parts, plugin_choices
 from desim.scenario.complaints import Complaint, lines, validated
 from desim.scenario.complete import complete
-from desim.scenario.places import Folder, Path, Place, Places, split
+from desim.scenario.places import Folder, Path, Places, SourcePlace, split
 from desim.scenario.schema.fleet import StartFile
 from desim.scenario.schema.whole import Scenario
 from desim.scenario.starts import listed
@@ -55,7 +55,7 @@ class Change(NamedTuple):
 
     path: str
     value: Any
-    place: Place
+    place: SourcePlace
 
 
 def load(path: str | os.PathLike, overrides: Sequence[str] = (), seed: int | None = None) -> Loaded:
@@ -108,7 +108,7 @@ def from_mapping(data: Mapping[str, Any], overrides: Sequence[str] = (),
                          f"false and null: {error}") from None
     if not isinstance(copied, dict):
         raise InputError("scenario: must be a mapping")
-    return _loaded(_overridden((copied, Places(Place("scenario"))), overrides, seed))
+    return _loaded(_overridden((copied, Places(SourcePlace("scenario"))), overrides, seed))
 
 
 def _overridden(document: merge.Document, overrides: Sequence[str],

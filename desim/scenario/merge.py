@@ -13,7 +13,7 @@ from typing import Any
 from desim import plugins
 from desim.errors import InputError
 from desim.scenario import yaml12
-from desim.scenario.places import Path, Place, Places, dotted, split, steps
+from desim.scenario.places import Path, Places, SourcePlace, dotted, split, steps
 from desim.scenario.schema.communication import (
     Coordination,
     MediumChoice,
@@ -21,7 +21,7 @@ from desim.scenario.schema.communication import (
     PluginChoice,
 )
 from desim.scenario.schema.environment import Environment
-from desim.scenario.schema.fleet import Fleet
+from desim.scenario.schema.fleet import FleetParams
 from desim.scenario.schema.shapes import alternatives, keys, which
 
 Document = tuple[dict[str, Any], Places]
@@ -34,7 +34,7 @@ CHOICES: dict[tuple[str, ...], type[PluginChoice]] = {
 }
 _SHAPES = {
     ("environment", "terrain"): Environment.model_fields["terrain"],
-    ("fleet", "start"): Fleet.model_fields["start"],
+    ("fleet", "start"): FleetParams.model_fields["start"],
 }
 # Mappings of names: null takes an inherited entry away.
 _BY_NAME = (("network", "media"), ("hosts",), ("fleet", "types"))
@@ -68,10 +68,11 @@ def overridden(document: Document, override: str) -> Document:
     key, equals, text = override.partition("=")
     if not equals or not all(key.split(".")):
         raise InputError(f"{source}: must look like a.b.c=value, e.g. fleet.size=8")
-    return changed(document, split(key.strip()), yaml12.parse_value(text, source), Place(source))
+    return changed(document, split(key.strip()), yaml12.parse_value(text, source),
+                   SourcePlace(source))
 
 
-def changed(document: Document, path: Path, value: Any, place: Place) -> Document:
+def changed(document: Document, path: Path, value: Any, place: SourcePlace) -> Document:
     """``value``, which was written at ``place``, laid over what is at ``path``. The document stays
     as it is. Raises ``InputError``."""
     data, places = document

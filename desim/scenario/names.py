@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from desim.ports import natural_key
-from desim.scenario.schema.fleet import Fleet, StartList
+from desim.scenario.schema.fleet import FleetParams, StartList
 from desim.scenario.schema.whole import Scenario
 
 WORKSTATION = "workstation"  # testbed: where the simulator and the monitor run
 
 
-def fleet_size(fleet: Fleet) -> int:
+def fleet_size(fleet: FleetParams) -> int:
     """``size`` where it is given, else the groups' counts, else the number of start poses, or 1."""
     if fleet.size is not None:
         return fleet.size

@@ -10,7 +10,7 @@ Path = tuple[str | int, ...]
 Folder = Callable[[Path], str]  # of the file in which the value at a path was written
 
 
-class Place(NamedTuple):
+class SourcePlace(NamedTuple):
     """``file:line:column``, or another source as a whole (``--set a.b=1``) with line 0."""
 
     source: str
@@ -25,16 +25,16 @@ class Places:
     """Path to the places of a key and of its value; of what is not its own, those ``below``, as far
     as it is still in the data."""
 
-    def __init__(self, root: Place, below: tuple[Places, Any] | None = None) -> None:
+    def __init__(self, root: SourcePlace, below: tuple[Places, Any] | None = None) -> None:
         self.root = root
-        self._of: dict[Path, tuple[Place, Place]] = {}
+        self._of: dict[Path, tuple[SourcePlace, SourcePlace]] = {}
         self._below = below
 
-    def put(self, path: Path, key: Place, value: Place) -> None:
+    def put(self, path: Path, key: SourcePlace, value: SourcePlace) -> None:
         """Note where the key (or list item) and the value at ``path`` stand."""
         self._of[path] = (key, value)
 
-    def put_all(self, data: Any, place: Place, path: Path) -> None:
+    def put_all(self, data: Any, place: SourcePlace, path: Path) -> None:
         """Everything in ``data``, which belongs at ``path``, comes from one place."""
         self.put(path, place, place)
         for step in steps(data):
@@ -44,22 +44,22 @@ class Places:
         """Whether somebody wrote what is at ``path``."""
         return self._at(path) is not None
 
-    def key(self, path: Path) -> Place:
+    def key(self, path: Path) -> SourcePlace:
         """The place of the key at ``path``, or of the nearest thing around it."""
         return self._nearest(path, 0)
 
-    def value(self, path: Path) -> Place:
+    def value(self, path: Path) -> SourcePlace:
         """The place of the value at ``path``, or of the nearest thing around it (its key)."""
         found = self._at(path)
         return found[1] if found else self._nearest(path[:-1], 0)
 
-    def _nearest(self, path: Path, which: int) -> Place:
+    def _nearest(self, path: Path, which: int) -> SourcePlace:
         for end in range(len(path), 0, -1):
             if (found := self._at(path[:end])) is not None:
                 return found[which]
         return self.root
 
-    def _at(self, path: Path) -> tuple[Place, Place] | None:
+    def _at(self, path: Path) -> tuple[SourcePlace, SourcePlace] | None:
         found = self._of.get(path)
         if found is None and self._below is not None:
             lower, data = self._below

@@ -15,7 +15,7 @@ import yaml
 
 from desim.errors import InputError
 from desim.files import content
-from desim.scenario.places import Path, Place, Places
+from desim.scenario.places import Path, Places, SourcePlace
 
 _CORE = {
     "null": (r"^(?:~|null|Null|NULL|)$", ["~", "n", "N", ""]),
@@ -117,8 +117,8 @@ def _compose(text: str, source: str, marked: bool = True) -> yaml.Node | None:
         raise InputError(f"{source}: nested too deeply") from None
 
 
-def _place(node: yaml.Node, source: str) -> Place:
-    return Place(source, node.start_mark.line + 1, node.start_mark.column + 1)
+def _place(node: yaml.Node, source: str) -> SourcePlace:
+    return SourcePlace(source, node.start_mark.line + 1, node.start_mark.column + 1)
 
 
 class _Builder:
@@ -207,8 +207,8 @@ class _Builder:
     def _complain(self, node: yaml.Node, text: str) -> None:
         self._complaints.append(f"{self._place(node)}: {text}")
 
-    def _place(self, node: yaml.Node) -> Place:
-        return _place(node, self._source) if self._marked else Place(self._source)
+    def _place(self, node: yaml.Node) -> SourcePlace:
+        return _place(node, self._source) if self._marked else SourcePlace(self._source)
 
 
 def _integer(text: str) -> int:

@@ -24,7 +24,7 @@ from desim.robot.tiles import Belief, TilePool
 from desim.scenario.schema.whole import Scenario
 from desim.simulation.deployment import HostPlan, plan
 from desim.simulation.drivers import Driver
-from desim.simulation.station import Station
+from desim.simulation.monitor_node import MonitorNode
 from desim.simulation.wiring import HostPlaces, wired
 from desim.simulation.world_clock import WorldClock
 
@@ -114,7 +114,7 @@ class Simulation:
             self._drivers[host.name] = driver
             nodes.append(driver)
         if host_plan.monitor:
-            nodes.append(Station(host, self._explorers))
+            nodes.append(MonitorNode(host, self._explorers))
         if host_plan.software is not None:
             belief = Belief(self.grid, self._pool)
             self.monitor.watch(host.name, belief)

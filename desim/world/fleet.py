@@ -9,7 +9,7 @@ from desim.scenario.names import robot_names
 from desim.scenario.schema.fleet import (
     BUILT_IN_TYPES,
     BodyType,
-    Fleet,
+    FleetParams,
     Group,
     StartGrid,
     StartLine,
@@ -41,7 +41,7 @@ def place_fleet(scenario: Scenario) -> list[RobotSpec]:
             for name, body in zip(names, _bodies(fleet, len(names)), strict=True)]
 
 
-def _bodies(fleet: Fleet, count: int) -> list[BodyType]:
+def _bodies(fleet: FleetParams, count: int) -> list[BodyType]:
     types = {**BUILT_IN_TYPES, **fleet.types}
     groups = fleet.robots
     if isinstance(groups, str):
@@ -49,7 +49,7 @@ def _bodies(fleet: Fleet, count: int) -> list[BodyType]:
     return [types[group.type] for group in groups for _ in range(group.count)]
 
 
-def _poses(fleet: Fleet, names: tuple[str, ...]) -> dict[str, tuple[float, float, float]]:
+def _poses(fleet: FleetParams, names: tuple[str, ...]) -> dict[str, tuple[float, float, float]]:
     start = fleet.start
     if isinstance(start, StartRandom):
         return dict.fromkeys(names, (math.nan, math.nan, math.nan))

@@ -19,7 +19,8 @@ from desim.cli import app
 from desim.commands.views import beliefs as report
 from desim.errors import InputError
 from desim.report.beliefs_figure import draw, drawn
-from desim.results.beliefs import Knowledge, View, folded
+from desim.results.beliefs import BeliefSnapshot, folded
+from desim.results.beliefs import PairBelief as Pair
 from desim.results.traces import Rows
 
 
@@ -62,15 +63,15 @@ def of(knowledge, believer, other):
 
 def test_before_anybody_heard_everything_is_missing():
     known = Two(Naive()).at(0.5)
-    assert of(known, "robot_0", "robot_1") == View("robot_0", "robot_1", "never", (), TOPICS, ())
+    assert of(known, "robot_0", "robot_1") == Pair("robot_0", "robot_1", "never", (), TOPICS, ())
     assert (known.known, known.missing, known.ghosts, known.divergence) == (0, 4, 0, 1.0)
     # Who has to learn nothing has nothing missing.
-    assert of(known, "robot_1", "robot_0") == View("robot_1", "robot_0", "never", (), (), ())
+    assert of(known, "robot_1", "robot_0") == Pair("robot_1", "robot_0", "never", (), (), ())
 
 
 def test_rows_up_to_and_with_the_instant_count():
     known = Two(Naive()).at(1.0)
-    assert of(known, "robot_0", "robot_1") == View("robot_0", "robot_1", "online", TOPICS, (), ())
+    assert of(known, "robot_0", "robot_1") == Pair("robot_0", "robot_1", "online", TOPICS, (), ())
     assert (known.known, known.missing, known.ghosts, known.divergence) == (4, 0, 0, 0.0)
 
 
@@ -79,7 +80,7 @@ def test_rows_up_to_and_with_the_instant_count():
 def test_a_stopped_host_is_a_ghost_to_whoever_has_not_noticed(middleware, sees, ghosts):
     known = Two(middleware()).at(10.0)
     assert known.up == {"robot_0": True, "robot_1": True, "robot_2": False}
-    assert of(known, "robot_0", "robot_2") == View("robot_0", "robot_2", sees, (), (), ghosts)
+    assert of(known, "robot_0", "robot_2") == Pair("robot_0", "robot_2", sees, (), (), ghosts)
     assert of(known, "robot_2", "robot_0").sees == "never"  # nothing is left of it
     assert known.divergence == len(ghosts) / (2 + len(ghosts))
 
@@ -129,8 +130,8 @@ def test_a_split_fleet_whose_matches_are_all_known():
     """Each half knows the other's matches: nothing is missing, and yet not all is well."""
     two, apart = Two(Naive()), among("robot_0", "robot_2")
     known = two.at(3.0, linked=apart)
-    assert of(known, "robot_0", "robot_1") == View("robot_0", "robot_1", "online", TOPICS, (), (),
-                                                   reached=False)
+    assert of(known, "robot_0", "robot_1") == Pair("robot_0", "robot_1", "online", TOPICS, (), (),
+                                              reached=False)
     assert known.parts == [["robot_0", "robot_2"], ["robot_1"]]
     assert known.seen == {"online": 6, "offline": 0, "removed": 0, "never": 0}
     lines = shown(known)
@@ -148,10 +149,10 @@ def test_a_split_fleet_whose_matches_are_all_known():
 def test_what_is_alike_is_told_together():
     """Two halves of four that have parted: two lines and not 32."""
     hosts = [f"robot_{i}" for i in range(8)]
-    views = [View(one, other, "online", (), (), (f"/{other}/map",) if i // 4 != k // 4 else (),
+    views = [Pair(one, other, "online", (), (), (f"/{other}/map",) if i // 4 != k // 4 else (),
                   reached=i // 4 == k // 4)
              for i, one in enumerate(hosts) for k, other in enumerate(hosts) if i != k]
-    lines = shown(Knowledge(0, "publisher", dict.fromkeys(hosts, True), tuple(views)))
+    lines = shown(BeliefSnapshot(0, "publisher", dict.fromkeys(hosts, True), tuple(views)))
     assert [line for line in lines if " take" in line or " believe " in line] == [
         "  robot_0 to robot_3 take robot_4 to robot_7 for online, which are out of reach",
         "  robot_4 to robot_7 take robot_0 to robot_3 for online, which are out of reach",

@@ -18,7 +18,7 @@ from desim.robot.localization import GroundTruth, OdometryLocalization
 from desim.robot.strategies.nearest_frontier import NearestFrontier
 from desim.robot.strategies.random_frontier import RandomFrontier
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import Exploration, Navigation
+from desim.scenario.schema.robot import ExplorationParams, Navigation
 
 S = 10**9
 
@@ -64,8 +64,8 @@ class Play:
         self.belief = Drawn(cells(lines))
         self.script, self.peers = Script(host), {}
         strategy = strategy or NearestFrontier(NearestFrontier.Params())
-        self.explore = Explore(host, Exploration(**exploration), strategy, Navigation(), BodyType(),
-                               costmap(self.belief), self.peers)
+        self.explore = Explore(host, ExplorationParams(**exploration), strategy, Navigation(),
+                               BodyType(), costmap(self.belief), self.peers)
         host.software = lambda _: [self.script, self.explore]
         self.graph.start()
 

@@ -265,7 +265,7 @@ def drive(where, until_ms, scan_hz=25, pose_hz=10, scan_first=True, **mapping):
     graph = Graph(kernel, names, Trace(names), Streams(0), Direct(), ["robot_1"])
     belief, maps, computed = Notebook(), [], []
     graph.host("robot_1").software = lambda host: [
-        Mapping(host, parameters.Mapping(**mapping), belief),
+        Mapping(host, parameters.MappingParams(**mapping), belief),
         Sensors(host, where, scan_hz, pose_hz, scan_first, computed), Listener(host, maps)]
     graph.start()
     kernel.run(until_ms * MS)

@@ -11,7 +11,7 @@ from desim.campaign.design.design import Design, LoadedDesign
 from desim.errors import InputError
 from desim.scenario import merge, yaml12
 from desim.scenario.complaints import validated
-from desim.scenario.places import Place, Places, split
+from desim.scenario.places import Places, SourcePlace, split
 
 RUNGS = ("ideal", "disk", "walls", "mac", "multihop")  # the last one is the highest
 FIDELITY = "network.fidelity"
@@ -24,7 +24,7 @@ def ladder_design(scenario: str, compare: str = COMPARED, seeds: int = 5, metric
                   overrides: Sequence[str] = ()) -> LoadedDesign:
     """The design: all rungs by the values of ``A.B.C=V1,V2,...``, with ``overrides`` (``A.B.C=V``)
     in every run. Raises ``InputError``."""
-    place = Place(f"--compare {compare}")
+    place = SourcePlace(f"--compare {compare}")
     key, equals, text = compare.partition("=")
     key, words = key.strip(), [word.strip() for word in text.split(",")]
     if not equals or not all(key.split(".")) or not all(words) or len(words) < 2:
@@ -43,7 +43,7 @@ def ladder_design(scenario: str, compare: str = COMPARED, seeds: int = 5, metric
                        name: {"key": key, "values": values}},
         "iterations": seeds,
         "report": {"metrics": [metric], "against": RUNG, "by": name}}
-    places = Places(Place("desim ladder"))
+    places = Places(SourcePlace("desim ladder"))
     for path in (("parameters", name), ("parameters", name, "values")):
         places.put(path, place, place)
     design = validated(Design, data)

@@ -15,11 +15,11 @@ from desim.campaign.design.vectors import Combination, combinations
 from desim.errors import did_you_mean
 from desim.results.identity import Identity, source
 from desim.scenario.load import Change, Loaded, Variants
-from desim.scenario.places import Place
+from desim.scenario.places import SourcePlace
 from desim.units import NS_PER_S
 
 # Rows of messages are for looking at one run; the digest is the same without them.
-_KEEP_NOTHING = Change("trace.keep", "none", Place("desim sweep"))
+_KEEP_NOTHING = Change("trace.keep", "none", SourcePlace("desim sweep"))
 
 _OF_THE_DESIGN = {"name": "runs of all vectors lie in one folder",
                   "seed": "see seed, iterations and random_numbers"}

@@ -12,25 +12,25 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from desim.results.beliefs import Knowledge, View
+from desim.results.beliefs import BeliefSnapshot, PairBelief
 from desim.units import NS_PER_S
 
 SIGNS = {"online": "+", "offline": "-", "removed": "x", "never": "."}
 LISTED = 30  # of ghosts, and of missing matches
 
 
-def show(knowledge: Knowledge, console: Console) -> None:
+def show(beliefs: BeliefSnapshot, console: Console) -> None:
     """Print the matrix and the lists of what is wrong."""
-    table = matrix(knowledge)
+    table = matrix(beliefs)
     if console.is_terminal and _width(table, console) > console.width:
-        table = matrix(knowledge, narrow=True)
+        table = matrix(beliefs, narrow=True)
     console.width = max(console.width, _width(table, console))
-    console.print(knowledge.headline, style="bold", highlight=False, soft_wrap=True)
-    console.print(truth(knowledge), highlight=False, soft_wrap=True)
+    console.print(beliefs.headline, style="bold", highlight=False, soft_wrap=True)
+    console.print(truth(beliefs), highlight=False, soft_wrap=True)
     console.print(table)
-    console.print(Text(_legend(knowledge), style="dim"), soft_wrap=True)
-    for name, lines in (("mistaken", mistaken(knowledge)), ("ghosts", ghosts(knowledge)),
-                        ("missing", missing(knowledge))):
+    console.print(Text(_legend(beliefs), style="dim"), soft_wrap=True)
+    for name, lines in (("mistaken", mistaken(beliefs)), ("ghosts", ghosts(beliefs)),
+                        ("missing", missing(beliefs))):
         if lines:
             console.print(f"\n{name}:", style="bold", highlight=False)
             for line in lines[:LISTED]:
@@ -40,33 +40,33 @@ def show(knowledge: Knowledge, console: Console) -> None:
                               highlight=False)
 
 
-def truth(knowledge: Knowledge) -> str:
+def truth(beliefs: BeliefSnapshot) -> str:
     """Who can reach whom, in words."""
-    parts = knowledge.parts
+    parts = beliefs.parts
     if parts is None:
         return "in truth: who could reach whom was not kept"
     if len(parts) <= 1:
         return "in truth: every host that is up can reach every other one, directly or over others"
-    return f"in truth apart: {' | '.join(_names(part, list(knowledge.up)) for part in parts)}"
+    return f"in truth apart: {' | '.join(_names(part, list(beliefs.up)) for part in parts)}"
 
 
-def matrix(knowledge: Knowledge, narrow: bool = False) -> Table:
+def matrix(beliefs: BeliefSnapshot, narrow: bool = False) -> Table:
     """A row a believer, a column each host that it believes something of. ``narrow``: without
     numbers."""
     table = Table(box=None, padding=(0, 1, 0, 0) if narrow else (0, 2, 0, 0))
     table.add_column("believes", no_wrap=True, style="cyan")
-    for host, up in knowledge.up.items():
+    for host, up in beliefs.up.items():
         # A name under its kind: "robot" over "12".
         table.add_column(Text(host.replace("_", "\n"), style="" if up else "strike dim"))
-    views = {(view.believer, view.other): view for view in knowledge.views}
-    for believer, up in knowledge.up.items():
+    views = {(view.believer, view.other): view for view in beliefs.views}
+    for believer, up in beliefs.up.items():
         cells = [cell(views[believer, other], narrow) if up and other != believer else Text("")
-                 for other in knowledge.up]
+                 for other in beliefs.up]
         table.add_row(believer if up else f"{believer} (stopped)", *cells)
     return table
 
 
-def cell(view: View, narrow: bool = False) -> Text:
+def cell(view: PairBelief, narrow: bool = False) -> Text:
     """``+ 2/3 !1``: seen online, two of three matches known, one ghost."""
     style = "red" if view.ghosts else "yellow" if view.missing else "green" if view.known else "dim"
     text = SIGNS.get(view.sees, view.sees)
@@ -77,34 +77,34 @@ def cell(view: View, narrow: bool = False) -> Text:
     return Text(text, style=style, no_wrap=True)
 
 
-def mistaken(knowledge: Knowledge) -> list[str]:
+def mistaken(beliefs: BeliefSnapshot) -> list[str]:
     """Hosts that are taken for online and out of reach, or the other way round, in words."""
     truth = {False: "has stopped", True: "is out of reach"}  # by whether it is up
     return [f"{believers} {_verb('take', several)} {others} for {seen}"
-            for believers, several, others, seen in _grouped(knowledge, (
+            for believers, several, others, seen in _grouped(beliefs, (
                 (view, f"{view.sees}, which "
-                       f"{'is in reach' if view.reached else truth[knowledge.up[view.other]]}")
-                for view in knowledge.views if view.mistaken))]
+                       f"{'is in reach' if view.reached else truth[beliefs.up[view.other]]}")
+                for view in beliefs.views if view.mistaken))]
 
 
-def ghosts(knowledge: Knowledge) -> list[str]:
+def ghosts(beliefs: BeliefSnapshot) -> list[str]:
     """Beliefs in matches that there are not, in words."""
-    return [f"{believers} {_verb('believe', several)} that {others} {_does(knowledge, others)} "
+    return [f"{believers} {_verb('believe', several)} that {others} {_does(beliefs, others)} "
             f"{topic}"
-            for believers, several, others, topic in _grouped(knowledge, (
-                (view, f"{topic}{'' if knowledge.up[view.other] else ' (stopped)'}")
-                for view in knowledge.views for topic in view.ghosts))]
+            for believers, several, others, topic in _grouped(beliefs, (
+                (view, f"{topic}{'' if beliefs.up[view.other] else ' (stopped)'}")
+                for view in beliefs.views for topic in view.ghosts))]
 
 
-def missing(knowledge: Knowledge) -> list[str]:
+def missing(beliefs: BeliefSnapshot) -> list[str]:
     """Matches that one end has not learnt of, in words."""
     return [f"{believers} {'do' if several else 'does'} not know that {others} "
-            f"{_does(knowledge, others)} {topic}"
-            for believers, several, others, topic in _grouped(knowledge, (
-                (view, topic) for view in knowledge.views for topic in view.missing))]
+            f"{_does(beliefs, others)} {topic}"
+            for believers, several, others, topic in _grouped(beliefs, (
+                (view, topic) for view in beliefs.views for topic in view.missing))]
 
 
-def _grouped(knowledge: Knowledge, entries: Iterable[tuple[View, str]]
+def _grouped(beliefs: BeliefSnapshot, entries: Iterable[tuple[PairBelief, str]]
              ) -> list[tuple[str, bool, str, str]]:
     """Entries that are alike together: the believers in words, whether they are several, the others
     in words, and the rest, in which ``*`` stands for the other one's name."""
@@ -114,7 +114,7 @@ def _grouped(knowledge: Knowledge, entries: Iterable[tuple[View, str]]
     alike: dict[tuple[str, tuple[str, ...]], list[str]] = {}  # rest and others, to believers
     for (believer, rest), others in of.items():
         alike.setdefault((rest, tuple(others)), []).append(believer)
-    hosts = list(knowledge.up)
+    hosts = list(beliefs.up)
     return [(_names(believers, hosts), len(believers) > 1, _names(list(others), hosts),
              rest.replace("which is", "which are").replace("which has", "which have")
              if len(others) > 1 else rest.replace("*", others[0]))
@@ -130,15 +130,15 @@ def _verb(verb: str, several: bool) -> str:
     return verb if several else f"{verb}s"
 
 
-def as_json(knowledge: Knowledge) -> dict[str, Any]:
+def as_json(beliefs: BeliefSnapshot) -> dict[str, Any]:
     """All of it."""
-    return {"at_s": knowledge.at_ns / NS_PER_S, "informed": knowledge.informed,
-            "matches": knowledge.known + knowledge.missing, "known": knowledge.known,
-            "missing": knowledge.missing, "ghosts": knowledge.ghosts,
-            "divergence": knowledge.divergence, "seen": knowledge.seen,
-            "mistaken": None if knowledge.parts is None else knowledge.mistaken,
-            "parts": knowledge.parts, "up": knowledge.up,
-            "views": [view._asdict() for view in knowledge.views]}
+    return {"at_s": beliefs.at_ns / NS_PER_S, "informed": beliefs.informed,
+            "matches": beliefs.known + beliefs.missing, "known": beliefs.known,
+            "missing": beliefs.missing, "ghosts": beliefs.ghosts,
+            "divergence": beliefs.divergence, "seen": beliefs.seen,
+            "mistaken": None if beliefs.parts is None else beliefs.mistaken,
+            "parts": beliefs.parts, "up": beliefs.up,
+            "views": [view._asdict() for view in beliefs.views]}
 
 
 def _names(part: list[str], hosts: list[str]) -> str:
@@ -151,14 +151,14 @@ def _names(part: list[str], hosts: list[str]) -> str:
     return ", ".join(spans)
 
 
-def _does(knowledge: Knowledge, hosts: str) -> str:
+def _does(beliefs: BeliefSnapshot, hosts: str) -> str:
     several = "," in hosts or " to " in hosts
-    return (f"{_verb('listen', several)} to" if knowledge.informed == "publisher"
+    return (f"{_verb('listen', several)} to" if beliefs.informed == "publisher"
             else _verb("say", several))
 
 
-def _legend(knowledge: Knowledge) -> str:
+def _legend(beliefs: BeliefSnapshot) -> str:
     return (f"+ seen online, - offline, x removed, . never seen; known/true matches of the "
-            f"{knowledge.informed} with the other host; !n ghosts")
+            f"{beliefs.informed} with the other host; !n ghosts")
 def _width(table: Table, console: Console) -> int:
     return Measurement.get(console, console.options.update(max_width=10_000), table).maximum

@@ -113,7 +113,7 @@ class StartFile(Params):
     snap: bool = False
 
 
-class Fleet(Params):
+class FleetParams(Params):
     """The robots."""
 
     size: int | None = Field(None, ge=1, le=MAX_ROBOTS, description=(

@@ -38,7 +38,7 @@ class Odometry(Params):
     heading_noise_rad: Angle = Field("0.02 rad", ge=0, description="standard deviation (the paper)")
 
 
-class Mapping(Params):
+class MappingParams(Params):
     """The occupancy grid that a robot makes of its own scans."""
 
     resolution_m: Length = Field("0.2 m", gt=0, description="(the published gmapping delta)")
@@ -91,7 +91,7 @@ class Navigation(Params):
         "per unit of inflated cost (TrajectoryPlannerROS occdist_scale 0.01 per cell of 0.1 m)"))
 
 
-class Exploration(Params):
+class ExplorationParams(Params):
     """Frontiers and goals."""
 
     rate_hz: Frequency = Field("1 Hz", description="goals are looked at no oftener than this "
@@ -112,9 +112,9 @@ class Robot(Params):
     laser: by_shape(str, Laser) = Field(default_factory=Laser,
                                         description="lms500, or its parameters")
     odometry: Odometry = Field(default_factory=Odometry)
-    mapping: Mapping = Field(default_factory=Mapping)
+    mapping: MappingParams = Field(default_factory=MappingParams)
     navigation: Navigation = Field(default_factory=Navigation)
-    exploration: Exploration = Field(default_factory=Exploration)
+    exploration: ExplorationParams = Field(default_factory=ExplorationParams)
     passive: tuple[str, ...] = Field((), description="names of robots that carry no software: they "
                                                "stand where they are and say nothing")
 

@@ -18,7 +18,7 @@ from desim.scenario.schema.communication import (
 )
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.experiment import Measure, Stop, TraceParams
-from desim.scenario.schema.fleet import Fleet
+from desim.scenario.schema.fleet import FleetParams
 from desim.scenario.schema.robot import Robot
 from desim.units import Frequency, Pace
 
@@ -53,7 +53,7 @@ class Scenario(Params):
     testbed: Testbed = Field(default_factory=Testbed)
     physics: Physics = Field(default_factory=Physics)
     environment: Environment = Field(default_factory=Environment)
-    fleet: Fleet = Field(default_factory=Fleet)
+    fleet: FleetParams = Field(default_factory=FleetParams)
     robot: Robot = Field(default_factory=Robot)
     hosts: dict[Name, StationaryHost] = Field({}, description="computers without a body, by name")
     network: Network = Field(default_factory=Network)

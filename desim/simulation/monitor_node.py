@@ -9,7 +9,7 @@ from __future__ import annotations
 from desim.middleware.graph import Host, Message, Node
 
 
-class Station(Node):
+class MonitorNode(Node):
     """Subscribes to every robot's explored map and travelled distance."""
 
     def __init__(self, host: Host, robots: tuple[str, ...]) -> None:

@@ -23,7 +23,7 @@ LATE_NS = NS_PER_S  # a message that took so long is late; the edge of a bin
 Pair = tuple[int, int]  # believer, other: places in ``hosts``
 
 
-class Awareness:
+class BeliefMetrics:
     """Watches ordered pairs (believer, other) of ``hosts``, those of the robots.
 
     ``linked()`` says between which of ``hosts`` that are up, in their order, frames get now, [n, n]

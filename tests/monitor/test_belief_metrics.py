@@ -9,7 +9,7 @@ from toys import Late, Naive
 
 from desim.engine.kernel import Phase
 from desim.middleware.direct import Direct
-from desim.monitor.awareness import Awareness
+from desim.monitor.belief_metrics import BeliefMetrics
 from desim.monitor.overlap import Overlap
 from desim.ports import GridSpec
 from desim.robot.tiles import FREE, OCCUPIED, Belief, TilePool
@@ -40,7 +40,7 @@ class Watched:
         self.net = Net(dict.fromkeys(names, begin), middleware=middleware or Told(), **options)
         self.graph = self.net.graph
         self.links = np.ones((robots, robots), bool)
-        self.awareness = Awareness(self.graph, self.graph.hosts, self.linked)
+        self.belief_metrics = BeliefMetrics(self.graph, self.graph.hosts, self.linked)
         self.samples = []
         self.net.kernel.ticker(1, Phase.OBSERVE, 0, self.second)
 
@@ -49,8 +49,8 @@ class Watched:
         return self.links[np.ix_(up, up)]
 
     def second(self, k):
-        self.awareness.each_second(self.linked())
-        self.samples.append(self.awareness.sample())
+        self.belief_metrics.each_second(self.linked())
+        self.samples.append(self.belief_metrics.sample())
 
     def at(self, time_s, fn, *args):
         self.net.at(round(time_s * S), lambda: fn(*args))
@@ -68,7 +68,7 @@ class Watched:
 
     def run(self, until_s):
         self.net.run(round(until_s * S))
-        return self.awareness.summary(self.samples)
+        return self.belief_metrics.summary(self.samples)
 
 
 # ---------------------------------------------------------------------------------- detection
@@ -178,13 +178,13 @@ def test_stale_age_is_the_mean_over_pairs_that_are_up():
     fleet = Watched(robots=2)
     fleet.says(1.0, 0)
     fleet.net.run(4 * S)
-    assert fleet.awareness.stale_age_s() == (3.0 + 4.0) / 2  # robot_0 never heard anything
+    assert fleet.belief_metrics.stale_age_s() == (3.0 + 4.0) / 2  # robot_0 never heard anything
     fleet.graph.hosts[1].stop()
-    assert fleet.awareness.stale_age_s() is None
+    assert fleet.belief_metrics.stale_age_s() is None
     fleet.graph.hosts[1].start()
-    assert fleet.awareness.stale_age_s() == 4.0  # it has forgotten what it heard
+    assert fleet.belief_metrics.stale_age_s() == 4.0  # it has forgotten what it heard
     assert [row["stale_age_s"] for row in fleet.samples] == [0.0, 0.5, 1.5, 2.5, 3.5]
-    assert fleet.awareness.summary(fleet.samples)["stale_age_s"] == 1.6
+    assert fleet.belief_metrics.summary(fleet.samples)["stale_age_s"] == 1.6
 
 
 def test_divergence_by_the_second():
