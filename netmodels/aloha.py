@@ -1,4 +1,4 @@
-"""Nobody listens before talking: the oldest way to share a medium."""
+"""ALOHA: hosts send without listening first."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from desim.units import BitRate, Period, airtime_ns
 
 
 class _Transmission:
-    """A frame on the air: when its packets end, and which of them others have spoilt."""
+    """A frame on the air: the ends of its packets, and those that others have spoilt."""
 
     __slots__ = ("frame", "begin_ns", "ends_ns", "spoilt")
 
@@ -23,14 +23,14 @@ class _Transmission:
         self.spoilt: set[int] = set()
 
     def spoil(self, begin_ns: int, end_ns: int) -> None:
-        """Somebody else sends from ``begin_ns`` to ``end_ns``."""
+        """Another host sends from ``begin_ns`` to ``end_ns``."""
         begins_ns = [self.begin_ns, *self.ends_ns[:-1]]
         self.spoilt.update(range(bisect_right(self.ends_ns, begin_ns),
                                  bisect_left(begins_ns, end_ns)))
 
 
 class Aloha:
-    """Who has something to say says it at once (Abramson 1970), or at the beginning of the next
+    """Hosts send at once (Abramson 1970), or at the beginning of the next
     slot (Roberts 1975). Packets that overlap with others' are lost; nobody waits, acknowledges or
     repeats, and a host that begins another frame while it sends spoils both. A train's packets
     follow each other without a gap.

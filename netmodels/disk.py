@@ -40,7 +40,7 @@ class Disk:
         self._positions: np.ndarray | None = None  # until the next world tick the same object
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """From whom [k] to whom [k] a frame gets now, with chance 1 [k]."""
+        """``ports.KnowsLinks``: within range, every frame arrives."""
         places = self._context.positions(self._context.now_ns)
         apart = places[:, None] - places[None]
         near = ~(np.einsum("ijk,ijk->ij", apart, apart) > self._range_m2)

@@ -1,4 +1,4 @@
-"""The farther, the less gets there: a table, and nothing said of why."""
+"""Delivery by distance, as a table of measurements has it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Distance:
     ``delivery`` is a table that somebody has measured: distance and chance of one packet, linear in
     between, that of the first distance up to there, and nothing beyond the last. Packets are lost
     independently of each other. Each ordered pair of hosts draws from its own stream. Distance is
-    measured when the frame is given to the sender; who has no place is at no distance from anybody.
+    measured when the frame is given to the sender; a host without a place is at no distance.
 
     Each sender's frames go out one after another at ``rate``, and nobody hinders anybody else:
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency.

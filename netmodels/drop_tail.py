@@ -8,7 +8,7 @@ from desim import ports
 
 
 class DropTailQueue:
-    """Who waits, and until when: packets leave the queue one by one as they are sent."""
+    """A finite queue: packets leave it one by one as they are sent."""
 
     __slots__ = ("_begins", "_limit")
 
@@ -17,8 +17,8 @@ class DropTailQueue:
         self._limit = limit
 
     def join(self, now_ns: int, begin_ns: int, each_ns: int, packets: int) -> int:
-        """How many of ``packets`` are let in, which would be sent from ``begin_ns`` on, one each
-        ``each_ns``: as many as find room beside one that is sent at once."""
+        """Let in as many of ``packets`` as fit, and return how many. They would be sent from
+        ``begin_ns`` on, one each ``each_ns``; one that is sent at once takes no place."""
         begins = self._begins
         while begins and begins[0] <= now_ns:
             begins.popleft()
@@ -29,7 +29,7 @@ class DropTailQueue:
 
 
 def refuse(context: ports.Context, frame: ports.Frame, fit: int) -> None:
-    """All but the first ``fit`` packets of ``frame`` find the queue full."""
+    """Drop all but the first ``fit`` packets of ``frame``: the queue is full."""
     if fit < frame.segments:
         lost = None if fit == 0 else tuple(range(fit, frame.segments))
         context.settle_many(frame, frame.receivers, ports.Drop("queue_full", lost))

@@ -1,9 +1,10 @@
-"""Messages that hosts carry to those whom the sender never meets."""
+"""Epidemic routing: hosts store messages, carry them, and pass copies on to those they meet."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
+from functools import partial
 
 from pydantic import Field
 
@@ -20,8 +21,8 @@ _PACKET_BYTES = 1518  # IEEE 802.3: what a longer summary is cut into
 
 
 class _Bundle:
-    """A unicast frame that is carried: ``copies`` are held or on the air. ``lost``: why the last
-    holder gave one up."""
+    """A unicast frame that hosts carry: ``copies`` are held or on the air. ``lost``: the reason why
+    the last holder gave one up."""
 
     __slots__ = ("frame", "dies_ns", "copies", "settled", "lost")
 
@@ -31,16 +32,17 @@ class _Bundle:
 
 
 class _Store:
-    """What one host holds, the oldest first; the numbers of all that it has had, and until when it
-    waits for what it has asked for."""
+    """The messages that one host holds, the oldest first; the numbers of all that it has had, and
+    until when it waits for those that it has asked for."""
 
-    __slots__ = ("held", "size_bytes", "had", "asked", "saying")
+    __slots__ = ("held", "size_bytes", "had", "asked", "announcing")
 
     def __init__(self) -> None:
-        self.saying = False  # whether a summary is booked
+        self.announcing = False  # whether a summary is booked
         self.forget()
 
     def forget(self) -> None:
+        """Lose everything: the host has stopped."""
         self.held: dict[int, _Bundle] = {}
         self.size_bytes = 0
         self.had: set[int] = set()
@@ -52,15 +54,15 @@ class _Store:
 
 class Epidemic:
     """Store, carry and forward (Vahdat and Becker 2000, "Epidemic routing for partially-connected
-    ad hoc networks"): a host keeps copies of what it has had, its own messages and others', and
-    whoever meets it and has not had one gets it. So messages spread until they are ``lifetime``
-    old, whether they have arrived or not.
+    ad hoc networks"): a host keeps copies of its own messages and of others', and a host that
+    meets it gets those that it has not had. So messages spread until they are ``lifetime`` old,
+    whether they have arrived or not.
 
     A host that holds something broadcasts a summary of it every ``interval``, the first one at a
-    random time of it; who hears that asks for what it has not had yet, and is sent it, its own
-    messages first. All three are frames of the ``hop`` model. What was had once is not asked for
-    again, and what was asked for not within ``patience``. A full buffer gives up its oldest
-    message.
+    random time of it; a host that hears it asks for the messages that it has not had, and is sent
+    them, those for itself first. All three are frames of the ``hop`` model. A message that a host
+    has had is not asked for again, and one that was asked for not within ``patience``. A full
+    buffer gives up its oldest message.
 
     A message is lost when it is ``lifetime`` old (``expired``), or when the last host that holds it
     gives it up (``buffer_full``) or stops (``relay_down``); one that no buffer holds is not taken
@@ -93,9 +95,9 @@ class Epidemic:
         self._params = params
         self._block = "" if hop else f".{params.hop}"
         self._hop = hop = hop or params.chosen()
-        for told in "busy_ns", "judges_transmissions":
-            if hasattr(hop, told):
-                setattr(self, told, getattr(hop, told))
+        for member in "busy_ns", "judges_transmissions":  # capabilities of the hop
+            if hasattr(hop, member):
+                setattr(self, member, getattr(hop, member))
         self._frames = self._bytes = 0
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
@@ -120,7 +122,7 @@ class Epidemic:
         return None
 
     def switched(self, host: int, up: bool) -> None:
-        """A host has started or stopped: what it held is lost."""
+        """A host has started or stopped: the messages that it held are lost."""
         self._hops.switched(host, up)
         if not up:
             held = list(self._stores[host].held.values())
@@ -132,7 +134,7 @@ class Epidemic:
         """Frames and bytes of summaries and requests that were sent so far."""
         return self._frames, self._bytes
 
-    # What a host does with a message.
+    # Messages at a host.
 
     def _keep(self, host: int, message: _Bundle) -> None:
         store, frame, most_bytes = self._stores[host], message.frame, self._params.buffer_bytes
@@ -144,10 +146,10 @@ class Epidemic:
             self._give_up(oldest, _FULL)
         store.held[frame.id] = message
         store.size_bytes += frame.size_bytes
-        if not store.saying:
-            store.saying = True
+        if not store.announcing:
+            store.announcing = True
             wait_ns = int(self._draws[host]() * self._params.interval_ns)
-            self._context.at(self._context.now_ns + wait_ns, self._say, host)
+            self._context.at(self._context.now_ns + wait_ns, self._announce, host)
 
     def _give_up(self, message: _Bundle, why: ports.Drop) -> None:
         message.copies -= 1
@@ -172,14 +174,14 @@ class Epidemic:
             store.asked.pop(number, None)
         self._settle(message, _EXPIRED)
 
-    # What hosts say to each other.
+    # Summaries and requests.
 
-    def _say(self, host: int) -> None:
+    def _announce(self, host: int) -> None:
         store = self._stores[host]
         if not store.held:
-            store.saying = False
+            store.announcing = False
             return
-        self._context.at(self._context.now_ns + self._params.interval_ns, self._say, host)
+        self._context.at(self._context.now_ns + self._params.interval_ns, self._announce, host)
         self._control(host, self._others[host], tuple(store.held), broadcast=True)
 
     def _control(self, host: int, receivers: tuple[int, ...], numbers: Sequence[int], *,
@@ -189,20 +191,21 @@ class Epidemic:
         self._frames += 1
         self._bytes += size_bytes
         self._hops.send(host, receivers, size_bytes, -(-size_bytes // _PACKET_BYTES), broadcast,
-                        self._told, numbers)
+                        partial(self._control_settled, numbers))
 
-    def _told(self, numbers: Sequence[int], frame: ports.Frame, receivers: Sequence[int],
-              verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
-        if type(verdict) is ports.Drop and verdict.reason in self._hops.refuses:
+    def _control_settled(self, numbers: Sequence[int], frame: ports.Frame,
+                         receivers: Sequence[int], verdict: ports.Deliver | ports.Drop,
+                         lost: dict[int, str]) -> None:
+        if isinstance(verdict, ports.Drop) and verdict.reason in self._hops.refuses:
             self._frames -= 1
             self._bytes -= frame.size_bytes
-        elif type(verdict) is ports.Deliver and not lost:
+        elif isinstance(verdict, ports.Deliver) and not lost:
             heard = self._heard if frame.broadcast else self._asked
             self._context.at(self._context.now_ns + verdict.delay_ns, heard,
                              (frame.source, receivers, numbers))
 
     def _heard(self, heard: tuple[int, Sequence[int], Sequence[int]]) -> None:
-        """Who hears a summary asks for what it has not had."""
+        """A summary arrives: its receivers ask for what they have not had."""
         holder, receivers, numbers = heard
         now_ns = self._context.now_ns
         for host in receivers:
@@ -214,19 +217,19 @@ class Epidemic:
                 self._control(host, (holder,), wanted, broadcast=False)
 
     def _asked(self, asked: tuple[int, Sequence[int], Sequence[int]]) -> None:
-        """Who is asked gives what it still holds."""
+        """A request arrives: its receiver sends the messages that it still holds."""
         host, (holder,), numbers = asked
         held = self._stores[holder].held
         given = [held[number] for number in numbers if number in held]
         for message in sorted(given, key=lambda message: message.frame.receivers[0] != host):
             message.copies += 1
             frame = message.frame
-            self._hops.send(holder, (host,), frame.size_bytes, frame.segments, False, self._given,
-                            message)
+            self._hops.send(holder, (host,), frame.size_bytes, frame.segments, False,
+                            partial(self._copy_settled, message))
 
-    def _given(self, message: _Bundle, leg: ports.Frame, _: Sequence[int],
-               verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
-        if type(verdict) is ports.Deliver and not lost:
+    def _copy_settled(self, message: _Bundle, leg: ports.Frame, _: Sequence[int],
+                      verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
+        if isinstance(verdict, ports.Deliver) and not lost:
             self._context.at(self._context.now_ns + verdict.delay_ns, self._got,
                              (message, leg.receivers[0]))
         else:

@@ -15,5 +15,5 @@ GAP_BYTES = 12  # of silence behind each packet
 
 
 def padded(size_bytes: int) -> int:
-    """What a packet of ``size_bytes`` is on a cable."""
+    """The bytes of a packet on a cable, padding included."""
     return size_bytes if size_bytes > LEAST_BYTES else LEAST_BYTES

@@ -1,4 +1,4 @@
-"""A medium access that nothing escapes: everybody knows who sends and who listens around him."""
+"""An ideal medium access, which knows who sends and who listens anywhere."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.units import BitRate, Length, airtime_ns
-from netmodels.neighbourhood import Neighbourhood, mask, reaches, tell
+from netmodels.neighbourhood import Neighbourhood, checked_reaches, mask, settle
 
 
 class _Sending(NamedTuple):
@@ -26,12 +26,12 @@ class _Sending(NamedTuple):
 class IdealMac:
     """Radios that share the air without collisions, backoff or acknowledgements, as if somebody
     told them when: a frame begins as soon as it hinders no other one and no other one hinders it
-    (the protocol model of Gupta and Kumar 2000), and of those who wait, whoever has been silent for
-    longest goes first.
+    (the protocol model of Gupta and Kumar 2000), and of the waiting hosts the one that has been
+    silent for longest goes first.
 
-    A frame arrives within ``range`` after size * 8 / ``rate``, and hinders whoever listens to
-    somebody else within ``interference``. A train is one long frame. Who is where is seen when a
-    frame begins. A host without a place hears nobody, and nobody hears it.
+    A frame arrives within ``range`` after size * 8 / ``rate``, and hinders hosts within
+    ``interference`` that listen to another one. A train is one long frame. Places are those at the
+    beginning of a frame. A host without a place hears nobody, and nobody hears it.
     """
 
     class Params(ports.Params):
@@ -45,7 +45,7 @@ class IdealMac:
 
         @model_validator(mode="after")
         def _reaches(self) -> IdealMac.Params:
-            return reaches(self)
+            return checked_reaches(self)
 
     reasons = ("out_of_range", "out_of_reach", "queue_full")
     refuses = ("queue_full",)
@@ -64,7 +64,7 @@ class IdealMac:
         self._booked = False
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """From whom [k] to whom [k] a frame gets now, with chance 1 [k]."""
+        """``ports.KnowsLinks``: within range, every frame arrives."""
         return self._around.links()
 
     def send(self, frame: ports.Frame) -> None:
@@ -78,14 +78,14 @@ class IdealMac:
             self._book()
 
     def _book(self) -> None:
-        """Once for all that is sent in this instant, or over."""
+        """Book one call for all that is sent, or over, in this instant."""
         if not self._booked:
             self._booked = True
             self._context.at(self._context.now_ns, self._begin)
 
     def _begin(self, _: None) -> None:
         self._booked = False
-        self._around.look()
+        self._around.refresh()
         deaf = quiet = 0
         for sending in self._air.values():
             deaf |= sending.deaf
@@ -122,4 +122,4 @@ class IdealMac:
             self._waiting.add(host)
         if self._waiting:
             self._book()
-        tell(self._context, frame, got, 0)
+        settle(self._context, frame, got, 0)

@@ -1,4 +1,4 @@
-"""How kernels of network models get their state: the one way, for the DCF and for the switch.
+"""The state of compiled network models, the DCF and the switch, and how kernels get it.
 
 There is a record dtype for each kind of thing, an array of records each, and one NamedTuple of
 these arrays. ``Addresses`` owns the NamedTuple. A kernel's first argument is ``Addresses.rows``,

@@ -1,4 +1,4 @@
-"""An access link per host, and nothing but free capacity behind it."""
+"""An access link per host, with unlimited capacity behind it."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class AccessLink:
 
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency. Receiving is
     free: where several senders meet at one receiver's port, ``switch`` is the model. A broadcast
-    takes the link once and is copied behind it. Of a train those packets are dropped that find no
-    room.
+    takes the link once and is copied behind it. Of a train those packets are dropped for which
+    the queue has no place.
     """
 
     class Params(ports.Params):
@@ -63,14 +63,14 @@ class AccessLink:
         self._booked_ns[frame.source] += end_ns - begin_ns
         return end_ns - now_ns + self._latency_ns
 
-    def _let_in(self, frame: ports.Frame, begin_ns: int, room_bytes: int) -> tuple[int, int]:
-        """How many packets of ``frame`` find room, and their bytes. The first always passes an idle
-        link."""
+    def _let_in(self, frame: ports.Frame, begin_ns: int, free_bytes: int) -> tuple[int, int]:
+        """Let in the packets of ``frame`` that fit. Returns how many, and their bytes. The first
+        one always passes an idle link."""
         sizes, now_ns = packet_sizes(frame.size_bytes, frame.segments), self._context.now_ns
         fit = 0
         for size_bytes in sizes:
-            room_bytes -= size_bytes
-            if room_bytes < 0 and (fit or begin_ns > now_ns):
+            free_bytes -= size_bytes
+            if free_bytes < 0 and (fit or begin_ns > now_ns):
                 break
             fit += 1
         if self._lines is not None:
@@ -79,6 +79,6 @@ class AccessLink:
         return fit, sum(sizes[:fit])
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
-        """``ports.NetworkModel``: for how long the link of each of ``hosts`` was sending."""
+        """For how long the link of each of ``hosts`` was sending."""
         now_ns = self._context.now_ns
         return [self._booked_ns[host] - max(self._free_ns[host] - now_ns, 0) for host in hosts]

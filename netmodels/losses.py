@@ -13,8 +13,8 @@ def lose(context: ports.Context, frame: ports.Frame, receiver: int,
          lost: Mapping[str, Sequence[int]], arrives: ports.Deliver = _ARRIVED,
          sent: int | None = None) -> None:
     """Settle ``frame`` at one receiver without the packets that are ``lost`` (by reason, their
-    numbers, none of them twice): the others arrive, if there are any. ``sent``: how many there were
-    (all), where others have been named before."""
+    numbers, none of them twice): the others arrive, if there are any. ``sent``: the number of
+    packets (None: all), where some have been named before."""
     left = frame.segments if sent is None else sent
     for reason, packets in lost.items():
         left -= len(packets)

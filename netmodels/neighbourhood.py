@@ -1,8 +1,9 @@
-"""Who is near whom, on the unit disk: sets of hosts are bit masks, bit k for host k."""
+"""Neighbours on the unit disk. Sets of hosts are bit masks, bit k for host k."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -20,8 +21,9 @@ class Neighbourhood:
         self._context, self._limits_m = context, (range_m, interference_m)
         self._places: np.ndarray | None = None
 
-    def look(self) -> None:
-        """Where everybody is now. To be called before ``reached`` and ``disturbed`` are read."""
+    def refresh(self) -> None:
+        """Follow the hosts to their present places, before ``reached`` and ``disturbed`` are
+        read."""
         places = self._context.positions(self._context.now_ns)
         if places is self._places:
             return
@@ -33,8 +35,8 @@ class Neighbourhood:
         self.reached, self.disturbed = _masks(self._near), _masks(disturbed | self._near)
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """From whom to whom, with which chance a frame gets: it does."""
-        self.look()
+        """``ports.KnowsLinks``: within range, every frame arrives."""
+        self.refresh()
         one, other = np.nonzero(self._near)
         apart = one != other
         return one[apart], other[apart], np.ones(int(apart.sum()))
@@ -46,14 +48,15 @@ def _masks(near: np.ndarray) -> list[int]:
 
 
 def mask(hosts: Iterable[int]) -> int:
+    """The bit mask of these hosts."""
     found = 0
     for host in hosts:
         found |= 1 << host
     return found
 
 
-def tell(context: ports.Context, frame: ports.Frame, got: int, spoilt: int) -> None:
-    """Settle ``frame``: it has arrived at those in ``got``, and others spoilt it at ``spoilt``."""
+def settle(context: ports.Context, frame: ports.Frame, got: int, spoilt: int) -> None:
+    """Settle ``frame``: it has arrived at the hosts in ``got``, and was spoilt at ``spoilt``."""
     if not frame.broadcast:
         (receiver,) = frame.receivers
         context.settle(frame, receiver, _ARRIVED if got else ports.Drop(
@@ -66,12 +69,13 @@ def tell(context: ports.Context, frame: ports.Frame, got: int, spoilt: int) -> N
     context.settle_many(frame, None, ports.Drop("out_of_reach"))
 
 
-def tell_packets(context: ports.Context, frame: ports.Frame, sent: Sequence[tuple[int, int]]
+def settle_train(context: ports.Context, frame: ports.Frame, sent: Sequence[tuple[int, int]]
                  ) -> None:
-    """Settle a train: each packet was ``sent`` to those who got it, and spoilt at others."""
+    """Settle a train. ``sent``: of each packet, the hosts that got it and those where it was
+    spoilt."""
     got, spoilt = sent[0]
     if all(packet == (got, spoilt) for packet in sent):
-        tell(context, frame, got, spoilt)
+        settle(context, frame, got, spoilt)
         return
     always = ever = got
     for own, broken in sent:
@@ -89,8 +93,21 @@ def tell_packets(context: ports.Context, frame: ports.Frame, sent: Sequence[tupl
         context.settle_many(frame, None, ports.Drop(beyond))
 
 
-def reaches(params: ports.Params) -> ports.Params:
-    """A check of parameters: raises ValueError for interference that ends within the range."""
+class Reaches(Protocol):
+    """Parameters with a range and an interference."""
+
+    @property
+    def range_m(self) -> float: ...
+
+    @property
+    def interference_m(self) -> float: ...
+
+
+P = TypeVar("P", bound=Reaches)
+
+
+def checked_reaches(params: P) -> P:
+    """These parameters. Raises ValueError for interference that ends within the range."""
     if params.interference_m < params.range_m:
         raise ValueError(f"interference ({params.interference_m:g} m) is less than range "
                          f"({params.range_m:g} m); who is near enough to get a frame is near "

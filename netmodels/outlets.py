@@ -1,4 +1,4 @@
-"""Hosts that get in nobody's way but their own."""
+"""Senders that delay nobody's frames but their own."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Outlets:
         self._rate_bps = rate_bps
 
     def delay_ns(self, frame: ports.Frame, now_ns: int) -> int:
-        """Until all of ``frame``, which is sent now, is out."""
+        """The time until all of ``frame``, which is sent now, is out."""
         source = frame.source
         end_ns = (max(now_ns, self._free_ns[source])
                   + airtime_ns(frame.size_bytes, self._rate_bps))

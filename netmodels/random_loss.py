@@ -1,4 +1,4 @@
-"""Packets that get lost by chance."""
+"""Packets that are lost at random."""
 
 from __future__ import annotations
 

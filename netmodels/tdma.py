@@ -1,4 +1,4 @@
-"""Everybody has his own time to speak."""
+"""TDMA: each host has slots of its own."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Length, Period, airtime_ns
-from netmodels.neighbourhood import Neighbourhood, mask, reaches, tell_packets
+from netmodels.neighbourhood import Neighbourhood, checked_reaches, mask, settle_train
 
 
 class _QueuedTrain:
@@ -26,13 +26,13 @@ class _QueuedTrain:
 
 class Tdma:
     """Time division: a cycle of slots, each long enough for one packet, and each host sends in its
-    own one. Who has the same slot sends at the same time: far apart that is reuse, and nearer it is
-    a ``collision`` at whoever hears both.
+    own one. Hosts with the same slot send at the same time: far apart that is reuse, and nearer it
+    is a ``collision`` at the hosts that hear both.
 
     A packet arrives within ``range`` at the end of its slot, unless somebody else sends within
     ``interference`` of the receiver, or the receiver does. A train takes as many of its sender's
     slots as it has packets, each with a fate of its own. Clocks are in step; nothing is
-    acknowledged. Who is where is seen at the end of a slot. A host without a place hears nobody,
+    acknowledged. Places are those at the end of a slot. A host without a place hears nobody,
     and nobody hears it.
     """
 
@@ -52,7 +52,7 @@ class Tdma:
 
         @model_validator(mode="after")
         def _reaches(self) -> Tdma.Params:
-            return reaches(self)
+            return checked_reaches(self)
 
     reasons = ("collision", "out_of_range", "out_of_reach", "queue_full", "too_long")
     refuses = ("queue_full", "too_long")
@@ -77,7 +77,7 @@ class Tdma:
         self._senders: dict[int, list[int]] = {}  # by number of the slot since time 0
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """From whom [k] to whom [k] a frame gets now, with chance 1 [k]."""
+        """``ports.KnowsLinks``: within range, every frame arrives."""
         return self._around.links()
 
     def send(self, frame: ports.Frame) -> None:
@@ -101,9 +101,9 @@ class Tdma:
         senders.append(host)
 
     def _end(self, number: int) -> None:
-        """All of a slot at once: who was disturbed, whose frame is over, who goes on. Then tell,
-        since whoever is told may send again."""
-        self._around.look()
+        """The end of a slot: note who got each packet, book the next slots, and only then settle,
+        since a settled frame may let its sender send again."""
+        self._around.refresh()
         reached, disturbed = self._around.reached, self._around.disturbed
         senders, over = sorted(self._senders.pop(number)), []
         for host in senders:
@@ -120,7 +120,7 @@ class Tdma:
             if queue:
                 self._book(host, number + 1)
         for waiting in over:
-            tell_packets(self._context, waiting.frame, waiting.sent)
+            settle_train(self._context, waiting.frame, waiting.sent)
 
 
 def _number(host: str) -> int:

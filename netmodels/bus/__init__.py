@@ -1,4 +1,4 @@
-"""A shared bus: all hosts on one cable, one packet at a time; whoever is meant hears it at once."""
+"""A shared bus: all hosts on one cable, one packet at a time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from netmodels.bus.stations import Cable
 from netmodels.ethernet import padded
 
 Arbitration = CarrierSense | CollisionDetection | Fifo
-ARBITRATIONS = {"csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fifo}
+Discipline = Callable[[Cable, ports.Context, tuple[str, ...]], Arbitration]
+ARBITRATIONS: dict[str, Discipline] = {
+    "csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fifo}
 
 
 class Bus:
@@ -26,8 +28,8 @@ class Bus:
     With ``csma`` and ``csma_cd`` a train competes for the bus packet by packet, and one that is
     given up is lost alone; with ``fifo`` it goes in one go.
 
-    A packet that finds ``queue_packets`` waiting is dropped, and of a train all those that find no
-    room.
+    A packet that finds ``queue_packets`` waiting is dropped, and of a train all those for which the
+    queue has no place.
     """
 
     class Params(ports.Params):
@@ -73,13 +75,13 @@ class Bus:
         return self._arbitration.transmissions, self._arbitration.collisions
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
-        """``ports.NetworkModel``: for how long nobody could begin, since somebody was sending (with
-        success or not), or a signal was under way, or the gap behind it was not over (``csma``:
-        only who has sent waits for that)."""
+        """For how long nobody could begin: a host was sending (with success or not), a signal was
+        under way, or the gap behind it was not over (``csma``: only the sender waits for that)."""
         bus = self._arbitration
         return [bus.taken_ns - max(bus.free_ns - self._context.now_ns, 0)]
 
-    def _discipline(self) -> Callable[[Cable, ports.Context, tuple[str, ...]], Arbitration]:
+    def _discipline(self) -> Discipline:
+        """The class of the arbitration."""
         return ARBITRATIONS[self._params.arbitration]
 
     def _wire_ns(self, size_bytes: int) -> int:

@@ -1,11 +1,12 @@
 """CSMA/CD of IEEE 802.3, clause 4: carrier sense, collision detection, binary exponential backoff.
 
-All hosts are equally far from each other. Who begins before the first sender's signal has arrived
-collides with it; each hears the other one after the propagation time, jams and stops. All see the
-bus idle when the last signal has passed everybody, and who waits begins a gap later. No packet is
-shorter than a slot, and a slot is longer than there and back, so that no collision goes unheard.
+All hosts are equally far from each other. A host that begins before the first sender's signal has
+arrived collides with it; each hears the other one after the propagation time, jams and stops. All
+see the bus idle when the last signal has passed everybody, and waiting hosts begin a gap later. No
+packet is shorter than a slot, and a slot is longer than a round trip, so that no collision goes
+unheard.
 
-Simpler than the standard: who hears a collision during its preamble does not finish that first.
+Simpler than the standard: a host that hears a collision during its preamble does not finish that.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ _CEILING = 10
 
 
 class CollisionDetection(BusStations):
+    """Carrier sense with collision detection and binary exponential backoff."""
+
     def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
         super().__init__(cable, context, hosts)
         # That have begun, unheard so far, and when.
@@ -31,10 +34,10 @@ class CollisionDetection(BusStations):
             self._context.at(self.free_ns, self._try, station)
             return
         if not self._senders:
-            self._context.at(now_ns + self._cable.propagation_ns, self._heard)
+            self._context.at(now_ns + self._cable.propagation_ns, self._all_hear)
         self._senders.append((station, now_ns))
 
-    def _heard(self, _: None) -> None:
+    def _all_hear(self, _: None) -> None:
         """The first sender's signal is everywhere: nobody else will begin."""
         senders, self._senders = self._senders, []
         station, first_ns = senders[0]
@@ -49,11 +52,11 @@ class CollisionDetection(BusStations):
         stop_ns = senders[1][1] + heard_ns
         self._occupy(first_ns, stop_ns)
         self._collided(station, stop_ns)
-        for other, _ in senders[1:]:
+        for other, _begun_ns in senders[1:]:
             self._collided(other, first_ns + heard_ns)
 
     def _occupy(self, begin_ns: int, end_ns: int) -> None:
-        """Somebody sends from ``begin_ns`` to ``end_ns``."""
+        """The bus carries a signal from ``begin_ns`` to ``end_ns``."""
         self.free_ns = end_ns + self._cable.propagation_ns + self._cable.gap_ns
         self.taken_ns += self.free_ns - begin_ns
 

@@ -17,8 +17,11 @@ _ATTEMPTS = 1000
 
 
 class CarrierSense(BusStations):
+    """Carrier sense as in ns-3, without collisions."""
+
     def _try(self, station: BusStation) -> None:
-        """What a station will draw while the bus is certain to be busy is drawn at once."""
+        """Send, or draw the next try: all draws that fall into the time that the bus is certain to
+        be busy are made at once."""
         now_ns = self._context.now_ns
         if now_ns >= self.free_ns:
             self.transmissions += 1

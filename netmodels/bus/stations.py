@@ -13,8 +13,8 @@ from netmodels.losses import lose
 
 
 class Cable(NamedTuple):
-    """What all arbitrations know of the bus; ``wire_ns(size_bytes)`` is the time that a packet
-    takes without its gap."""
+    """The properties of the bus. ``wire_ns(size_bytes)`` is the time that a packet takes without
+    its gap."""
 
     propagation_ns: int
     gap_ns: int
@@ -25,6 +25,8 @@ class Cable(NamedTuple):
 
 
 class Packet(NamedTuple):
+    """A packet in a station's queue."""
+
     frame: ports.Frame
     wire_ns: int
     number: int  # in its frame, from 0
@@ -39,16 +41,16 @@ class BusStation:
     def __init__(self, random: Callable[[], float]) -> None:
         self.random = random  # uniform in [0, 1)
         self.queue: deque[Packet] = deque()
-        self.packet: Packet | None = None
+        self.packet: Packet  # once it has had any
         self.attempts = 0  # to send this packet, so far
         self.idle = True
         self.lost: dict[str, list[int]] = {}  # packets of the present frame, by reason
 
 
 class BusStations(ABC):
-    """What carrier sense with and without collisions have in common. ``_try`` is theirs: to send
-    a station's packet now, or to see to it that it is tried again; so is ``free_ns``, until when
-    nobody can begin. ``taken_ns``: for how long that has been so, up to then."""
+    """The common part of carrier sense with and without collisions. Subclasses have ``_try``, which
+    sends a station's packet now or books another try, and set ``free_ns``, before which nobody can
+    begin. ``taken_ns``: for how long that has been so, up to then."""
 
     def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._cable = cable
@@ -60,10 +62,10 @@ class BusStations(ABC):
 
     def take(self, frame: ports.Frame) -> None:
         station, cable = self._stations[frame.source], self._cable
-        room = cable.queue_packets - len(station.queue) + station.idle
-        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)[:room]
+        free = cable.queue_packets - len(station.queue) + station.idle
+        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)[:free]
         refuse(self._context, frame, len(sizes))
-        station.queue.extend(Packet(frame, cable.wire_ns(size_bytes), number, number + 1 == room
+        station.queue.extend(Packet(frame, cable.wire_ns(size_bytes), number, number + 1 == free
                                     or number + 1 == frame.segments)
                              for number, size_bytes in enumerate(sizes))
         if station.idle:
@@ -85,13 +87,13 @@ class BusStations(ABC):
         self._context.at(self._context.now_ns + self._cable.gap_ns, self._next, station)
 
     def _give_up(self, station: BusStation, reason: str) -> None:
-        """The packet is lost, and the next one's turn is now."""
+        """Drop the station's packet, and go on to the next one."""
         station.lost.setdefault(reason, []).append(station.packet.number)
         self._passed(station)
         self._next(station)
 
     def _passed(self, station: BusStation) -> None:
-        """The packet has left its queue, and with the last one of a frame that has a fate."""
+        """A packet has left the queue; the last one of a frame settles it."""
         frame, _, number, last = station.packet
         if not last:
             return

@@ -1,4 +1,4 @@
-"""Whom heartbeats reach that stations of 802.11 broadcast: nobody acknowledges or repeats them."""
+"""Heartbeats that stations of 802.11 broadcast: nobody acknowledges or repeats them."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Hosts in a row, each of which passes on what the first one says to the last one."""
+"""A row of hosts that relays the packets of the first one to the last one."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
@@ -24,19 +24,19 @@ from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.tdma import Tdma
 
 RANGE, INTERFERENCE = 1.1, 2.1  # of a frame, in hops: of ideal and tdma
-_ASIDE = 0.04  # the spare host, in hops
+_ASIDE = 0.04  # of the spare host, in hops: as good as in line (the diagonal is 0.1 % longer)
 _REUSE = 4  # hops from a sender to the next one whom it may send with: the interference and two
 _WARM_UP_NS = 2_000_000_000
 _HOP_LIMIT = 50  # batman-adv
 _STANDARD = "11a"
 # Link budget of ns-3 3.44, by which hosts 25 m apart find frames over two hops and not over three.
-_TWO_HOPS: dict[str, Any] = {"path_loss": {"reference": "46.6777 dB"},
+_TWO_HOPS: dict[str, dict[str, str]] = {"path_loss": {"reference": "46.6777 dB"},
                              "reception": {"preamble": "-82 dBm"}}
-_LEARNING_NS = 5_000_000_000  # until a protocol knows its routes
+_LEARNING_NS = 5_000_000_000  # five intervals of batman, its memory of a route
 
 
 class _Deserted(Multihop):
-    """Whoever passes frames from ``host`` for ``dest`` on leaves, and does not come back."""
+    """A chain whose relay from ``host`` to ``dest`` leaves at ``leaves_ns``, for good."""
 
     def __init__(self, params: Multihop.Params, host: str, dest: str, leaves_ns: int) -> None:
         super().__init__(params)
@@ -44,17 +44,19 @@ class _Deserted(Multihop):
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         super().start(context, hosts)
-        context.at(self._leaves_ns, self._leave, tuple(map(hosts.index, self._way)))
+        context.at(self._leaves_ns, self._leave,
+                   tuple(hosts.index(end) for end in self._way))
 
-    def _leave(self, way: tuple[int, int]) -> None:
-        relay = self.routing.next_hop(*way)
+    def _leave(self, way: tuple[int, ...]) -> None:
+        host, dest = way
+        relay = self.routing.next_hop(host, dest)
         if relay is not None:
             self.switched(relay, False)
 
 
 class RelayChain:
     """A chain of hops that carries one saturated flow: two frames for each hop are on the way at
-    any time. A frame hinders whoever is two hops from its sender or nearer, so that of four hosts
+    any time. A frame hinders hosts two hops from its sender or nearer, so that of four hosts
     in a row one sends: a quarter of the single-hop rate is the most that a long chain carries, and
     carrier sense achieves less (Li, Blake, De Couto, Lee, Morris 2001). That holds for ``ideal``
     and ``tdma``, and for ``dcf`` from 24 Mb/s on. With ``dcf``, frames of 6 to 12 Mb/s survive a

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError
-from desim.ports.cases import Setup
+from desim.ports.cases import Arrivals, Setup
 from desim.units import BitRate, ByteSize, Length, Period
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import flows
@@ -51,8 +51,8 @@ class Hidden:
         places = {"sender_1": (0.0, 0.0), "receiver": (p.spacing_m, 0.0),
                   "sender_2": (2 * p.spacing_m, 0.0)}
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
-        arrivals, every_ns = ("saturated", 0) if p.load_bps is None else (
-            "poisson", p.payload_bytes * 8e9 / p.load_bps)
+        arrivals: Arrivals = "saturated" if p.load_bps is None else "poisson"
+        every_ns = 0.0 if p.load_bps is None else p.payload_bytes * 8e9 / p.load_bps
         return Setup(radio, places, flows(("sender_1", "sender_2"), "receiver", size_bytes,
                                           p.payload_bytes, arrivals, every_ns),
                      _WARM_UP_NS + p.duration_ns, _WARM_UP_NS)

@@ -19,8 +19,8 @@ _FAR_M = 1e6
 
 
 class FlowParams(ports.Params):
-    """What one host says to another one, over others, or to all; hosts are named by their number,
-    the place in the list of places, from 0."""
+    """The packets of one host for another one, over others, or for all. Hosts are named by their
+    number in the list of places, from 0."""
 
     source: int = Field(alias="from", ge=0, description="who sends")
     to: int | None = Field(None, ge=0, description="who receives (none)")
@@ -85,7 +85,8 @@ class Layout:
 
 
 def _complaints(flow: FlowParams, hosts: int) -> Iterator[str]:
-    """What keeps a flow from being played; a line begins with the key, or is about the whole."""
+    """The reasons why a flow cannot be played; a line begins with its key, or is about the
+    whole."""
     for key, numbers in (("from", [flow.source]), ("via", flow.via),
                          ("to", [] if flow.to is None else [flow.to])):
         for number in numbers:

@@ -1,4 +1,4 @@
-"""How much stations of 802.11 carry together that always have something to send."""
+"""Saturated stations of 802.11: the goodput of stations that always have something to send."""
 
 from __future__ import annotations
 

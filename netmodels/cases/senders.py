@@ -1,4 +1,4 @@
-"""Many that send to one at a given load, and how long to watch them."""
+"""Many senders to one receiver at a given load, and how long to measure them."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ def numbered(name: str, count: int) -> tuple[str, ...]:
 
 def flows(sources: tuple[str, ...], receiver: str, size_bytes: int, payload_bytes: int,
           arrivals: Arrivals, every_ns: float = 0, backlog: int = 0) -> list[Flow]:
-    """Alike, from each of ``sources``."""
+    """Equal flows, one from each of ``sources``."""
     return [Flow(source, (receiver,), size_bytes, payload_bytes, arrivals, round(every_ns), backlog)
             for source in sources]
 
 
 class MeasuredSpan(NamedTuple):
-    """How long to watch senders, in ns: the whole, and its first part, which is not counted. Under
-    overload they begin with a ``backlog`` of packets each, so that queues are full at once."""
+    """The duration to play, and its first part, which is not counted. Under overload each sender
+    begins with a ``backlog`` of packets, so that queues are full at once."""
 
     duration_ns: int
     warm_up_ns: int
@@ -32,9 +32,9 @@ class MeasuredSpan(NamedTuple):
 
 def measured_span(packet_ns: float, load: float, queue: int, queues: int, senders: int,
           packets: int, measured_ns: int | None) -> MeasuredSpan:
-    """Until so many ``queues``, which have room for ``queue`` packets each, are in a steady state,
-    and what they had at the beginning is gone; then for ``packets``, or as long as it is said."""
-    each_ns, room = packet_ns / min(load, 1), queue * queues if load > 1 else 0
-    warm_up_ns = round((_SETTLING + room) * each_ns)
+    """The warm-up until so many ``queues`` of ``queue`` packets each are in a steady state and have
+    sent what they began with; then the time of ``packets``, or ``measured_ns``."""
+    each_ns, waiting = packet_ns / min(load, 1), queue * queues if load > 1 else 0
+    warm_up_ns = round((_SETTLING + waiting) * each_ns)
     return MeasuredSpan(warm_up_ns + (measured_ns or round(packets * each_ns)), warm_up_ns,
-                 -(-room // senders))
+                 -(-waiting // senders))

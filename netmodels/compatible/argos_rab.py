@@ -16,7 +16,7 @@ _HIDDEN, _LOST = ports.Drop("obstructed"), ports.Drop("random_loss")
 
 class ArgosRab:
     """ARGoS' range-and-bearing medium (argos3, plugins/simulator/media/rab_medium and the sensor
-    for it): in every tick whoever is nearer than ``range`` and in sight gets the one message that a
+    for it): in every tick each host nearer than ``range`` and in sight gets the one message that a
     sender has for all, unless it is dropped by chance.
 
     A message is of a fixed size: what is larger than ``size`` without its headers is ``too_long``.
@@ -66,22 +66,22 @@ class ArgosRab:
             context.settle_many(before, before.receivers, _OVERWRITTEN)
 
     def _tick(self, _: None) -> None:
-        said, self._said = self._said, {}  # whoever is told may say something again
+        said, self._said = self._said, {}  # a settled frame may let its sender send again
         for source in sorted(said):
-            self._tell(said[source])
+            self._settle(said[source])
 
-    def _tell(self, frame: ports.Frame) -> None:
+    def _settle(self, frame: ports.Frame) -> None:
         context, params = self._context, self._params
         places = context.positions(context.now_ns)
         here, there = places[frame.source], places[list(frame.receivers)]
         near = np.hypot(*(there - here).T) < params.range_m  # False for NaN
         seen = walls_between(context.obstacles, here, there) == 0
         beyond = ports.Drop("out_of_reach" if frame.broadcast else "out_of_range")
-        fates: dict[ports.Verdict, list[int]] = {}
+        fates: dict[ports.Deliver | ports.Drop, list[int]] = {}
         for k, receiver in enumerate(frame.receivers):
-            lucky = self._streams(frame.source, receiver).random() >= params.drop_probability
+            kept = self._streams(frame.source, receiver).random() >= params.drop_probability
             fate = (beyond if not near[k] else _HIDDEN if not seen[k]
-                    else ports.Deliver(0) if lucky else _LOST)
+                    else ports.Deliver(0) if kept else _LOST)
             fates.setdefault(fate, []).append(receiver)
         for fate, receivers in fates.items():
             context.settle_many(frame, receivers, fate)

@@ -9,8 +9,8 @@ from netmodels.compatible.rf import REASONS, Rf, RfParams
 
 
 class GzRfComms:
-    """Gazebo's RFComms system (gz-sim, src/systems/rf_comms): who is within ``range`` gets a
-    message with a chance that a power drawn for this message alone has.
+    """Gazebo's RFComms system (gz-sim, src/systems/rf_comms): a host within ``range`` gets a
+    message with the chance of a power that is drawn for this message alone.
 
     power = sent - reference - 10 exponent log10(distance / 1 m) + normal(0, sigma),
     BER = erfc(sqrt(power / noise)), and the message arrives with (1 - BER)^bytes. That is Gazebo's,
@@ -21,9 +21,8 @@ class GzRfComms:
 
     A train has one power, and each of its packets errors of its own: all of it arrives with the
     chance of one message of all its bytes. Nobody waits, and nobody hinders anybody else. Left out:
-     heights, Gazebo's own headers (the frame's count), and what a receiver is told of the
-    power. A host without a place, as a radio without a model, gets and sends nothing.
-    """
+    heights, Gazebo's own headers (the frame's count), and the power that a receiver reads. A host
+    without a place, as a radio without a model, gets and sends nothing. """
 
     Params = RfParams
     reasons = REASONS

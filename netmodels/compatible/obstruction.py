@@ -1,4 +1,4 @@
-"""What stands between a sender and those who are to hear it."""
+"""Walls between a sender and its receivers."""
 
 from __future__ import annotations
 

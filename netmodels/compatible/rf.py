@@ -23,7 +23,7 @@ _NEAREST_M = 1e-9
 
 
 class RfParams(ports.Params):
-    """What both of them are told."""
+    """The parameters that both have."""
 
     range_m: Length = Field("50 m", gt=0, description="nothing gets farther, max_range (gz-sim)")
     exponent: float = Field(2.5, gt=0, le=20, description="of the distance, fading_exponent "
@@ -47,7 +47,7 @@ class RfParams(ports.Params):
 
 
 class CapacityWindow:
-    """What somebody has sent or received in the last epoch."""
+    """The bytes that a host has sent or received in the last epoch."""
 
     __slots__ = ("_bytes", "_epoch_ns", "_most_bits", "_past")
 
@@ -69,7 +69,7 @@ class CapacityWindow:
 
 
 class Rf:
-    """Messages between ``hosts``, each with one attempt: the luck of a link is its own."""
+    """Messages between ``hosts``, each with one attempt. Each link has its own random numbers."""
 
     def __init__(self, params: RfParams, context: ports.Context, use: str,
                  hosts: tuple[str, ...]) -> None:
@@ -99,19 +99,19 @@ class Rf:
 
     def _fate(self, frame: ports.Frame, receiver: int, mean_dbm: float, now_ns: int
               ) -> tuple[str | None, tuple[int, ...]]:
-        """Which packets do not arrive, and the reason why. Who is too far away has been sent to all
-        the same. The power is drawn once for a train, and luck for each packet, so that all of it
-        arrives with the chance of one message of all its bytes."""
+        """The reason of the loss, and the packets that are lost. A receiver out of range still
+        counts as sent to. The power is drawn once for a train, and errors for each packet, so that
+        all of it arrives with the chance of one message of all its bytes."""
         whole = tuple(range(frame.segments))
         stream = self._streams(frame.source, receiver)
-        off, luck = stream.standard_normal(), stream.random(frame.segments)
+        off, draws = stream.standard_normal(), stream.random(frame.segments)
         if not self._sent[frame.source].take(now_ns, frame.size_bytes):
             return "rate_limited", whole
         if mean_dbm != mean_dbm:  # NaN
             return "out_of_range", whole
         dbm = mean_dbm + deviation_db(self._params) * off
         sizes = np.array(ports.packet_sizes(frame.size_bytes, frame.segments))
-        lost = tuple(np.flatnonzero(luck >= delivery(self._params, dbm, sizes)).tolist())
+        lost = tuple(np.flatnonzero(draws >= delivery(self._params, dbm, sizes)).tolist())
         left_bytes = frame.size_bytes - int(sizes[list(lost)].sum())
         if left_bytes and not self._received[receiver].take(now_ns, left_bytes):
             return "receiver_limited", whole

@@ -69,7 +69,7 @@ class WebotsEmitter:
         context.at(sent_ns, self._sent, frame)
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
-        """``ports.NetworkModel``: strength 1 is 0 dBm; all or nothing."""
+        """Strength 1 is 0 dBm; delivery is all or nothing."""
         near, seen = self._reached(from_m, to_m)
         with np.errstate(divide="ignore"):
             return ports.Signal(-20 * np.log10(np.hypot(*(to_m - from_m).T)), 1.0 * (near & seen))

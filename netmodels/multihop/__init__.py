@@ -1,15 +1,16 @@
-"""Frames that find their way over several hops."""
+"""Routing over several hops."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
+from functools import partial
 from typing import Literal
 
 from pydantic import Field
 
 from desim import ports
-from desim.errors import below
+from desim.errors import ModelError, below
 from netmodels.multihop.batman import Batman, BatmanParams
 from netmodels.multihop.choice import HOPS, HopChoice
 from netmodels.multihop.hops import Hops
@@ -21,12 +22,12 @@ _OWN = frozenset({"hop_limit", "no_path", "relay_down", "relay_no_path"})
 
 
 def _relayed(hop: type[ports.NetworkModel] | ports.NetworkModel) -> set[str]:
-    """What a host on the way says where its hop refuses a frame, which its sender has sent."""
+    """The reasons for which a relay drops a frame that its hop refuses."""
     return {f"relay_{reason}" for reason in getattr(hop, "refuses", ())}
 
 
 class _Journey:
-    """A frame between two hops, how many it has made, and which of its packets are left."""
+    """A frame on its way: the number of hops so far, and the packets that are left."""
 
     __slots__ = ("frame", "made", "left")
 
@@ -35,8 +36,8 @@ class _Journey:
         self.left: Sequence[int] = range(frame.segments)
 
     def without(self, lost: dict[int, str]) -> dict[str, list[int]]:
-        """Go on without the packets that the last leg has lost, which counted those that were left.
-        Returns their numbers in the frame by reason."""
+        """Go on without the packets that the last hop has ``lost``, by their number among those
+        that were left. Returns their numbers in the frame by reason."""
         gone: dict[str, list[int]] = {}
         for number in sorted(lost):
             gone.setdefault(lost[number], []).append(self.left[number])
@@ -45,6 +46,7 @@ class _Journey:
         return gone
 
     def size_bytes(self) -> int:
+        """The bytes of the packets that are left."""
         frame = self.frame
         if len(self.left) == frame.segments:
             return frame.size_bytes
@@ -73,15 +75,15 @@ class Multihop:
         hop_limit: int = Field(50, ge=1, le=255, description="hops that a frame may make "
                                                              "(batman-adv)")
 
-    reasons = tuple(sorted(_OWN.union(
+    reasons: tuple[str, ...] = tuple(sorted(_OWN.union(
         *(model.reasons for model in HOPS.values()),
         *(_relayed(model) for model in HOPS.values()))))
-    refuses = ("no_path", *sorted(set().union(*(getattr(model, "refuses", ())
+    refuses: tuple[str, ...] = ("no_path", *sorted(set().union(*(getattr(model, "refuses", ())
                                                 for model in HOPS.values()))))
 
     def __init__(self, params: Params, hop: ports.NetworkModel | None = None) -> None:
         """``hop``: a single-hop model that is made already, instead of the one in ``params``. With
-        routing ``static`` it has ``links() -> from whom [k], to whom [k], delivery [k]``."""
+        routing ``static`` it is a ``ports.KnowsLinks``."""
         self._block = "" if hop else f".{params.hop}"
         if hop is None:
             hop = params.chosen()
@@ -89,11 +91,14 @@ class Multihop:
             self.reasons = (*hop.reasons, *_relayed(hop), *sorted(_OWN))
             self.refuses = ("no_path", *getattr(hop, "refuses", ()))
         self._hop, self._limit = hop, params.hop_limit
-        for told in "attempts", "busy_ns", "judges_transmissions":
-            if hasattr(hop, told):
-                setattr(self, told, getattr(hop, told))
-        self.routing = (Batman(params.batman) if params.routing == "batman"
-                        else Static(params.static, hop.links))
+        for member in "attempts", "busy_ns", "judges_transmissions":  # capabilities of the hop
+            if hasattr(hop, member):
+                setattr(self, member, getattr(hop, member))
+        self.routing: Batman | Static = Batman(params.batman)
+        if params.routing == "static":
+            if not isinstance(hop, ports.KnowsLinks):
+                raise ModelError("routing: static needs a hop that is a ports.KnowsLinks")
+            self.routing = Static(params.static, hop.links)
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
@@ -126,22 +131,23 @@ class Multihop:
 
     def control(self) -> tuple[int, int]:
         """Frames and bytes that routing has sent so far."""
-        return getattr(self.routing, "frames", 0), getattr(self.routing, "bytes", 0)
+        return self.routing.frames, self.routing.bytes
 
     def _forward(self, journey: _Journey, host: int, next_hop: int) -> None:
         journey.made += 1
         self._hops.send(host, (next_hop,), journey.size_bytes(), len(journey.left), False,
-                        self._told, journey)
+                        partial(self._settled, journey))
 
-    def _told(self, journey: _Journey, leg: ports.Frame, _: Sequence[int],
-              verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
+    def _settled(self, journey: _Journey, leg: ports.Frame, _: Sequence[int],
+                 verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
+        """A hop is over: settle the packets that it has lost, and send on the rest."""
         frame, (host,) = journey.frame, leg.receivers
         settle, dest = self._context.settle, frame.receivers[0]
         for reason, packets in journey.without(lost).items():
             settle(frame, dest, ports.Drop(reason, tuple(packets)))
         if not journey.left:
             return
-        if type(verdict) is ports.Drop:
+        if isinstance(verdict, ports.Drop):
             relayed = journey.made > 1 and verdict.reason in self.refuses
             settle(frame, dest, ports.Drop(f"relay_{verdict.reason}") if relayed else verdict)
         elif host == dest:
@@ -153,7 +159,7 @@ class Multihop:
             self._arrived((journey, host))
 
     def _arrived(self, arrived: tuple[_Journey, int]) -> None:
-        """At a host on the way."""
+        """A frame has arrived at a relay."""
         journey, host = arrived
         dest = journey.frame.receivers[0]
         next_hop = self.routing.next_hop(host, dest) if self._hops.up[host] else None

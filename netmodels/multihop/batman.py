@@ -1,14 +1,14 @@
-"""A protocol that finds routes by letting everybody hear from everybody: B.A.T.M.A.N.
+"""B.A.T.M.A.N., a routing protocol in which every host announces itself to all others.
 
-Every host broadcasts originator messages, and those of others that came on the best way are passed
-on with the quality of that way; nobody knows more of a way than its next hop. After B.A.T.M.A.N. IV
-(Neumann, Aichele, Lindner, Wunderlich 2008: draft-openmesh-b-a-t-m-a-n-00; transmit quality as in
-batman-adv), whose constants are the defaults.
-"""
+Every host broadcasts originator messages, and passes on those of others that came over the best
+route, with the quality of that route. A host knows no more of a route than its next hop. After
+B.A.T.M.A.N. IV (Neumann, Aichele, Lindner, Wunderlich 2008: draft-openmesh-b-a-t-m-a-n-00; transmit
+quality as in batman-adv), whose constants are the defaults. """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from pydantic import Field
@@ -20,7 +20,7 @@ from netmodels.multihop.routes import LinkQuality, Routes
 
 
 class BatmanParams(ports.Params):
-    """When and what is said on the air to find routes."""
+    """The messages that find routes: when they are sent, and how links and routes are judged."""
 
     interval_ns: Period = Field("1 s", description="between a host's own messages (batman-adv)")
     jitter_ns: Duration = Field("20 ms", description="an interval is longer or shorter by up to "
@@ -40,9 +40,9 @@ class BatmanParams(ports.Params):
 
 
 class OriginatorMessage(NamedTuple):
-    """An originator's message as it is on the air. ``quality`` of the way so far, 0 to 1; 0 where
-    it is an echo only, by which a neighbour learns that it is heard. ``previous``: from whom the
-    sender has it (the originator itself: the originator)."""
+    """An originator's message as it is on the air. ``quality`` of the route so far, 0 to 1; 0: only
+    an echo, by which a neighbour learns that it is heard. ``previous``: the host that the sender
+    has it from (the originator itself: the originator)."""
 
     originator: int
     number: int
@@ -52,31 +52,32 @@ class OriginatorMessage(NamedTuple):
 
 
 class BatmanNode:
-    """What one host has heard: its neighbours, and the ways to each originator."""
+    """The state of one host: its neighbours, and the routes to each originator."""
 
-    __slots__ = ("number", "neighbours", "ways", "draw")
+    __slots__ = ("number", "neighbours", "routes", "draw")
 
     def __init__(self, draw: Callable[[], float]) -> None:
         self.number = 0  # of its own last message
-        self.draw = draw  # its own luck
+        self.draw = draw  # its own random numbers
         self.forget()
 
     def forget(self) -> None:
+        """Lose everything but the number of the last message: the host has stopped."""
         self.neighbours: dict[int, LinkQuality] = {}
-        self.ways: dict[int, Routes] = {}
+        self.routes: dict[int, Routes] = {}
 
 
 class Batman:
     """Routes by originator messages, which are broadcast frames on the air like all others.
 
     A link's quality: the share of this host's own messages that come back from the neighbour as
-    echoes, to the share of the neighbour's that arrive, over the last ``window`` ones; less where
-    few arrive (batman-adv's asymmetry penalty, here of those that were sent since the neighbour was
-    heard first, so that a new link is not taken for a bad one). A way's quality through a
-    neighbour: that of its messages times the link's, mean of the last ``memory`` numbers before the
-    newest, those not heard counting 0. The next hop is the neighbour with the best way; a better
-    one replaces it, an equal one does not. So a broken route is left as soon as another one is
-    heard more of.
+    echoes, divided by the share of the neighbour's that arrive, over the last ``window`` ones; less
+    where few arrive (batman-adv's asymmetry penalty, here of those that were sent since the
+    neighbour was heard first, so that a new link is not taken for a bad one). A route's quality
+    through a neighbour: that of its messages times the link's, mean of the last ``memory`` numbers
+    before the newest, where those not heard count 0. The next hop is the neighbour with the best
+    route; a better one replaces it, an equal one does not. So a broken route is left as soon as
+    more is heard over another one.
     batman-adv's aggregation of messages and its 10 B of header on routed frames are left out.
 
     ``frames`` and ``bytes`` count what was sent. A host that stops forgets all but its number.
@@ -90,43 +91,44 @@ class Batman:
         self._hops = hops
         self._others = [tuple(other for other in range(len(hosts)) if other != host)
                         for host in range(len(hosts))]
-        self._routers = [BatmanNode(hops.stream("batman", host).random) for host in hosts]
+        self._nodes = [BatmanNode(hops.stream("batman", host).random) for host in hosts]
         if len(hosts) > 1:
-            for host, router in enumerate(self._routers):
-                hops.at(hops.now_ns + int(router.draw() * self._params.interval_ns),
+            for host, node in enumerate(self._nodes):
+                hops.at(hops.now_ns + int(node.draw() * self._params.interval_ns),
                         self._originate, host)
 
     def next_hop(self, host: int, dest: int) -> int | None:
-        """Whom ``host`` gives a frame for ``dest``, as far as it has heard."""
-        ways = self._routers[host].ways.get(dest)
-        if ways is None or self._hops.now_ns - ways.heard_ns > self._params.purge_ns:
+        """The host to which ``host`` gives a frame for ``dest``, as far as it has heard."""
+        routes = self._nodes[host].routes.get(dest)
+        if routes is None or self._hops.now_ns - routes.heard_ns > self._params.purge_ns:
             return None
-        return ways.best
+        return routes.best
 
     def switched(self, host: int, up: bool) -> None:
-        self._routers[host].forget()
+        self._nodes[host].forget()
 
     def _originate(self, host: int) -> None:
-        params, router, hops = self._params, self._routers[host], self._hops
+        params, node, hops = self._params, self._nodes[host], self._hops
         jitter_ns = params.jitter_ns
         hops.at(hops.now_ns + max(1, params.interval_ns - jitter_ns
-                                  + int(router.draw() * 2 * jitter_ns)), self._originate, host)
+                                  + int(node.draw() * 2 * jitter_ns)), self._originate, host)
         if hops.up[host]:
-            router.number += 1
-            self._say(host, OriginatorMessage(host, router.number, 1.0, host, params.hops))
+            node.number += 1
+            self._broadcast(host, OriginatorMessage(host, node.number, 1.0, host, params.hops))
 
-    def _say(self, host: int, message: OriginatorMessage) -> None:
+    def _broadcast(self, host: int, message: OriginatorMessage) -> None:
         size_bytes = self._params.message_bytes
         self.frames += 1
         self.bytes += size_bytes
-        self._hops.send(host, self._others[host], size_bytes, 1, True, self._told, message)
+        self._hops.send(host, self._others[host], size_bytes, 1, True,
+                        partial(self._settled, message))
 
-    def _told(self, message: OriginatorMessage, frame: ports.Frame, receivers: Sequence[int],
-              verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
-        if type(verdict) is ports.Drop and verdict.reason in self._hops.refuses:
+    def _settled(self, message: OriginatorMessage, frame: ports.Frame, receivers: Sequence[int],
+                 verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
+        if isinstance(verdict, ports.Drop) and verdict.reason in self._hops.refuses:
             self.frames -= 1
             self.bytes -= frame.size_bytes
-        elif type(verdict) is ports.Deliver:
+        elif isinstance(verdict, ports.Deliver):
             heard = frame.source, receivers, message
             if verdict.delay_ns:
                 self._hops.at(self._hops.now_ns + verdict.delay_ns, self._heard, heard)
@@ -141,11 +143,11 @@ class Batman:
                 self._hear(host, sender, message)
 
     def _hear(self, host: int, sender: int, message: OriginatorMessage) -> None:
-        params, router = self._params, self._routers[host]
+        params, node = self._params, self._nodes[host]
         originator, number, quality, previous, hops_left = message
-        neighbour = router.neighbours.get(sender)
+        neighbour = node.neighbours.get(sender)
         if neighbour is None:
-            neighbour = router.neighbours[sender] = LinkQuality(params.window)
+            neighbour = node.neighbours[sender] = LinkQuality(params.window)
         if originator == host:
             if previous == host:
                 neighbour.echoed(number)
@@ -156,12 +158,12 @@ class Batman:
             neighbour.heard(number)
         best = None
         if quality:
-            ways = router.ways.get(originator)
-            if ways is None:
-                ways = router.ways[originator] = Routes(params.memory)
-            quality *= neighbour.quality(router.number)
-            if quality and ways.hear(sender, number, quality, self._hops.now_ns):
-                best = ways
+            routes = node.routes.get(originator)
+            if routes is None:
+                routes = node.routes[originator] = Routes(params.memory)
+            quality *= neighbour.quality(node.number)
+            if quality and routes.hear(sender, number, quality, self._hops.now_ns):
+                best = routes
         if hops_left > 1:
             if best is not None and best.passed_on < number:
                 best.passed_on = number
@@ -171,11 +173,11 @@ class Batman:
             else:
                 return
             hops = self._hops
-            wait_ns = int(router.draw() * (params.jitter_ns // 2))
+            wait_ns = int(node.draw() * (params.jitter_ns // 2))
             hops.at(hops.now_ns + wait_ns, self._pass_on,
                     (host, OriginatorMessage(originator, number, passed, sender, hops_left - 1)))
 
     def _pass_on(self, passed: tuple[int, OriginatorMessage]) -> None:
         host, message = passed
         if self._hops.up[host]:
-            self._say(host, message)
+            self._broadcast(host, message)

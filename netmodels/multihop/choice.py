@@ -1,8 +1,8 @@
-"""Which single hops there are to build on."""
+"""The choice of single hops to build on."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal, TypeVar
 
 from pydantic import Field, model_validator
 
@@ -12,7 +12,11 @@ from netmodels.ideal_mac import IdealMac
 from netmodels.radio import Radio
 from netmodels.tdma import Tdma
 
-HOPS = {"radio": Radio, "disk": Disk, "ideal_mac": IdealMac, "tdma": Tdma}
+Hop = Radio | Disk | IdealMac | Tdma
+HOPS: dict[str, type[Radio] | type[Disk] | type[IdealMac] | type[Tdma]] = {
+    "radio": Radio, "disk": Disk, "ideal_mac": IdealMac, "tdma": Tdma}
+
+P = TypeVar("P", bound=ports.Params)
 
 
 class HopChoice(ports.Params):
@@ -30,7 +34,7 @@ class HopChoice(ports.Params):
 
     @model_validator(mode="before")
     @classmethod
-    def _spelled_out(cls, given: Any) -> Any:
+    def _spelled_out(cls, given: object) -> object:
         """The chosen model's parameters, and no other's."""
         if not isinstance(given, dict):
             return given
@@ -41,12 +45,12 @@ class HopChoice(ports.Params):
                                  f"under {hop}")
         return {hop: {}, **given} if hop in HOPS else given
 
-    def chosen(self) -> Any:
+    def chosen(self) -> Hop:
         """The model."""
         return HOPS[self.hop](as_fast(getattr(self, self.hop)))
 
 
-def as_fast(params: ports.Params) -> ports.Params:
+def as_fast(params: P) -> P:
     """A radio's parameters with its broadcasts at the rate of unicast frames, if they have none."""
     if not isinstance(params, Radio.Params) or params.broadcast_rate_bps is not None:
         return params

@@ -4,36 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from operator import attrgetter
-from typing import Any
 
 import numpy as np
 
 from desim import ports
 
-# What became of a frame at some receivers of one hop, and which packets of a unicast train were
-# lost on it (number to reason).
-Told = Callable[[Any, ports.Frame, Sequence[int], ports.Deliver | ports.Drop, dict[int, str]],
-                None]
+# Called with a frame's fate at some receivers of one hop, and with the packets of a unicast train
+# that were lost on it (number to reason).
+Report = Callable[[ports.Frame, Sequence[int], ports.Deliver | ports.Drop, dict[int, str]], None]
 
 
 class _Leg:
-    """A frame of our own on the air: who wants to hear of it, and at which receivers it is settled;
-    which of its packets are lost, of a broadcast by receiver."""
+    """A frame of our own on the air: the function to call with its fate, the receivers at which it
+    is settled, and the packets that are lost, of a broadcast by receiver."""
 
-    __slots__ = ("told", "arg", "settled", "lost", "lacking")
+    __slots__ = ("report", "settled", "lost", "lacking")
 
-    def __init__(self, told: Told, arg: Any) -> None:
-        self.told, self.arg = told, arg
+    def __init__(self, report: Report) -> None:
+        self.report = report
         self.settled: list[int] = []
         self.lost: dict[int, str] = {}
         self.lacking: dict[int, set[int]] = {}
 
 
 class Hops:
-    """Sends frames over one hop and says what became of them.
+    """Sends frames over one hop and reports their fates; to the hop model it is the context.
 
-    Frames from above, which have a number of their own, may be sent as they are (``model.send``):
-    what becomes of them is settled above. The others' numbers are negative.
+    Frames of the medium may be sent as they are (``model.send``), and are settled there. Frames
+    that are sent here have negative numbers.
     Hosts that are not ``up`` have no place. ``refuses`` are the model's.
     """
 
@@ -44,7 +42,7 @@ class Hops:
         self.up = [True] * hosts
         self._last = 0
         self._open: dict[int, _Leg] = {}
-        self._places: np.ndarray | None = None
+        self._places = np.empty((0, 2))
         self._seen: np.ndarray | None = None
         self.at, self.stream = context.at, context.stream
         self.judge_transmission, self.shared = context.judge_transmission, context.shared
@@ -53,18 +51,18 @@ class Hops:
     obstacles = property(attrgetter("_context.obstacles"))
 
     def send(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
-             broadcast: bool, told: Told, arg: Any) -> None:
-        """``told(arg, frame, receivers, verdict, lost)`` hears of it: once of a unicast frame, of a
-        broadcast as often as there are different fates."""
+             broadcast: bool, report: Report) -> None:
+        """Send a frame. ``report(frame, receivers, verdict, lost)`` is called once for a unicast
+        frame, for a broadcast once for each fate."""
         self._last -= 1
-        self._open[self._last] = _Leg(told, arg)
+        self._open[self._last] = _Leg(report)
         frame = ports.Frame(self._last, source, receivers, size_bytes, segments, broadcast)
         delay_ns = self._model.send(frame)
         if delay_ns is not None:
             self.settle_many(frame, None, ports.Deliver(delay_ns))
 
     def flow(self, frame: ports.Frame) -> Hashable:
-        """All that is sent here between the same hosts is one flow."""
+        """The frames that are sent here between the same hosts are one flow."""
         return (self._context.flow(frame) if frame.id > 0
                 else ("hop", frame.source, frame.receivers))
 
@@ -82,18 +80,19 @@ class Hops:
                 self._places.flags.writeable = False
         return self._places
 
-    def settle(self, frame: ports.Frame, receiver: int, verdict: Any) -> None:
+    def settle(self, frame: ports.Frame, receiver: int, verdict: ports.Deliver | ports.Drop
+               ) -> None:
         if frame.id > 0:
             self._context.settle(frame, receiver, verdict)
         else:
             self.settle_many(frame, (receiver,), verdict)
 
     def settle_many(self, frame: ports.Frame, receivers: Sequence[int] | None,
-                    verdict: Any) -> None:
+                    verdict: ports.Deliver | ports.Drop) -> None:
         if frame.id > 0:
             self._context.settle_many(frame, receivers, verdict)
         elif frame.id not in self._open:
-            return  # the rest of a broadcast is nobody
+            return  # a broadcast that is settled everywhere
         elif frame.broadcast:
             self._settle_broadcast(frame, receivers, verdict)
         else:
@@ -101,27 +100,27 @@ class Hops:
 
     def _settle_unicast(self, frame: ports.Frame, verdict: ports.Deliver | ports.Drop) -> None:
         leg = self._open[frame.id]
-        if type(verdict) is ports.Drop and verdict.packets is not None:
+        if isinstance(verdict, ports.Drop) and verdict.packets is not None:
             leg.lost |= dict.fromkeys(verdict.packets, verdict.reason)
             if len(leg.lost) < frame.segments:
                 return
             verdict = ports.Drop(verdict.reason)
         del self._open[frame.id]
-        leg.told(leg.arg, frame, frame.receivers, verdict, leg.lost)
+        leg.report(frame, frame.receivers, verdict, leg.lost)
 
     def _settle_broadcast(self, frame: ports.Frame, receivers: Sequence[int] | None,
                           verdict: ports.Deliver | ports.Drop) -> None:
-        """Who lacks a packet has heard nothing."""
+        """A receiver that lacks a packet has heard nothing."""
         leg = self._open[frame.id]
-        if type(verdict) is ports.Drop and verdict.packets is not None:
+        if receivers is None:
+            receivers = [receiver for receiver in frame.receivers if receiver not in leg.settled]
+        if isinstance(verdict, ports.Drop) and verdict.packets is not None:
             for receiver in receivers:
                 leg.lacking.setdefault(receiver, set()).update(verdict.packets)
             receivers = [receiver for receiver in receivers
                          if len(leg.lacking[receiver]) == frame.segments]
-        elif receivers is None:
-            receivers = [receiver for receiver in frame.receivers if receiver not in leg.settled]
         leg.settled.extend(receivers)
         if len(leg.settled) == len(frame.receivers):
             del self._open[frame.id]
-        leg.told(leg.arg, frame, [receiver for receiver in receivers
-                                  if receiver not in leg.lacking], verdict, {})
+        leg.report(frame, [receiver for receiver in receivers if receiver not in leg.lacking],
+                   verdict, {})

@@ -1,4 +1,4 @@
-"""What a host remembers of what it has heard: of links to neighbours, and of ways through them."""
+"""The memory of a host: the quality of its links, and of the routes through its neighbours."""
 
 from __future__ import annotations
 
@@ -18,11 +18,13 @@ class LinkQuality:
         self._echoed = self._last_echoed = 0
 
     def heard(self, number: int) -> None:
+        """Note a message of the neighbour's own."""
         self._first_heard = self._first_heard or number
         self._heard = (self._heard << number - self._last_heard | 1) & self._whole
         self._last_heard = number
 
     def echoed(self, number: int) -> None:
+        """Note a message of this host's that the neighbour has passed on."""
         if number <= self._last_echoed:  # two echoes may overtake each other
             self._echoed |= 1 << self._last_echoed - number & self._whole
             return
@@ -42,16 +44,16 @@ class LinkQuality:
 
 
 class Routes:
-    """The ways to one originator, by the neighbour that they begin with. ``best``: the neighbour to
-    take | ``heard_ns``: when anything was heard last | ``passed_on``: number of the last message
-    that this host passed on as the best way's."""
+    """The routes to one originator, by their first hop. ``best``: the neighbour to take |
+    ``heard_ns``: when anything was heard last | ``passed_on``: number of the last message that this
+    host passed on as the best route's."""
 
     __slots__ = ("best", "heard_ns", "passed_on", "_memory", "_first", "_newest",
                  "_heard")
 
     def __init__(self, memory: int) -> None:
         self._memory = memory
-        self._first: int | None = None
+        self._first = 0  # numbers begin with 1
         self._newest = 0
         self._heard: dict[int, dict[int, float]] = {}  # by neighbour and number
         self.best: int | None = None
@@ -59,7 +61,8 @@ class Routes:
         self.passed_on = 0
 
     def hear(self, neighbour: int, number: int, quality: float, now_ns: int) -> bool:
-        """A message came from ``neighbour``. Returns whether that is the best way's."""
+        """A message came from ``neighbour``. Returns whether that is the first hop of
+        the best route."""
         if number < self._newest - self._memory:
             return False
         self._first = self._first or number
@@ -75,7 +78,7 @@ class Routes:
         return neighbour == self.best
 
     def quality(self, neighbour: int) -> float:
-        """Mean of the last numbers; those not heard count 0. The newest one does not count (but
+        """The mean of the last numbers; those not heard count 0. The newest one does not count (but
         for the very first), since it may still be on its way through others."""
         last = self._newest - (self._newest > self._first)
         before = max(last - self._memory, self._first - 1)

@@ -1,8 +1,9 @@
-"""Shortest paths, known to everybody for nothing."""
+"""Shortest paths, which every host knows at no cost."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Callable
+from typing import Literal
 
 import networkx
 import numpy as np
@@ -11,6 +12,9 @@ from pydantic import Field
 from desim import ports
 from desim.units import Period, Ratio
 from netmodels.multihop.hops import Hops
+
+# From whom [k], to whom [k], and the share of packets [k] that arrive (``ports.KnowsLinks``).
+KnownLinks = Callable[[], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 class StaticParams(ports.Params):
@@ -33,15 +37,18 @@ class Static:
     is taken.
     """
 
-    def __init__(self, params: StaticParams, links: Any) -> None:
+    frames = bytes = 0  # it sends nothing
+
+    def __init__(self, params: StaticParams, links: KnownLinks) -> None:
         self._params, self._links = params, links
 
     def start(self, hops: Hops, hosts: tuple[str, ...]) -> None:
         self._hops = hops
-        self._looked_ns, self._places, self._epoch = 0, None, None
+        self._updated_ns, self._epoch = 0, -1
+        self._places: np.ndarray | None = None
 
     def next_hop(self, host: int, dest: int) -> int | None:
-        """Whom ``host`` gives a frame for ``dest``; None if there is no path."""
+        """The host to which ``host`` gives a frame for ``dest``; None if there is no path."""
         if self._changed():
             self.recompute()
         towards = self._towards.get(dest)
@@ -50,21 +57,21 @@ class Static:
         return towards.get(host)
 
     def recompute(self) -> None:
-        """From where everybody is now, and from who is up."""
+        """Make the table anew, from the hosts' present places and from which of them are up."""
         hops = self._hops
-        self._looked_ns = now_ns = hops.now_ns
+        self._updated_ns = now_ns = hops.now_ns
         self._places, self._epoch = hops.positions(now_ns), hops.obstacles.epoch
         self._graph = _graph(self._params, np.array(hops.up), *self._links())
         self._towards: dict[int, dict[int, int]] = {}
 
     def switched(self, host: int, up: bool) -> None:
-        """Whoever is down is no part of any path; seen like a move."""
+        """Nothing to do: a host that is down has no place, which is seen like a move."""
 
     def _changed(self) -> bool:
         hops, update_ns = self._hops, self._params.update_ns
         if self._places is None:
             return True
-        if update_ns is None or hops.now_ns < self._looked_ns + update_ns:
+        if update_ns is None or hops.now_ns < self._updated_ns + update_ns:
             return False
         return (hops.positions(hops.now_ns) is not self._places
                 or hops.obstacles.epoch != self._epoch)

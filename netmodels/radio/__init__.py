@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -34,7 +34,7 @@ class Radio:
     retries of unicast frames, none of broadcast ones; hidden terminals, and capture of the stronger
     frame. A host with several radios has a medium for each. Media that have a channel in common
     share the air: they contend with each other and are interference for each other, and no frame
-    of one is for the other. Who is on another channel hears nothing of it.
+    of one is for the other. Radios on other channels hear nothing of it.
 
     A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
     or listening to somebody else or found it under others (``collision``), or that made out its
@@ -52,7 +52,7 @@ class Radio:
     have it from the attempt on that follows the change.
 
     Received powers are those of the places at a moment at most ``update`` ago, and of the present
-    walls and doors; they are looked at when something is sent or decided. A host without a place
+    walls and doors; they are updated when a frame is sent or settled. A host without a place
     hears nobody, and nobody hears it, unless the path loss is ``fixed``.
     """
 
@@ -107,16 +107,18 @@ class Radio:
 
         @model_validator(mode="before")
         @classmethod
-        def _filled(cls, given: Any) -> Any:
+        def _filled(cls, given: object) -> object:
             return filled(given)
 
         def loss(self) -> PathLoss:
             """The path loss on the channel."""
             return self.path_loss.chosen(STANDARDS[self.standard].carrier_hz(self.channel))
 
-    reasons = ("channel_error", "collision", "expired", "out_of_reach", "queue_full", "retry_limit")
+    reasons: tuple[str, ...] = ("channel_error", "collision", "expired", "out_of_reach",
+                                "queue_full", "retry_limit")
     refuses = ("queue_full",)
     judges_transmissions = True
+    air: Air  # that it shares, once it has started
 
     def __init__(self, params: Params, standard: Standard | None = None) -> None:
         """``standard``: its numbers, where they are not those of the one in ``params``."""
@@ -137,14 +139,14 @@ class Radio:
             params.walls.check(context.obstacles.materials)
         self.budget = Budget(
             params.power_dbm, params.loss(), params.walls,
-            params.shadowing and Shadows(params.shadowing, hosts, context.stream),
+            Shadows(params.shadowing, hosts, context.stream) if params.shadowing else None,
             self._heard_dbm(), params.reception.found_dbm,
             channels_of(hosts, params.channel, params.channels, standard))
         context.shared("radio", Airs).join(Member(self, context, hosts))
 
     @cached_property
     def _air(self) -> Air:
-        """The air that it shares, by now with all who ever will."""
+        """The air that it shares, once all have joined."""
         self.air.open()
         return self.air
 
@@ -162,7 +164,7 @@ class Radio:
         return min(heard_dbm, self.params.reception.found_dbm - fading.best_db)
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
-        """``ports.NetworkModel``: of unicast packets, one attempt each; where it fades, means."""
+        """``ports.PredictsSignal``: of unicast packets, one attempt each; means over fading."""
         power_dbm = self.budget.received_dbm(from_m, to_m, self._context.obstacles)
         return ports.Signal(power_dbm, self._share(power_dbm))
 
@@ -175,8 +177,8 @@ class Radio:
                              params.reception.for_stations(), params.fading)
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
-        """``ports.NetworkModel``: for how long each of ``hosts`` was sending, or carrier sense told
-        it that somebody was. What is merely reserved (802.11's NAV) is not busy."""
+        """For how long each of ``hosts`` was sending or its carrier sense was busy. The medium is
+        not busy where it is merely reserved (802.11's NAV)."""
         busy_ns = self._air.stations.busy_ns(self._context.now_ns)
         first = self._number * len(self.budget.channels)
         return [int(busy_ns[first + host]) for host in hosts]
@@ -192,8 +194,8 @@ class Radio:
         return self.budget.channels[host] != self.budget.channels[other]
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """All links: sender [k], receiver [k], and the probability [k] that a full packet that is
-        sent once gets through while nobody else is on the air."""
+        """``ports.KnowsLinks``: of full packets that are sent once while nobody else is on the air.
+        """
         context = self._context
         links = self.budget.links(context.positions(context.now_ns), context.obstacles)
         share = self._share(10 * np.log10(links.mw))

@@ -1,15 +1,17 @@
-"""The air that several radios share."""
+"""The air: the stations of radios that share a channel, and the fates of their frames."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from desim import ports
 from desim.errors import InputError, ModelError
+from netmodels.radio.budget import RadioLinks
 from netmodels.radio.dcf.stations import ACKED, EXPIRED, FAILED, HEARD, NEVER, RECEIVED, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.fates import QueuedFrame
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     from netmodels.radio import Radio
 
 _EXPIRED = ports.Drop("expired")
-# What may differ between radios that share the air.
+# The parameters that may differ between radios that share the air.
 _OWN = ("rate_bps", "broadcast_rate_bps", "rts_bytes", "channel", "channels", "preset", "fidelity")
 
 
@@ -36,62 +38,69 @@ class Air:
     n * hosts + k. They contend with each other and are heard by each other, and a frame is for the
     hosts of its own radio alone.
 
-    It comes into being when it is needed for the first time; by then all have joined.
+    The stations are made when they are needed for the first time; by then all radios have joined.
     """
+
+    stations: Stations  # once it is open
 
     def __init__(self) -> None:
         self.members: list[Member] = []
-        self.stations: Stations | None = None
+        self.opened = False
         self._settled_ns = -1
-        self._look_booked = False
-        self._wake: Any = None
+        self._wake_booked = False
+        self._wake_call: ports.Handle | None = None
         self._wake_ns = NEVER
 
     def channels(self) -> set[int]:
-        """The numbers of those in use."""
+        """The numbers of the channels in use."""
         return {int(channel) for member in self.members
                 for channel in member.radio.budget.channels}
 
     def open(self) -> None:
-        """All radios are known: their stations, and who hears whom."""
-        if self.stations is not None:
+        """Make the stations: all radios are known."""
+        if self.opened:
             return
+        self.opened = True
         radio, context, hosts = self.members[0]
         params, standard, budget = radio.params, radio.standard, radio.budget
         everybody = hosts * len(self.members)
         if len(self.members) > 1:
             budget = replace(budget, channels=np.concatenate([
                 member.radio.budget.channels for member in self.members]),
-                shadows=params.shadowing and Shadows(params.shadowing, everybody, context.stream))
+                shadows=Shadows(params.shadowing, everybody, context.stream)
+                if params.shadowing else None)
         self._hosts, self._context, self._budget = len(hosts), context, budget
         self._update_ns = params.update_ns
-        self._fades = params.fading and params.fading.of(
+        self._fades = None if params.fading is None else params.fading.of(
             everybody, context.stream, standard.carrier_hz(params.channel),
             params.reception.found_dbm)
         keys = np.array([member.context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
                          for member in self.members for host in hosts], np.uint64)
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
-        self._judged = [member.context.judge_transmission is not None for member in self.members]
+        self._judges = [member.context.judge_transmission for member in self.members]
+        judged = any(judge is not None for judge in self._judges)
         self.stations = Stations(standard, keys, errors, params.reception.for_stations(),
                                  params.queue, params.retries,
                                  params.window_failures or params.retries, params.lifetime_ns,
-                                 first_rate=params.rate_control and radio.rate,
-                                 judged=any(self._judged), difs_first=params.difs_first)
+                                 first_rate=radio.rate if params.rate_control else None,
+                                 judged=judged, difs_first=params.difs_first)
         self._unaware = params.reception.unaware
-        self._attempts = {}
+        self._attempts: dict[int, Callable[[int, int], int]] = {}  # the next rate, by outcome
         if params.rate_control:
             arf = params.rate_control.of(standard.alike(radio.rate), radio.rate)
             self._attempts = {ACKED: arf.acknowledged, FAILED: arf.failed}
         self._waiting: dict[tuple[int, int], QueuedFrame] = {}  # by station and place in its queue
-        self._looked_ns, self._places, self._epoch = 0, None, None
+        self._updated_ns, self._epoch, self._places = 0, -1, np.empty((0, 2))
+        self._mean: RadioLinks  # the links without fading, and with it
+        self._links: RadioLinks
         self._alone = len(self.members) == 1
-        self._plain = self._alone and not any(self._judged)  # whoever hears a frame may have it
+        self._plain = self._alone and not judged  # all stations that hear a frame may have it
         self._seen: list[np.ndarray] = []
 
     def send(self, number: int, frame: ports.Frame, size_bytes: int, last_bytes: int, rate: int,
              rts: bool) -> bool:
-        """The member of that ``number`` has a frame of packets of so many bytes on the air. Returns
-        whether there is room for it."""
+        """Queue a frame of the member of that ``number``, of packets of so many bytes on the air.
+        Returns whether the queue had a place for it."""
         now_ns = self._context.now_ns
         if self._settled_ns != now_ns:
             self._settle(now_ns)
@@ -100,46 +109,47 @@ class Air:
         position = self.stations.enqueue(
             now_ns, station, -1 if frame.broadcast else first + frame.receivers[0],
             size_bytes, rate, frame.segments, last_bytes, rts)
-        if not self._look_booked:
-            self._book_look()
+        if not self._wake_booked:
+            self._book_wake()
         if position is None:
             return False
         self._waiting[station, position] = QueuedFrame(frame)
         return True
 
     def catch_up(self) -> None:
-        """Take what has been decided by now."""
+        """Take all outcomes up to now."""
         now_ns = self._context.now_ns
         if self._settled_ns != now_ns:
             self._settle(now_ns)
 
-    def _book_look(self) -> None:
-        """Once for all that is sent in this instant, also by those who are told something now."""
-        self._look_booked = True
-        self._context.at(self._context.now_ns, self._look_ahead)
+    def _book_wake(self) -> None:
+        """Foresee the next outcome once for all that is sent in this instant, also by senders whose
+        frames are settled now."""
+        self._wake_booked = True
+        self._context.at(self._context.now_ns, self._foresee)
 
-    def _look_ahead(self, _: Any) -> None:
-        """Be there when the next frame's fate is decided."""
-        self._look_booked = False
-        next_ns = int(self.stations.next_ns)
+    def _foresee(self, _: None) -> None:
+        """Book a call for the next outcome, or for the next step of fading if that is earlier."""
+        self._wake_booked = False
+        next_ns = self.stations.next_ns
         if self._fades is not None and next_ns < NEVER:
             next_ns = min(next_ns, self._fades.until_ns)
         if next_ns == self._wake_ns:
             return
-        if self._wake is not None:
-            self._wake.cancel()
+        if self._wake_call is not None:
+            self._wake_call.cancel()
         self._wake_ns = next_ns
-        self._wake = None if next_ns >= NEVER else self._context.at(next_ns, self._wake_up)
+        self._wake_call = None if next_ns >= NEVER else self._context.at(next_ns, self._wake_up)
 
-    def _wake_up(self, _: Any) -> None:
-        self._wake, self._wake_ns = None, NEVER
+    def _wake_up(self, _: None) -> None:
+        self._wake_call, self._wake_ns = None, NEVER
         self._settle(self._context.now_ns)
-        if not self._look_booked:
-            self._book_look()
+        if not self._wake_booked:
+            self._book_wake()
 
     def _settle(self, now_ns: int) -> None:
-        """Take what has been decided, see who is where, then tell. (Whoever is told may send again
-        at once, and a new frame may have the place of one in question.)"""
+        """Take all outcomes, update the links, and only then settle frames: a settled frame may let
+        its sender send again at once, and a new frame may take the place of one in question."""
         self._settled_ns = now_ns
         decided, attempts, queued, plain = [], self._attempts, self._waiting, self._plain
         for _, what, station, position, hearer, packet in self.stations.advance(now_ns):
@@ -154,17 +164,17 @@ class Air:
             if waiting.note(what, hearer, packet):
                 del queued[station, position]
                 decided.append((what, station, waiting))
-        self._look_around(now_ns)
+        self._update_links(now_ns)
         for what, station, waiting in decided:
-            self._tell(what, station, waiting)
+            self._settle_frame(what, station, waiting)
 
-    def _look_around(self, now_ns: int) -> None:
-        """Links from where the hosts are, if that may have changed and it is time."""
+    def _update_links(self, now_ns: int) -> None:
+        """Make the links anew if places or walls may have changed and it is time, or fading has."""
         places = self._context.positions(now_ns) if self._alone else self._where(now_ns)
         obstacles, fades = self._context.obstacles, self._fades
         if obstacles.epoch != self._epoch or (
-                places is not self._places and now_ns >= self._looked_ns + self._update_ns):
-            self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
+                places is not self._places and now_ns >= self._updated_ns + self._update_ns):
+            self._updated_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
             self._mean = self._budget.links(places, obstacles)
         elif fades is None or now_ns < fades.until_ns:
             return
@@ -179,38 +189,39 @@ class Air:
             self._seen, self._together = places, np.concatenate(places)
         return self._together
 
-    def _tell(self, what: int, station: int, waiting: QueuedFrame) -> None:
+    def _settle_frame(self, what: int, station: int, waiting: QueuedFrame) -> None:
+        """Settle a frame that has left its queue."""
         frame, number = waiting.frame, station // self._hosts
         context = self.members[number].context
         if what == EXPIRED:
             context.settle_many(frame, frame.receivers, _EXPIRED)
         elif frame.broadcast:
             first = number * self._hosts
-            waiting.tell_all(context, [finder - first for finder in self._links.finders(station)
-                                       if first <= finder < first + self._hosts])
+            finders = [finder - first for finder in self._links.finders(station)
+                       if first <= finder < first + self._hosts]
+            waiting.settle_broadcast(context, finders)
         else:
-            waiting.tell(context)
+            waiting.settle(context)
 
     def _concerns(self, waiting: QueuedFrame, station: int, what: int, hearer: int, packet: int
                   ) -> bool:
-        """Whether an outcome belongs to this frame's own radio, and no rule takes it away."""
+        """Whether an outcome is one of this frame's own radio, and passes its rules."""
         number = station // self._hosts
         if hearer >= 0 and hearer // self._hosts != number:
-            return False  # a broadcast of another radio's, or what is left of it
-        return not (what == HEARD or what == RECEIVED and self._judged[number]) or self._passes(
-            waiting, station, what, hearer % self._hosts, packet)
+            return False  # a broadcast of another radio
+        if what == HEARD or what == RECEIVED and self._judges[number] is not None:
+            return self._passes(waiting, station, what, hearer % self._hosts, packet)
+        return True
 
     def _passes(self, waiting: QueuedFrame, station: int, what: int, receiver: int, packet: int
                 ) -> bool:
-        """Whether a packet decoded at ``receiver`` is not lost by rules and has to be noted: any
-        one of a broadcast, and the last one of a train when it comes for the first time."""
+        """Whether rules let a packet pass that ``receiver`` has decoded, and it has to be noted:
+        each one of a broadcast, and the last one of a train when it comes for the first time."""
         frame, now_ns, number = waiting.frame, self._context.now_ns, station // self._hosts
         if what == RECEIVED and not frame.among((receiver,)):
             return True
-        drop = None
-        if self._judged[number]:
-            drop = self.members[number].context.judge_transmission(
-                waiting.packet(packet, receiver), receiver)
+        judge = self._judges[number]
+        drop = None if judge is None else judge(waiting.packet(packet, receiver), receiver)
         if what == HEARD:
             first = self.stations.judge(now_ns, station, drop is not None)
             return first and packet == frame.segments - 1
@@ -221,15 +232,15 @@ class Air:
 
 
 class Airs:
-    """All that there are in a run."""
+    """The airs of a run."""
 
     def __init__(self) -> None:
         self.all: list[Air] = []
 
     def join(self, member: Member) -> None:
-        """Whoever has a channel in common with others, in the same band, shares the air with them.
-        Raises ``InputError`` where their channels overlap without being the same, or where the
-        radios differ in what this model knows only once for all who share the air."""
+        """Let a radio share the air with those that have a channel in common with it, in the same
+        band. Raises ``InputError`` where their channels overlap without being the same, or where
+        the radios differ in what this model knows only once for all who share the air."""
         radio = member.radio
         joined = Air()
         joined.members.append(member)
@@ -240,7 +251,7 @@ class Airs:
                 continue
             numbers = air.channels()
             if own & numbers:
-                if air.stations is not None:
+                if air.opened:
                     raise ModelError("a radio starts when others on its channel have begun to send")
                 _check(radio, other)
                 joined.members[:0] = air.members
@@ -253,8 +264,8 @@ class Airs:
                                      "medium, which this model knows nothing of; allowed: the "
                                      f"same, or {radio.standard.channels_apart} and more apart")
         self.all.append(joined)
-        for one in joined.members:
-            one.radio.air = joined
+        for member in joined.members:
+            member.radio.air = joined
 
 
 def _check(radio: Radio, other: Radio) -> None:

@@ -1,4 +1,4 @@
-"""Who hears whom, and how well."""
+"""The link budget of radios: who hears whom, at which power."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ _LIGHT_M_PER_NS = 0.299792458
 
 
 class RadioLinks(NamedTuple):
-    """Who hears whom. Station i is heard by ``hearer[first[i]:first[i + 1]]`` (ascending) with
-    ``mw``; its frames can be received by ``finder[begin[i]:begin[i + 1]]``."""
+    """The links between stations. Station i is heard by ``hearer[first[i]:first[i + 1]]``
+    (ascending) with ``mw``; its frames can be received by ``finder[begin[i]:begin[i + 1]]``."""
 
     first: np.ndarray
     hearer: np.ndarray
@@ -52,8 +52,8 @@ class RadioLinks(NamedTuple):
 
 @dataclass(frozen=True)
 class Budget:
-    """Link budget. A frame is heard (as interference) from ``heard_dbm`` on and can be received
-    from ``found_dbm`` on, by hosts on the same of ``channels`` [hosts]."""
+    """The parameters of a link budget. A frame is heard (as interference) from ``heard_dbm`` on and
+    can be received from ``found_dbm`` on, by hosts on the same of ``channels`` [hosts]."""
 
     power_dbm: float
     path_loss: PathLoss
@@ -64,8 +64,9 @@ class Budget:
     channels: np.ndarray
 
     def links(self, places: np.ndarray, obstacles: ports.Obstacles) -> RadioLinks:
-        """``places`` [hosts, 2] m. A host without a place hears nobody, and nobody hears it, unless
-        the loss does not depend on places. Whoever is too far away costs nothing."""
+        """The links between hosts at ``places`` [hosts, 2] m. A host without a place hears nobody,
+        and nobody hears it, unless the loss does not depend on places. Hosts that are too far away
+        cost nothing."""
         best_db = self.shadows.best_db if self.shadows else 0.0
         one, other = self._pairs(places, best_db)
         apart = places[one] - places[other]
@@ -76,22 +77,22 @@ class Budget:
         if self.shadows is not None:
             loss_db += self.shadows.loss_db(places, one, other)
         if self.walls is not None:
-            loss_db += self._walls_db(places[one], places[other], obstacles)
+            loss_db += _walls_db(self.walls, places[one], places[other], obstacles)
         return self._sorted(one, other, self.power_dbm - loss_db, len(places))
 
     def received_dbm(self, from_m: np.ndarray, to_m: np.ndarray,
                      obstacles: ports.Obstacles) -> np.ndarray:
-        """[n] dBm at ``to_m`` [n, 2] m of who sends at ``from_m`` [2] m."""
+        """[n] dBm at ``to_m`` [n, 2] m of a sender at ``from_m`` [2] m."""
         starts = np.broadcast_to(from_m, to_m.shape)
         loss_db = self.path_loss.loss_db(np.hypot(*(to_m - starts).T))
         if self.shadows is not None:
             loss_db = loss_db + self.shadows.between_db(from_m, to_m)
         if self.walls is not None:
-            loss_db = loss_db + self._walls_db(starts, to_m, obstacles)
+            loss_db = loss_db + _walls_db(self.walls, starts, to_m, obstacles)
         return self.power_dbm - loss_db
 
     def _pairs(self, places: np.ndarray, best_db: float) -> tuple[np.ndarray, np.ndarray]:
-        """Hosts who may hear each other, the smaller index first."""
+        """Pairs of hosts that may hear each other, the smaller index first."""
         heard_m = reach_m(self.path_loss, self.power_dbm + best_db - self.heard_dbm)
         if heard_m == math.inf:
             return np.triu_indices(len(places), 1)
@@ -108,10 +109,11 @@ class Budget:
         source, hearer, dbm = source[order], hearer[order], np.concatenate([dbm, dbm])[order]
         return RadioLinks.of(source, hearer, 10 ** (dbm / 10), dbm >= self.found_dbm, hosts)
 
-    def _walls_db(self, starts: np.ndarray, ends: np.ndarray,
-                  obstacles: ports.Obstacles) -> np.ndarray:
-        """NaN, of hosts without a place, is in nobody's way."""
-        placed = np.isfinite(starts).all(axis=1) & np.isfinite(ends).all(axis=1)
-        loss_db = np.zeros(len(starts))
-        loss_db[placed] = self.walls.loss_db(obstacles, np.hstack([starts, ends])[placed])
-        return loss_db
+
+def _walls_db(walls: Walls, starts: np.ndarray, ends: np.ndarray,
+              obstacles: ports.Obstacles) -> np.ndarray:
+    """[k] dB of the walls between ``starts`` and ``ends`` [k, 2] m; none where a place is NaN."""
+    placed = np.isfinite(starts).all(axis=1) & np.isfinite(ends).all(axis=1)
+    loss_db = np.zeros(len(starts))
+    loss_db[placed] = walls.loss_db(obstacles, np.hstack([starts, ends])[placed])
+    return loss_db

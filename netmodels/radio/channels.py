@@ -1,4 +1,4 @@
-"""Who is on which channel."""
+"""The channels of hosts."""
 
 from __future__ import annotations
 

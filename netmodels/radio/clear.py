@@ -1,8 +1,9 @@
-"""Radios that never get in each other's way."""
+"""Radios without contention: each has the air to itself."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -26,48 +27,47 @@ from netmodels.radio.standards import (
     psdu_bytes,
 )
 
-SHARE = 0.9
+SHARE = 0.9  # of full packets that arrive at the end of the range (network.fidelity: disk)
 
 
 class NearbyHosts:
-    """Who is near enough to whom, as of a moment at most ``update_ns`` ago."""
+    """The hosts within range of each other, as of a moment at most ``update_ns`` ago."""
 
     def __init__(self, budget: Budget, context: ports.Context, update_ns: int) -> None:
         self.budget, self._context, self._update_ns = budget, context, update_ns
-        self._looked_ns, self._places, self._epoch = 0, None, None
+        self._updated_ns, self._epoch, self._places = 0, -1, np.empty((0, 2))
 
     def of(self, host: int) -> list[int]:
         """The hosts near to this one, ascending."""
-        self._look()
+        self._update()
         near = self._near.get(host)
         if near is None:
             near = self._near[host] = self._links.finders(host)
         return near
 
-    def _look(self) -> None:
+    def _update(self) -> None:
         now_ns = self._context.now_ns
         places, obstacles = self._context.positions(now_ns), self._context.obstacles
         if obstacles.epoch == self._epoch and (
-                places is self._places or now_ns < self._looked_ns + self._update_ns):
+                places is self._places or now_ns < self._updated_ns + self._update_ns):
             return
-        self._looked_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
+        self._updated_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
         self._links = self.budget.links(places, obstacles)
         self._near: dict[int, list[int]] = {}
 
 
 class Clear:
     """Radios with the parameters, times and queues of ``Radio``, each with the air to itself: no
-    contention, no collisions, no losses. What ``Radio`` would deliver to 90 % of the receivers at
-    such a received power arrives, all else does not. ``open_air``: as if there were neither walls
+    contention, no collisions, no losses. A frame arrives where ``Radio`` would deliver 90 % at the
+    received power, and nowhere else. ``open_air``: as if there were neither walls
     nor shadowing.
 
     A packet takes as long as ``Radio``'s in an idle medium, and the next one of the same sender
-    waits for acknowledgement, DIFS and a backoff of the mean length. Who is near enough is seen
-    when a frame is given to the sender: of unicast frames who would get a full packet (1518 B with
-    Ethernet's headers) at 90 % within its ``retries``, of broadcast ones the same at once. Rules of
-    loss and jamming, asked at that moment too, act on each transmission: of unicast packets they
-    are repeated, and take the sender's time.
-    """
+    waits for acknowledgement, DIFS and a backoff of the mean length. The range is that of the
+    moment when a frame is given to the sender: of unicast frames where a full packet (1518 B with
+    Ethernet's headers) arrives at 90 % within its ``retries``, of broadcasts the same at once.
+    Rules of loss and jamming, asked at that moment too, act on each transmission: of unicast
+    packets they are repeated, and take the sender's time. """
 
     reasons = ("expired", "out_of_range", "out_of_reach", "queue_full", "retry_limit")
     refuses = ("expired", "queue_full")
@@ -99,7 +99,8 @@ class Clear:
         self._context = context
         if self._walls is not None:
             self._walls.check(context.obstacles.materials)
-        shadows = self._shadowing and Shadows(self._shadowing, hosts, context.stream)
+        shadows = (Shadows(self._shadowing, hosts, context.stream) if self._shadowing
+                   else None)
         channels = channels_of(hosts, params.channel, params.channels,
                                STANDARDS[params.standard])
         self._near = [
@@ -122,7 +123,8 @@ class Clear:
             return
         arrives_ns, free_ns = self._times(frame.size_bytes, frame.segments, frame.broadcast)
         near = frame.among(self._near[frame.broadcast].of(frame.source))
-        lost, repeated = self._tried(frame, near) if context.judge_transmission else ({}, 0)
+        judge = context.judge_transmission
+        lost, repeated = self._tried(judge, frame, near) if judge else ({}, 0)
         again_ns = repeated * (free_ns // frame.segments)
         ends_ns.append(now_ns + wait_ns + free_ns + again_ns)
         arrive = ports.Deliver(wait_ns + arrives_ns + again_ns)
@@ -134,29 +136,28 @@ class Clear:
         elif not near:
             context.settle(frame, frame.receivers[0], ports.Drop("out_of_range"))
 
-    def _tried(self, frame: ports.Frame, near: list[int]
-               ) -> tuple[dict[int, dict[str, list[int]]], int]:
+    def _tried(self, judge: Callable[[ports.Frame, int], ports.Drop | None], frame: ports.Frame,
+               near: list[int]) -> tuple[dict[int, dict[str, list[int]]], int]:
         """The packets that rules take at the receivers ``near``, by reason; and how many
         transmissions are repeated."""
-        judge, tries = self._context.judge_transmission, 1 if frame.broadcast else (
-            self._params.retries)
+        tries = 1 if frame.broadcast else self._params.retries
         lost: dict[int, dict[str, list[int]]] = {}
         repeated = 0
         for receiver in near:
             for number, size_bytes in enumerate(ports.packet_sizes(frame.size_bytes,
                                                                    frame.segments)):
                 packet = frame._replace(receivers=(receiver,), size_bytes=size_bytes, segments=1)
-                failed = 0
+                failed, reason = 0, "retry_limit"
                 while failed < tries and (drop := judge(packet, receiver)):
                     failed += 1
+                    reason = drop.reason if frame.broadcast else reason
                 repeated += min(failed, tries - 1)
                 if failed == tries:
-                    reason = drop.reason if frame.broadcast else "retry_limit"
                     lost.setdefault(receiver, {}).setdefault(reason, []).append(number)
         return lost, repeated
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
-        """``ports.NetworkModel``: all or nothing."""
+        """``ports.PredictsSignal``: delivery is all or nothing."""
         power_dbm = self._near[0].budget.received_dbm(from_m, to_m, self._context.obstacles)
         return ports.Signal(power_dbm, 1.0 * (power_dbm >= self.sensitivity_dbm[0]))
 

@@ -1,11 +1,11 @@
-"""What a link gains or loses by echoes, from one moment to the next.
+"""Fading: what a link gains or loses by echoes, from one moment to the next.
 
 The power is that of a steady wave and many scattered ones: Rice's law, without a steady wave
 Rayleigh's, by which the gain is exponential (Rappaport 2002, 5.6). It goes up and down as Clarke
 found (1968): echoes come from all directions, and fades are as frequent and as long as Rice's
 formulas say (Rappaport 2002, 5.5.3). Or it holds for a block and knows nothing of the one before.
 It is the same in both directions. A pair's gain is a fixed function of its hosts' names and of the
-time: so it does not matter who else is there or who asks first.
+time: other hosts and the order of questions do not matter.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from netmodels.radio import kernels
 from netmodels.radio.budget import RadioLinks
 from netmodels.radio.path_loss import LIGHT_MPS
 
-_STRONGEST = 53 * math.log(2)  # of what is scattered: there are so many bits of luck
+_STRONGEST = 53 * math.log(2)  # of what is scattered: the draw has 53 bits
 _QUANTILES = 1024
 _WAVES = 32  # scattered ones of a pair: the law's distribution function is off by 0.004 at most
 _STEP = 0.01  # of a period of the Doppler frequency; a fade of 20 dB lasts 4 of them on average
@@ -57,8 +57,8 @@ class Fading(ports.Params):
 
     def of(self, hosts: tuple[str, ...], stream: Callable[..., np.random.Generator],
            carrier_hz: float, found_dbm: float) -> Fades:
-        """Between ``hosts``, whose luck comes from ``stream`` by their names; a frame is found from
-        ``found_dbm`` on."""
+        """The fading between ``hosts``, with random numbers from ``stream`` by their names; a frame
+        is found from ``found_dbm`` on."""
         keys = np.array([stream("fading", host).integers(2 ** 64, dtype=np.uint64)
                          for host in hosts], np.uint64)
         found_mw = 10 ** (found_dbm / 10)
@@ -91,11 +91,11 @@ class Fades(ABC):
 
     @abstractmethod
     def _gains(self, mean: RadioLinks, step: int) -> np.ndarray:
-        """[k] of these links."""
+        """[k] power gains of these links."""
 
 
 class Blocks(Fades):
-    """Each step's gain has nothing to do with that of the one before."""
+    """Block fading: each step's gain has nothing to do with that of the one before."""
 
     def _gains(self, mean: RadioLinks, step: int) -> np.ndarray:
         gains = np.empty(len(mean.mw))
@@ -104,7 +104,8 @@ class Blocks(Fades):
 
 
 class Echoes(Fades):
-    """Clarke's, with a maximum Doppler frequency of ``doppler_hz``; the steady wave has none."""
+    """Clarke's fading, with a maximum Doppler frequency of ``doppler_hz``; the steady wave has
+    none."""
 
     def __init__(self, keys: np.ndarray, steady: float, doppler_hz: float, found_mw: float) -> None:
         super().__init__(keys, steady, max(round(NS_PER_S * _STEP / doppler_hz), 1), found_mw)

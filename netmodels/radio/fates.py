@@ -1,4 +1,4 @@
-"""What becomes of a frame in a sender's queue, packet by packet."""
+"""The fate of a frame in a sender's queue, packet by packet."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class QueuedFrame:
         self.lost: dict[str, dict[int, int]] = {}
 
     def note(self, what: int, receiver: int, packet: int) -> bool:
-        """An outcome. Returns whether the frame has left the queue."""
+        """Note an outcome. Returns whether the frame has left the queue."""
         if what == RECEIVED:
             if not self.frame.broadcast:
                 return True
@@ -50,33 +50,33 @@ class QueuedFrame:
         sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
         return frame._replace(receivers=(receiver,), size_bytes=sizes[number], segments=1)
 
-    def tell(self, context: ports.Context) -> None:
-        """The unicast frame is over: what was given up is lost."""
+    def settle(self, context: ports.Context) -> None:
+        """Settle a unicast frame: packets that were given up are lost."""
         frame = self.frame
         if self.given_up:
             lose(context, frame, frame.receivers[0], {"retry_limit": self.given_up})
         else:
             context.settle(frame, frame.receivers[0], _ARRIVED)
 
-    def tell_all(self, context: ports.Context, finders: Sequence[int]) -> None:
-        """The broadcast is over. Where ``finders`` have found nothing of it, others were louder."""
+    def settle_broadcast(self, context: ports.Context, finders: Sequence[int]) -> None:
+        """Settle a broadcast. Where ``finders`` have found nothing of it, others were louder."""
         frame, got = self.frame, self.got
         among, whole = frame.among, (1 << frame.segments) - 1
 
         def at(packets: dict[int, int]) -> list[int]:
-            """At whom this is the fate of all packets."""
+            """The receivers at which this is the fate of all packets."""
             hosts = sorted(packets)
             return among(hosts if whole == 1 else [
                 host for host in hosts if packets[host] == whole])
 
-        fates = [(_ARRIVED, at(got))]
+        fates: list[tuple[ports.Deliver | ports.Drop, list[int]]] = [(_ARRIVED, at(got))]
         fates += [(ports.Drop(reason), at(packets))
                   for reason, packets in sorted(self.lost.items())]
         known = {host for _, hosts in fates for host in hosts}
         if frame.segments > 1:
             found = {*got, *(host for packets in self.lost.values() for host in packets)}
             parted = among(sorted(found - known))
-            self._tell_in_part(context, parted)
+            self._settle_parts(context, parted)
             known.update(parted)
         fates.append((_COLLISION, among([host for host in finders if host not in known])))
         for fate, receivers in fates:
@@ -84,8 +84,8 @@ class QueuedFrame:
                 context.settle_many(frame, receivers, fate)
         context.settle_many(frame, None, _OUT_OF_REACH)
 
-    def _tell_in_part(self, context: ports.Context, receivers: Sequence[int]) -> None:
-        """Not all packets have had the same fate at ``receivers``."""
+    def _settle_parts(self, context: ports.Context, receivers: Sequence[int]) -> None:
+        """Settle where not all packets have had the same fate."""
         frame = self.frame
         for receiver in receivers:
             lost = {reason: packets[receiver] for reason, packets in sorted(self.lost.items())

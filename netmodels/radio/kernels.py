@@ -1,4 +1,4 @@
-"""Fading as a function of a counter: who was asked before does not matter."""
+"""Fading as a function of a counter: it does not depend on earlier calls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One radio, as true to life as is wanted."""
+"""One radio on a ladder of models, from ideal to faithful."""
 
 from __future__ import annotations
 
@@ -24,12 +24,11 @@ class Ladder(Radio):
     """Wi-Fi without an access point (802.11a, b or g), from the same parameters on each rung of a
     ladder:
 
-    ``multihop``: ``mac``, and hosts pass on what others say to others, along routes that a protocol
-    finds on the same air (``netmodels.multihop``, with its defaults).
-    ``mac``: the whole radio, ``Radio`` (``desim describe netmodels.radio:Radio`` says what it does
-    and leaves out): who contends, collides and retries; walls weaken what goes through them.
-    ``walls``: everybody has the air to himself, and whatever 90 % would get at its received power,
-    through walls, arrives.
+    ``multihop``: ``mac``, and hosts relay frames for others, along routes that a protocol finds on
+    the same air (``netmodels.multihop``, with its defaults). ``mac``: the whole radio, ``Radio``
+    (``desim describe netmodels.radio:Radio`` says what it does and leaves out): contention,
+    collisions, retries, and walls that weaken signals. ``walls``: each radio has the air to itself,
+    and a frame arrives where 90 % of full packets would at its received power, through walls.
     ``disk``: the same without walls and shadowing; its range is where ``mac`` delivers 90 % in the
     open, computed from path loss and errors. Like ``walls`` it learns no rates: all go at ``rate``.
     ``ideal``: everything arrives at once and everywhere.
@@ -47,7 +46,7 @@ class Ladder(Radio):
     refuses = Radio.refuses
 
     def __new__(cls, params: Params) -> Any:
-        """The model of the rung: what is above it costs nothing."""
+        """The model of the rung. (Any: a type checker expects a Ladder from here.)"""
         if params.fidelity == "mac":
             return super().__new__(cls)
         return _RUNGS[params.fidelity](params)

@@ -1,4 +1,4 @@
-"""What a radio wave loses on its way through the open: dB by distance.
+"""Path loss: dB that a radio wave loses in the open, by distance.
 
 Each model has ``loss_db(distance_m)``, on arrays of any shape, and never gains: where the formula
 of the far field would, closer to the antenna than it holds, the loss is 0 dB. Where the distance is
@@ -8,8 +8,9 @@ unknown (NaN) so is the loss.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import MISSING, dataclass, fields
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -22,8 +23,14 @@ _NEAREST_M = 1e-3
 _FARTHEST_M = 1e9
 
 
+Distance = np.ndarray | float
+
+
 class PathLoss(Protocol):
-    def loss_db(self, distance_m: np.ndarray) -> np.ndarray: ...
+    """A model of path loss."""
+
+    def loss_db(self, distance_m: Distance) -> np.ndarray:
+        """dB at each distance."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +39,7 @@ class FreeSpace:
 
     frequency_hz: float
 
-    def loss_db(self, distance_m: np.ndarray) -> np.ndarray:
+    def loss_db(self, distance_m: Distance) -> np.ndarray:
         wave_m = LIGHT_MPS / self.frequency_hz
         distance_m = np.maximum(distance_m, _NEAREST_M)
         return np.maximum(20 * np.log10(4 * np.pi * distance_m / wave_m), 0.0)
@@ -47,7 +54,7 @@ class LogDistance:
     exponent: float = 3.0
     reference_db: float = 46.6777
 
-    def loss_db(self, distance_m: np.ndarray) -> np.ndarray:
+    def loss_db(self, distance_m: Distance) -> np.ndarray:
         return self.reference_db + 10 * self.exponent * np.log10(np.maximum(distance_m, 1.0))
 
 
@@ -59,7 +66,7 @@ class TwoRay:
     frequency_hz: float
     height_m: float = 1.0
 
-    def loss_db(self, distance_m: np.ndarray) -> np.ndarray:
+    def loss_db(self, distance_m: Distance) -> np.ndarray:
         far_m = 4 * np.pi * self.height_m ** 2 * self.frequency_hz / LIGHT_MPS
         free_db = FreeSpace(self.frequency_hz).loss_db(distance_m)
         ground_db = 40 * np.log10(np.maximum(distance_m, _NEAREST_M) / self.height_m)
@@ -72,7 +79,7 @@ class Fixed:
 
     total_db: float
 
-    def loss_db(self, distance_m: np.ndarray) -> np.ndarray:
+    def loss_db(self, distance_m: Distance) -> np.ndarray:
         return np.full(np.shape(distance_m), self.total_db)
 
 
@@ -93,7 +100,7 @@ class Indoor:
     building: str = "office"
     floors: int = 0
 
-    def loss_db(self, distance_m: np.ndarray) -> np.ndarray:
+    def loss_db(self, distance_m: Distance) -> np.ndarray:
         decade_db, first_db, further_db = _BUILDINGS[self.building]
         floors_db = first_db + further_db * (self.floors - 1) if self.floors else 0.0
         return np.maximum(20 * np.log10(self.frequency_hz / 1e6) + floors_db - 28
@@ -128,7 +135,8 @@ class PathLossParams(ports.Params):
     floors: int | None = Field(None, ge=0, le=100, description=(
         "of itu_p1238, between any two hosts (0: all are on the same one)"))
 
-    def _given(self) -> dict[str, Any]:
+    def _given(self) -> dict[str, object]:
+        """The parameters that are set, without the model's name."""
         return {name: value for name, value in self if value is not None and name != "model"}
 
     @model_validator(mode="after")
@@ -150,7 +158,8 @@ class PathLossParams(ports.Params):
         given = self._given()
         if self.model == "log_distance" and carrier_hz is not None:
             given.setdefault("reference_db", float(FreeSpace(carrier_hz).loss_db(1.0)))
-        return _MODELS[self.model](**given)
+        model: Callable[..., PathLoss] = _MODELS[self.model]
+        return model(**given)
 
 
 def reach_m(path_loss: PathLoss, budget_db: float) -> float:

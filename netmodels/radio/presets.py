@@ -28,9 +28,7 @@ the defaults in these rules, which were found by comparing small layouts and rea
 
 from __future__ import annotations
 
-from typing import Any
-
-PRESETS: dict[str, dict[str, Any]] = {
+PRESETS: dict[str, dict[str, object]] = {
     "ns3_3_44": {
         "power": "16.0206 dBm",
         "path_loss": {"model": "log_distance", "exponent": 3, "reference": "46.6777 dB"},
@@ -42,14 +40,15 @@ PRESETS: dict[str, dict[str, Any]] = {
 }
 
 
-def filled(given: Any) -> Any:
-    """Fill in ``given`` from its preset, inside ``reception`` key by key; its own values win."""
-    preset = PRESETS.get(given.get("preset")) if isinstance(given, dict) else None
-    if preset is None:
+def filled(given: object) -> object:
+    """Parameters with the values of their preset, inside ``reception`` key by key, where ``given``
+    has none."""
+    if not isinstance(given, dict) or str(given.get("preset")) not in PRESETS:
         return given
-    reception = given.get("reception", {})
-    if isinstance(reception, dict):
-        given = {**given, "reception": preset["reception"] | reception}
+    preset = PRESETS[given["preset"]]
+    reception, own = preset["reception"], given.get("reception", {})
+    if isinstance(reception, dict) and isinstance(own, dict):
+        given = {**given, "reception": reception | own}
     if isinstance(given.get("rate_control"), dict):
         given = {**given, "rate_control": {"model": "arf_ns3"} | given["rate_control"]}
     lowest = "6 Mb/s" if given.get("standard") == "11a" else "1 Mb/s"

@@ -1,4 +1,4 @@
-"""Which rates a radio sends at."""
+"""The rates that a radio sends at."""
 
 from __future__ import annotations
 

@@ -5,13 +5,11 @@ normal, and two links have exp(-(way between their beginnings + way between thei
 ``correlation``) in common (Gudmundson 1991, "Correlation model for shadow fading in mobile radio
 systems", for one end that moves; Wang, Tameh and Nix 2008 for two: the product).
 
-It is a fixed function of two places, a sum of plane waves over the place of each end:
-f(x, y) = sigma sqrt(2 / n) sum cos(k_j . x + q_j . y + phase_j), whose wave numbers have the
-spectrum of that correlation in the plane. Both directions are alike by
-(f(x, y) + f(y, x)) / sqrt(2 + 2 exp(-2 |x - y| / correlation)), whose variance is that of f: so
-much do the two have in common. So a place that is visited again is as it was, and it does not
-matter who is there, who else is, or who asks first.
-"""
+It is a fixed function of two places, a sum of plane waves over the place of each end: f(x, y) =
+sigma sqrt(2 / n) sum cos(k_j . x + q_j . y + phase_j), whose wave numbers have the spectrum of that
+correlation in the plane. Both directions are alike by (f(x, y) + f(y, x)) / sqrt(2 + 2 exp(-2 |x -
+y| / correlation)), whose variance is that of f: so much do the two have in common. So a place that
+is visited again is as it was, no matter which hosts there are or in which order they ask. """
 
 from __future__ import annotations
 
@@ -45,7 +43,7 @@ class Shadowing(ports.Params):
 
 
 class Shadows:
-    """The shadowing between ``hosts``; the field's luck, and that of hosts without a place, comes
+    """The shadowing between ``hosts``. Its random numbers, and those of hosts without a place, come
     from ``stream`` by name."""
 
     def __init__(self, params: Shadowing, hosts: tuple[str, ...],

@@ -1,4 +1,4 @@
-"""What a radio wave loses in the walls on its way: so many dB for each that it crosses
+"""Loss of a radio wave in walls: so many dB for each wall that it crosses
 (multi-wall, COST 231 final report, 4.7.2), and so many for each metre inside of blocks (Sommer,
 Eckhoff, German, Dressler 2011, "A computationally inexpensive empirical model of IEEE 802.11p radio
 shadowing in urban environments": the obstacles of Veins)."""

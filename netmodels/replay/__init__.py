@@ -1,4 +1,4 @@
-"""What links were like when somebody measured them."""
+"""Links as somebody has measured them."""
 
 from __future__ import annotations
 

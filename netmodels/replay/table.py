@@ -1,13 +1,15 @@
-"""A CSV of rows that somebody else wrote: what is wrong with it is said with its line."""
+"""A CSV that somebody else wrote; every complaint names its line."""
 
 from __future__ import annotations
 
 import csv
 import json
 from collections.abc import Callable, Iterator
-from typing import Any, TextIO
+from typing import TextIO, TypeVar
 
 from desim.errors import InputError, did_you_mean
+
+T = TypeVar("T")
 
 
 class CsvTable:
@@ -20,13 +22,13 @@ class CsvTable:
     def __init__(self, path: str, file: TextIO) -> None:
         self.path, self._file, self._line = path, file, 1
         line = file.readline()
-        self.facts: dict[str, Any] | None = None
+        self.facts: dict[str, object] | None = None
         if line.lstrip().startswith("{"):
             self.facts = self._json(line)
             self._line, line = 2, file.readline()
         self._columns = [column.strip() for column in next(csv.reader([line]), [])]
 
-    def _json(self, line: str) -> dict[str, Any]:
+    def _json(self, line: str) -> dict[str, object]:
         try:
             return json.loads(line)
         except ValueError as error:
@@ -62,9 +64,10 @@ class CsvTable:
         except csv.Error as error:
             raise self.wrong(f"this is no CSV: {error}") from None
 
-    def value(self, row: dict[str, str], name: str, parse: Callable[[str], Any], wanted: str
-              ) -> Any:
-        """A cell as ``parse`` has it, which raises ``ValueError`` for what is not ``wanted``."""
+    def value(self, row: dict[str, str], name: str, parse: Callable[[str], T], wanted: str
+              ) -> T:
+        """The cell as ``parse`` reads it, which raises ``ValueError`` for a cell that is not
+        ``wanted``."""
         cell = row.get(name, "")
         try:
             return parse(cell)

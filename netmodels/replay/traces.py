@@ -1,4 +1,4 @@
-"""Link traces in files: what somebody has measured between two nodes, and when.
+"""Link traces in files: measurements between two nodes, with their times.
 
 A plain CSV has the columns ``time_s``, ``source``, ``destination``, ``delivery_ratio`` (0 to 1) or
 ``rssi_dbm`` or both, and perhaps ``channel``. The K7 format (Brun-Laguna et al.,
@@ -23,6 +23,7 @@ from desim.units import NS_PER_S
 from netmodels.replay.table import CsvTable
 
 Quantity = Literal["delivery_ratio", "rssi_dbm"]
+_QUANTITIES: tuple[Quantity, ...] = ("delivery_ratio", "rssi_dbm")
 
 # Column to what it is here.
 _PLAIN = {"time_s": "time", "source": "source", "destination": "destination", "channel": "channel",
@@ -37,13 +38,13 @@ _INSTANT = re.compile(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d{1,9})?)Z?")
 
 
 class MeasuredLink(NamedTuple):
-    """From ``times_ns[k]`` on it is ``values[k]``, the newest value of each channel."""
+    """A link's values: from ``times_ns[k]`` on ``values[k]``, the newest one of each channel."""
 
     times_ns: list[int]
     values: list[tuple[float, ...]]
 
     def at(self, time_ns: int) -> tuple[float, ...]:
-        """Nothing before the first row."""
+        """The values at a time; none before the first row."""
         k = bisect_right(self.times_ns, time_ns)
         return self.values[k - 1] if k else ()
 
@@ -84,12 +85,11 @@ def read(path: str, quantity: Quantity | None, channel: int | None) -> LinkTrace
 
 
 def _quantity(table: CsvTable, wanted: Quantity | None) -> Quantity:
-    there = [quantity for quantity in ("delivery_ratio", "rssi_dbm") if table.has(quantity)]
-    if wanted is None and there:
-        return there[0]
-    if wanted not in there:
-        raise table.wrong(f"there is no column of {wanted or 'delivery ratios or RSSI'}")
-    return wanted
+    """The quantity to read: the wanted one, or the first that the table has."""
+    for quantity in _QUANTITIES:
+        if table.has(quantity) and wanted in (None, quantity):
+            return quantity
+    raise table.wrong(f"there is no column of {wanted or 'delivery ratios or RSSI'}")
 
 
 def _rows(table: CsvTable, quantity: Quantity) -> Iterator[_Row]:
@@ -110,7 +110,7 @@ def _rows(table: CsvTable, quantity: Quantity) -> Iterator[_Row]:
 
 
 def _begin_ns(table: CsvTable, rows: list[_Row]) -> int:
-    """When a K7 trace begins: at its ``start_date``, or with its first row."""
+    """The beginning of a K7 trace: its ``start_date``, or its first row."""
     start = (table.facts or {}).get("start_date")
     try:
         return _instant_ns(start) if isinstance(start, str) else min(row.time_ns for row in rows)

@@ -9,8 +9,8 @@ from desim.units import NS_PER_S, BitRate, ByteSize, airtime_ns
 
 
 class Bandwidth:
-    """A token bucket per sender: ``burst`` goes at once, then ``rate``; what has to wait behind
-    more than ``backlog`` (its own size included) is dropped. A broadcast is counted once.
+    """A token bucket per sender: ``burst`` goes at once, the rest at ``rate``. A frame with more
+    than ``backlog`` waiting (its own size included) is dropped. A broadcast is counted once.
 
     v = max(v, now - burst / rate) + size / rate is the instant at which everything sent is paid
     for; the last byte leaves at v, or now if that has passed (ITU-T I.371, virtual scheduling).
@@ -28,7 +28,7 @@ class Bandwidth:
         self._burst_ns = params.burst_bytes * 8 * NS_PER_S // params.rate_bps
         self._backlog_ns = params.backlog_bytes * 8 * NS_PER_S // params.rate_bps
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._paid_ns = [-self._burst_ns] * len(hosts)
 

@@ -29,7 +29,7 @@ class Duplication:
         self._probability = params.probability
         self._twice = ports.Duplicate(params.after_ns)
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._streams = PairStreams(context, "duplication", hosts)
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:

@@ -15,7 +15,7 @@ _DOWN = ports.Drop("outage")
 class OnOffProcess:
     """Up and down in turn, for exponential times with means ``mean_ns`` (down, up); at time 0 it is
     up with the chance up / (up + down), for the rest of a spell as long as any. A function of time
-    and of the stream alone: who asks how often changes nothing. ``until_ns``: when it changes."""
+    and of the stream alone: asking more often changes nothing. ``until_ns``: when it changes."""
 
     def __init__(self, stream: np.random.Generator, mean_ns: tuple[int, int]) -> None:
         self._stream = stream
@@ -49,7 +49,7 @@ class Flapping:
     def __init__(self, params: Params) -> None:
         self._params = params
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._context = context
         mean_ns = self._params.down_ns, self._params.up_ns
         named, links = self._params.resolved(hosts)

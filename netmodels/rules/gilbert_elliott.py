@@ -41,7 +41,7 @@ class GilbertElliott:
         self._change = params.p, params.r
         self._bad_share = params.p / (params.p + params.r)
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._streams = PairStreams(context, "gilbert_elliott", hosts)
         self._bad: dict[tuple[int, int], bool] = {}
 
@@ -53,8 +53,8 @@ class GilbertElliott:
         stream = self._streams(*link)
         bad = self._bad[link] if link in self._bad else bool(stream.random() < self._bad_share)
         lost = []
-        luck = iter(stream.random(2 * frame.segments).tolist())
-        for number, (loses, changes) in enumerate(zip(luck, luck, strict=True)):
+        draws = iter(stream.random(2 * frame.segments).tolist())
+        for number, (loses, changes) in enumerate(zip(draws, draws, strict=True)):
             if loses < self._loss[bad]:
                 lost.append(number)
             bad ^= changes < self._change[bad]

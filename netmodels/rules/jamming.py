@@ -1,4 +1,4 @@
-"""A jammer drowns whatever is sent or received near it."""
+"""A jammer destroys packets that are sent or received near it."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ class Jamming:
         self._params = params
         self._probability = params.probability
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._streams = PairStreams(context, "jamming", hosts)
-        self._positions = None  # until somebody moves they are the same object
+        self._positions: np.ndarray | None = None  # the same object until somebody moves
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
         source, segments = frame.source, frame.segments
-        unlucky = [losses(self._streams(source, receiver), segments, self._probability)
+        drawn = [losses(self._streams(source, receiver), segments, self._probability)
                    for receiver in receivers]
         jams = self._jams()
         return [drop("jammed", lost, segments) if lost and (jams[source] or jams[receiver])
-                else ports.PASS for receiver, lost in zip(receivers, unlucky, strict=True)]
+                else ports.PASS for receiver, lost in zip(receivers, drawn, strict=True)]
 
     def separates(self, host: int, other: int) -> bool:
         """Whether no frame gets between the two now."""

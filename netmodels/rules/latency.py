@@ -13,8 +13,8 @@ from desim import ports
 from desim.units import Duration
 from netmodels.rules.streams import PairStreams
 
-# Which delay is exceeded with chance u, in jitters from the mean. The same u is a late frame in all
-# of them.
+# The delay that is exceeded with chance u, in jitters from the mean. The same u is a late frame in
+# all of them.
 _QUANTILES: dict[str, Callable[[float], float]] = {
     "uniform": lambda u: 1.0 - 2.0 * u,
     "normal": lambda u: -ndtri(u),
@@ -54,7 +54,7 @@ class Latency:
         self._fixed = ports.Deliver(params.delay_ns)
         self._quantile = _QUANTILES.get(params.distribution, self._gamma)
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._streams = PairStreams(context, "jitter", hosts)
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
@@ -63,11 +63,11 @@ class Latency:
         return [ports.Deliver(self._draw_ns(frame.source, receiver)) for receiver in receivers]
 
     def _draw_ns(self, source: int, receiver: int) -> int:
-        """Rounded down or up by the same luck: from end to end of a uniform law, each nanosecond is
-        as likely as any other."""
-        luck = self._streams(source, receiver).random()
-        late_ns = max(self._jitter_ns * self._quantile(1.0 - luck), -self._delay_ns)
-        return self._delay_ns + math.floor(late_ns + luck)
+        """A delay, rounded down or up by the same draw: from end to end of a uniform law, each
+        nanosecond is as likely as any other."""
+        draw = self._streams(source, receiver).random()
+        late_ns = max(self._jitter_ns * self._quantile(1.0 - draw), -self._delay_ns)
+        return self._delay_ns + math.floor(late_ns + draw)
 
     def _gamma(self, u: float) -> float:
         ratio = self._delay_ns / self._jitter_ns

@@ -23,7 +23,7 @@ class Loss:
     def __init__(self, params: Params) -> None:
         self._probability = params.probability
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._streams = PairStreams(context, "loss", hosts)
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:

@@ -19,9 +19,10 @@ class Outage:
     def __init__(self, params: Params) -> None:
         self._params = params
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._hosts, self._links = map(frozenset, self._params.resolved(hosts))
+        named, links = self._params.resolved(hosts)
+        self._hosts, self._links = frozenset(named), frozenset(links)
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
         if not self._params.holds(self._context.now_ns):

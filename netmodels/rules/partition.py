@@ -27,7 +27,7 @@ class Partition:
     def __init__(self, params: Params) -> None:
         self._params = params
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._group = _group_of_each(hosts, self._params.groups)
 

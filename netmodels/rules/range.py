@@ -1,4 +1,4 @@
-"""Nobody farther away than a distance is reached."""
+"""No frame gets farther than a distance."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ _FAR = ports.Drop("out_of_range")
 
 
 class Range:
-    """Drops what is to go farther than ``distance``, measured when it is sent, through walls. A
-    host without a place is in reach of everybody."""
+    """Drops frames to receivers farther away than ``distance``, measured when a frame is sent,
+    through walls. A host without a place is in reach of everybody."""
 
     class Params(ports.Params):
         distance_m: Length = Field("200 m", description="(the paper)")
@@ -24,16 +24,16 @@ class Range:
         self.reach_m = params.distance_m
         self._distance_m2 = params.distance_m ** 2
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._looked_ns = -1
+        self._updated_ns = -1
         self._positions: np.ndarray | None = None  # until the next world tick the same object
         self._places: list[list[float]] = []
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
         now_ns = self._context.now_ns
-        if now_ns != self._looked_ns:
-            self._look(now_ns)
+        if now_ns != self._updated_ns:
+            self._update(now_ns)
         places = self._places
         x_m, y_m = places[frame.source]
         if x_m != x_m:  # NaN
@@ -48,8 +48,8 @@ class Range:
                 verdicts[i] = _FAR
         return verdicts
 
-    def _look(self, now_ns: int) -> None:
-        self._looked_ns = now_ns
+    def _update(self, now_ns: int) -> None:
+        self._updated_ns = now_ns
         positions = self._context.positions(now_ns)
         if positions is not self._positions:
             self._positions, self._places = positions, positions.tolist()

@@ -1,4 +1,4 @@
-"""Luck of links: what other pairs of hosts send moves nothing."""
+"""Random numbers of links, which do not depend on what other pairs of hosts send."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from desim import ports
 
 class PairStreams:
     """A random stream for each ordered pair of hosts, named by ``use`` and the two. The k-th frame
-    of a link meets the same luck whoever else sends, in whatever order hosts were declared."""
+    of a link draws the same numbers, no matter what others send or how hosts were declared."""
 
-    def __init__(self, context: ports.Context, use: str, hosts: tuple[str, ...]) -> None:
+    def __init__(self, context: ports.RuleContext, use: str, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._use = use
         self._hosts = hosts

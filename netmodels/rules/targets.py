@@ -1,4 +1,4 @@
-"""Whom a rule means: hosts and links by name."""
+"""The hosts and links that a rule acts on, by name."""
 
 from __future__ import annotations
 

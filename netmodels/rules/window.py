@@ -1,4 +1,4 @@
-"""When a rule holds."""
+"""The times at which a rule holds."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ class TimeWindow(ports.Params):
         return self
 
     def holds(self, now_ns: int) -> bool:
+        """Whether the rule acts now."""
         since_ns = now_ns - self.start_ns
         if since_ns < 0:
             return False

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Hashable, Sequence
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Literal, cast
 
 from pydantic import Field
 
@@ -22,7 +22,9 @@ _AHEAD_NS = 100_000  # a frame that will be in the switch so soon is settled whe
 _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle exit gives the same delays again
 
 # The exits of a frame, each with the receivers behind it.
-Exits = tuple[tuple[int, tuple[int, ...]], ...]
+Exits = tuple[tuple[int, Sequence[int]], ...]
+
+Token = tuple[ports.Frame, int, Exits]  # of a frame in the packet queues: its port and exits
 
 # A frame that is not sent yet, its exits, when the line is free for it if nothing else is put
 # before it, and its packets.
@@ -83,14 +85,14 @@ class Switch:
         self._exits_to: list[Exits] = [((port, (host,)),) for host, port in enumerate(self._port)]
         count = max(self._port, default=0) + 1
         # Of each port, into the switch: when all will be sent, how long that takes; frames that
-        # are not sent yet, how many of them the queues know, the others; what looks when.
+        # are not sent yet, how many of them the packet queues know, the others; the next call.
         self._free_ns = [0] * count
         self._booked_ns = [0] * count
         self._queued = [0] * count
         self._inside = [0] * count
         self._lines: list[deque[Waiting]] = [deque() for _ in range(count)]
         self._due_ns = [0] * count
-        self._timers: list[Any] = [None] * count
+        self._timers: list[ports.Handle | None] = [None] * count
         self._loads: list[Load] = [(0, 0, 0)] * count  # of exits that nothing in the queues is for
         self._coming = [0] * count  # frames in the queues that are for this exit
         # A frame that is the only one in its port's line and the only one for its exit, with its
@@ -98,8 +100,10 @@ class Switch:
         # first 30 s take 1.75 instead of 1.95 s of CPU (medians of four), with the same digest.
         self._alone: list[tuple[Waiting, Hashable] | None] = [None] * count
         self._alone_for: list[int | None] = [None] * count
-        engine = Packets if self._params.per_segment else Compiled
-        self._engine: Packets | Compiled = engine(count, self._hop_ns, self._limit_ns)
+        self._engine: Packets[Token] | Compiled[Token] = Compiled(
+            count, self._hop_ns, self._limit_ns)
+        if self._params.per_segment:
+            self._engine = Packets(count, self._hop_ns, self._limit_ns)
 
     def send(self, frame: ports.Frame) -> int | None:
         _, source, receivers, size_bytes, segments, broadcast = frame
@@ -126,25 +130,25 @@ class Switch:
         return None
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
-        """``ports.NetworkModel``: for how long there was something on the wire, preambles and gaps
-        included, in either direction of each port of ``hosts``."""
+        """For how long there was something on the wire, preambles and gaps included, in either
+        direction of each port of ``hosts``."""
         now_ns = self._context.now_ns
-        for port, alone in enumerate(self._alone):
-            if alone is not None:
-                self._join(port)
+        for port in range(len(self._alone)):
+            self._join(port)
         self._engine.run(now_ns)
         ports_ = sorted({self._port[host] for host in hosts})
         into = [self._booked_ns[port] - max(self._free_ns[port] - now_ns, 0) for port in ports_]
         return into + [self._sent_ns(port, now_ns) for port in ports_]
 
     def _sent_ns(self, exit_: int, now_ns: int) -> int:
-        """For how long an exit has been sending; a packet that was foreseen is taken to be here."""
+        """For how long an exit has been sending; a foreseen packet counts as if it were here."""
         free_ns, booked_ns, last_ns = (
             self._engine.loaded(exit_) if self._coming[exit_] else self._loads[exit_])
         return min(booked_ns - max(free_ns - max(last_ns, now_ns), 0), now_ns)
 
     def _leave(self, frame: ports.Frame, port: int) -> Exits:
-        """A broadcast's exits other than its own port; who is behind that one has it at once."""
+        """A broadcast's exits other than its own port; it arrives at the hosts of that one at
+        once."""
         groups: dict[int, list[int]] = {}
         for receiver in frame.receivers:
             groups.setdefault(self._port[receiver], []).append(receiver)
@@ -153,9 +157,9 @@ class Switch:
         return tuple(groups.items())
 
     def _foresee(self, exit_: int, begin_ns: int, total_ns: int, first_ns: int) -> int | None:
-        """When a frame arrives that will be in the switch within ``_AHEAD_NS``, as if it joined its
-        exit's queue now, behind all frames foreseen before. None while the packet queues hold a
-        frame for that exit, or if the exit may have no room."""
+        """Shortcut: the arrival of a frame that will be in the switch within ``_AHEAD_NS``, as if
+        it joined its exit's queue now, behind all frames foreseen before. None while the packet
+        queues hold a frame for that exit, or if the exit may not have room."""
         if self._coming[exit_]:
             return None
         free_ns, booked_ns, last_ns = self._loads[exit_]
@@ -166,7 +170,7 @@ class Switch:
             return None
         free_ns += total_ns
         at_ns += total_ns - first_ns
-        if at_ns < last_ns:  # max() is twelve times as dear
+        if at_ns < last_ns:  # max() takes twelve times as long
             at_ns = last_ns
         self._loads[exit_] = free_ns, booked_ns + total_ns, at_ns
         return free_ns + self._hop_ns
@@ -175,8 +179,7 @@ class Switch:
         """Queue a frame at its port's interface."""
         self._queued[port] += 1
         if self._fair:
-            if self._alone[port] is not None:
-                self._join(port)
+            self._join(port)
             self._engine.run(self._context.now_ns)
             self._put(waiting, port, self._context.flow(waiting[0]))
         elif self._inside[port]:
@@ -192,14 +195,14 @@ class Switch:
             self._alone[port] = waiting, flow
             self._alone_for[exits[0][0]] = port
             self._coming[exits[0][0]] = 1
-            self._look_at(port, begin_ns + train.total_ns)
+            self._book_wake(port, begin_ns + train.total_ns)
             return
         self._enter(exits)
         self._engine.put(port, begin_ns, flow, train, [exit_ for exit_, _ in exits],
                          (frame, port, exits))
         if (self._timers[port] is None
                 or self._context.now_ns + train.total_ns < self._due_ns[port]):
-            self._look_at(port, self._engine.due_ns(port))
+            self._book_wake(port, self._engine.due_ns(port))
 
     def _enter(self, exits: Exits) -> None:
         """Count a frame as coming to ``exits``; the packet queues take over idle ones."""
@@ -221,25 +224,30 @@ class Switch:
         return wait_ns <= 0 or wait_ns + train.long_ns <= self._limit_ns
 
     def _join(self, port: int) -> None:
-        """Move the lone frame of a port back into the packet queues: another one has turned up."""
-        (frame, exits, begin_ns, train), flow = self._alone[port]
+        """Move a port's lone frame, if it has one, back into the packet queues: another frame has
+        turned up."""
+        alone = self._alone[port]
+        if alone is None:
+            return
+        (frame, exits, begin_ns, train), flow = alone
         exit_ = exits[0][0]
         self._alone[port] = self._alone_for[exit_] = None
         self._engine.load(exit_, self._loads[exit_])
         self._engine.put(port, begin_ns, flow, train, [exit_], (frame, port, exits))
 
-    def _look_at(self, port: int, due_ns: int) -> None:
+    def _book_wake(self, port: int, due_ns: int) -> None:
         timer = self._timers[port]
         if timer is not None:
             timer.cancel()
         self._due_ns[port] = due_ns
-        self._timers[port] = self._context.at(due_ns, self._look, port)
+        self._timers[port] = self._context.at(due_ns, self._wake, port)
 
-    def _look(self, port: int) -> None:
-        """A frame may be in the switch: settle those that are."""
+    def _wake(self, port: int) -> None:
+        """Settle the frames that are in the switch by now."""
         self._timers[port] = None
-        if self._alone[port] is not None:
-            self._arrive_alone(port)
+        alone = self._alone[port]
+        if alone is not None:
+            self._arrive_alone(port, alone[0])
             return
         engine, loads, coming = self._engine, self._loads, self._coming
         engine.run(self._context.now_ns)
@@ -252,27 +260,29 @@ class Switch:
                 if not coming[exit_]:
                     loads[exit_] = engine.loaded(exit_)
         if self._inside[port]:
-            self._look_at(port, engine.due_ns(port))
+            self._book_wake(port, engine.due_ns(port))
         elif self._queued[port]:
             self._go_on(port)
         for (frame, _, exits), outcomes in finished:
             for (_, receivers), outcome in zip(exits, outcomes, strict=True):
                 self._settle(frame, receivers, outcome)
 
-    def _arrive_alone(self, port: int) -> None:
+    def _arrive_alone(self, port: int, waiting: Waiting) -> None:
         """The lone frame of a port is in the switch: settle it."""
-        (frame, exits, begin_ns, train), _ = self._alone[port]
+        frame, exits, begin_ns, train = waiting
         exit_ = exits[0][0]
         self._alone[port] = self._alone_for[exit_] = None
         self._coming[exit_] = self._inside[port] = 0
         self._queued[port] -= 1
-        out_ns = self._foresee(exit_, begin_ns, train.total_ns, train.long_ns)
+        # A lone frame's exit has room (``_is_alone``), and no other frame is for it.
+        out_ns = cast(int, self._foresee(exit_, begin_ns, train.total_ns, train.long_ns))
         if self._queued[port]:
             self._go_on(port)
         self._context.settle_many(frame, exits[0][1], _deliver(out_ns - self._context.now_ns))
 
     def _go_on(self, port: int) -> None:
-        """The line is free: settle frames that will be in the switch soon, queue the next one."""
+        """Settle frames that will be in the switch soon, and queue the next one on the free
+        line."""
         line, context = self._lines[port], self._context
         while line and not self._inside[port]:
             frame, exits, begin_ns, train = waiting = line.popleft()
@@ -286,7 +296,7 @@ class Switch:
                 self._queued[port] -= 1
                 context.settle(frame, frame.receivers[0], _deliver(out_ns - context.now_ns))
 
-    def _settle(self, frame: ports.Frame, receivers: tuple[int, ...], outcome: ExitFate) -> None:
+    def _settle(self, frame: ports.Frame, receivers: Sequence[int], outcome: ExitFate) -> None:
         """The last packet has left the interface. Report lost packets; the rest arrives when the
         last surviving packet is out."""
         context, (out_ns, lost) = self._context, outcome

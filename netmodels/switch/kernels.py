@@ -208,8 +208,8 @@ def _alone(line, flows):
 
 @lean(_i8(_rows, _i8))
 def due_ns(rows, port):
-    """When the first of a port's frames will be sent if nothing else is put there; found by running
-    copies."""
+    """The time at which the first of a port's frames will be sent if nothing else is put there. It
+    is found by running copies."""
     queues = _arrays_at(rows[0])
     flows, frames, line = queues.flows, queues.frames, queues.interfaces[port]
     frame = frames[line.sending]

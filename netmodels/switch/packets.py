@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Hashable, Iterable
-from typing import Any, NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 from netmodels.switch.trains import PacketTrain
+
+T = TypeVar("T")  # the sender's token of a frame
 
 QUANTUM_BYTES = 1514  # fq_codel: MTU and Ethernet header
 NEVER = 1 << 62
@@ -23,53 +25,55 @@ class ExitFate(NamedTuple):
     lost: tuple[int, ...]
 
 
-# An exit: until when it is busy, with how much so far, when the last packet came.
+# An exit: until when it is busy, for how long it has been in all, when the last packet came.
 Load = tuple[int, int, int]
 
 
-class _QueuedTrain:
+class _QueuedTrain(Generic[T]):
     """A frame that waits in a line or is being sent."""
 
     __slots__ = ("begun", "exits", "lost", "outs", "token", "train")
 
-    def __init__(self, token: Any, train: PacketTrain, exits: tuple[int, ...]) -> None:
+    def __init__(self, token: T, train: PacketTrain, exits: tuple[int, ...]) -> None:
         self.token, self.train, self.exits = token, train, exits
         self.begun = 0  # packets
         self.outs = [0] * len(exits)
         self.lost: list[list[int]] = [[] for _ in exits]
 
 
-class _FlowQueue:
+class _FlowQueue(Generic[T]):
+    """The frames of one flow."""
+
     __slots__ = ("deficit", "frames")
 
     def __init__(self) -> None:
-        self.frames: deque[_QueuedTrain] = deque()
+        self.frames: deque[_QueuedTrain[T]] = deque()
         self.deficit = QUANTUM_BYTES
 
 
-class InterfaceQueue:
+class InterfaceQueue(Generic[T]):
     """The queue of one port's interface."""
 
     def __init__(self) -> None:
         self.end_ns = NEVER  # of the packet that is being sent
-        self.sending: _QueuedTrain | None = None
-        self._flows: dict[Hashable, _FlowQueue] = {}
+        self.sending: _QueuedTrain[T] | None = None
+        self._flows: dict[Hashable, _FlowQueue[T]] = {}
         self._new: deque[Hashable] = deque()
         self._old: deque[Hashable] = deque()
 
-    def put(self, flow: Hashable, frame: _QueuedTrain) -> None:
+    def put(self, flow: Hashable, frame: _QueuedTrain[T]) -> None:
         if flow not in self._flows:
             self._flows[flow] = _FlowQueue()
             self._new.append(flow)
         self._flows[flow].frames.append(frame)
 
     def next(self, begin_ns: int) -> None:
-        """The line is free: the next packet's turn."""
+        """Begin the next packet on the free line."""
         self.sending, self.end_ns = self._take(), NEVER
         if self.sending is not None:
             self.end_ns = begin_ns + self.sending.train.wire_ns(self.sending.begun - 1)
 
-    def _take(self) -> _QueuedTrain | None:
+    def _take(self) -> _QueuedTrain[T] | None:
         while self._new or self._old:
             queue = self._new or self._old
             name = queue[0]
@@ -93,16 +97,16 @@ class InterfaceQueue:
         return None
 
 
-class Packets:
-    """All lines and exits. ``hop_ns``: from a packet's end on one wire to its being at the other
-    end of the cable."""
+class Packets(Generic[T]):
+    """All interfaces and exits of a switch. ``hop_ns``: from a packet's end on one wire to its
+    arrival at the other end of the cable."""
 
     def __init__(self, ports: int, hop_ns: int, limit_ns: int) -> None:
-        self._lines = [InterfaceQueue() for _ in range(ports)]
+        self._lines: list[InterfaceQueue[T]] = [InterfaceQueue() for _ in range(ports)]
         self._exits: list[Load] = [(0, 0, 0)] * ports
         self._hop_ns = hop_ns
         self._limit_ns = limit_ns
-        self._done: list[tuple[Any, list[ExitFate]]] = []
+        self._done: list[tuple[T, list[ExitFate]]] = []
 
     def load(self, exit_: int, load: Load) -> None:
         self._exits[exit_] = load
@@ -111,7 +115,7 @@ class Packets:
         return self._exits[exit_]
 
     def put(self, port: int, begin_ns: int, flow: Hashable, train: PacketTrain,
-            exits: Iterable[int], token: Any) -> None:
+            exits: Iterable[int], token: T) -> None:
         """A frame to send; ``begin_ns`` is when the line is free if nothing waits."""
         line = self._lines[port]
         line.put(flow, _QueuedTrain(token, train, tuple(exits)))
@@ -119,18 +123,17 @@ class Packets:
             line.next(begin_ns)
 
     def due_ns(self, port: int) -> int:
-        """When to ``run`` next because of this port, unless something else is put there."""
+        """The time to ``run`` next for this port, unless something else is put there."""
         return self._lines[port].end_ns
 
     def run(self, now_ns: int) -> None:
-        """All that has been sent up to now. Of packets that end at once the lower port's is the
-        first."""
+        """Send up to now. Of packets that end at once the lower port's is the first."""
         lines = self._lines
         while True:
             line = min(lines, key=lambda one: one.end_ns)
-            if line.end_ns > now_ns:
-                return
             frame, end_ns = line.sending, line.end_ns
+            if frame is None or end_ns > now_ns:
+                return
             self._cross(frame, end_ns + self._hop_ns)
             if frame.begun == frame.train.packets:
                 self._done.append((frame.token, [
@@ -138,13 +141,13 @@ class Packets:
                     for out_ns, lost in zip(frame.outs, frame.lost, strict=True)]))
             line.next(end_ns)
 
-    def finished(self) -> list[tuple[Any, list[ExitFate]]]:
-        """Frames of which all packets have been sent since the last call: token, and what became of
-        it at each of its exits."""
+    def finished(self) -> list[tuple[T, list[ExitFate]]]:
+        """The frames of which all packets have been sent since the last call: token, and the fate
+        at each of its exits."""
         done, self._done = self._done, []
         return done
 
-    def _cross(self, frame: _QueuedTrain, at_ns: int) -> None:
+    def _cross(self, frame: _QueuedTrain[T], at_ns: int) -> None:
         """A packet is in the switch, and joins the queue of each of its exits, first in, first
         out."""
         number = frame.begun - 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
-from typing import Any
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -12,10 +12,12 @@ from netmodels.switch import kernels
 from netmodels.switch.packets import ExitFate, Load
 from netmodels.switch.trains import PacketTrain
 
+T = TypeVar("T")  # the sender's token of a frame
 
-class Compiled:
-    """``packets.Packets``, but that it looks after whole frames: ``due_ns`` is when the next frame
-    will have been sent."""
+
+class Compiled(Generic[T]):
+    """The same as ``packets.Packets``, but by whole frames: ``due_ns`` is when the next frame will
+    have been sent."""
 
     def __init__(self, ports: int, hop_ns: int, limit_ns: int) -> None:
         self._hop_ns = hop_ns
@@ -31,7 +33,7 @@ class Compiled:
         self._names: list[dict[Hashable, int]] = [{} for _ in range(ports)]  # of flows
         self._queued = [0] * ports  # frames
         self._lost: dict[int, list[int]] = {}  # packets of frames that are not sent yet, by record
-        self._tokens: dict[int, tuple[Any, int, list[int]]] = {}  # with port and records, by frame
+        self._tokens: dict[int, tuple[T, int, list[int]]] = {}  # with port and records, by frame
 
     def _own(self, queues: kernels.Queues) -> None:
         """Work on these arrays, and try out the future on copies."""
@@ -45,7 +47,7 @@ class Compiled:
         return self._queues.exits[exit_].item()
 
     def put(self, port: int, begin_ns: int, flow: Hashable, train: PacketTrain,
-            exits: Iterable[int], token: Any) -> None:
+            exits: Iterable[int], token: T) -> None:
         """A frame to send; ``begin_ns`` is when the line is free if nothing waits."""
         records: list[int] = []
         copy = -1
@@ -63,12 +65,11 @@ class Compiled:
         kernels.put(self._arrays.rows, port, begin_ns, record, copy)
 
     def due_ns(self, port: int) -> int:
-        """When to ``run`` next because of this port, unless something else is put there."""
+        """The time to ``run`` next for this port, unless something else is put there."""
         return kernels.due_ns(self._arrays.rows, port)
 
     def run(self, now_ns: int) -> None:
-        """All that has been sent up to now. Of packets that end at once the lower port's is the
-        first."""
+        """Send up to now. Of packets that end at once the lower port's is the first."""
         while True:
             self._noted = kernels.run(self._arrays.rows, self._noted, now_ns, self._hop_ns,
                                       self._limit_ns)
@@ -78,9 +79,9 @@ class Compiled:
             notes = self._queues.notes
             self._own(self._queues._replace(notes=np.concatenate([notes, notes])))
 
-    def finished(self) -> list[tuple[Any, list[ExitFate]]]:
-        """Frames of which all packets have been sent since the last call: token, and what became of
-        it at each of its exits."""
+    def finished(self) -> list[tuple[T, list[ExitFate]]]:
+        """The frames of which all packets have been sent since the last call: token, and the fate
+        at each of its exits."""
         done, lost = [], self._lost
         for record, packet in self._queues.notes[:self._noted].tolist():
             if packet >= 0:
@@ -98,7 +99,7 @@ class Compiled:
         return done
 
     def _flow(self, port: int, name: Hashable) -> int:
-        """The record of a flow."""
+        """The record of a port's flow; a new one if it has none."""
         names = self._names[port]
         record = names.get(name)
         if record is None:
@@ -111,15 +112,15 @@ class Compiled:
 
 
 def _records(count: int, dtype: np.dtype) -> np.ndarray:
-    """With -1 in all fields."""
+    """Records with -1 in all fields."""
     records = np.empty(count, dtype)
-    for name in dtype.names:
+    for name in dtype.names or ():
         records[name] = -1
     return records
 
 
 def _longer(records: np.ndarray, free: list[int]) -> np.ndarray:
-    """Twice as many; the new ones are ``free``."""
+    """Twice as many records; the new ones are added to ``free``."""
     count = len(records)
     free += range(2 * count - 1, count - 1, -1)
     return np.concatenate([records, _records(count, records.dtype)])

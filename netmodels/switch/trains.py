@@ -1,4 +1,4 @@
-"""How long the packets of a frame take on a wire, and what a queue counts them as."""
+"""The packets of a frame: their times on a wire, and their bytes in a queue."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What a chain of hops carries, against the bounds of who hinders whom."""
+"""Goodput of a chain of hops, against the bounds by interference."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from desim.ports.cases import Check, Play
 from netmodels.cases.chain import RelayChain
@@ -47,5 +47,5 @@ def repaired(play: Play, mac: str, seed: int) -> Iterator[Check]:
                 (36 / 0.98 + 6 / 1.02) / 2, (36 / 0.98 - 6 / 1.02) / 2, "1/s")
 
 
-def _played(play: Play, hops: int, mac: str, seed: int = 1, **more: str) -> dict:
+def _played(play: Play, hops: int, mac: str, seed: int = 1, **more: str) -> Mapping[str, float]:
     return play(RelayChain(RelayChain.Params(hops=hops, mac=mac, **more)).setup(), seed)

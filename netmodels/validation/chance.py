@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from desim import ports
 from desim.ports.cases import NOWHERE, Check, Flow, Play, Setup
@@ -66,8 +66,8 @@ class Delays:
                         "ms")
 
 
-def _played(play: Play, rule: ports.Rule, frames: int, every_ns: int) -> dict:
-    """What becomes of so many frames on one link."""
+def _played(play: Play, rule: ports.Rule, frames: int, every_ns: int) -> Mapping[str, float]:
+    """The measures of so many frames on one link."""
     flow = Flow("a", ("b",), 1000, 1000, "zero", every_ns)
     return play(Setup(Ideal(Ideal.Params()), {"a": NOWHERE, "b": NOWHERE}, [flow],
                       frames * every_ns, rules=[rule]))

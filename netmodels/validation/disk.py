@@ -1,18 +1,17 @@
-"""Where the rung ``disk`` of a radio ends, the whole radio delivers nine frames of ten."""
+"""The range of the rung ``disk`` of a radio: there the whole radio delivers nine frames of ten."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 from desim.ports.cases import Check, Flow, Play, Setup
 from desim.units import NS_PER_S
 from netmodels.ethernet import FULL_BYTES
-from netmodels.radio.clear import SHARE
-from netmodels.radio.ladder import Ladder
+from netmodels.radio import Radio
+from netmodels.radio.clear import SHARE, Clear
 
-RADIOS: dict[str, dict[str, Any]] = {
+RADIOS: dict[str, dict[str, object]] = {
     "11g 54 Mb/s": {},
     "11g 36 Mb/s": {"rate": "36 Mb/s"},
     "11g 54 Mb/s, one attempt": {"retries": 1},
@@ -34,12 +33,9 @@ class DiskOfRadio:
     def checks(self, play: Play) -> Iterator[Check]:
         tolerance = 3.3 * math.sqrt(SHARE * (1 - SHARE) / _FRAMES)
         for name, params in RADIOS.items():
-            range_m = _rung("disk", params).range_m[False]
+            range_m = Clear(Radio.Params(**params), open_air=True).range_m[False]
             flow = Flow("a", ("b",), FULL_BYTES, FULL_BYTES, "zero", _EVERY_NS)
-            found = play(Setup(_rung("mac", params), {"a": (0.0, 0.0), "b": (range_m, 0.0)},
-                               [flow], _FRAMES * _EVERY_NS))
+            radio = Radio(Radio.Params(**params))
+            found = play(Setup(radio, {"a": (0.0, 0.0), "b": (range_m, 0.0)}, [flow],
+                               _FRAMES * _EVERY_NS))
             yield Check(f"{name}, {range_m:.1f} m: delivered", 1 - found["loss"], SHARE, tolerance)
-
-
-def _rung(fidelity: str, params: dict[str, Any]) -> Any:
-    return Ladder(Ladder.Params(fidelity=fidelity, **params))

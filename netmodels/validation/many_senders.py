@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping
 
 from desim.ports.cases import Check, Play
 from netmodels.cases.layout import Layout
@@ -13,7 +12,8 @@ from netmodels.validation.layouts import MIXES, PAIRS, STARS, parsed
 from netmodels.validation.within import within
 
 
-def played(play: Play, mbps: float, places: list, flows: list[dict], **more: Any) -> dict:
+def played(play: Play, mbps: float, places: list[tuple[float, float]],
+           flows: list[dict[str, object]], **more: object) -> Mapping[str, float]:
     """A layout of 802.11a as ns-3 has it; flows that name nothing else are of 1000 B."""
     return play(Layout(Layout.Params(standard="11a", preset="ns3_3_44", rate=f"{mbps} Mb/s",
                                      places=places, flows=flows, **more)).setup())
@@ -69,8 +69,8 @@ class Mixes:
 
 
 class DelaysOfRadio:
-    """How long packets take from a sender's queue to a receiver, on an idle medium and under load:
-    the mean and what 95 % are below, within 3 %, or ns-3's own 95 % interval over five seeds where
+    """Delays from a sender's queue to a receiver, on an idle medium and under load: the mean and
+    the 95 % quantile, within 3 %, or ns-3's own 95 % interval over five seeds where
     that is wider."""
 
     source = "ns-3.44, 802.11a, senders 10 m from one receiver, Poisson, five seeds"

@@ -10,7 +10,7 @@ import numpy as np
 from desim import ports
 from desim.ports.cases import Check, Play
 from netmodels.radio.errors import packet_error
-from netmodels.radio.path_loss import FreeSpace, Indoor, LogDistance
+from netmodels.radio.path_loss import FreeSpace, Indoor, LogDistance, PathLoss
 from netmodels.radio.walls import Walls
 
 POWER_DBM = 16.0206
@@ -48,8 +48,9 @@ class Propagation:
               "5 dB are a property, not a publication")
 
     def checks(self, play: Play) -> Iterator[Check]:
-        models = {"log-distance": LogDistance(), "free space, 5180 MHz": FreeSpace(5.18e9),
-                  "free space, 2412 MHz": FreeSpace(2.412e9)}
+        models: dict[str, PathLoss] = {
+            "log-distance": LogDistance(), "free space, 5180 MHz": FreeSpace(5.18e9),
+            "free space, 2412 MHz": FreeSpace(2.412e9)}
         for distance_m, expected_dbm in RECEIVED_DBM.items():
             for (name, model), dbm in zip(models.items(), expected_dbm, strict=True):
                 loss_db = float(model.loss_db(np.array(float(distance_m))))

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
-from desim.ports.cases import Check, Play
+from desim.ports.cases import Check, Play, Setup
 from netmodels.cases.bottleneck import Bottleneck
 from netmodels.validation.within import within
 
@@ -74,7 +73,7 @@ class PeriodicSenders:
             yield within(0.01, f"{what}: delay", found["delay_mean_ms"], delay_ms, "ms")
 
 
-def _bottleneck(**params: Any) -> Any:
+def _bottleneck(**params: object) -> Setup:
     return Bottleneck(Bottleneck.Params(**params)).setup()
 
 

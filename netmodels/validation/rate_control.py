@@ -4,7 +4,7 @@ against ns-3."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array, eye_array
@@ -33,7 +33,7 @@ _DURATION_NS = 20 * NS_PER_S
 
 
 class ArfState(NamedTuple):
-    """What a sender knows before an attempt, and which attempt at this packet it is."""
+    """The state of a sender before an attempt, and the number of attempts at this packet."""
 
     rate: int
     acknowledged: int = 0
@@ -81,8 +81,8 @@ class FallbackOfRates:
 
 
 def _saturated(places: dict[str, tuple[float, float]], to: dict[str, str], until_s: int,
-               **params: Any) -> Setup:
-    """From whom ``to`` whom, after a second for the rates to settle."""
+               **params: object) -> Setup:
+    """Saturated flows ``to`` receivers by sender, after a second for the rates to settle."""
     radio = Radio.Params(preset="ns3_3_44", standard="11a", rate="6 Mb/s", rate_control={},
                          **params)
     return Setup(Radio(radio), places, [Flow(sender, (receiver,), 1046, 1000)

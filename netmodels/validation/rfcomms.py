@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,7 @@ DELIVERY = {
     400: ((0.0, 0.0), (0.1788, 0.0963), (0.3826, 0.3378)),
     500: ((0.0, 0.0), (0.0478, 0.0198), (0.2945, 0.2545)),
 }
-_SIGMAS: dict[str, dict[str, Any]] = {
+_SIGMAS: dict[str, dict[str, str]] = {
     "no sigma": {"sigma": "0 dB"}, "root of sigma": {"sigma_is": "variance"}, "sigma": {}}
 _DIGITS = 6e-5  # half of the last printed one, and what the sum below leaves out
 

@@ -182,7 +182,7 @@ class Stations:
         """The outcomes of the next instant with any, none if that is after ``until_ns``."""
         if until_ns == self._taken_ns or self.next_ns > until_ns:
             return []
-        self._taken_ns = self._next_ns  # no transmission is over in the instant that it begins
+        self._taken_ns = self.next_ns  # no transmission is over in the instant that it begins
         self._present = 1 - self._present
         self._next_ns = None
         present = self._arrays.states[0]  # both have the same outcomes
