@@ -6,7 +6,7 @@ argument would be lost on the way, so messages are built by whoever raises.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 
@@ -64,7 +64,7 @@ def printable(text: str) -> str:
                    for letter in text)
 
 
-def did_you_mean(word: str, known) -> str:
+def did_you_mean(word: str, known: Iterable[str]) -> str:
     """`` (did you mean 'rate'?)`` for the nearest of ``known``, or an empty string."""
     import difflib
 

@@ -1,1 +1,1 @@
-"""Time, luck and memory: the clock and its agenda, random streams by name, the trace."""
+"""Time, chance and memory: the clock and its agenda, random streams by name, the trace."""

@@ -52,8 +52,11 @@ def announced(say: Callable[[], object]) -> Iterator[None]:
 
 def _fingerprint() -> str:
     digest = hashlib.sha256()
-    for package in "desim", "netmodels":  # the latter is looked for, not imported
-        root = Path(find_spec(package).origin).parent
+    for package in "desim", "netmodels":  # the latter is found, not imported
+        spec = find_spec(package)
+        if spec is None or spec.origin is None:
+            continue
+        root = Path(spec.origin).parent
         for source in sorted([*root.rglob("kernels.py"), *root.rglob("kernels/*.py")]):
             digest.update(source.read_bytes())
     return digest.hexdigest()[:12]

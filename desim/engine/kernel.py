@@ -14,13 +14,15 @@ from enum import IntEnum
 from fractions import Fraction
 from functools import partial
 from heapq import heappop, heappush
-from typing import Any
+from typing import Any, TypeAlias, TypeVar, cast
 
 import simpy
 from simpy.core import StopSimulation
 
 from desim.errors import KernelError
 from desim.units import NS_PER_S
+
+T = TypeVar("T")
 
 MAX_ROUNDS = 1000
 
@@ -31,10 +33,10 @@ _LAST = 1 << 200  # after everything else of an instant
 
 
 class Phase(IntEnum):
-    """What happens first inside one instant. The order of these members is the definition of a
-    tick (ARGoS calls it ``CSpace::Update``): matter moves, sensors look, frames travel, hosts
-    receive, controllers decide, the monitor watches. A member's value is its place in the key,
-    above the bits of the entity."""
+    """The phases of an instant, in their order, which is the definition of a tick (ARGoS calls it
+    ``CSpace::Update``): matter moves, sensors measure, frames travel, hosts receive, controllers
+    decide, the monitor watches. A member's value is its place in the key, above the bits of the
+    entity."""
 
     WORLD = 0 << 64
     SENSE = 1 << 64
@@ -58,6 +60,9 @@ class Call:
 
     __slots__ = ("callbacks", "fn", "arg")
     _ok = True
+    callbacks: tuple[Callable[[Call], object]]
+    fn: Callable[[Any], object]  # takes what ``arg`` is: ``after`` checks it
+    arg: object
 
     def cancel(self) -> None:
         """Do nothing when the time comes. Cancelling twice, or too late, is harmless."""
@@ -71,10 +76,12 @@ class _End(Call):
     __slots__ = ()
 
 
+Entry: TypeAlias = tuple[int, int, int, Call]  # of the agenda: time, priority, insertion
+
 _new_call = Call.__new__
 
 
-def _nothing(_: Any) -> None:
+def _nothing(_: object) -> None:
     pass
 
 
@@ -84,7 +91,7 @@ class Ticker:
     __slots__ = ("_kernel", "_num", "_den", "_order", "_fn", "_start_ns", "_k", "_call")
 
     def __init__(self, kernel: Kernel, frequency_hz: Fraction | int, phase: Phase, entity: int,
-                 fn: Callable[[int], Any], start_ns: int) -> None:
+                 fn: Callable[[int], object], start_ns: int) -> None:
         if type(frequency_hz) not in (int, Fraction) or not 0 < frequency_hz <= NS_PER_S:
             raise KernelError(f"frequency_hz must be an int or a Fraction above 0, at most 10**9, "
                               f"got {frequency_hz!r} for {_name(fn)}")
@@ -96,10 +103,10 @@ class Ticker:
         self._call = kernel.at(start_ns, phase, entity, self._tick)
 
     def time_ns(self, k: int) -> int:
-        """When tick ``k`` is due."""
+        """The time of tick ``k``."""
         return self._start_ns + k * NS_PER_S * self._den // self._num
 
-    def _tick(self, _: Any) -> None:
+    def _tick(self, _: object) -> None:
         k = self._k
         self._k = k + 1
         # The next tick is booked first, so that the callback may cancel it.
@@ -112,38 +119,44 @@ class Ticker:
 
 
 class Kernel:
-    """Integer-nanosecond time over a SimPy environment.
-
-    ``env`` may be a foreign SimPy environment whose clock counts integer nanoseconds: the networks
-    then run inside a plain SimPy program, driven by its own ``env.run``.
-    """
+    """Integer-nanosecond time over a SimPy environment of its own; ``inside`` a foreign one."""
 
     __slots__ = ("env", "now_ns", "events", "_fired", "_agenda", "_numbers", "_stopping",
                  "_shared")
 
-    def __new__(cls, env: simpy.Environment | None = None) -> Kernel:
-        return super().__new__(cls if env is None else _Guest)
+    def __init__(self) -> None:
+        self.now_ns = 0  # read twenty times a message: no property
+        self._enter(simpy.Environment(initial_time=0))
 
-    def __init__(self, env: simpy.Environment | None = None) -> None:
-        self.env = simpy.Environment(initial_time=0) if env is None else env
-        self.now_ns: int = self.env.now  # read twenty times a message: no property
-        if type(self.env.now) is not int:
+    @staticmethod
+    def inside(env: simpy.Environment) -> Kernel:
+        """A kernel in a foreign environment whose clock counts integer nanoseconds: the networks
+        run inside a plain SimPy program, driven by its own ``env.run``. Raises ``KernelError`` for
+        another clock."""
+        if type(env.now) is not int:
             raise KernelError(f"the SimPy clock must count int nanoseconds, its now is "
-                              f"{self.env.now!r}; use simpy.Environment(initial_time=0)")
-        self.events = 0  # calls fired so far
-        self._fired: Any = (-1, 0)  # agenda entry of the call that fired last: time, key, ...
-        self._agenda, self._numbers = self.env._queue, self.env._eid
-        self._stopping: Call | None = None
-        self._shared: dict[str, Any] = {}
+                              f"{env.now!r}; use simpy.Environment(initial_time=0)")
+        return _Guest(env)
 
-    def shared(self, name: str, make: Callable[[], Any]) -> Any:
-        """What parts of one run have in common under this name; who asks first makes it."""
+    def _enter(self, env: simpy.Environment) -> None:
+        """Use this environment's agenda."""
+        self.env = env
+        self.events = 0  # calls fired so far
+        self._fired: Entry | tuple[int, int] = (-1, 0)  # the agenda entry that fired last
+        self._agenda = cast(list[Entry], env._queue)  # its entries are checked when they fire
+        self._numbers = env._eid
+        self._stopping: Call | None = None
+        self._shared: dict[str, object] = {}
+
+    def shared(self, name: str, make: Callable[[], T]) -> T:
+        """The object that parts of one run have in common under this name. The first who asks makes
+        it."""
         if name not in self._shared:
             self._shared[name] = make()
-        return self._shared[name]
+        return cast(T, self._shared[name])  # a name stands for one type
 
-    def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
-              arg: Any = None) -> Call:
+    def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[T], object],
+              arg: T | None = None) -> Call:
         """Call ``fn(arg)`` after ``delay_ns`` in ``phase``, ordered by ``entity`` (below 2**64).
 
         Raises ``KernelError`` for a delay that is not an int (a float, a numpy integer) or is
@@ -160,8 +173,8 @@ class Kernel:
                                 next(self._numbers), call))
         return call
 
-    def at(self, time_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
-           arg: Any = None) -> Call:
+    def at(self, time_ns: int, phase: Phase, entity: int, fn: Callable[[T], object],
+           arg: T | None = None) -> Call:
         """Call ``fn(arg)`` at ``time_ns``, like ``after``. Raises ``KernelError`` for a time that
         is not an int or lies in the past."""
         now_ns = self.now_ns
@@ -171,7 +184,7 @@ class Kernel:
         return self.after(time_ns - now_ns, phase, entity, fn, arg)
 
     def ticker(self, frequency_hz: Fraction | int, phase: Phase, entity: int,
-               fn: Callable[[int], Any], start_ns: int | None = None) -> Ticker:
+               fn: Callable[[int], object], start_ns: int | None = None) -> Ticker:
         """Call ``fn(k)`` for tick k = 0, 1, ...; the first at ``start_ns`` (default: now)."""
         return Ticker(self, frequency_hz, phase, entity, fn,
                       self.now_ns if start_ns is None else start_ns)
@@ -181,7 +194,7 @@ class Kernel:
 
         Driven here and not by ``simpy.Process``, which re-creates exceptions and so masks them.
         """
-        def step(_: Any) -> None:
+        def step(_: object) -> None:
             for delay_ns in life:
                 self.after(delay_ns, phase, entity, step)
                 return
@@ -209,12 +222,12 @@ class Kernel:
             end.cancel()
 
     def _loop(self) -> None:
-        """``env.run()``, but a call fires right here. SimPy's way to it, over ``step`` and a list
-        of callbacks, costs as much again as the whole event; hence the look at its heap, in which
-        the end, which raises, always is. ``while queue`` would do, but Python 3.11 specializes a
+        """``env.run()``, but a call fires right here: SimPy's way to it, over ``step`` and a list
+        of callbacks, costs as much again as the whole event. The heap is never empty, because the
+        end, which raises, is in it. ``while queue`` would do as well, but Python 3.11 specializes a
         running function's instructions only at unconditional jumps back: ``while True`` takes 7 %
         off the instructions of a message between hosts (101.7 to 94.1 thousand)."""
-        env, queue = self.env, self.env._queue
+        env, queue = self.env, self._agenda
         while True:
             entry = heappop(queue)
             call = entry[3]
@@ -238,10 +251,10 @@ class Kernel:
         call = _new_call(_End)
         call.callbacks = (_run,)
         call.fn, call.arg = self._end, None
-        self.env.schedule(call, _LAST, delay_ns)
+        heappush(self._agenda, (self.now_ns + delay_ns, _LAST, next(self._numbers), call))
         return call
 
-    def _end(self, _: Any) -> None:
+    def _end(self, _: object) -> None:
         if self._stopping is not None:
             self._stopping.cancel()
             self._stopping = None
@@ -251,12 +264,12 @@ class Kernel:
         """A call that has fired, once more, later."""
         heappush(self._agenda, (time_ns, order, next(self._numbers), call))
 
-    def _next(self, phase: Phase, entity: int, fn: Callable) -> int:
-        """The priority of something booked for now: what is not later than the phase that runs has
-        to wait for the next round."""
-        fired_ns, order, *_ = self._fired
-        if self.now_ns != fired_ns:
+    def _next(self, phase: Phase, entity: int, fn: Callable[[T], object]) -> int:
+        """The priority of a call that is booked for now: in a phase not later than the one that
+        runs, it has to wait for the next round."""
+        if self.now_ns != self._fired[0]:
             return phase + entity
+        order = self._fired[1]
         round_ = (order >> _ROUND_BIT) + (phase <= order & _PHASE_MASK)
         if round_ > MAX_ROUNDS:
             raise KernelError(f"more than {MAX_ROUNDS} rounds at {self.now_ns} ns: the loop goes "
@@ -265,11 +278,22 @@ class Kernel:
 
 
 class _Guest(Kernel):
-    """A kernel in a foreign environment, whose own events move the clock as well, and whose
-    ``step`` fires ours."""
+    """A kernel in a foreign environment. The environment's own events move the clock as well, and
+    its ``step`` fires our calls."""
 
-    def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[Any], Any],
-              arg: Any = None) -> Call:
+    def __init__(self, env: simpy.Environment) -> None:
+        self._enter(env)
+
+    @property
+    def now_ns(self) -> int:  # type: ignore[override]  # faster as an attribute where that will do
+        return cast(int, self.env._now)  # ``inside`` has checked it
+
+    @now_ns.setter
+    def now_ns(self, time_ns: int) -> None:
+        """Do nothing: the environment has the time already."""
+
+    def after(self, delay_ns: int, phase: Phase, entity: int, fn: Callable[[T], object],
+              arg: T | None = None) -> Call:
         call = super().after(delay_ns, phase, entity, fn, arg)
         order = phase + entity if delay_ns else self._next(phase, entity, fn)
         call.callbacks = (partial(self._fire, order),)
@@ -284,18 +308,11 @@ class _Guest(Kernel):
         self.events += 1
         call.fn(call.arg)
 
-    @property
-    def now_ns(self) -> int:
-        return self.env._now
-
-    @now_ns.setter
-    def now_ns(self, time_ns: int) -> None:
-        """The environment has the time already."""
-
 
 def _run(call: Call) -> None:
     call.fn(call.arg)
 
 
-def _name(fn: Any) -> str:
-    return getattr(fn, "__qualname__", repr(fn))
+def _name(fn: object) -> str:
+    name: str = getattr(fn, "__qualname__", repr(fn))
+    return name

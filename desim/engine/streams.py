@@ -1,9 +1,9 @@
-"""Luck by name: the same seed and name give the same numbers, whoever asks, in whatever order.
+"""Random numbers by name: the same seed and name give the same numbers, in any order of asking.
 
 Two kinds. ``streams("robot", 3, "odometry")`` is a generator for code that draws in sequence.
 ``streams.key("robot", 3, "lidar")`` is a key for counter-based noise inside kernels: value k of
-the sequence is a pure function of (key, k), so that a reading nobody looks at costs nothing and
-one more draw moves nothing else.
+the sequence is a pure function of (key, k): a reading that nobody uses costs nothing, and one more
+draw moves nothing else.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from desim.errors import ModelError
 
 
-def _digest(seed: int, use: str, name: tuple) -> bytes:
+def _digest(seed: int, use: str, name: tuple[str | int, ...]) -> bytes:
     for part in name:
         if type(part) not in (str, int):
             raise ModelError(f"a random stream's name consists of str and int, got {part!r} "

@@ -134,7 +134,7 @@ def test_a_frequency_that_is_no_positive_rational_is_refused(kernel, wrong):
 @pytest.mark.parametrize("start", [0.0, float("nan"), np.int64(0)])
 def test_an_environment_whose_clock_is_no_int_is_refused(start):
     with pytest.raises(KernelError, match="must count int nanoseconds"):
-        Kernel(simpy.Environment(initial_time=start))
+        Kernel.inside(simpy.Environment(initial_time=start))
 
 
 # ----------------------------------------------------------------------------------------- tickers
@@ -293,7 +293,7 @@ def test_after_an_error_the_rest_of_the_agenda_is_intact(kernel, log):
 
 def test_inside_a_plain_simpy_program():
     env, log = simpy.Environment(), []
-    kernel = Kernel(env)
+    kernel = Kernel.inside(env)
 
     def plain():
         for _ in range(3):
@@ -309,7 +309,7 @@ def test_inside_a_plain_simpy_program():
 
 def test_in_one_instant_with_a_plain_process_phases_still_hold():
     env, log = simpy.Environment(), []
-    kernel = Kernel(env)
+    kernel = Kernel.inside(env)
     rang = env.event()
 
     def plain():
@@ -326,7 +326,7 @@ def test_in_one_instant_with_a_plain_process_phases_still_hold():
 
 def test_stop_ends_a_plain_simpy_run_too():
     env, log = simpy.Environment(), []
-    kernel = Kernel(env)
+    kernel = Kernel.inside(env)
     kernel.at(5, CONTROL, 0, lambda _: kernel.stop())
     kernel.at(5, Phase.OBSERVE, 0, log.append, "observe")
     env.timeout(50)

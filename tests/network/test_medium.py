@@ -365,7 +365,7 @@ def test_it_serves_a_plain_simpy_program():
         def arrived(self, token, receiver):
             log.append((env.now, token, receiver))
 
-    medium = Medium("lan", rule(AccessLink, rate="1 Mb/s"), kernel=Kernel(env), names=names,
+    medium = Medium("lan", rule(AccessLink, rate="1 Mb/s"), kernel=Kernel.inside(env), names=names,
                     streams=Streams(0), hosts=["a", "b"])
 
     def life():
