@@ -6,7 +6,7 @@ argument would be lost on the way, so messages are built by whoever raises.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 
@@ -73,13 +73,20 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def class_of(plugin: object) -> str:
-    """The class of a plug-in and where it stands: ``bad.Model (bad.py:7)``."""
+    """The class of a plug-in, or the function that it wraps, and where it stands:
+    ``bad.Model (bad.py:7)``."""
+    import inspect
+
+    return place_of(inspect.unwrap(type(plugin)))
+
+
+def place_of(code: Callable[..., object]) -> str:
+    """A class or function and where it stands: ``bad.Model (bad.py:7)``."""
     import inspect
     from pathlib import Path
 
-    cls = type(plugin)
-    name = f"{cls.__module__}.{cls.__qualname__}"
+    name = f"{code.__module__}.{code.__qualname__}"
     try:
-        return f"{name} ({Path(inspect.getfile(cls)).name}:{inspect.getsourcelines(cls)[1]})"
+        return f"{name} ({Path(inspect.getfile(code)).name}:{inspect.getsourcelines(code)[1]})"
     except (OSError, TypeError):  # it was made up by a program
         return name

@@ -7,7 +7,7 @@ import os
 import sys
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from inspect import getattr_static
+from inspect import getattr_static, isfunction
 from operator import attrgetter
 from typing import Any
 
@@ -49,12 +49,15 @@ def available(kind: str) -> dict[str, EntryPoint]:
 
 @cache
 def load(kind: str, name: str) -> Any:
-    """The class called ``name``: an entry point's name or ``package.module:Class``.
+    """The class called ``name``: an entry point's name or ``package.module:Class``. A function that
+    is a rule is made a class.
 
     Raises ``InputError`` that says what is known, why the import failed, or which methods of its
     contract the class lacks.
     """
     cls = imported(kind, name if ":" in name else _installed(kind, name))
+    if kind == "rule" and isfunction(cls):
+        cls = ports.function_rule(cls)
     missing = _missing(CONTRACTS[kind], cls) if kind in CONTRACTS else []
     if missing:
         contract = CONTRACTS[kind].__name__
@@ -136,7 +139,7 @@ def _module(folder: str, name: str) -> Any:
     finally:
         sys.path.remove(place)
     meant = _file(os.path.join(place, name))
-    if meant and os.path.realpath(module.__file__) != os.path.realpath(meant):
+    if meant and os.path.realpath(module.__file__ or "") != os.path.realpath(meant):
         raise ImportError(f"another module {name!r} is in use already, from {module.__file__}; "
                           "rename one of them")
     return module

@@ -252,7 +252,7 @@ def _ratio(value: Any) -> float:
         if not 0.0 <= value <= 1.0:
             raise ValueError(f"{value!r} must lie between 0 and 1 (0 % and 100 %)")
         return float(value)
-    return RATIO.parse(value)
+    return float(RATIO.parse(value))
 
 
 def _ratio_text(ratio: float) -> str | float:

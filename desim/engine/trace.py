@@ -1,7 +1,7 @@
-"""The ship's log: typed rows of fixed size, and their digest.
+"""A run's log: typed rows of fixed size, and their digest.
 
-What is not in the digest did not happen. Rows are hashed in batches, always; they are kept only
-where somebody wants to read them. Names (of hosts, kinds, topics, reasons) appear in rows as
+Anything that is not in the digest did not happen. Rows are always hashed, in batches; they are kept
+only where somebody wants to read them. Names (of hosts, kinds, topics, reasons) appear in rows as
 32-bit ids derived from the name alone, so that one more robot changes nobody else's rows.
 """
 
@@ -11,7 +11,6 @@ import hashlib
 import struct
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -53,12 +52,14 @@ class Names:
 
 def bits(value: float) -> int:
     """A float as the int64 of its bit pattern, to be put into a row without loss."""
-    return struct.unpack("<q", struct.pack("<d", value))[0]
+    (found,) = struct.unpack("<q", struct.pack("<d", value))
+    return int(found)
 
 
 def real(value: int) -> float:
     """The inverse of ``bits``."""
-    return struct.unpack("<d", struct.pack("<q", value))[0]
+    (found,) = struct.unpack("<d", struct.pack("<q", value))
+    return float(found)
 
 
 class Trace:
@@ -66,8 +67,8 @@ class Trace:
 
     ``sink`` receives every full batch as an array of ``ROW``; None keeps nothing.
 
-    ``put(pack(t_ns, kind, entity, a, b, c))`` is ``row`` without a ``look`` at whether a batch is
-    full, for who writes many rows and looks now and then.
+    ``put(pack(t_ns, kind, entity, a, b, c))`` is ``row`` without ``flush_if_full``, which is called
+    once after several rows.
     """
 
     __slots__ = ("names", "rows_written", "_sink", "_buffer", "put", "_whole", "_by_entity")
@@ -79,7 +80,7 @@ class Trace:
         self._buffer: list[bytes] = []
         self.put = self._buffer.append
         self._whole = hashlib.sha256()
-        self._by_entity: dict[int, Any] = {}
+        self._by_entity: dict[int, hashlib._Hash] = {}
 
     def row(self, t_ns: int, kind: int, entity: int, a: int = 0, b: int = 0, c: int = 0) -> None:
         """Note that at ``t_ns`` a thing of ``kind`` happened to ``entity`` (both name ids).
@@ -87,15 +88,15 @@ class Trace:
         Raises ``struct.error`` for what is no int or does not fit; a float goes through ``bits``.
         """
         self.put(pack(t_ns, kind, entity, a, b, c))
-        self.look()
+        self.flush_if_full()
 
-    def look(self) -> None:
-        """Pass on what has gathered if it is enough."""
+    def flush_if_full(self) -> None:
+        """Flush if a batch is full."""
         if len(self._buffer) >= _BATCH:
             self.flush()
 
     def flush(self) -> None:
-        """Hash, and hand to the sink, what has gathered."""
+        """Hash the rows that have gathered, and hand them to the sink."""
         if not self._buffer:
             return
         packed = b"".join(self._buffer)
@@ -113,7 +114,7 @@ class Trace:
             hasher = self._by_entity.get(entity)
             if hasher is None:
                 hasher = self._by_entity[entity] = hashlib.sha256()
-            hasher.update(own[start:end])
+            hasher.update(own[start:end].data)
         if self._sink is not None:
             self._sink(rows)
 

@@ -161,7 +161,7 @@ class GraphContext:
                 arrival_ns = medium.post(source, to, size_bytes, carrier, token)
                 if arrival_ns is not None:
                     note(arrival_ns, arrived, token)
-        graph.trace.look()
+        graph.trace.flush_if_full()
 
     def way(self, medium: Medium, source: int, receivers: Sequence[int]
             ) -> Callable[..., int | None]:

@@ -318,7 +318,7 @@ class Graph:
         self.put(pack(message.born_ns, self.SENT, message.origin.id, about.id, message.seq,
                       message.size_bytes))
         if not number & _SELDOM:
-            self.trace.look()
+            self.trace.flush_if_full()
             for topic in self.topics.values():
                 topic.counts.latency.look()
 

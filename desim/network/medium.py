@@ -12,6 +12,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from desim import ports
 from desim.engine.kernel import Call, Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names
@@ -47,8 +48,9 @@ _new = tuple.__new__  # a Frame at half the price
 class Medium(Account):
     """A network model with the rules in front of it. It is the model's ``ports.Context``.
 
-    ``hosts`` are all host names in index order, ``attached`` the indices of those that have an
-    interface to it. The account is that of its frames and packets (``Account``).
+    ``rules`` may be plain functions (``ports.RuleFunction``). ``hosts`` are all host names in index
+    order, ``attached`` the indices of those that have an interface to it. The account is that of
+    its frames and packets (``Account``).
 
     A frame is open until its model has settled it, then on its way until it is delivered.
     """
@@ -58,14 +60,15 @@ class Medium(Account):
                  "_arrives", "_open", "_broadcasts", "_awaited", "_flying", "_reasons", "_hosts",
                  "_control", "_reachability", "judge_transmission", "shared", "_admit", "_passes")
 
-    def __init__(self, name: str, model: NetworkModel, rules: Sequence[Rule] = (), *,
-                 kernel: Kernel, names: Names, streams: Streams, hosts: Sequence[str],
+    def __init__(self, name: str, model: NetworkModel,
+                 rules: Sequence[Rule | ports.RuleFunction] = (), *, kernel: Kernel, names: Names,
+                 streams: Streams, hosts: Sequence[str],
                  place: Surroundings | None = None) -> None:
         super().__init__(len(hosts))
         self.name = name
         self.id = names.id(f"medium/{name}")
         self.model = model
-        self.rules = tuple(rules)
+        self.rules = tuple(map(ports.rule_of, rules))
         self.up = [True] * len(hosts)
         self.attached: Sequence[int] = range(len(hosts))
         self.frames = 0

@@ -16,6 +16,7 @@ from desim.ports.frames import (
     Verdict,
     packet_sizes,
 )
+from desim.ports.functions import RuleFunction, function_rule, rule_of
 from desim.ports.networks import (
     Context,
     CountsAttempts,
@@ -45,6 +46,7 @@ __all__ = [
     "CountsControl", "Deliver", "Drop", "Duplicate", "ExplorationView", "File", "FollowsHosts",
     "Frame", "Frontier", "GridSpec", "Handle", "JudgesTransmissions", "KnowsLinks", "LimitsReach",
     "NetworkModel", "Obstacles", "Params", "Pass", "Peer", "PredictsSignal", "RandomStreams",
-    "Refuses", "Retransmits", "Rule", "RuleContext", "Separates", "Signal", "Snapshot", "Strategy",
-    "Verdict", "World", "natural_key", "packet_sizes", "yaml_key",
+    "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "Separates", "Signal",
+    "Snapshot", "Strategy", "Verdict", "World", "function_rule", "natural_key", "packet_sizes",
+    "rule_of", "yaml_key",
 ]

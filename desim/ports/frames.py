@@ -62,7 +62,8 @@ class Deliver(NamedTuple):
 
 @final  # its type is asked by ``is``
 class Drop(NamedTuple):
-    """Not delivered, for one of the reasons that the plug-in's class declares.
+    """Not delivered, for one of the reasons that the plug-in's class declares. A function that is a
+    rule gives none: the reason is its name.
 
     ``packets`` are the numbers (ints from 0, ascending) of those packets of a train that are lost;
     None: the whole frame. A rule takes them out, and the rest goes on. A model that names packets
@@ -70,7 +71,7 @@ class Drop(NamedTuple):
     are left settles it.
     """
 
-    reason: str
+    reason: str = ""
     packets: tuple[int, ...] | None = None
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
+from inspect import isfunction
 from typing import Any
 
 import numpy as np
@@ -111,8 +112,9 @@ def check_network(cls: type, **params: Any) -> None:
                 lambda: Bench(cls(cls.Params(**params)), _HOSTS | _SILENT))
 
 
-def check_rule(cls: type, **params: Any) -> None:
-    """Check a ``ports.Rule``, in the same way."""
+def check_rule(cls: type | ports.RuleFunction, **params: Any) -> None:
+    """Check a ``ports.Rule``, a class or a plain function, in the same way."""
+    cls = ports.function_rule(cls) if isfunction(cls) else cls
     _check_declarations(cls, params)
     _check_play(cls, lambda: Bench(Instant(), _HOSTS, rules=[cls(cls.Params(**params))]),
                 lambda: Bench(Instant(), _HOSTS | _SILENT,
