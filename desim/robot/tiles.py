@@ -19,7 +19,8 @@ from desim.middleware.messages import LaserScan
 from desim.ports import GridSpec
 from desim.robot.kernels import evidence
 from desim.robot.kernels import tiles as kernels
-from desim.robot.kernels.tiles import CLAMP_HIGH, CLAMP_LOW, HIT, MISS
+from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
+from desim.robot.kernels.tiles import HIT, MISS
 
 __all__ = ["CELLS", "CLAMP_HIGH", "CLAMP_LOW", "FREE", "HIT", "MISS", "OCCUPIED", "TILE", "Belief",
            "Layer", "LayerSnapshot", "TilePool", "fuse", "raster", "tiles_across", "tiles_of"]
@@ -169,7 +170,7 @@ class ReceivedLayer(Layer):
 
 
 class _Scans:
-    """Finds the cells that scans see, one scan at a time, for all maps of one raster."""
+    """Integrates scans, one at a time, into all maps of one raster."""
 
     def __init__(self, spec: GridSpec) -> None:
         count = math.prod(tiles_across(spec)) * CELLS
@@ -179,21 +180,21 @@ class _Scans:
                                      np.empty(count + 1, np.uint32))
         self._stamp = 0  # that of the last scan; no cell is marked with the next one
 
-    def cells(self, x_m: float, y_m: float, yaw_rad: float, scan: LaserScan,
-              usable_range_m: float) -> tuple[np.ndarray, np.ndarray]:
-        """The numbers of the cells that a scan from this pose saw occupied and free, valid until
-        the next call."""
-        spec, sheet = self._spec, self._sheet
+    def integrate(self, x_m: float, y_m: float, yaw_rad: float, scan: LaserScan,
+                  usable_range_m: float, belief: Belief) -> int:
+        """See ``Belief.integrate_scan``. Returns the number of changed tiles."""
+        spec = self._spec
         self._stamp = self._stamp % 255 + 1
         if self._stamp == 1:
-            sheet.marks[:] = 0
+            self._sheet.marks[:] = 0
         per_m = 1.0 / spec.resolution_m
         self._scan[0] = (
             (x_m - spec.x_m) * per_m, (y_m - spec.y_m) * per_m, yaw_rad, scan.angle_min_rad,
             scan.angle_increment_rad, per_m, float(np.float32(scan.range_max_m)) * per_m,
             usable_range_m * per_m, spec.width, spec.height, self._stamp)
-        hits, stop = evidence.sweep(scan.ranges, self._scan, sheet)
-        return sheet.cells[:hits], sheet.cells[hits:stop]
+        count: int = evidence.integrate(scan.ranges, self._scan, self._sheet, belief.version + 1,
+                                        belief.own.indices, belief.pool.arrays, belief.sum)
+        return count
 
 
 _scans = lru_cache(maxsize=4)(_Scans)
@@ -219,7 +220,7 @@ class Belief:
         self.observers: list[Callable[[Belief, np.ndarray], None]] = []
         self.own = Layer(pool, self.tiles)
         self.received: dict[str, ReceivedLayer] = {}
-        self._sum = kernels.Fused(self.fused, self.tile_version,
+        self.sum = kernels.Fused(self.fused, self.tile_version,
                                   np.empty(len(self.tiles), np.int32))
         self._scans = _scans(spec)
 
@@ -229,12 +230,7 @@ class Belief:
         ``usable_range_m`` and more clear space up to there and mark nothing."""
         self.pool.reserve(len(self.tiles))
         self.own.changing()
-        occupied, free = self._scans.cells(x_m, y_m, yaw_rad, scan, usable_range_m)
-        count = 0
-        for cells, amount in (occupied, HIT), (free, MISS):
-            count = evidence.add_evidence(cells, amount, self.version + 1, count, self.own.indices,
-                                          self.pool.arrays, self._sum)
-        self._note(count)
+        self._note(self._scans.integrate(x_m, y_m, yaw_rad, scan, usable_range_m, self))
 
     def receive(self, source: str, version: int, snapshot: LayerSnapshot) -> bool:
         """Take in ``source``'s evidence as of ``version``: each tile of ``snapshot`` replaces an
@@ -245,7 +241,7 @@ class Belief:
             layer = self.received[source] = ReceivedLayer(self.pool, self.tiles)
         layer.receiving(version, snapshot)
         count = kernels.replace(version, snapshot.tiles, snapshot.indices, self.version + 1,
-                                layer.indices, layer.sent, self.pool.arrays, self._sum)
+                                layer.indices, layer.sent, self.pool.arrays, self.sum)
         self._note(count)
         return count > 0
 
@@ -257,7 +253,7 @@ class Belief:
         if count:
             self.version += 1
             if self.observers:
-                changed = self._sum.changed[:count].copy()
+                changed = self.sum.changed[:count].copy()
                 for observer in self.observers:
                     observer(self, changed)
 

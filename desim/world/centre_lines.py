@@ -1,6 +1,6 @@
 """The centre lines of walls that a map shows as solid cells: what somebody would draw.
 
-The solid cells are thinned to a skeleton. Its spurs are pruned, its chains become straight lines,
+The solid cells are thinned to a skeleton. Its spurs are pruned, its branches become straight lines,
 these are led on to the walls' ends, and they meet where walls do. All lengths are in cells.
 """
 
@@ -41,8 +41,8 @@ class CentreLines(NamedTuple):
     posts: np.ndarray
 
 
-class Chain(NamedTuple):
-    """``points`` [n, 2] x y from one node of the skeleton to another | ``deep`` [n]: how far free
+class Branch(NamedTuple):
+    """A part of the skeleton between two nodes: ``points`` [n, 2] x y | ``deep`` [n]: how far free
     cells are | ``nodes``: cells of both ends | ``tips``: which of them are a wall's end."""
 
     points: np.ndarray
@@ -71,10 +71,11 @@ def centre_lines(wall: np.ndarray) -> CentreLines:
         skeleton.reshape(-1)[spurs] = False
     posts = _posts(wall, skeleton, away)
     skeleton &= ~posts
-    points, edges = [], []
+    points: list[np.ndarray] = []
+    edges: list[Edge] = []
     numbers: dict[int, int] = {}
-    for chain in _chains(skeleton, away):
-        _add(_led_on(chain, wall), wall, points, edges, numbers)
+    for branch in _branches(skeleton, away):
+        _add(_led_on(branch, wall), wall, points, edges, numbers)
     lines, thickness = _joined(np.array(points).reshape(-1, 2), edges)
     inner = (slice(MARGIN, -MARGIN),) * 2
     return CentreLines(lines - MARGIN, thickness, posts[inner])
@@ -88,18 +89,18 @@ def _thinned(wall: np.ndarray) -> np.ndarray:
     return left.astype(bool)
 
 
-def _chains(skeleton: np.ndarray, away: np.ndarray) -> Iterator[Chain]:
+def _branches(skeleton: np.ndarray, away: np.ndarray) -> Iterator[Branch]:
     """All parts of ``skeleton`` between ends and junctions, and rings in two halves."""
     cells, beside = _neighbours(skeleton)
     degree = [len(row) for row in beside]
     fresh = [count == 2 for count in degree]
     taken = set()
 
-    def chain(way: list[int]) -> Chain:
+    def branch(way: list[int]) -> Branch:
         at = cells[way]
         points = np.stack([at % skeleton.shape[1], at // skeleton.shape[1]], axis=1) + 0.5
         ends = way[0], way[-1]
-        return Chain(points, away.reshape(-1)[at], (int(at[0]), int(at[-1])),
+        return Branch(points, away.reshape(-1)[at], (int(at[0]), int(at[-1])),
                      (degree[ends[0]] == 1, degree[ends[1]] == 1))
 
     def walk(way: list[int]) -> list[int]:
@@ -114,13 +115,13 @@ def _chains(skeleton: np.ndarray, away: np.ndarray) -> Iterator[Chain]:
             if (node, first) not in taken:
                 way = walk([node, first])
                 taken.add((way[-1], way[-2]))
-                yield chain(way)
+                yield branch(way)
     for node in range(len(fresh)):
         if fresh[node]:
             fresh[node] = False
             way = walk([node, beside[node][0]])
-            yield chain(way[:len(way) // 2 + 1])
-            yield chain(way[len(way) // 2:])
+            yield branch(way[:len(way) // 2 + 1])
+            yield branch(way[len(way) // 2:])
 
 
 def _neighbours(skeleton: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
@@ -141,7 +142,7 @@ def _spurs(skeleton: np.ndarray, away: np.ndarray) -> np.ndarray:
     """[n] flat places of branches that end where the disc around the junction does: corners, and
     what is ragged. The corner of a square is by 0.41 of the disc's radius behind the disc."""
     gone = [np.zeros(0, np.int64)]
-    for points, deep, _, (begins, ends) in _chains(skeleton, away):
+    for points, deep, _, (begins, ends) in _branches(skeleton, away):
         if begins == ends:
             continue
         if begins:
@@ -169,14 +170,14 @@ def _posts(wall: np.ndarray, skeleton: np.ndarray, away: np.ndarray) -> np.ndarr
     return compact[parts]
 
 
-def _led_on(chain: Chain, wall: np.ndarray) -> Chain:
-    """A chain whose tips are where the wall ends; thinning leaves them short of that."""
-    points, deep, nodes, tips = chain
+def _led_on(branch: Branch, wall: np.ndarray) -> Branch:
+    """A branch whose tips are where the wall ends; thinning leaves them short of that."""
+    points, deep, nodes, tips = branch
     for tip in tips:
         if tip:
             points, deep = _to_the_end(points, deep, wall)
         points, deep = points[::-1], deep[::-1]
-    return Chain(points, deep, nodes, tips)
+    return Branch(points, deep, nodes, tips)
 
 
 def _to_the_end(points: np.ndarray, deep: np.ndarray, wall: np.ndarray,
@@ -213,26 +214,26 @@ def _line(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return middle, np.linalg.svd(points - middle, full_matrices=False)[2][0]
 
 
-def _add(chain: Chain, wall: np.ndarray, points: list, edges: list[Edge],
+def _add(branch: Branch, wall: np.ndarray, points: list[np.ndarray], edges: list[Edge],
          numbers: dict[int, int]) -> None:
-    """Adds a chain's vertices and straight parts; a node of several chains is one vertex."""
-    bends = _bends(chain.points)
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(chain.points, axis=0).T))])
+    """Adds a branch's vertices and straight parts; a node of several branches is one vertex."""
+    bends = _bends(branch.points)
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(branch.points, axis=0).T))])
     vertices = []
     for at in bends:
         number = len(points)
-        if at in (0, len(chain.points) - 1):
-            number = numbers.setdefault(chain.nodes[at > 0], number)
+        if at in (0, len(branch.points) - 1):
+            number = numbers.setdefault(branch.nodes[at > 0], number)
         if number == len(points):
-            points.append(chain.points[at])
+            points.append(branch.points[at])
         vertices.append(number)
     for one, other, begin, end in zip(bends[:-1], bends[1:], vertices[:-1], vertices[1:],
                                       strict=True):
-        thick = 2 * float(np.median(chain.deep[one:other + 1])) - 0.5
+        thick = 2 * float(np.median(branch.deep[one:other + 1])) - 0.5
         apart = np.minimum(way[one:other + 1] - way[one], way[other] - way[one:other + 1])
-        undisturbed = chain.points[one:other + 1][apart >= min(thick, apart.max() / 2)]
+        undisturbed = branch.points[one:other + 1][apart >= min(thick, apart.max() / 2)]
         if len(undisturbed) < 2:
-            undisturbed = chain.points[[one, other]]
+            undisturbed = branch.points[[one, other]]
         edges.append(Edge(begin, end, *_centred(*_line(undisturbed), undisturbed, wall, thick),
                           thick))
 
@@ -281,8 +282,8 @@ def _joined(points: np.ndarray, edges: list[Edge]) -> tuple[np.ndarray, np.ndarr
     count, part = _parts(begin[short], end[short], len(points))
     begin, end, middle, along, thick = (of[~short] for of in (part[begin], part[end], middle, along,
                                                               thick))
-    where = np.stack([np.bincount(part, column) for column in points.T], axis=1)
-    where /= np.bincount(part)[:, None]
+    where = np.stack([np.bincount(part, column) for column in points.T], axis=1) \
+        / np.bincount(part)[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     pull = np.tile(PULL * np.eye(2), (count, 1, 1))
     to = PULL * where

@@ -11,8 +11,9 @@ cells are made of. All greys that count as occupied look alike to a laser, there
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def load(map_file: MapFile, other: int) -> Terrain:
     return from_raster(path.stem, raster, material, HEIGHT_M)
 
 
-def _material(path: Path, image: Path, facts: dict[str, Any], other: int, values: np.ndarray,
+def _material(path: Path, image: Path, facts: dict[str, object], other: int, values: np.ndarray,
               is_free: np.ndarray, is_occupied: np.ndarray) -> np.ndarray:
     """[rows, cols] of each cell, rows of ``materials.NAMES``; ``other`` where nothing is said."""
     legend = facts.get(MATERIALS)
@@ -83,7 +84,7 @@ def _material(path: Path, image: Path, facts: dict[str, Any], other: int, values
     return material
 
 
-def _facts(path: Path) -> dict[str, Any]:
+def _facts(path: Path) -> dict[str, object]:
     import yaml
 
     try:
@@ -105,7 +106,7 @@ def _facts(path: Path) -> dict[str, Any]:
     return facts
 
 
-def _image_path(path: Path, facts: dict[str, Any], override: str | None) -> Path:
+def _image_path(path: Path, facts: dict[str, object], override: str | None) -> Path:
     image = path.parent / str(override if override is not None else facts["image"])
     if image.is_file():
         return image
@@ -136,21 +137,26 @@ def _values(path: Path) -> np.ndarray:
     return values / 257.0 if sixteen_bits else values
 
 
-def _number(path: Path, facts: dict[str, Any], key: str) -> float:
-    try:
-        return float(facts[key])
-    except (TypeError, ValueError):
-        raise InputError(f"{path}: {key} must be a number, got {facts[key]!r}") from None
+def _number(path: Path, facts: dict[str, object], key: str) -> float:
+    with suppress(TypeError, ValueError):
+        return _float(facts[key])
+    raise InputError(f"{path}: {key} must be a number, got {facts[key]!r}")
 
 
-def _flag(path: Path, facts: dict[str, Any], key: str) -> bool:
+def _float(value: object) -> float:
+    if not isinstance(value, int | float | str):
+        raise TypeError
+    return float(value)
+
+
+def _flag(path: Path, facts: dict[str, object], key: str) -> bool:
     value = _number(path, facts, key)
     if value not in (0.0, 1.0):
         raise InputError(f"{path}: {key} must be 0 or 1, got {facts[key]!r}")
     return value == 1.0
 
 
-def _thresholds(path: Path, facts: dict[str, Any]) -> tuple[float, float]:
+def _thresholds(path: Path, facts: dict[str, object]) -> tuple[float, float]:
     occupied, free = _number(path, facts, "occupied_thresh"), _number(path, facts, "free_thresh")
     if not 0.0 <= free < occupied <= 1.0:
         raise InputError(f"{path}: free_thresh must lie below occupied_thresh and both between 0 "
@@ -158,9 +164,10 @@ def _thresholds(path: Path, facts: dict[str, Any]) -> tuple[float, float]:
     return occupied, free
 
 
-def _origin(path: Path, facts: dict[str, Any]) -> tuple[float, float]:
+def _origin(path: Path, facts: dict[str, object]) -> tuple[float, float]:
+    origin = facts["origin"]
     try:
-        x_m, y_m, yaw_rad = (float(part) for part in facts["origin"])
+        x_m, y_m, yaw_rad = map(_float, origin if isinstance(origin, Iterable) else ())
     except (TypeError, ValueError):
         raise InputError(f"{path}: origin must be [x, y, yaw], got {facts['origin']!r}") from None
     if not (np.isfinite(x_m) and np.isfinite(y_m)):

@@ -37,13 +37,15 @@ class Odometers:
 
     def advance(self, before_ns: int, poses: np.ndarray) -> None:
         """Take in all odometry ticks before ``before_ns`` (of the next world tick), which see
-        ``poses``. ``reckoned`` is a new array then."""
-        if not self.walks:
+        ``poses``. ``reckoned`` is a new array afterwards."""
+        reckoned = self.reckoned
+        if reckoned is None:
             return
         while self._tick * NS_PER_S // self._rate_hz < before_ns:
-            self.reckoned = self.reckoned.copy()
-            kernels.reckon(poses, self._keys, self._tick, *self._noise, self._seen, self.reckoned)
+            reckoned = reckoned.copy()
+            kernels.reckon(poses, self._keys, self._tick, *self._noise, self._seen, reckoned)
             self._tick += 1
+        self.reckoned = reckoned
 
     def read(self, poses: np.ndarray, reckoned: np.ndarray | None, robot: int,
              tick: int) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Robots into the terrain: where they may start, and the nearest place where they may."""
+"""The starts of robots: whether one is free, and the nearest place that is."""
 
 from __future__ import annotations
 
@@ -7,24 +7,25 @@ from collections.abc import Callable
 import numpy as np
 
 from desim.errors import InputError
+from desim.scenario.schema.fleet import StartRandom
 from desim.world.fleet import RobotSpec
 from desim.world.geometry import point_distance
 from desim.world.terrain import Terrain
 
 SNAP_STEP_M = 0.1  # half a cell of the paper's maps: places to snap to lie on such a lattice
-_AT_ONCE = 1024  # places looked at in one go
-_DRAWS = 16  # times so many: a place that a thousandth of the area offers is missed once in 1e7
-_ROOM_M = 1e-6
+_AT_ONCE = 1024  # places tested in one go
+_DRAWS = 16  # times so many: of a free share of 0.1 % nothing is found once in 1e7 cases
+_SLACK_M = 1e-6
 
 
 class Site:
-    """What a start has to keep clear of: the terrain, closed doors, discs, robots placed before.
-    ``luck(name)`` gives the random numbers of a robot's start."""
+    """Finds free starts, clear of the terrain, closed doors, discs and the robots placed before.
+    ``stream(name)`` gives the random numbers of a robot's start."""
 
     def __init__(self, terrain: Terrain, doors: np.ndarray, discs: np.ndarray,
-                 luck: Callable[[str], np.random.Generator]) -> None:
+                 stream: Callable[[str], np.random.Generator]) -> None:
         self._terrain, self._doors, self._discs = terrain, doors, discs
-        self._luck = luck
+        self._stream = stream
         self._taken: list[RobotSpec] = []
 
     def place(self, specs: list[RobotSpec]) -> list[RobotSpec]:
@@ -35,7 +36,7 @@ class Site:
         placed: dict[str, RobotSpec] = {}
         for spec in specs:
             if spec.drawn is not None:
-                placed[spec.name] = self._drawn(spec)
+                placed[spec.name] = self._drawn(spec, spec.drawn)
                 self._taken.append(placed[spec.name])
                 continue
             trouble = self._trouble(spec)
@@ -63,33 +64,33 @@ class Site:
             x0, y0, x1, y1 = self._terrain.bounds
             return (f"lies outside the terrain; allowed: x between {x0:g} and {x1:g} m, y between "
                     f"{y0:g} and {y1:g} m, the edges themselves left out")
-        if self._room(point, radius)[0] < radius - _ROOM_M:
+        if self._clearance(point, radius)[0] < radius - _SLACK_M:
             return (f"lies in a wall or closer to one than its radius of {radius:g} m; allowed: a "
                     "free place, or start.snap: true to move it to the nearest one")
         for other in self._taken:
             apart = float(np.hypot(other.x_m - spec.x_m, other.y_m - spec.y_m))
             needed = radius + other.body.radius_m
-            if apart < needed - _ROOM_M:
+            if apart < needed - _SLACK_M:
                 return (f"is {apart:g} m from that of {other.name} at ({other.x_m:g}, "
                         f"{other.y_m:g}) m; allowed: at least {needed:g} m apart, or start.snap: "
                         "true to move it to the nearest free place")
         return None
 
-    def _drawn(self, spec: RobotSpec) -> RobotSpec:
-        """The first free place of those that the robot's luck draws."""
-        drawn, radius_m, luck = spec.drawn, spec.body.radius_m, self._luck(spec.name)
+    def _drawn(self, spec: RobotSpec, drawn: StartRandom) -> RobotSpec:
+        """The first free place among random ones."""
+        radius_m, rng = spec.body.radius_m, self._stream(spec.name)
         x0, y0, x1, y1 = self._terrain.bounds
         (ax, ay), (bx, by) = drawn.within_m or ((x0, y0), (x1, y1))
         for _ in range(_DRAWS):
-            points = luck.uniform((min(ax, bx), min(ay, by)), (max(ax, bx), max(ay, by)),
-                                  (_AT_ONCE, 2))
+            points = rng.uniform((min(ax, bx), min(ay, by)), (max(ax, bx), max(ay, by)),
+                                 (_AT_ONCE, 2))
             inside = ((points > (x0, y0)) & (points < (x1, y1))).all(axis=1)
             free = inside & self._free(points, radius_m)
             for other in self._taken:
                 free &= np.hypot(*(points - (other.x_m, other.y_m)).T) >= drawn.apart_m
             if free.any():
                 x, y = points[int(np.argmax(free))].tolist()
-                yaw = float(luck.uniform(-np.pi, np.pi))
+                yaw = float(rng.uniform(-np.pi, np.pi))
                 return spec._replace(x_m=x, y_m=y, yaw_rad=yaw, drawn=None)
         raise InputError(f"fleet.start: no free place for {spec.name} among {_DRAWS * _AT_ONCE} "
                          f"that were drawn, {len(self._taken)} robots being placed; allowed: fewer "
@@ -113,21 +114,21 @@ class Site:
                          f"{spec.body.radius_m:g} m anywhere in terrain {self._terrain.name!r}")
 
     def _free(self, points: np.ndarray, radius_m: float) -> np.ndarray:
-        """[k] bool, whether a robot of this radius has room there."""
-        free = self._room(points, radius_m) >= radius_m - _ROOM_M
+        """[k] bool, whether a robot of this radius fits there."""
+        free = self._clearance(points, radius_m) >= radius_m - _SLACK_M
         for other in self._taken:
             apart_m = np.hypot(*(points - (other.x_m, other.y_m)).T)
             free &= apart_m >= radius_m + other.body.radius_m
         return free
 
-    def _room(self, points: np.ndarray, radius_m: float) -> np.ndarray:
+    def _clearance(self, points: np.ndarray, radius_m: float) -> np.ndarray:
         """[k] m to the nearest matter, at most ``radius_m``."""
-        room = self._terrain.clearance(points, radius_m)
+        clear = self._terrain.clearance(points, radius_m)
         if len(self._doors):
-            room = np.minimum(room, point_distance(points, self._doors).min(axis=1))
+            clear = np.minimum(clear, point_distance(points, self._doors).min(axis=1))
         for x, y, radius in self._discs.tolist():
-            room = np.minimum(room, np.hypot(points[:, 0] - x, points[:, 1] - y) - radius)
-        return room
+            clear = np.minimum(clear, np.hypot(points[:, 0] - x, points[:, 1] - y) - radius)
+        return clear
 
 
 def _lattice(reach_m: float) -> np.ndarray:

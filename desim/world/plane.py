@@ -186,9 +186,9 @@ class Plane:
                 (matter.block, np.zeros(len(closed), bool)))]
             for column in columns:
                 column.setflags(write=False)
-            *columns, block = columns
-            self._obstacles = Obstacles(*columns, materials.NAMES, self._epoch, matter.crossing,
-                                        block)
+            segments, material, thickness_m, height_m, block = columns
+            self._obstacles = Obstacles(segments, material, thickness_m, height_m, materials.NAMES,
+                                        self._epoch, matter.crossing, block)
         return self._obstacles
 
     @classmethod

@@ -119,9 +119,9 @@ def _path(what: str, mover: MovingObstacle, terrain: Terrain) -> np.ndarray:
         raise InputError(f"{what}.path: the same way point twice in a row")
     legs = np.concatenate([points[:-1], points[1:]], axis=1)
     # Where two lines do not cross, an end of one of them is nearest to the other.
-    room_m = min(terrain.clearance(points, mover.radius_m).min(),
+    clear_m = min(terrain.clearance(points, mover.radius_m).min(),
                  point_distance(terrain.walls.reshape(-1, 2), legs).min())
-    if room_m < mover.radius_m - TOUCH_M or len(crossing(terrain.walls, legs)):
+    if clear_m < mover.radius_m - TOUCH_M or len(crossing(terrain.walls, legs)):
         raise InputError(f"{what}.path: crosses a wall or leaves the terrain, or comes closer to "
                          f"a wall than its radius of {mover.radius_m:g} m")
     return np.column_stack([points, np.concatenate([[0.0], np.cumsum(steps)])])

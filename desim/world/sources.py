@@ -12,7 +12,7 @@ from desim.scenario.schema.environment import MapFile, Shape
 from desim.world import map_server, materials
 from desim.world.builtin import BUILTIN
 from desim.world.drawing import draw
-from desim.world.geometry import TOUCH_M, merge_collinear, rectangle, segments
+from desim.world.geometry import TOUCH_M, Row, merge_collinear, rectangle, segments
 from desim.world.matter import BLOCK_M, FACE_M, Matter, crossing, of_cells
 from desim.world.terrain import Terrain
 
@@ -64,9 +64,10 @@ def from_shape(name: str, shape: Shape) -> Terrain:
     width, depth = shape.size_m
     bounds = (-width / 2, -depth / 2, width / 2, depth / 2)
     face = Kind(materials.NAMES.index(FACE_MATERIAL), FACE_M, FACE_HEIGHT_M)
-    walls: dict[Kind, list] = {face: rectangle(*bounds)}
-    matter: dict[Kind, list] = {face: rectangle(*bounds)}
-    solids, cells = [], None
+    walls: dict[Kind, list[Row]] = {face: rectangle(*bounds)}
+    matter: dict[Kind, list[Row]] = {face: rectangle(*bounds)}
+    solids: list[Row] = []
+    cells = None
     for i, block in enumerate(shape.rectangles):
         what = f"{WHERE}.rectangles.{i}"
         (x0, x1), (y0, y1) = block.x_m, block.y_m
@@ -74,8 +75,8 @@ def from_shape(name: str, shape: Shape) -> Terrain:
         kind = Kind(materials.index(block.material, what), FACE_M, block.height_m)
         walls.setdefault(kind, []).extend(rectangle(x0, y0, x1, y1))
         solids.append((x0, y0, x1, y1))
-        kind, rows = _of_block(kind, *solids[-1])
-        matter.setdefault(kind, []).extend(rows)
+        kind, faces = _of_block(kind, *solids[-1])
+        matter.setdefault(kind, []).extend(faces)
     for i, wall in enumerate(shape.walls):
         what = f"{WHERE}.walls.{i}"
         inside(what, bounds, [wall.start_m, wall.end_m])
@@ -98,7 +99,7 @@ def from_shape(name: str, shape: Shape) -> Terrain:
                    solids=segments(solids), bounds=bounds)
 
 
-def _of_block(kind: Kind, x0: float, y0: float, x1: float, y1: float) -> tuple[Kind, list]:
+def _of_block(kind: Kind, x0: float, y0: float, x1: float, y1: float) -> tuple[Kind, list[Row]]:
     """What a rectangle is to the radio: its faces, or if it is thin a wall along its middle."""
     thin_m = min(abs(x1 - x0), abs(y1 - y0))
     if thin_m > BLOCK_M:
@@ -108,15 +109,14 @@ def _of_block(kind: Kind, x0: float, y0: float, x1: float, y1: float) -> tuple[K
     return kind._replace(thickness_m=thin_m), [along]
 
 
-def line(what: str, start: tuple[float, float], end: tuple[float, float],
-         ) -> tuple[float, float, float, float]:
+def line(what: str, start: tuple[float, float], end: tuple[float, float]) -> Row:
     """x1 y1 x2 y2. Raises ``InputError`` when the ends coincide."""
     if abs(start[0] - end[0]) <= TOUCH_M and abs(start[1] - end[1]) <= TOUCH_M:
         raise InputError(f"{what}: it starts and ends at ({start[0]:g}, {start[1]:g}) m")
     return (*start, *end)
 
 
-def inside(what: str, bounds: tuple, points: list[tuple[float, float]]) -> None:
+def inside(what: str, bounds: Row, points: list[tuple[float, float]]) -> None:
     """Raises ``InputError`` for one of ``points`` that lies outside ``bounds`` x0 y0 x1 y1."""
     x0, y0, x1, y1 = bounds
     for x, y in points:
@@ -125,14 +125,14 @@ def inside(what: str, bounds: tuple, points: list[tuple[float, float]]) -> None:
                              f"{x0:g} to {x1:g} m, y from {y0:g} to {y1:g} m")
 
 
-def _merged(kinds: dict[Kind, list]) -> tuple[list[Kind], np.ndarray]:
+def _merged(kinds: dict[Kind, list[Row]]) -> tuple[list[Kind], np.ndarray]:
     """[n] kinds and [n, 4] walls, the collinear touching ones of a kind as one."""
     walls = [(kind, merge_collinear(segments(rows))) for kind, rows in sorted(kinds.items())]
     return ([kind for kind, rows in walls for _ in rows],
             np.concatenate([rows for _, rows in walls]))
 
 
-def _matter(kinds: dict[Kind, list], cells: Matter | None) -> Matter:
+def _matter(kinds: dict[Kind, list[Row]], cells: Matter | None) -> Matter:
     """Of a shape: of its blocks that are drawn in cells, and behind them all the rest."""
     of_what, walls = _merged(kinds)
     material, thickness_m, height_m, block = (np.array(column)
@@ -140,5 +140,6 @@ def _matter(kinds: dict[Kind, list], cells: Matter | None) -> Matter:
     rest = Matter(walls, material, thickness_m, height_m, block, crossing)
     if cells is None:
         return rest
-    return Matter(*(np.concatenate(pair) for pair in zip(cells[:-1], rest[:-1], strict=True)),
-                  cells.crossing)
+    segments, material, thickness_m, height_m, block = (
+        np.concatenate(pair) for pair in zip(cells[:5], rest[:5], strict=True))
+    return Matter(segments, material, thickness_m, height_m, block, cells.crossing)

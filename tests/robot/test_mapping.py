@@ -30,10 +30,9 @@ SPEC = GridSpec(0.2, 72, 62, -0.1, -0.1)  # whole multiples of 0.2 m are centres
 def cells_on_line(spec, x, y, angle, length):
     """Columns and rows, in order, by the kernel; all in units of cells."""
     cells = np.empty(spec.width * spec.height + 2048, np.uint32)
-    scan = np.zeros(1, evidence.SCAN)
-    scan["width"], scan["height"], scan["stamp"] = spec.width, spec.height, 1
-    count = evidence.walk(x, y, math.cos(angle), math.sin(angle), length, 0, scan, evidence.Sheet(
-        cell_numbers(spec), np.zeros(4096 * 8, np.uint8), cells))
+    sheet = evidence.Sheet(cell_numbers(spec), np.zeros(4096 * 8, np.uint8), cells)
+    count = evidence.walk(x, y, math.cos(angle), math.sin(angle), length, 0, spec.width,
+                          spec.height, 1, sheet)
     tiles_x = -(-spec.width // 32)
     tile, place = cells[:count] // 1024, cells[:count] % 1024
     return list(zip((tile % tiles_x * 32 + place % 32).tolist(),

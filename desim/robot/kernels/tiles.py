@@ -14,10 +14,8 @@ from numba import njit, types
 
 from desim.ports.kernels import lean
 
-# Log-odds in units of 0.05 nat: hit 0.85, miss -0.4, clamped to -2.0 .. 3.5 (OctoMap, Hornung et
-# al. 2013, section 5).
+# Log-odds in units of 0.05 nat: hit 0.85, miss -0.4 (OctoMap, Hornung et al. 2013, section 5).
 HIT, MISS = 17, -8
-CLAMP_LOW, CLAMP_HIGH = -40, 70
 
 FREE = np.int16(MISS)  # one miss
 OCCUPIED = np.int16(HIT)  # one hit
