@@ -59,7 +59,7 @@ def paces(scenario: Scenario, grid: GridSpec, map_bytes: int) -> dict[str, Pace]
     pose = Pace(robot.odometry.rate_hz, ODOMETRY_BYTES, turn=2)
     monitor_hz = Fraction(NS_PER_S, scenario.testbed.monitor_period_ns)
     known = {
-        "scan": Pace(robot.laser.rate_hz, laser_scan_bytes(robot.laser.beams), turn=1),
+        "scan": Pace(robot.scanner.rate_hz, laser_scan_bytes(robot.scanner.beams), turn=1),
         "odom": pose,
         "true_pose": pose,
         "cmd_vel": Pace(robot.navigation.control_rate_hz, TWIST_BYTES),

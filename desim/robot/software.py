@@ -39,7 +39,7 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, belief: Belie
         LOCALIZATION[robot.localization](host),
         Mapping(host, robot.mapping, belief),
         MapSharing(host, coordination.exchange, belief, peers, heard),
-        MoveBase(host, robot.navigation, body, robot.laser, costmap),
+        MoveBase(host, robot.navigation, body, robot.scanner, costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, costmap, heard),
     ]
     if monitored:

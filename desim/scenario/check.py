@@ -1,4 +1,4 @@
-"""What a scenario must fulfil beyond the types of its values."""
+"""The checks of a scenario beyond the types of its values."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ Found = Iterator[tuple[Path, str]]
 
 
 def complaints(scenario: Scenario, folder: Folder, wrong: tuple[Path, ...]) -> list[Complaint]:
-    """All that is wrong. Checks that look at one of the ``wrong`` paths are left out: what stands
-    there now is a default and not what the user meant."""
+    """All that is wrong. Checks that read one of the ``wrong`` paths are left out: there stands a
+    default now, and not what the user meant."""
     return [Complaint(path, text) for looks_at, check in _CHECKS
             if not any(_touch(path, family) for path in wrong for family in looks_at)
             for path, text in check(scenario, folder)]
@@ -37,18 +37,19 @@ def _touch(path: Path, family: Path) -> bool:
 
 
 def _terrain(scenario: Scenario, folder: Folder) -> Found:
-    path, terrain = ("environment", "terrain"), scenario.environment.terrain
+    path: Path = ("environment", "terrain")
+    terrain = scenario.environment.terrain
     if isinstance(terrain, Shape):
         yield from _shape(path, terrain)
         return
     is_map = isinstance(terrain, MapFile)
-    file = terrain.map if is_map else terrain
-    if is_map or file.endswith((".yaml", ".yml")):
-        file = os.path.normpath(os.path.join(folder(path), file))
+    name = terrain.map if isinstance(terrain, MapFile) else terrain
+    if is_map or name.endswith((".yaml", ".yml")):
+        file = os.path.normpath(os.path.join(folder(path), name))
         if not os.path.isfile(file):
             yield (*path, "map") if is_map else path, f"no such map: {file}"
-    elif terrain not in BUILT_IN_TERRAINS:
-        yield path, (f"unknown terrain {terrain!r}{did_you_mean(terrain, BUILT_IN_TERRAINS)}; "
+    elif name not in BUILT_IN_TERRAINS:
+        yield path, (f"unknown terrain {name!r}{did_you_mean(name, BUILT_IN_TERRAINS)}; "
                      f"allowed: {', '.join(BUILT_IN_TERRAINS)}, a map_server file (*.yaml), or a "
                      "shape")
 
@@ -81,11 +82,14 @@ def _doors(scenario: Scenario, _: Folder) -> Found:
 def _fleet(scenario: Scenario, _: Folder) -> Found:
     fleet = scenario.fleet
     types = {**BUILT_IN_TYPES, **fleet.types}
-    groups = [] if isinstance(fleet.robots, str) else fleet.robots
-    named = [(("fleet", "robots", i, "type"), group.type) for i, group in enumerate(groups)]
-    for path, name in named or [(("fleet", "robots"), fleet.robots)]:
+    groups = () if isinstance(fleet.robots, str) else fleet.robots
+    used: list[tuple[Path, str]] = [(("fleet", "robots", i, "type"), group.type)
+                                    for i, group in enumerate(groups)]
+    if isinstance(fleet.robots, str):
+        used.append((("fleet", "robots"), fleet.robots))
+    for path, name in used:
         if name not in types:
-            yield path, (f"unknown type {name!r}{did_you_mean(str(name), types)}; allowed: "
+            yield path, (f"unknown type {name!r}{did_you_mean(name, types)}; allowed: "
                          f"{', '.join(types)}")
     count = sum(group.count for group in groups)
     if groups and fleet.size not in (None, count):

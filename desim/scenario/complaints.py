@@ -1,24 +1,26 @@
-"""From pydantic's errors to complaints in the user's words: what is wrong, what is allowed."""
+"""Complaints in the user's words, from pydantic's errors: what is wrong, what is allowed."""
 
 from __future__ import annotations
 
 import json
-import types
-from typing import Annotated, Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_args, get_origin
 
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
 
 from desim.errors import did_you_mean
 from desim.ports import Params
 from desim.scenario.places import Path, Places, SourcePlace, dotted
-from desim.scenario.schema.shapes import alternatives, keys
+from desim.scenario.schema.shapes import alternatives, keys, without_null
 
-MOST_TOLD = 20
+MOST_SHOWN = 20
+Location = tuple[int | str, ...]  # of one of pydantic's errors
 P = TypeVar("P", bound=Params)
 
 
 class Complaint(NamedTuple):
-    """What is wrong at ``path``; ``at_key`` where the key itself is what is wrong."""
+    """One thing that is wrong, at ``path`` of the data; ``at_key``: the key itself is wrong."""
 
     path: Path
     text: str
@@ -31,20 +33,20 @@ class Complaint(NamedTuple):
 
 
 def lines(found: list[Complaint], places: Places) -> list[str]:
-    """In the order in which they stand in the files, each once; of very many the first ones, and
-    how many more there are."""
+    """The lines of all complaints, each once, in the order of the files; of very many the first
+    ones, and the number of the others."""
     def place(complaint: Complaint) -> SourcePlace:
         of = places.key if complaint.at_key else places.value
         return of(complaint.path)
 
-    return told(list(dict.fromkeys(complaint.line(places)
-                                   for complaint in sorted(found, key=place))))
+    return shortened(list(dict.fromkeys(complaint.line(places)
+                                        for complaint in sorted(found, key=place))))
 
 
-def told(complaints: list[str]) -> list[str]:
-    """Of very many the first ones, and how many more there are."""
-    more = len(complaints) - MOST_TOLD
-    return complaints if more <= 0 else [*complaints[:MOST_TOLD],
+def shortened(complaints: list[str]) -> list[str]:
+    """Of very many complaints the first ones, and the number of the others."""
+    more = len(complaints) - MOST_SHOWN
+    return complaints if more <= 0 else [*complaints[:MOST_SHOWN],
                                          f"and {more} more thing{'s' * (more > 1)} that "
                                          f"{'are' if more > 1 else 'is'} wrong"]
 
@@ -70,7 +72,8 @@ def complaints_of(error: ValidationError, block: type[Params], data: Any, path: 
     return [complaint for wrong, complaint in found if not _follows(wrong, data, complaint, texts)]
 
 
-def _follows(error: Any, data: Any, complaint: Complaint, texts: set[tuple[Path, str]]) -> bool:
+def _follows(error: ErrorDetails, data: Any, complaint: Complaint,
+             texts: set[tuple[Path, str]]) -> bool:
     """Whether this error is only the consequence of another one."""
     if error["type"] == "missing":  # its key is there, misspelt
         meant = f"unknown key{did_you_mean(str(error['loc'][-1]), [str(error['loc'][-1])])}"
@@ -81,13 +84,13 @@ def _follows(error: Any, data: Any, complaint: Complaint, texts: set[tuple[Path,
 
 
 def _complaint(block: type[Params], data: Any, base: Path, more: tuple[str, ...],
-               error: Any) -> Complaint:
+               error: ErrorDetails) -> Complaint:
     location = tuple(step for step in error["loc"] if step != "[key]")
     own = _own(location)
     path = (*base, *own)
     kind, context = error["type"], error.get("ctx", {})
     if kind == "extra_forbidden":
-        known = [*(more if len(own) == 1 else ()), *keys(_annotation(block, location[:-1]))]
+        known = [*(more if len(own) == 1 else ()), *keys(_block(block, location[:-1]))]
         return Complaint(path, f"unknown key{did_you_mean(str(own[-1]), known)}; allowed: "
                                f"{', '.join(known)}", at_key=True)
     if kind == "missing":
@@ -120,85 +123,89 @@ _BOUNDS = {
 }
 
 
-def _bound(limit: Any) -> str:
+def _bound(limit: object) -> str:
     """Whole numbers with all their digits."""
     return f"{limit:g}" if isinstance(limit, float) else str(limit)
 
 
-def _missing(block: type[Params], data: Any, base: Path, location: tuple) -> Complaint:
+def _missing(block: type[Params], data: Any, base: Path, location: Location) -> Complaint:
     own = _own(location)
     if isinstance(own[-1], int):
         return Complaint((*base, *own[:-1]), f"must be {_wanted(_annotation(block, location[:-1]))}"
                                              f", got {_short(_at(data, own[:-1]))}")
-    info = _field(_annotation(block, location[:-1]), own[-1])
+    info = _field(_block(block, location[:-1]), own[-1])
     about = f": {info.description}" if info.description else ""
     return Complaint((*base, *own[:-1]), f"the key {own[-1]!r} is missing{about}", at_key=True)
 
 
-def _pattern_rule(text: str, context: dict[str, Any]) -> str:
+def _pattern_rule(text: str, context: dict[str, object]) -> str:
     return f"{_short(text)} is not allowed; allowed: text that matches {context['pattern']}"
 
 
-def _wanted(annotation: Any) -> str:
-    """What a value of this type looks like, for people."""
-    options = _without_null(annotation)
-    shapes = alternatives(annotation).values() or options
+_NAMES = {str: "text", int: "a whole number", float: "a number", bool: "true or false",
+          dict: "a mapping", tuple: "a list", list: "a list"}
+
+
+def _wanted(annotation: object) -> str:
+    """A description of the values of this type, for people."""
     texts = []
-    for shape in shapes:
+    for shape in without_null(annotation):
         origin, inside = get_origin(shape), get_args(shape)
         if isinstance(shape, type) and issubclass(shape, Params):
             texts.append(f"a mapping with {', '.join(keys(shape))}")
         elif origin is tuple and inside[-1] is not Ellipsis:
             texts.append(f"a list of {len(inside)}")
         else:
-            texts.append({str: "text", int: "a whole number", float: "a number",
-                          bool: "true or false", dict: "a mapping", tuple: "a list", list: "a list",
-                          }.get(origin or shape, "something else"))
+            texts.append(next((name for kind, name in _NAMES.items() if kind is (origin or shape)),
+                              "something else"))
     return ", or ".join(texts)
 
 
-def _annotation(block: type[Params], location: tuple) -> Any:
+def _annotation(block: type[Params], location: Location) -> object:
     """The type that stands at a location of a validation error."""
-    here: Any = block
+    here: object = block
     for step in location:
         if get_origin(here) is Annotated:  # inside of a mapping's or a list's type
             here = get_args(here)[0]
         options = alternatives(here)
         if options:
-            here = options[step]
+            here = options[str(step)]
             continue
-        here = _without_null(here)[0]
+        here = without_null(here)[0]
         inside = get_args(here)
         if get_origin(here) is dict:
             here = inside[1]
         elif get_origin(here) is list:
             here = inside[0]
         elif get_origin(here) is tuple:
-            here = inside[0] if inside[-1] is Ellipsis else inside[min(step, len(inside) - 1)]
-        else:
+            each = inside[-1] is Ellipsis
+            here = inside[0] if each else inside[min(int(step), len(inside) - 1)]
+        elif isinstance(here, type) and issubclass(here, Params):
             here = _field(here, step).annotation
-    return _without_null(here)[0]
+    return here
 
 
-def _field(block: type[Params], key: str) -> Any:
+def _block(block: type[Params], location: Location) -> type[Params]:
+    """The parameter block that stands at a location."""
+    found = without_null(_annotation(block, location))[0]
+    assert isinstance(found, type)
+    assert issubclass(found, Params)
+    return found
+
+
+def _field(block: type[Params], key: int | str) -> FieldInfo:
     return next(field for name, field in block.model_fields.items()
                 if key == (field.alias or name))
 
 
-def _without_null(annotation: Any) -> tuple:
-    if get_origin(annotation) in (Union, types.UnionType) and not alternatives(annotation):
-        return tuple(option for option in get_args(annotation) if option is not types.NoneType)
-    return (annotation,)
-
-
-def _options(annotation: Any) -> list[str]:
-    literal = next(option for option in _without_null(annotation)
+def _options(annotation: object) -> list[str]:
+    literal = next(option for option in without_null(annotation)
                    if get_origin(option) is Literal)
     return list(get_args(literal))
 
 
-def _own(location: tuple) -> Path:
-    """The location as a path in the user's data: without the tags of ``by_shape`` fields."""
+def _own(location: Location) -> Path:
+    """The location as a path in the user's data: without the tags of shapes."""
     return tuple(step for step in location if not str(step).startswith("\0"))
 
 
@@ -208,7 +215,7 @@ def _at(data: Any, path: Path) -> Any:
     return data
 
 
-def _short(value: Any) -> str:
+def _short(value: object) -> str:
     text = {True: "true", False: "false", None: "null"}.get(value) if isinstance(
         value, (bool, type(None))) else None
     if isinstance(value, (dict, list)):

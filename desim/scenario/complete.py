@@ -13,7 +13,7 @@ from desim.scenario.places import Folder
 from desim.scenario.schema.communication import Coordination, MediumChoice, Network
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, MapFile
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, StartList
-from desim.scenario.schema.robot import BUILT_IN_LASERS, Robot
+from desim.scenario.schema.robot import Robot
 from desim.scenario.schema.whole import Scenario
 
 # The paper's testbed is a switched Gigabit LAN; its robots communicate over 200 m.
@@ -64,8 +64,7 @@ def _fleet(fleet: FleetParams) -> FleetParams:
 
 
 def _robot(robot: Robot) -> Robot:
-    laser = robot.laser
-    return _changed(robot, laser=BUILT_IN_LASERS[laser] if isinstance(laser, str) else laser,
+    return _changed(robot, laser=robot.scanner,
                     passive=tuple(sorted(robot.passive, key=natural_key)))
 
 

@@ -16,7 +16,7 @@ import re
 import sys
 from collections.abc import Callable, Collection, Mapping
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
@@ -25,40 +25,41 @@ Quantities = Mapping[str, float]
 _LONGEST, _DEEPEST = 500, 32
 _LARGEST = sys.float_info.max
 _FUNCTION = re.compile(r"(.*/)?[A-Za-z_][\w.]*:[A-Za-z_]\w*")
-_ARITHMETIC = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
-               ast.Div: operator.truediv}
-_COMPARISONS = {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
-                ast.GtE: operator.ge, ast.Eq: operator.eq, ast.NotEq: operator.ne}
-_CALLS = {"min": min, "max": max, "abs": abs}
+_ARITHMETIC: dict[type[ast.operator], Callable[[float, float], float]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
+_COMPARISONS: dict[type[ast.cmpop], Callable[[float, float], bool]] = {
+    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
+    ast.Eq: operator.eq, ast.NotEq: operator.ne}
+_CALLS: dict[str, Callable[..., float]] = {"min": min, "max": max, "abs": abs}
 _GRAMMAR = ("numbers, names, + - * /, comparisons, and, or, not, min(), max(), abs() and "
             "parentheses")
 
 
-class Expression(NamedTuple):
-    """``evaluate(quantities)`` gives a bool where ``is_condition``, else a finite number; None
-    where that is unknown."""
+class Number(NamedTuple):
+    """``evaluate(quantities)`` gives a finite number, or None where that is unknown."""
+
+    evaluate: Callable[[Quantities], float | None]
+
+
+class Condition(NamedTuple):
+    """``evaluate(quantities)`` gives true or false, or None where that is unknown; ``text`` is
+    what was written, of a function its name."""
 
     text: str
-    is_condition: bool
-    evaluate: Callable[[Quantities], Any]
+    evaluate: Callable[[Quantities], bool | None]
 
 
-class _Part(NamedTuple):
-    is_condition: bool
-    evaluate: Callable[[Quantities], Any]
-
-
-def condition(text: str, names: Collection[str]) -> Expression:
-    """What ``stop.when`` says: a condition, or ``package.module:function``, perhaps with its folder
-    in front, of a mapping of the quantities. Raises ``InputError`` with what is wrong and allowed.
-    """
+def condition(text: str, names: Collection[str]) -> Condition:
+    """The condition that ``stop.when`` states: an expression over ``names``, or
+    ``package.module:function``, perhaps with its folder in front, of a mapping of the quantities.
+    Raises ``InputError`` with what is wrong and allowed."""
     if names_function(text):
         function, name = plugins.imported("function", text.strip()), plugins.bare(text.strip())
         if not callable(function):
             raise InputError(f"{name!r} is not a function")
-        return Expression(name, True, lambda quantities: bool(function(quantities)))
+        return Condition(name, lambda quantities: bool(function(quantities)))
     expression = compile(text, names)
-    if not expression.is_condition:
+    if not isinstance(expression, Condition):
         raise InputError(f"{text!r} is a number, not a condition; compare it with something, "
                          "e.g. 'explored > 0.9'")
     return expression
@@ -69,16 +70,16 @@ def names_function(text: str) -> bool:
     return _FUNCTION.fullmatch(text.strip()) is not None
 
 
-def compile(text: str, names: Collection[str]) -> Expression:
-    """An expression over ``names``. Raises ``InputError`` with what is wrong and allowed."""
+def compile(text: str, names: Collection[str]) -> Number | Condition:
+    """A number or a condition over ``names``. Raises ``InputError`` with what is wrong and allowed.
+    """
     if len(text) > _LONGEST:
         raise InputError(f"an expression has at most {_LONGEST} characters, this one {len(text)}")
     try:
         tree = ast.parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise InputError(f"{text!r} is not an expression; allowed: {_GRAMMAR}") from None
-    part = _Compiler(text, names).part(tree.body, 0)
-    return Expression(text, part.is_condition, part.evaluate)
+    return _Compiler(text, names).part(tree.body, 0)
 
 
 class _Compiler:
@@ -86,7 +87,7 @@ class _Compiler:
         self._text = text
         self._names = names
 
-    def part(self, node: ast.AST, depth: int) -> _Part:
+    def part(self, node: ast.AST, depth: int) -> Number | Condition:
         if depth > _DEEPEST:
             raise InputError(f"{self._text!r} is nested deeper than {_DEEPEST}")
         build = getattr(self, f"_{type(node).__name__.lower()}", None)
@@ -94,68 +95,68 @@ class _Compiler:
             raise self._not_allowed(node)
         return build(node, depth + 1)
 
-    def _number(self, node: ast.AST, depth: int) -> Callable[[Quantities], Any]:
+    def _number(self, node: ast.AST, depth: int) -> Callable[[Quantities], float | None]:
         part = self.part(node, depth)
-        if part.is_condition:
+        if isinstance(part, Condition):
             raise InputError(f"{self._source(node)!r} is a condition where a number is needed")
         return part.evaluate
 
-    def _condition(self, node: ast.AST, depth: int) -> Callable[[Quantities], Any]:
+    def _condition(self, node: ast.AST, depth: int) -> Callable[[Quantities], bool | None]:
         part = self.part(node, depth)
-        if not part.is_condition:
+        if isinstance(part, Number):
             raise InputError(f"{self._source(node)!r} is a number where a condition is needed, "
                              "e.g. 'explored > 0.9'")
         return part.evaluate
 
-    def _constant(self, node: ast.Constant, _: int) -> _Part:
+    def _constant(self, node: ast.Constant, _: int) -> Number:
         value = node.value
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self._not_allowed(node)
         if _known(value) is None:
             raise InputError(f"{self._source(node)!r} is not a finite number")
-        return _Part(False, lambda quantities: value)
+        return Number(lambda quantities: value)
 
-    def _name(self, node: ast.Name, _: int) -> _Part:
+    def _name(self, node: ast.Name, _: int) -> Number:
         name = node.id
         if name not in self._names:
             raise InputError(f"unknown quantity {name!r}{did_you_mean(name, self._names)}; "
                              f"allowed: {', '.join(self._names)}")
-        return _Part(False, lambda quantities: _known(quantities[name]))
+        return Number(lambda quantities: _known(quantities[name]))
 
-    def _binop(self, node: ast.BinOp, depth: int) -> _Part:
+    def _binop(self, node: ast.BinOp, depth: int) -> Number:
         apply = _ARITHMETIC.get(type(node.op))
         if apply is None:
             raise self._not_allowed(node)
         return _computed(apply, [self._number(node.left, depth), self._number(node.right, depth)])
 
-    def _unaryop(self, node: ast.UnaryOp, depth: int) -> _Part:
+    def _unaryop(self, node: ast.UnaryOp, depth: int) -> Number | Condition:
         if isinstance(node.op, ast.Not):
             inner = self._condition(node.operand, depth)
-            return _Part(True, lambda quantities: _negated(inner(quantities)))
+            return Condition(self._text, lambda quantities: _negated(inner(quantities)))
         if isinstance(node.op, ast.Invert):
             raise self._not_allowed(node)
         sign = operator.neg if isinstance(node.op, ast.USub) else operator.pos
         return _computed(sign, [self._number(node.operand, depth)])
 
-    def _boolop(self, node: ast.BoolOp, depth: int) -> _Part:
+    def _boolop(self, node: ast.BoolOp, depth: int) -> Condition:
         parts = [self._condition(value, depth) for value in node.values]
         join = _all if isinstance(node.op, ast.And) else _any
-        return _Part(True, lambda quantities: join([part(quantities) for part in parts]))
+        return Condition(self._text, lambda quantities: join([part(quantities) for part in parts]))
 
-    def _compare(self, node: ast.Compare, depth: int) -> _Part:
+    def _compare(self, node: ast.Compare, depth: int) -> Condition:
         parts = [self._number(side, depth) for side in (node.left, *node.comparators)]
-        tests = [_COMPARISONS.get(type(op)) for op in node.ops]
-        if None in tests:
+        if not all(type(op) in _COMPARISONS for op in node.ops):
             raise self._not_allowed(node)
+        tests = [_COMPARISONS[type(op)] for op in node.ops]
 
         def evaluate(quantities: Quantities) -> bool | None:
             values = [part(quantities) for part in parts]
-            return _all([None if None in pair else test(*pair) for test, pair in
-                         zip(tests, pairwise(values), strict=True)])
+            return _all([None if one is None or other is None else test(one, other)
+                         for test, (one, other) in zip(tests, pairwise(values), strict=True)])
 
-        return _Part(True, evaluate)
+        return Condition(self._text, evaluate)
 
-    def _call(self, node: ast.Call, depth: int) -> _Part:
+    def _call(self, node: ast.Call, depth: int) -> Number:
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         arguments = len(node.args)
         if name not in _CALLS or node.keywords or (arguments != 1 if name == "abs" else
@@ -172,7 +173,7 @@ class _Compiler:
 
 
 def _computed(function: Callable[..., float],
-              parts: list[Callable[[Quantities], float | None]]) -> _Part:
+              parts: list[Callable[[Quantities], float | None]]) -> Number:
     def evaluate(quantities: Quantities) -> float | None:
         values = [part(quantities) for part in parts]
         if None in values:
@@ -182,7 +183,7 @@ def _computed(function: Callable[..., float],
         except ArithmeticError:
             return None
 
-    return _Part(False, evaluate)
+    return Number(evaluate)
 
 
 def _known(value: float) -> float | None:

@@ -1,31 +1,32 @@
-"""The JSON Schema of a scenario: what editors complete and check while one is written."""
+"""The JSON Schema of a scenario, with which editors complete and check one while it is written."""
 
 from __future__ import annotations
-
-from typing import Any
 
 from pydantic.json_schema import models_json_schema
 
 from desim import plugins
 from desim.errors import InputError
 from desim.ports import Params
+from desim.scenario.places import Data
 from desim.scenario.schema.communication import (
     Coordination,
     MediumChoice,
     MiddlewareChoice,
+    PluginChoice,
     RuleChoice,
 )
 from desim.scenario.schema.whole import Scenario
 
-_CHOICES = (MediumChoice, RuleChoice, MiddlewareChoice, Coordination)
+_CHOICES: tuple[type[PluginChoice], ...] = (
+    MediumChoice, RuleChoice, MiddlewareChoice, Coordination)
 
 
-def json_schema() -> dict[str, Any]:
+def json_schema() -> Data:
     """Draft 2020-12. A plug-in's own parameters are known where its name is that of an installed
     one; a dotted path may have any."""
     blocks = {(choice.kind, name): block for choice in _CHOICES
               for name, block in _blocks(choice.kind).items()}
-    models = [Scenario, *blocks.values(), *_CHOICES]
+    models: list[type[Params]] = [Scenario, *blocks.values(), *_CHOICES]
     references, whole = models_json_schema([(model, "validation") for model in models],
                                            by_alias=True)
     definitions = whole["$defs"]
@@ -58,7 +59,7 @@ def _blocks(kind: str) -> dict[str, type[Params]]:
     return found
 
 
-def _alternative(own: dict, key: str, name: str, params: dict) -> dict[str, Any]:
+def _alternative(own: Data, key: str, name: str, params: Data) -> Data:
     chosen = {**own["properties"][key], "const": name}
     return {"type": "object", "title": name, "description": params.get("description", ""),
             "properties": {**own["properties"], **params.get("properties", {}), key: chosen},
@@ -66,16 +67,16 @@ def _alternative(own: dict, key: str, name: str, params: dict) -> dict[str, Any]
             "additionalProperties": False}
 
 
-def _dotted(own: dict, key: str) -> dict[str, Any]:
+def _dotted(own: Data, key: str) -> Data:
     chosen = {**own["properties"][key], "pattern": ":"}
     return {"type": "object", "title": "package.module:Class", "additionalProperties": True,
             "description": "a plug-in by its dotted path, with its own parameters",
             "properties": {**own["properties"], key: chosen}, "required": [key]}
 
 
-def _name(reference: dict) -> str:
+def _name(reference: Data) -> str:
     return reference["$ref"].rpartition("/")[2]
 
 
-def _definition(definitions: dict, reference: dict) -> dict:
+def _definition(definitions: Data, reference: Data) -> Data:
     return definitions[_name(reference)]

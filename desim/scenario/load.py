@@ -1,4 +1,4 @@
-"""Loading a scenario: file, what it extends, overrides; then every error at once, with its place.
+"""Loading a scenario: its file, the files that it extends, overrides; all errors at once, placed.
 
 ``hello.yaml:7:12: network.media.lan.rate: '5 m' ...``: file, line, column, path, what is wrong.
 """
@@ -16,7 +16,7 @@ from desim.errors import InputError
 from desim.scenario import check, merge, parts, plugin_choices
 from desim.scenario.complaints import Complaint, lines, validated
 from desim.scenario.complete import complete
-from desim.scenario.places import Folder, Path, Places, SourcePlace, split
+from desim.scenario.places import Data, Folder, Path, Places, SourcePlace, path_of
 from desim.scenario.schema.fleet import StartFile
 from desim.scenario.schema.whole import Scenario
 from desim.scenario.starts import listed
@@ -54,7 +54,7 @@ class Change(NamedTuple):
     """Another value at a dotted path, and where it was written."""
 
     path: str
-    value: Any
+    value: object
     place: SourcePlace
 
 
@@ -73,7 +73,7 @@ def load(path: str | os.PathLike, overrides: Sequence[str] = (), seed: int | Non
 
 class Variants:
     """Scenarios of one document (``merge.extended`` reads one), each with changes of its own laid
-    over it. What one has in common with that before it is not done again."""
+    over it. The first changes that a scenario shares with the one before are not laid again."""
 
     def __init__(self, base: merge.Document) -> None:
         self._base = base
@@ -82,22 +82,22 @@ class Variants:
     def of(self, changes: Sequence[Change]) -> Loaded:
         """The scenario with these changes, in their order. Raises ``InputError`` as ``load`` does.
         """
-        told = [repr(change) for change in changes]  # 1 and true are equal, but not the same
+        texts = [repr(change) for change in changes]  # 1 and true are equal, but not the same
         same = 0
-        for before, now in zip(self._laid, told, strict=False):
+        for before, now in zip(self._laid, texts, strict=False):
             if before[0] != now:
                 break
             same += 1
         del self._laid[same:]
-        for change, text in zip(changes[same:], told[same:], strict=True):
+        for change, text in zip(changes[same:], texts[same:], strict=True):
             self._laid.append((text, merge.changed(
-                self._laid[-1][1] if self._laid else self._base, split(change.path), change.value,
+                self._laid[-1][1] if self._laid else self._base, path_of(change.path), change.value,
                 change.place)))
         data, places = self._laid[-1][1] if self._laid else self._base
         return _loaded((merge.copied(data), places))
 
 
-def from_mapping(data: Mapping[str, Any], overrides: Sequence[str] = (),
+def from_mapping(data: Mapping[str, object], overrides: Sequence[str] = (),
                  seed: int | None = None) -> Loaded:
     """A scenario from a mapping of the same form as a file's; paths are relative to the current
     directory. Raises ``InputError`` with one line for each thing that is wrong."""
@@ -128,21 +128,20 @@ def _loaded(document: merge.Document) -> Loaded:
     plugin_choices.make_absolute(data, folder)
     result = parts.scenario(data)
     found = plugin_choices.complaints(data)
-    wrong: list[Complaint] = result if isinstance(result, list) else []
-    scenario = _rest(data, wrong) if wrong else result
+    wrong = result if isinstance(result, list) else []
+    scenario = _rest(data, wrong) if isinstance(result, list) else result
     if scenario is not None:
         scenario, starts = _with_listed_starts(scenario, folder)
         wrong = wrong + starts
         found += check.complaints(scenario, folder, tuple(complaint.path for complaint in wrong))
     found += wrong
-    if found:
+    if found or scenario is None:
         raise InputError(*lines(found, places))
     return Loaded(complete(scenario, folder), places)
 
 
-def _rest(data: dict[str, Any], wrong: list[Complaint]) -> Scenario | None:
-    """A scenario without what is wrong, so that the checks can look at the rest; None if there is
-    no such thing."""
+def _rest(data: Data, wrong: list[Complaint]) -> Scenario | None:
+    """The scenario without its wrong parts, for the checks of the rest; None if none remains."""
     for _ in range(_MOST_PRUNINGS if len(wrong) <= _MOST_WRONG else 0):
         data = _without(data, wrong)
         scenario = validated(Scenario, {"name": "unnamed", **data})
@@ -152,7 +151,7 @@ def _rest(data: dict[str, Any], wrong: list[Complaint]) -> Scenario | None:
     return None
 
 
-def _without(data: dict[str, Any], complaints: list[Complaint]) -> dict[str, Any]:
+def _without(data: Data, complaints: list[Complaint]) -> Data:
     pruned = copy.deepcopy(data)
     # From the back, so that the indices of what is still to be removed stay right.
     for path in sorted({complaint.path for complaint in complaints}, key=_steps, reverse=True):
@@ -180,7 +179,7 @@ def _with_listed_starts(scenario: Scenario, folder: Folder) -> tuple[Scenario, l
     start = scenario.fleet.start
     if not isinstance(start, StartFile):
         return scenario, []
-    path = ("fleet", "start", "file")
+    path: Path = ("fleet", "start", "file")
     try:
         poses = listed(start, folder(path))
     except InputError as error:

@@ -8,12 +8,12 @@ one's choice is not inherited.
 from __future__ import annotations
 
 import os
-from typing import Any
+from collections.abc import Callable
 
 from desim import plugins
 from desim.errors import InputError
 from desim.scenario import yaml12
-from desim.scenario.places import Path, Places, SourcePlace, dotted, split, steps
+from desim.scenario.places import Data, Path, Places, SourcePlace, dotted, items, path_of
 from desim.scenario.schema.communication import (
     Coordination,
     MediumChoice,
@@ -24,7 +24,7 @@ from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.fleet import FleetParams
 from desim.scenario.schema.shapes import alternatives, keys, which
 
-Document = tuple[dict[str, Any], Places]
+Document = tuple[Data, Places]
 
 # Where a scenario chooses plug-ins; the rules of a medium stand inside of its choice.
 CHOICES: dict[tuple[str, ...], type[PluginChoice]] = {
@@ -58,7 +58,7 @@ def extended(path: str, below: tuple[str, ...] = ()) -> Document:
     if not os.path.isfile(parent):
         raise InputError(f"{where}: no such file: {parent}")
     lower, lower_places = extended(parent, chain)
-    merged = _overlay(lower, data, ())
+    merged = _mapping(_overlay(lower, data, ()))
     return merged, lower_places.under(places, merged)
 
 
@@ -68,39 +68,49 @@ def overridden(document: Document, override: str) -> Document:
     key, equals, text = override.partition("=")
     if not equals or not all(key.split(".")):
         raise InputError(f"{source}: must look like a.b.c=value, e.g. fleet.size=8")
-    return changed(document, split(key.strip()), yaml12.parse_value(text, source),
+    return changed(document, path_of(key.strip()), yaml12.parse_value(text, source),
                    SourcePlace(source))
 
 
-def changed(document: Document, path: Path, value: Any, place: SourcePlace) -> Document:
-    """``value``, which was written at ``place``, laid over what is at ``path``. The document stays
-    as it is. Raises ``InputError``."""
+def changed(document: Document, path: Path, value: object, place: SourcePlace) -> Document:
+    """A document with ``value``, which was written at ``place``, laid over what is at ``path``. The
+    given one stays as it is. Raises ``InputError``."""
     data, places = document
     merged = _put(data, path, value, (), str(place))
     top = Places(places.root)  # what nobody wrote is still a default of the file
-    below = data
-    for depth, step in enumerate(path[:-1], 1):  # what it had to bring into being on the way
-        below = below[step] if step in steps(below) else None
+    below: object = data
+    for depth, step in enumerate(path[:-1], 1):  # mappings that had to be made on the way
+        below = dict(items(below)).get(step)
         if path[:depth] not in places or not isinstance(below, (dict, list)):
             top.put(path[:depth], place, place)
     top.put_all(value, place, path)
-    return merged, places.under(top, merged)
+    return _mapping(merged), places.under(top, merged)
 
 
 def without_removed(document: Document) -> Document:
     """The document without the named things that null took away."""
     data, places = document
     for path in _BY_NAME:
-        data = _map_at(data, path, lambda entries: {
-            name: entry for name, entry in entries.items() if entry is not None})
+        data = _mapping(_map_at(data, path, lambda entries: {
+            name: entry for name, entry in entries.items() if entry is not None}))
     return data, places
 
 
-def copied(data: Any) -> Any:
-    """What YAML gives, to be changed."""
+def copied(data: Data) -> Data:
+    """A copy of a document's mapping, down to its single values."""
+    return {key: _copied(value) for key, value in data.items()}
+
+
+def _copied(data: object) -> object:
     if isinstance(data, dict):
-        return {key: copied(value) for key, value in data.items()}
-    return [copied(item) for item in data] if isinstance(data, (list, tuple)) else data
+        return copied(data)
+    return [_copied(item) for item in data] if isinstance(data, (list, tuple)) else data
+
+
+def _mapping(data: object) -> Data:
+    """``data`` itself: changing what is inside of a mapping leaves it one."""
+    assert isinstance(data, dict)
+    return data
 
 
 def choice_at(path: Path) -> type[PluginChoice] | None:
@@ -112,7 +122,7 @@ def choice_at(path: Path) -> type[PluginChoice] | None:
     return None
 
 
-def _overlay(lower: Any, upper: Any, path: Path) -> Any:
+def _overlay(lower: object, upper: object, path: Path) -> object:
     if not (isinstance(lower, dict) and isinstance(upper, dict)):
         return upper
     merged = _inherited(lower, upper, path)
@@ -121,8 +131,8 @@ def _overlay(lower: Any, upper: Any, path: Path) -> Any:
     return merged
 
 
-def _inherited(lower: dict, upper: dict, path: Path) -> dict:
-    """What of ``lower`` still makes sense under ``upper``."""
+def _inherited(lower: Data, upper: Data, path: Path) -> Data:
+    """The part of ``lower`` that still makes sense under ``upper``."""
     choice = choice_at(path)
     if choice is not None:
         key = choice.name_key
@@ -131,14 +141,15 @@ def _inherited(lower: dict, upper: dict, path: Path) -> dict:
     if path == ("network",) and upper.get("fidelity") and not _rungs(lower):
         return {k: v for k, v in lower.items() if k != "media"}
     if path in _SHAPES:
-        shapes = tuple(alternatives(_SHAPES[path].annotation).values())
-        shape = alternatives(_SHAPES[path].annotation)[which(shapes, lower)]
-        if which(shapes, upper) != which(shapes, lower) and not upper.keys() <= {*keys(shape)}:
+        shapes = alternatives(_SHAPES[path].annotation)
+        before, now = (which(tuple(shapes.values()), data) for data in (lower, upper))
+        own = shapes[before] if before else None
+        if before != now and isinstance(own, type) and not upper.keys() <= {*keys(own)}:
             return {}
     return dict(lower)
 
 
-def _rungs(network: dict) -> bool:
+def _rungs(network: Data) -> bool:
     """Whether there is a medium with a fidelity to choose, as far as installed models go."""
     media = network.get("media")
     models = [medium.get("model") if isinstance(medium, dict) else None
@@ -148,7 +159,7 @@ def _rungs(network: dict) -> bool:
                    for model in models)
 
 
-def _put(node: Any, steps: Path, value: Any, path: Path, source: str) -> Any:
+def _put(node: object, steps: Path, value: object, path: Path, source: str) -> object:
     if not steps:
         return _overlay(node, value, path)
     step, rest = steps[0], steps[1:]
@@ -162,7 +173,7 @@ def _put(node: Any, steps: Path, value: Any, path: Path, source: str) -> Any:
     return _overlay(node, {str(step): _put(below, rest, value, (*path, str(step)), source)}, path)
 
 
-def _map_at(data: Any, path: Path, change: Any) -> Any:
+def _map_at(data: object, path: Path, change: Callable[[Data], Data]) -> object:
     if not isinstance(data, dict):
         return data
     if not path:

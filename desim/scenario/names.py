@@ -1,4 +1,4 @@
-"""Who is in a scenario: the names of robots and hosts, in the order that every index follows."""
+"""The names of a scenario's robots and hosts, in the order that every index follows."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def robot_names(scenario: Scenario) -> tuple[str, ...]:
     """All robots, sorted naturally: ``robot_0`` ..., or the names that the start poses carry."""
     start = scenario.fleet.start
     if isinstance(start, StartList) and all(pose.name for pose in start.poses):
-        return tuple(sorted((pose.name for pose in start.poses), key=natural_key))
+        return tuple(sorted((pose.name or "" for pose in start.poses), key=natural_key))
     return tuple(f"robot_{i}" for i in range(fleet_size(scenario.fleet)))
 
 

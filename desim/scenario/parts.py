@@ -7,23 +7,30 @@ from functools import cache, lru_cache
 from typing import Annotated, Any
 
 from pydantic import TypeAdapter, ValidationError
+from pydantic.fields import FieldInfo
 
 from desim.scenario.complaints import Complaint, validated
+from desim.scenario.places import Data
 from desim.scenario.schema.whole import Scenario
 
 _REMEMBERED = 256  # parts: those that the vectors of a campaign share come again soon
-_KINDS = {name: TypeAdapter(Annotated[(info.annotation, *info.metadata)] if info.metadata
-                            else info.annotation)
-          for name, info in Scenario.model_fields.items()}
 
 
-def scenario(data: dict[str, Any]) -> Scenario | list[Complaint]:
-    """``validated(Scenario, data)``."""
-    if data.keys() <= _KINDS.keys() and "name" in data:
+def _adapter(info: FieldInfo) -> TypeAdapter[Any]:
+    kind: Any = info.annotation
+    return TypeAdapter(Annotated[(kind, *info.metadata)] if info.metadata else kind)
+
+
+_PARTS = {name: _adapter(info) for name, info in Scenario.model_fields.items()}
+
+
+def scenario(data: Data) -> Scenario | list[Complaint]:
+    """The same as ``validated(Scenario, data)``, quicker for the second of two that are alike."""
+    if data.keys() <= _PARTS.keys() and "name" in data:
         try:
             return Scenario.model_construct(set(data), **_defaults() | {
                 name: _part(name, json.dumps(value)) for name, value in data.items()})
-        except ValidationError:  # what is wrong, in the words for users, and all of it:
+        except ValidationError:  # validated says all that is wrong, in the user's words
             pass
     return validated(Scenario, data)
 
@@ -36,4 +43,4 @@ def _defaults() -> dict[str, Any]:
 
 @lru_cache(_REMEMBERED)
 def _part(name: str, text: str) -> Any:
-    return _KINDS[name].validate_json(text, strict=True)
+    return _PARTS[name].validate_json(text, strict=True)

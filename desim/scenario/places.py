@@ -1,4 +1,4 @@
-"""Where each thing was written: the place of every key and value, by its path."""
+"""The places in files at which each key and value of a scenario was written, by its path."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Folder = Callable[[Path], str]  # of the file in which the value at a path was w
 
 
 class SourcePlace(NamedTuple):
-    """``file:line:column``, or another source as a whole (``--set a.b=1``) with line 0."""
+    """``file:line:column``; line 0 is another source as a whole, such as ``--set a.b=1``."""
 
     source: str
     line: int = 0
@@ -22,10 +22,10 @@ class SourcePlace(NamedTuple):
 
 
 class Places:
-    """Path to the places of a key and of its value; of what is not its own, those ``below``, as far
-    as it is still in the data."""
+    """The places of each key and its value, by path. For paths that are not its own it asks the
+    places ``below``, as far as the data that came with these still have them."""
 
-    def __init__(self, root: SourcePlace, below: tuple[Places, Any] | None = None) -> None:
+    def __init__(self, root: SourcePlace, below: tuple[Places, object] | None = None) -> None:
         self.root = root
         self._of: dict[Path, tuple[SourcePlace, SourcePlace]] = {}
         self._below = below
@@ -34,11 +34,11 @@ class Places:
         """Note where the key (or list item) and the value at ``path`` stand."""
         self._of[path] = (key, value)
 
-    def put_all(self, data: Any, place: SourcePlace, path: Path) -> None:
-        """Everything in ``data``, which belongs at ``path``, comes from one place."""
+    def put_all(self, data: object, place: SourcePlace, path: Path) -> None:
+        """Note one place for everything in ``data``, which belongs at ``path``."""
         self.put(path, place, place)
-        for step in steps(data):
-            self.put_all(data[step], place, (*path, step))
+        for step, below in items(data):
+            self.put_all(below, place, (*path, step))
 
     def __contains__(self, path: Path) -> bool:
         """Whether somebody wrote what is at ``path``."""
@@ -66,23 +66,23 @@ class Places:
             return lower._at(path) if _has(data, path) else None
         return found
 
-    def under(self, top: Places, data: Any) -> Places:
-        """The places of ``data``, which came about by laying ``top`` over this. They are looked for
-        when somebody asks: most scenarios of a campaign are right."""
+    def under(self, top: Places, data: object) -> Places:
+        """The places of ``data``, which came about by laying ``top`` over this. They are looked up
+        on demand: most scenarios of a campaign are right."""
         laid = Places(top.root, (self, data))
         laid._of = top._of
         return laid
 
     def where(self, path: str) -> str:
         """``file:line:column: path`` for a dotted path such as ``faults.0.at``."""
-        return f"{self.value(split(path))}: {path}"
+        return f"{self.value(path_of(path))}: {path}"
 
 
-def steps(data: Any) -> list[str | int]:
-    """The keys or indices below ``data``."""
+def items(data: object) -> list[tuple[str | int, object]]:
+    """The keys or indices directly below ``data``, each with its value."""
     if isinstance(data, dict):
-        return list(data)
-    return list(range(len(data))) if isinstance(data, list) else []
+        return list(data.items())
+    return list(enumerate(data)) if isinstance(data, list) else []
 
 
 def dotted(path: Path) -> str:
@@ -90,7 +90,7 @@ def dotted(path: Path) -> str:
     return ".".join(map(str, path))
 
 
-def split(path: str) -> Path:
+def path_of(path: str) -> Path:
     """The inverse of ``dotted``."""
     return tuple(int(step) if step.isdecimal() else step for step in path.split("."))
 

@@ -8,14 +8,22 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
 import yaml
 
+try:  # libyaml reads ten times as fast, and writes four times as fast
+    from yaml import CSafeDumper as SafeDumper
+    from yaml import CSafeLoader as FastLoader
+except ImportError:
+    from yaml import SafeDumper
+    from yaml import SafeLoader as FastLoader
+
 from desim.errors import InputError
 from desim.files import content
-from desim.scenario.places import Path, Places, SourcePlace
+from desim.scenario.places import Data, Path, Places, SourcePlace
 
 _CORE = {
     "null": (r"^(?:~|null|Null|NULL|)$", ["~", "n", "N", ""]),
@@ -32,21 +40,20 @@ _MOST_VALUES = 100_000  # aliases of aliases grow without bound
 
 
 class _Loader(yaml.SafeLoader):
-    yaml_implicit_resolvers: dict = {}
+    yaml_implicit_resolvers: dict[str, object] = {}
 
 
-# libyaml reads ten times as fast, and writes four times as fast.
-class _FastLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
-    yaml_implicit_resolvers: dict = {}
+class _FastLoader(FastLoader):
+    yaml_implicit_resolvers: dict[str, object] = {}
 
 
-class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):
-    yaml_implicit_resolvers: dict = {}
+class _Dumper(SafeDumper):
+    yaml_implicit_resolvers: dict[str, object] = {}
 
-    def ignore_aliases(self, data: Any) -> bool:
+    def ignore_aliases(self, data: object) -> bool:
         return True
 
-    def represent_list(self, data: Any) -> yaml.Node:
+    def represent_list(self, data: Sequence[object]) -> yaml.Node:
         short = len(repr(data)) <= 80 and not any(isinstance(item, dict) for item in data)
         return self.represent_sequence(_TAG + "seq", data, flow_style=short)
 
@@ -58,13 +65,13 @@ for _type in (list, tuple):
     _Dumper.add_representer(_type, _Dumper.represent_list)
 
 
-def dump(data: Any) -> str:
+def dump(data: Data) -> str:
     """Block style YAML that ``parse`` reads back to the same ``data``; short lists on one line."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000,
                      default_flow_style=False)
 
 
-def read(path: str) -> tuple[dict[str, Any], Places]:
+def read(path: str) -> tuple[Data, Places]:
     """The mapping in a file, and where its parts stand. Raises ``InputError``."""
     try:
         text = content(path, _MOST_BYTES).decode("utf-8-sig")
@@ -78,7 +85,7 @@ def read(path: str) -> tuple[dict[str, Any], Places]:
     return parse(text, path)
 
 
-def parse(text: str, source: str) -> tuple[dict[str, Any], Places]:
+def parse(text: str, source: str) -> tuple[Data, Places]:
     """The mapping that ``text`` holds, and where its parts stand. Raises ``InputError``."""
     node = _compose(text, source)
     if node is None:
@@ -90,8 +97,8 @@ def parse(text: str, source: str) -> tuple[dict[str, Any], Places]:
     return _Builder(source).whole(node)
 
 
-def parse_value(text: str, source: str) -> Any:
-    """A value on a command line. Raises ``InputError``."""
+def parse_value(text: str, source: str) -> object:
+    """The value that stands on a command line. Raises ``InputError``."""
     node = _compose(text, source, marked=False)
     return None if node is None else _Builder(source, marked=False).whole(node)[0]
 
@@ -132,6 +139,7 @@ class _Builder:
         self._left = _MOST_VALUES
 
     def whole(self, node: yaml.Node) -> tuple[Any, Places]:
+        """The value of a whole document, and the places of its parts. Raises ``InputError``."""
         self._places = Places(self._place(node))
         try:
             data = self._build(node, ())
@@ -143,7 +151,7 @@ class _Builder:
                 if len(self._complaints) > _MOST_COMPLAINTS else []))
         return data, self._places
 
-    def _build(self, node: yaml.Node, path: Path) -> Any:
+    def _build(self, node: yaml.Node, path: Path) -> object:
         self._left -= 1
         if id(node) in self._open or self._left < 0:
             raise InputError(f"{self._place(node)}: an alias that contains itself, or "
@@ -158,8 +166,8 @@ class _Builder:
         self._open.remove(id(node))
         return data
 
-    def _mapping(self, node: yaml.MappingNode, path: Path) -> dict[str, Any]:
-        data: dict[str, Any] = {}
+    def _mapping(self, node: yaml.MappingNode, path: Path) -> Data:
+        data: Data = {}
         for key_node, value_node in node.value:
             key = key_node.value
             if key_node.tag != _TAG + "str":
@@ -177,7 +185,7 @@ class _Builder:
             data[key] = self._build(value_node, below)
         return data
 
-    def _sequence(self, node: yaml.SequenceNode, path: Path) -> list[Any]:
+    def _sequence(self, node: yaml.SequenceNode, path: Path) -> list[object]:
         data = []
         for index, item in enumerate(node.value):
             place = self._place(item)
@@ -185,7 +193,7 @@ class _Builder:
             data.append(self._build(item, (*path, index)))
         return data
 
-    def _scalar(self, node: yaml.ScalarNode) -> Any:
+    def _scalar(self, node: yaml.ScalarNode) -> object:
         kind, text = node.tag.removeprefix(_TAG), node.value
         if kind == "str":
             return text

@@ -110,7 +110,7 @@ class Simulation:
         """What the host runs, made afresh and not started."""
         scenario, nodes = self.scenario, []
         if host_plan.drives:
-            driver = Driver(host, self.world, host_plan.drives, scenario.robot.laser)
+            driver = Driver(host, self.world, host_plan.drives, scenario.robot.scanner)
             self._drivers[host.name] = driver
             nodes.append(driver)
         if host_plan.monitor:

@@ -33,10 +33,10 @@ class WorldClock:
         self._drivers, self._collided = drivers, collided
         self._ids = [trace.names.id(name) for name in world.robots]
         self._collision = trace.names.id("collision")
-        self._interpolated = scenario.robot.laser.pose == "interpolated"
+        self._interpolated = scenario.robot.scanner.pose == "interpolated"
         self._wall = trace.names.id("wall")
         kernel.ticker(scenario.physics.rate_hz, Phase.WORLD, _TICK, self._advance, 0)
-        kernel.ticker(scenario.robot.laser.rate_hz, Phase.SENSE, _SCANS, self._scan, 0)
+        kernel.ticker(scenario.robot.scanner.rate_hz, Phase.SENSE, _SCANS, self._scan, 0)
         kernel.ticker(scenario.robot.odometry.rate_hz, Phase.SENSE, _POSES, self._pose, 0)
 
     def _advance(self, tick: int) -> None:

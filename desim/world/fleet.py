@@ -13,6 +13,7 @@ from desim.scenario.schema.fleet import (
     Group,
     StartGrid,
     StartLine,
+    StartList,
     StartRandom,
 )
 from desim.scenario.schema.whole import Scenario
@@ -45,7 +46,7 @@ def _bodies(fleet: FleetParams, count: int) -> list[BodyType]:
     types = {**BUILT_IN_TYPES, **fleet.types}
     groups = fleet.robots
     if isinstance(groups, str):
-        groups = [Group(type=groups, count=count)]
+        groups = (Group(type=groups, count=count),)
     return [types[group.type] for group in groups for _ in range(group.count)]
 
 
@@ -60,6 +61,7 @@ def _poses(fleet: FleetParams, names: tuple[str, ...]) -> dict[str, tuple[float,
     if isinstance(start, StartLine):
         (x, y), (dx, dy) = start.origin_m, start.step_m
         return {name: (x + i * dx, y + i * dy, start.heading_rad) for i, name in enumerate(names)}
-    named = all(pose.name for pose in start.poses)
-    return {pose.name if named else name: (pose.x_m, pose.y_m, pose.heading_rad)
-            for name, pose in zip(names, start.poses, strict=False)}
+    poses = start.poses if isinstance(start, StartList) else ()  # a file is a list when loaded
+    named = all(pose.name for pose in poses)
+    return {(named and pose.name) or name: (pose.x_m, pose.y_m, pose.heading_rad)
+            for name, pose in zip(names, poses, strict=False)}

@@ -194,5 +194,5 @@ class Plane:
     @classmethod
     def build(cls, scenario: Scenario, streams: Streams) -> Plane:
         """The plane of a scenario whose paths are absolute, as loading leaves them."""
-        return cls(scenario.environment, place_fleet(scenario), scenario.robot.laser,
+        return cls(scenario.environment, place_fleet(scenario), scenario.robot.scanner,
                    scenario.robot.odometry, scenario.physics.rate_hz, streams)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim.errors import InputError
-from desim.scenario.expression import compile, condition
+from desim.scenario.expression import Condition, compile, condition
 
 VALUES = {"explored": 0.95, "collisions": 2, "time_s": 600.0}
 
@@ -44,7 +44,7 @@ def test_values(text, value):
 ])
 def test_refusals(text, complaint):
     if complaint is None:
-        assert compile(text, VALUES).is_condition  # parentheses alone nest nothing
+        assert isinstance(compile(text, VALUES), Condition)  # parentheses alone nest nothing
         return
     with pytest.raises(InputError) as caught:
         compile(text, VALUES)

@@ -17,7 +17,7 @@ from desim.ports import Params
 from desim.scenario import merge
 from desim.scenario.complaints import lines, validated
 from desim.scenario.places import Path, Places, dotted
-from desim.scenario.schema.shapes import by_shape
+from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import Duration
 
 _OF_SCENARIOS = ("environment", "fleet", "robot", "network", "middleware", "coordination",
@@ -118,13 +118,13 @@ class Design(Params):
     base: str = Field(description="a scenario's YAML file, relative to this one")
     set: dict[str, Any] = Field({}, description=(
         "keys of the scenario and their values in every run, e.g. {stop.elapsed: 600 s}"))
-    parameters: dict[Name, by_shape(Values, Levels, Span)] = Field({}, description=(
+    parameters: dict[Name, Annotated[Values | Levels | Span, BY_SHAPE]] = Field({}, description=(
         "by name; a later one is laid over an earlier one"))
-    vectors: by_shape(str, tuple[dict[str, Any], ...], Function, LatinHypercube, Sobol,
-                      Saltelli) = Field("all", description=(
+    vectors: Annotated[str | tuple[dict[str, Any], ...] | Function | LatinHypercube | Sobol |
+                       Saltelli, BY_SHAPE] = Field("all", description=(
         "which combinations of values are run: all; zip (the first of each, the second of each, "
         "...); a list of mappings; a function; or samples"))
-    iterations: by_shape(int, Until) = Field(10, description=(
+    iterations: Annotated[int | Until, BY_SHAPE] = Field(10, description=(
         "runs of each vector (the paper has 5; of 5 runs a t interval can hold the mean in 66 % "
         "instead of 95 %), or until a metric is known well enough"))
     seed: int = Field(1, ge=0, le=2**62, description="of the first iteration; the next one has the "

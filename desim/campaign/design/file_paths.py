@@ -9,7 +9,7 @@ from typing import Any
 from desim import plugins
 from desim.campaign.design.design import LoadedDesign
 from desim.scenario.merge import choice_at
-from desim.scenario.places import Path, split, steps
+from desim.scenario.places import Path, items, path_of
 from desim.scenario.plugin_choices import file_keys
 from desim.scenario.schema.communication import RuleChoice
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS
@@ -39,11 +39,11 @@ class FilePaths:
         """Where in the scenario a value of the design ends up; ``met``: parameters on the way."""
         family, *rest = path
         if family == "set":
-            yield (*split(rest[0]), *rest[1:])
+            yield (*path_of(rest[0]), *rest[1:])
         elif family in ("stop", "measure"):
-            yield (family, *split(rest[0]), *rest[1:])
+            yield (family, *path_of(rest[0]), *rest[1:])
         elif family == "parameters" and rest[1:2] == ["levels"] and len(rest) > 3:
-            yield (*split(rest[3]), *rest[4:])
+            yield (*path_of(rest[3]), *rest[4:])
         elif family == "parameters" and rest[1:2] == ["values"] and len(rest) > 2:
             yield from self._of_parameter(rest[0], tuple(rest[3:]), met)
         elif family == "vectors" and len(rest) > 1:
@@ -55,7 +55,7 @@ class FilePaths:
             return
         key = getattr(self._design.parameters.get(name), "key", None)
         if key is not None:
-            yield (*split(key), *below)
+            yield (*path_of(key), *below)
         for path, text in _leaves(self._data, ()):
             if text == f"${name}":
                 for place in self._places(path, (*met, name)):
@@ -79,5 +79,5 @@ class FilePaths:
 def _leaves(data: Any, path: Path) -> Iterator[tuple[Path, str]]:
     if isinstance(data, str):
         yield path, data
-    for step in steps(data):
-        yield from _leaves(data[step], (*path, step))
+    for step, below in items(data):
+        yield from _leaves(below, (*path, step))

@@ -11,7 +11,7 @@ from desim.campaign.design.design import Design, LoadedDesign
 from desim.errors import InputError
 from desim.scenario import merge, yaml12
 from desim.scenario.complaints import validated
-from desim.scenario.places import Places, SourcePlace, split
+from desim.scenario.places import Places, SourcePlace, path_of
 
 RUNGS = ("ideal", "disk", "walls", "mac", "multihop")  # the last one is the highest
 FIDELITY = "network.fidelity"
@@ -62,6 +62,6 @@ def _setting(override: str) -> tuple[str, Any]:
 
 def _name(key: str) -> str:
     """Of the parameter: the key's last word that is one."""
-    words = [part for part in split(key) if isinstance(part, str)
+    words = [part for part in path_of(key) if isinstance(part, str)
              and re.fullmatch(r"[A-Za-z]\w*", part)]
     return words[-1][:60] if words and words[-1] != RUNG else "setting"

@@ -53,9 +53,9 @@ class PluginChoice(Params):
 
     def parsed(self) -> Self:
         """This choice with values in place of what was written."""
-        choice = self.model_construct(self.model_fields_set, **{
-            name: getattr(self, name) for name in type(self).model_fields})
+        choice = self.model_copy()
         choice._params = self.params
+        (choice.model_extra or {}).clear()  # the copy's own
         return choice
 
     @model_serializer(mode="wrap")

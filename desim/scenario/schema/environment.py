@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from desim.ports import Params
-from desim.scenario.schema.shapes import by_shape
+from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import Duration, Length, Position, Speed
 
 BUILT_IN_TERRAINS = ("loop", "cross", "zigzag", "maze")  # the paper's four
@@ -90,9 +90,9 @@ class MovingObstacle(Params):
 
 
 class Environment(Params):
-    """Where the fleet is."""
+    """The surroundings of the fleet."""
 
-    terrain: by_shape(str, MapFile, Shape) = Field("maze", description=(
+    terrain: Annotated[str | MapFile | Shape, BY_SHAPE] = Field("maze", description=(
         "loop, cross, zigzag, maze (the paper's four), a map_server YAML, or a shape written out"))
     doors: tuple[Door, ...] = ()
     moving_obstacles: tuple[MovingObstacle, ...] = ()

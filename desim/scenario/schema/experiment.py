@@ -18,7 +18,7 @@ QUANTITIES = (
 
 
 class Stop(Params):
-    """When the run ends: whichever comes first."""
+    """The conditions that end the run: whichever holds first."""
 
     explored: Ratio = Field("99 %", gt=0, description="share of the reachable free cells that some "
                                                 "robot's own belief knows (the paper)")
@@ -32,7 +32,7 @@ class Stop(Params):
 
 
 class Measure(Params):
-    """What the monitor samples."""
+    """The samples that the monitor takes."""
 
     every_ns: Pace = Field("5 s", description="period of samples (the paper's robot log)")
     on: tuple[Literal["explored_10pct", "collision", "recovery", "partition"], ...] = Field(
@@ -42,7 +42,7 @@ class Measure(Params):
 
 
 class TraceParams(Params):
-    """What is kept of the trace; the digest is the same either way."""
+    """The rows that are kept of the trace; the digest is the same either way."""
 
     keep: Literal["none", "messages", "all"] = Field("messages", description=(
         "none; messages: one row a message between hosts; all: every trace row too"))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from desim.ports import Params
 from desim.scenario.schema.communication import Name
-from desim.scenario.schema.shapes import by_shape
+from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import (
     Acceleration,
     Angle,
@@ -77,7 +77,7 @@ class StartGrid(Params):
 
 
 class StartRandom(Params):
-    """Robots at random free places with random headings, each robot with luck of its own."""
+    """Robots at random free places with random headings, each drawn from a stream of its own."""
 
     apart_m: Length = Field(gt=0, description="between the middles of two robots, at least")
     within_m: tuple[tuple[Position, Position], tuple[Position, Position]] | None = Field(
@@ -119,8 +119,8 @@ class FleetParams(Params):
     size: int | None = Field(None, ge=1, le=MAX_ROBOTS, description=(
         "number of robots (default: the groups' counts together, or as many as there are start "
         "poses, or 1)"))
-    robots: by_shape(str, tuple[Group, ...]) = Field(
+    robots: Annotated[str | tuple[Group, ...], BY_SHAPE] = Field(
         "pioneer3dx", description="a type, or groups of types: the first robots are of the first")
     types: dict[Name, BodyType] = Field({}, description="own types beside pioneer3dx and holonomic")
-    start: by_shape(StartLine, StartGrid, StartRandom, StartList, StartFile) = Field(
-        default_factory=StartLine)
+    start: Annotated[StartLine | StartGrid | StartRandom | StartList | StartFile,
+                     BY_SHAPE] = Field(default_factory=StartLine)

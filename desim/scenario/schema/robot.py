@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from desim.ports import Params
-from desim.scenario.schema.shapes import by_shape
+from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import Angle, Duration, Frequency, Length, Period
 
 
@@ -104,13 +104,13 @@ class ExplorationParams(Params):
 
 
 class Robot(Params):
-    """What every robot carries."""
+    """The equipment and software of every robot."""
 
     localization: Literal["ground_truth", "odometry"] = Field("ground_truth", description=(
         "ground_truth: a sensor that publishes the true pose; odometry: the odometry taken at its "
         "word"))
-    laser: by_shape(str, Laser) = Field(default_factory=Laser,
-                                        description="lms500, or its parameters")
+    laser: Annotated[str | Laser, BY_SHAPE] = Field(default_factory=Laser, description=(
+        "lms500, or its parameters"))
     odometry: Odometry = Field(default_factory=Odometry)
     mapping: MappingParams = Field(default_factory=MappingParams)
     navigation: Navigation = Field(default_factory=Navigation)
@@ -118,4 +118,7 @@ class Robot(Params):
     passive: tuple[str, ...] = Field((), description="names of robots that carry no software: they "
                                                "stand where they are and say nothing")
 
-
+    @property
+    def scanner(self) -> Laser:
+        """The laser's parameters, also of one that is given by its name."""
+        return BUILT_IN_LASERS[self.laser] if isinstance(self.laser, str) else self.laser

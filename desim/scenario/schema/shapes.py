@@ -1,35 +1,49 @@
-"""Fields that take one of several shapes: which one is meant is decided by how the value looks.
+"""Fields that take one of several shapes: the look of the value decides which one is meant.
 
 Without this, pydantic tries every alternative and complains once for each.
 """
 
 from __future__ import annotations
 
+import types
+from collections.abc import Mapping
 from functools import cache
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Union, get_args, get_origin
 
-from pydantic import Discriminator, Tag
+from pydantic import Discriminator, GetCoreSchemaHandler, Tag
+from pydantic_core import CoreSchema
 
 from desim.errors import did_you_mean
 from desim.ports import Params
 
+Shapes = tuple[object, ...]  # types: ``str``, ``int``, one ``tuple[X, ...]`` and ``Params`` classes
 
-def tag(shape: Any) -> str:
+
+class ByShape:
+    """Marks a union of such types: ``laser: Annotated[str | Laser, BY_SHAPE]``."""
+
+    def __get_pydantic_core_schema__(self, union: object,
+                                     handler: GetCoreSchemaHandler) -> CoreSchema:
+        shapes = get_args(union)
+
+        def pick(value: object) -> str | None:
+            return which(shapes, value)
+
+        tagged = tuple(Annotated[shape, Tag(tag(shape))] for shape in shapes)
+        return handler.generate_schema(
+            Annotated[Union[tagged], Discriminator(pick)])  # noqa: UP007
+
+
+BY_SHAPE = ByShape()
+
+
+def tag(shape: object) -> str:
     """The element that pydantic puts into an error's location for this alternative."""
     # No key of a YAML file can begin with NUL.
     return f"\0{getattr(get_origin(shape) or shape, '__name__', shape)}"
 
 
-def by_shape(*shapes: Any) -> Any:
-    """A union of ``str``, one ``tuple[X, ...]`` and ``Params`` classes."""
-    def pick(value: Any) -> str | None:
-        return which(shapes, value)
-
-    tagged = tuple(Annotated[shape, Tag(tag(shape))] for shape in shapes)
-    return Annotated[Union[tagged], Discriminator(pick)]  # noqa: UP007
-
-
-def which(shapes: tuple, value: Any) -> str | None:
+def which(shapes: Shapes, value: object) -> str | None:
     """The tag of the alternative that ``value`` is meant to be, None if it is none of them.
 
     Among mappings it is the one whose keys ``value`` has, or nearly has, most of.
@@ -42,7 +56,7 @@ def which(shapes: tuple, value: Any) -> str | None:
             if blocks else None
     for shape in shapes:
         kind = get_origin(shape) or shape
-        if isinstance(value, (list, tuple) if kind is tuple else kind):
+        if isinstance(kind, type) and isinstance(value, (list, tuple) if kind is tuple else kind):
             return tag(shape)
     return None
 
@@ -53,19 +67,21 @@ def keys(block: type[Params]) -> tuple[str, ...]:
     return tuple(field.alias or name for name, field in block.model_fields.items())
 
 
-def alternatives(annotation: Any) -> dict[str, Any]:
-    """Tag to alternative of a ``by_shape`` field's annotation; empty for any other."""
-    found = {}
-    if get_origin(annotation) is Annotated:  # as it stands inside of another one
+def alternatives(annotation: object) -> dict[str, object]:
+    """Tag to alternative of a union of shapes; empty for any other type."""
+    if get_origin(annotation) is Annotated:  # as it stands inside of another type
         annotation = get_args(annotation)[0]
-    for option in get_args(annotation):
-        tags = [extra.tag for extra in getattr(option, "__metadata__", ()) if
-                isinstance(extra, Tag)]
-        if tags:
-            found[tags[0]] = get_args(option)[0]
-    return found
+    options = without_null(annotation)
+    return {tag(option): option for option in options} if len(options) > 1 else {}
 
 
-def _likeness(value: dict, block: type[Params]) -> int:
+def without_null(annotation: object) -> Shapes:
+    """The alternatives of a union beside null, or the one type that ``annotation`` is."""
+    if get_origin(annotation) in (Union, types.UnionType):
+        return tuple(option for option in get_args(annotation) if option is not types.NoneType)
+    return (annotation,)
+
+
+def _likeness(value: Mapping[object, object], block: type[Params]) -> int:
     known = keys(block)
     return sum(2 if key in known else bool(did_you_mean(str(key), known)) for key in value)
