@@ -1,4 +1,4 @@
-"""The programs in docs/networks.md do what stands there."""
+"""The programs in docs/networks-alone.md do what stands there."""
 
 import re
 
@@ -6,7 +6,7 @@ import re
 def program(repository, word):
     """The one with this word in it."""
     found, = (text for text in re.findall(
-        r"```python\n(.*?)```", (repository / "docs" / "networks.md").read_text(), re.S)
+        r"```python\n(.*?)```", (repository / "docs" / "networks-alone.md").read_text(), re.S)
         if word in text)
     return found
 
@@ -22,5 +22,5 @@ def test_a_case_of_your_own(repository, capsys):
 def test_radios_in_a_plain_simpy_program(repository, capsys):
     exec(program(repository, "import simpy"), {})
     said = capsys.readouterr().out
-    assert f"```\n{said}```\n" in (repository / "docs" / "networks.md").read_text()
+    assert f"```\n{said}```\n" in (repository / "docs" / "networks-alone.md").read_text()
     assert said.startswith("382000 ns: hello arrived at b\n")
