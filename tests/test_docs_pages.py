@@ -1,13 +1,15 @@
 """The pages of docs/ name files that exist, and link to pages and headings that exist."""
 
+import importlib
 import re
 
 import pytest
 
+from desim.plugins import GROUPS
+
 PAGES = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"]
 FOLDERS = ("desim/", "netmodels/", "tools/", "tests/", "scenarios/", "docs/")
-# Written by the commands and examples of the pages.
-MADE = re.compile(r"results/|\.parquet$")
+NOT_PYTHON = {*GROUPS.values(), "desim.raised"}  # groups of entry points, a key of metadata
 
 
 def pages(repository):
@@ -43,6 +45,24 @@ def test_files_that_are_named_exist(repository):
     for page in pages(repository):
         for name in re.findall(r"`([\w./-]+\.(?:py|yaml|md|csv|sh))`", prose(page)):
             if name.startswith(FOLDERS) and not (repository / name).exists():
+                wrong.append(f"{page.name}: {name}")
+    assert not wrong
+
+
+def resolved(name):
+    """The module or attribute of this dotted name; None where there is no such thing."""
+    module, _, attribute = name.rpartition(".")
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        return getattr(resolved(module), attribute, None) if module else None
+
+
+def test_names_of_python_exist(repository):
+    wrong = []
+    for page in pages(repository):
+        for name in re.findall(r"`((?:desim|netmodels)(?:\.\w+)+)(?:\(.*?\))?`", prose(page)):
+            if name not in NOT_PYTHON and resolved(name) is None:
                 wrong.append(f"{page.name}: {name}")
     assert not wrong
 
