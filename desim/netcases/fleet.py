@@ -52,7 +52,7 @@ class Question(Params):
                                               "of those before the next one is due (a guess)")
 
 
-class Account:
+class FamilyAccount:
     """What became of the messages of one family of topics that were born in time."""
 
     __slots__ = ("talks", "sent", "delays_ns", "lost")
@@ -123,10 +123,11 @@ class Rehearsal:
                  end_ns: int) -> None:
         self._said, self._begin_ns, self._end_ns = said, begin_ns, end_ns
         hosts = [host.name for host in parts.plan]
-        self._families: dict[str, Account] = {}
-        self._accounts: dict[str, Account] = {}  # by topic
+        self._families: dict[str, FamilyAccount] = {}
+        self._accounts: dict[str, FamilyAccount] = {}  # by topic
         for talk in said:
-            account = self._families.setdefault(family(talk.topic, frozenset(hosts)), Account())
+            account = self._families.setdefault(family(talk.topic, frozenset(hosts)),
+                                                FamilyAccount())
             account.talks.append(talk)
             self._accounts[talk.topic] = account
         kernel, streams = Kernel(), Streams(parts.scenario.seed)

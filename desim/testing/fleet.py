@@ -23,7 +23,7 @@ from desim.units import NS_PER_S
 
 HOSTS = ("host_1", "host_2", "host_3", "host_10")
 TALK_NS = NS_PER_S // 2  # between two messages of a topic
-_LOOKS = 10  # at the accounts in this time
+_BALANCES = 10  # at the accounts in this time
 _SIZES = (40, 300, 20_000)  # bytes, in turn
 
 
@@ -47,8 +47,8 @@ class Apart:
         return self.groups[host] != self.groups[other]
 
 
-class Word(NamedTuple):
-    """Content: ``source`` said it as the ``number``-th thing in all."""
+class Payload(NamedTuple):
+    """The content of a message: the ``number``-th of all, by ``source``."""
 
     source: int
     number: int
@@ -56,9 +56,9 @@ class Word(NamedTuple):
 
 
 class Said(NamedTuple):
-    """A word, on what topic, and who was to hear it."""
+    """A message: its content, topic and time of birth."""
 
-    word: Word
+    payload: Payload
     topic: str
     time_ns: int
 
@@ -106,7 +106,7 @@ class Fleet:
                                  place=Nowhere(len(self.hosts))))
         self.said: list[Said] = []
         self.faults: list[str] = []
-        self.times: dict[tuple[int, int], int] = {}  # number of a word, host: how often heard
+        self.times: dict[tuple[int, int], int] = {}  # message, host: how often heard
         self._listeners: dict[tuple[str, int], list[int]] = {}
         self._fates: dict[tuple[int, int], str | None] = {}
         self._somebody_stopped = False
@@ -155,8 +155,8 @@ class Fleet:
             now_ns = self.kernel.now_ns
             for host in self.hosts:
                 self.kernel.at(now_ns, Phase.CONTROL, host.id, self._speak, host)
-            for step in range(1, _LOOKS + 1):
-                self.kernel.run(min(end_ns, now_ns + step * TALK_NS // _LOOKS))
+            for step in range(1, _BALANCES + 1):
+                self.kernel.run(min(end_ns, now_ns + step * TALK_NS // _BALANCES))
                 self.balance()
 
     def stop(self, host: int) -> None:
@@ -176,15 +176,15 @@ class Fleet:
             return
         for topic in self.topics_of(host.index):
             number = len(self.said)
-            word = Word(host.index, number, _SIZES[number % len(_SIZES)])
-            self.said.append(Said(word, topic, self.kernel.now_ns))
-            host.nodes[0].publish(topic, word)
+            payload = Payload(host.index, number, _SIZES[number % len(_SIZES)])
+            self.said.append(Said(payload, topic, self.kernel.now_ns))
+            host.nodes[0].publish(topic, payload)
 
     # ------------------------------------------------------------------------- what came of it
 
     def heard(self, host: int, message: Message) -> None:
-        word: Word = message.content
-        key = word.number, host
+        payload: Payload = message.content
+        key = payload.number, host
         self.times[key] = times = self.times.get(key, 0) + 1
         if times > 1:
             self._fault(f"{self.hosts[host].name} heard message {message.number} of "
@@ -193,11 +193,11 @@ class Fleet:
     def unheard(self, since: int = 0) -> list[str]:
         """What was said from ``said[since]`` on and was not heard by who runs and is to hear it, in
         words."""
-        return [f"{self.hosts[host].name} has not heard what {self.hosts[word.source].name} said "
-                f"on {topic} at {time_ns / NS_PER_S:g} s"
-                for word, topic, time_ns in self.said[since:]
-                for host in self.listeners(topic, word.source)
-                if self.hosts[host].up and (word.number, host) not in self.times]
+        return [f"{self.hosts[host].name} has not heard what {self.hosts[payload.source].name} "
+                f"said on {topic} at {time_ns / NS_PER_S:g} s"
+                for payload, topic, time_ns in self.said[since:]
+                for host in self.listeners(topic, payload.source)
+                if self.hosts[host].up and (payload.number, host) not in self.times]
 
     def balance(self) -> None:
         """What is under way is where it waits. (A stopped host's last frames are the medium's.)"""

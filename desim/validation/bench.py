@@ -95,7 +95,7 @@ class Lossy:
         return self._loss.judge(frame, receivers)
 
 
-class Bench:
+class NodeBench:
     """``lives``: what each host's one node does; the k-th host of them starts at ``starts_s[k]``
     (default: all at once). In each of ``cuts``, (from, until) in s, the first host hears nobody and
     nobody hears it. ``rules`` act on all."""
@@ -121,7 +121,7 @@ class Bench:
             self.kernel.at(round(self._starts_s[name] * NS_PER_S), Phase.WORLD, host.id,
                            lambda _, host=host: host.start())
 
-    def run(self, until_s: float) -> Bench:
+    def run(self, until_s: float) -> NodeBench:
         self.kernel.run(round(until_s * NS_PER_S))
         return self
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from desim.middleware.dds.dds import Dds
 from desim.ports.cases import Check
-from desim.validation.bench import Bench, Lossy, Speaker, within
+from desim.validation.bench import Lossy, NodeBench, Speaker, within
 
 # Preset: hosts, topics, kB in the first 15 s; of Cyclone DDS with AllowMulticast spdp. Runs differ
 # by what the machine has to do: Fast DDS with 4 hosts and 10 topics took 397, 414, 415 and 478 kB.
@@ -72,13 +72,13 @@ def at_rest() -> Iterator[Check]:
 
 
 def _fleet(hosts: int, topics: int, preset: str, seed: int, starts_s: Sequence[float] = (),
-           **params: Any) -> Bench:
+           **params: Any) -> NodeBench:
     def begin(node: Speaker) -> None:
         for topic in range(topics):
             node.says(f"/t{topic}", 0, 0, queue=10)
             node.listens(f"/t{topic}", queue=10)
 
-    return Bench({f"robot_{k}": begin for k in range(hosts)},
+    return NodeBench({f"robot_{k}": begin for k in range(hosts)},
                  Dds(Dds.Params(preset=preset, **params)), seed=seed, starts_s=starts_s)
 
 
@@ -127,7 +127,7 @@ def _delays_ms(preset: str, size_bytes: int, rate_hz: int, depth: int, loss: flo
                seed: int = 0) -> list[float]:
     """Of the samples of so many seconds that come within 8 s after those, ``b`` being there before
     ``a``."""
-    bench = Bench({"a": lambda node: node.says("/talk", size_bytes, rate_hz, queue=depth),
+    bench = NodeBench({"a": lambda node: node.says("/talk", size_bytes, rate_hz, queue=depth),
                    "b": lambda node: node.listens("/talk")}, Dds(Dds.Params(preset=preset)),
                   starts_s=(2, 0), rules=[Lossy(loss, 8)], seed=seed).run(8 + length_s + 8)
     return [1000 * (at - born) for at, _, _, born in bench.speaker("b").heard

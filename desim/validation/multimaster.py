@@ -13,7 +13,7 @@ from typing import Any
 
 from desim.middleware.multimaster.multimaster import Multimaster
 from desim.ports.cases import Check
-from desim.validation.bench import KNOWN_ADDRESSES, Bench, Speaker, within
+from desim.validation.bench import KNOWN_ADDRESSES, NodeBench, Speaker, within
 
 HEARD_AGAIN_S = 1.40  # the mean of several cuts, both ways
 FIRST_40_S = {2: 38_000, 4: 242_000}  # hosts: bytes
@@ -28,7 +28,7 @@ def discovery() -> Iterator[Check]:
     """Heartbeats, calls between masters, links."""
     for hosts, measured in FIRST_40_S.items():
         params = Multimaster.Params(preset="fkie_1_3_groovy", tcp=KNOWN_ADDRESSES)
-        bench = Bench({f"h{me}": _life(me, hosts) for me in range(hosts)}, Multimaster(params))
+        bench = NodeBench({f"h{me}": _life(me, hosts) for me in range(hosts)}, Multimaster(params))
         yield within(0.15, f"multimaster: first 40 s of {hosts} quiet hosts",
                      bench.run(40).tap.bytes, measured, "B")
 
@@ -49,7 +49,7 @@ def _again(seed: int, params: dict[str, Any]) -> list[float]:
         return begin
 
     from_s = 40 + 0.37 * seed  # at any time between two heartbeats and looks
-    bench = Bench({f"h{me}": talk(me) for me in range(2)}, Multimaster(Multimaster.Params(
+    bench = NodeBench({f"h{me}": talk(me) for me in range(2)}, Multimaster(Multimaster.Params(
         preset="fkie_1_3_groovy", tcp=KNOWN_ADDRESSES, **params)), seed=seed,
         cuts=[(from_s, from_s + 20)]).run(from_s + 35)
     return [bench.heard_after(f"h{me}", from_s + 20) for me in range(2)]

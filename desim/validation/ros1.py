@@ -11,7 +11,7 @@ from statistics import mean
 
 from desim.middleware.ros.ros1 import Ros1
 from desim.ports.cases import Check
-from desim.validation.bench import KNOWN_ADDRESSES, Bench, Speaker, Word, within
+from desim.validation.bench import KNOWN_ADDRESSES, NodeBench, Speaker, Word, within
 
 # Who comes last, one-way delay: ms from its call to the first message.
 FIRST_MESSAGE_MS = {("subscriber", "50 us"): 210, ("publisher", "50 us"): 210,
@@ -39,6 +39,6 @@ def _first_ms(last: str, delay: str, seed: int) -> float:
     lives = {"master": lambda node: None, "publisher": publish,
              "subscriber": lambda node: node.listens("/map")}
     params = Ros1.Params(master="master", tcp=KNOWN_ADDRESSES)
-    bench = Bench(lives, Ros1(params), delay=delay, seed=seed,
+    bench = NodeBench(lives, Ros1(params), delay=delay, seed=seed,
                   starts_s=[starts_s[host] for host in lives]).run(10)
     return 1000 * bench.heard_after("subscriber", starts_s[last])

@@ -18,7 +18,7 @@ from desim.network.medium import Medium
 from desim.network.place import Nowhere
 from desim.ports.cases import Check
 from desim.units import NS_PER_S
-from desim.validation.bench import Bench, Speaker, alike, within
+from desim.validation.bench import NodeBench, Speaker, alike, within
 
 EMULATOR_MS = 0.2  # what the emulated path adds each way: round trips in captures are 4.4, 40.4 ms
 
@@ -213,7 +213,7 @@ def _woken_s(row: Cut, seed: int) -> float:
 
 
 def _talk(ros1: Ros1, until_s: float, size_bytes: int, rate_hz: int, way_us: int,
-          beside: bool = False, **bench: Any) -> Bench:
+          beside: bool = False, **bench: Any) -> NodeBench:
     """b, which hears a, is the first host: it is the one that is cut off."""
     def speaks(node: Speaker) -> None:
         node.says("/talk", size_bytes, rate_hz, queue=10)
@@ -228,4 +228,4 @@ def _talk(ros1: Ros1, until_s: float, size_bytes: int, rate_hz: int, way_us: int
             node.says(own, 24, 2, transport="datagram")
             node.listens(other)
 
-    return Bench({"b": listens, "a": speaks}, ros1, delay=f"{way_us} us", **bench).run(until_s)
+    return NodeBench({"b": listens, "a": speaks}, ros1, delay=f"{way_us} us", **bench).run(until_s)

@@ -11,7 +11,7 @@ from typing import Any
 
 from desim.middleware.zenoh.zenoh import Zenoh
 from desim.ports.cases import Check
-from desim.validation.bench import KNOWN_ADDRESSES, Bench, Speaker, alike, within
+from desim.validation.bench import KNOWN_ADDRESSES, NodeBench, Speaker, alike, within
 
 # Preset, seconds of the cut: of each run how much later the second host started, how long after the
 # start of the first one the cut began, and from its end to the first message.
@@ -77,7 +77,7 @@ def floods(only: slice = slice(None)) -> Iterator[Check]:
               ("16 routers alone", _quiet(16), 3_581_760, 33_449),
               ("24 hosts", _fleet(24), 18_795_758, 0))
     for what, lives, bytes_, frames in fleets[only]:
-        tap = Bench(lives, _zenoh("zenoh")).run(15).tap
+        tap = NodeBench(lives, _zenoh("zenoh")).run(15).tap
         what = f"Zenoh: {what} that start at once, first 15 s"
         yield within(0.15, what, tap.bytes, bytes_, "B")
         if frames:
@@ -85,7 +85,7 @@ def floods(only: slice = slice(None)) -> Iterator[Check]:
 
 
 def _first_15_s(lives: Lives) -> int:
-    return Bench(lives, _zenoh("zenoh"),
+    return NodeBench(lives, _zenoh("zenoh"),
                  starts_s=[0.05 * k for k in range(len(lives))]).run(15).tap.bytes
 
 
@@ -106,7 +106,7 @@ def _fleet(hosts: int) -> Lives:
 
 def at_rest() -> Iterator[Check]:
     """Keep-alives, scouts and hellos, from 15 to 45 s after the start."""
-    bench = Bench(_quiet(8), _zenoh("zenoh"),
+    bench = NodeBench(_quiet(8), _zenoh("zenoh"),
                   starts_s=[0.035 * k for k in range(8)]).run(15)
     before = bench.tap.bytes
     yield within(0.15, "Zenoh: 8 routers at rest", (bench.run(45).tap.bytes - before) / 30, 3426,
@@ -142,7 +142,7 @@ def _again(preset: str, cut_s: float, start_s: float, from_s: float, queue: int 
     return _cut(preset, cut_s, start_s, from_s, queue).heard_after("robot_1", from_s + cut_s)
 
 
-def _cut(preset: str, cut_s: float, start_s: float, from_s: float, queue: int) -> Bench:
+def _cut(preset: str, cut_s: float, start_s: float, from_s: float, queue: int) -> NodeBench:
     def speak(node: Speaker) -> None:
         node.says("/k0", 1000, 10, queue=queue)
         node.listens("/k1")
@@ -152,5 +152,5 @@ def _cut(preset: str, cut_s: float, start_s: float, from_s: float, queue: int) -
         node.listens("/k0")
 
     until_s = from_s + cut_s
-    return Bench({"robot_0": speak, "robot_1": listen}, _zenoh(preset), cuts=[(from_s, until_s)],
-                 starts_s=[0, start_s]).run(until_s + 50)
+    return NodeBench({"robot_0": speak, "robot_1": listen}, _zenoh(preset),
+                     cuts=[(from_s, until_s)], starts_s=[0, start_s]).run(until_s + 50)

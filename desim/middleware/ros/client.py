@@ -9,7 +9,7 @@ from desim.middleware.ros.links import Link
 from desim.middleware.ros.looper import Looper
 from desim.middleware.ros.master import Uri
 from desim.middleware.ros.sizes import CALLS, REQUEST_TOPIC
-from desim.middleware.ros.xmlrpc import Call
+from desim.middleware.ros.xmlrpc import RemoteCall
 from desim.ports.middleware import Endpoint
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class Process:
         self.subscriptions: dict[str, Subscription] = {}
         self._wanted: dict[tuple[str, str], None] = {}  # method, topic
         self._calls: deque[tuple[str, str]] = deque()  # those to come; the first is under way
-        self._held: list[Call] = []  # updates
+        self._held: list[RemoteCall] = []  # updates
         self._met = False  # the master, at least once
         self._ended = False  # rospy, because it did not
         schedules, context = processes.schedules, processes.context
@@ -145,7 +145,7 @@ class Process:
 
     # What others want.
 
-    def _serve(self, call: Call) -> None:
+    def _serve(self, call: RemoteCall) -> None:
         self.looper.event(self.all.context.now_ns)
         method, *arguments = call.request
         if method == "requestTopic":

@@ -13,7 +13,7 @@ from desim.middleware.tcp import Connection
 
 if TYPE_CHECKING:
     from desim.middleware.ros.client import Process
-    from desim.middleware.ros.xmlrpc import Call
+    from desim.middleware.ros.xmlrpc import RemoteCall
 
 
 class Link:
@@ -29,7 +29,7 @@ class Link:
         self.process, self.topic, self.uri = process, topic, uri
         self.asked = False
         self.up = False
-        self._call: Call | None = None
+        self._call: RemoteCall | None = None
         self._connection: Connection | None = None
         self._timer: Any = None
         self._period_ns = 0  # of the retry that was booked last; 0: none since all was well

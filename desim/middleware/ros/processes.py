@@ -13,7 +13,7 @@ from desim.middleware.ros.parameters import RosParams, schedules
 from desim.middleware.ros.sizes import CALLS
 from desim.middleware.ros.tcpros import Tcpros
 from desim.middleware.ros.udpros import Udpros
-from desim.middleware.ros.xmlrpc import Call, XmlRpc
+from desim.middleware.ros.xmlrpc import RemoteCall, XmlRpc
 from desim.middleware.tcp import Tcp
 from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
 
@@ -107,7 +107,7 @@ class Processes:
         return Naps(params.worker_poll_ns, asleep_ns, lambda: context.now_ns,
                     lambda time_ns, fn: context.at(time_ns, host, lambda _: fn()))
 
-    def _serve(self, call: Call) -> None:
+    def _serve(self, call: RemoteCall) -> None:
         method, *arguments = call.request
         known = self._methods[method](self.masters[call.server], *arguments)
         sizes = CALLS[method]

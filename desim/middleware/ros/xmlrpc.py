@@ -18,7 +18,7 @@ Done = Callable[[bool, Any], Any]
 Key = tuple[int, int, str]  # client, server, service
 
 
-class Call:
+class RemoteCall:
     """One call under way. ``request`` and what ``reply`` gives are for the two ends to understand;
     the network sees sizes: with the HTTP header, without TCP and IP."""
 
@@ -119,14 +119,14 @@ class XmlRpc:
     def __init__(self, context: MiddlewareContext, tcp: Tcp, idle_ns: int = IDLE_NS,
                  local_ns: int = 0) -> None:
         self.context = context
-        self.calls: dict[int, dict[Call, None]] = {}  # under way, by client
+        self.calls: dict[int, dict[RemoteCall, None]] = {}  # under way, by client
         self._tcp = tcp
         self._idle_ns, self._local_ns = idle_ns, local_ns
         self._idle: dict[Key, list[tuple[Connection, int]]] = {}  # and since when
         self._reapers: dict[Key, Any] = {}
-        self._servers: dict[tuple[int, str], Callable[[Call], Any]] = {}
+        self._servers: dict[tuple[int, str], Callable[[RemoteCall], Any]] = {}
 
-    def serve(self, host: int, service: str, answer: Callable[[Call], Any]) -> None:
+    def serve(self, host: int, service: str, answer: Callable[[RemoteCall], Any]) -> None:
         """``answer(call)`` for each call to ``service`` on ``host``, until it stops; it answers by
         ``call.reply``."""
         self._servers[host, service] = answer
@@ -135,13 +135,14 @@ class XmlRpc:
 
     def call(self, client: int, server: int, service: str, kind: str, request_bytes: int,
              request: Any, done: Done, *, timeout_ns: int | None = None,
-             fresh: bool = False, held: bool = False) -> Call:
+             fresh: bool = False, held: bool = False) -> RemoteCall:
         """Call ``service`` on ``server``; ``done(ok, response)`` in the end, unless ``client``
         stops; never before this returns. Without ``timeout_ns`` it waits until TCP gives up, and
         for ever where the request was acknowledged: these connections are not kept alive. Bytes are
         discovery of ``kind``. ``fresh``: over a connection of its own, closed after the
-        answer (roscpp for requestTopic). ``held``: the request waits for ``Call.release``."""
-        call = Call(self, client, server, service, kind, request_bytes, request, done, fresh, held)
+        answer (roscpp for requestTopic). ``held``: the request waits for ``RemoteCall.release``."""
+        call = RemoteCall(self, client, server, service, kind, request_bytes, request, done, fresh,
+                          held)
         self.calls.setdefault(client, {})[call] = None
         if timeout_ns is not None:
             call.wait(timeout_ns)
@@ -187,11 +188,11 @@ class XmlRpc:
         if key not in self._reapers:
             self._reapers[key] = self.context.at(now_ns + self._idle_ns, key[0], self._reap, key)
 
-    def received(self, call: Call) -> None:
+    def received(self, call: RemoteCall) -> None:
         """The request is at the server."""
         self._servers[call.server, call.service](call)
 
-    def _local(self, call: Call) -> None:
+    def _local(self, call: RemoteCall) -> None:
         if call.over:
             return
         server = self._servers.get((call.server, call.service))
@@ -200,7 +201,7 @@ class XmlRpc:
         else:
             server(call)
 
-    def _connect(self, call: Call) -> None:
+    def _connect(self, call: RemoteCall) -> None:
         connection = self._tcp.connect(
             call.client, call.server, call.service, call.kind, opened=_nothing,
             closed=self._closed, nodelay=True, keepalive=False)
@@ -209,7 +210,7 @@ class XmlRpc:
         if not call.held:
             call.go(connection, False)
 
-    def connected(self, call: Call) -> None:
+    def connected(self, call: RemoteCall) -> None:
         """Its request need not wait any longer."""
         if call.connection is not None:
             call.go(call.connection, False)
