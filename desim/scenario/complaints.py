@@ -149,7 +149,7 @@ _NAMES = {str: "text", int: "a whole number", float: "a number", bool: "true or 
 def _wanted(annotation: object) -> str:
     """A description of the values of this type, for people."""
     texts = []
-    for shape in without_null(annotation):
+    for shape in alternatives(annotation).values() or without_null(annotation):
         origin, inside = get_origin(shape), get_args(shape)
         if isinstance(shape, type) and issubclass(shape, Params):
             texts.append(f"a mapping with {', '.join(keys(shape))}")

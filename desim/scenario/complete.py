@@ -100,8 +100,8 @@ def _in_testbed(medium: MediumChoice, scenario: Scenario) -> MediumChoice:
 
 
 def _with_nodes(medium: MediumChoice, scenario: Scenario) -> MediumChoice:
-    """Where a model has ports that several hosts can share, the robots' virtual machines share
-    those of their cluster nodes, unless the scenario says otherwise."""
+    """The robots' virtual machines share the ports of their cluster nodes where a model has ports
+    that hosts can share, unless the scenario says otherwise."""
     shareable = "ports" in plugins.parameters("network", medium.model).model_fields
     if not shareable or "ports" in medium.written:
         return medium
