@@ -19,7 +19,7 @@ MAX_LINES = 400
 # Who may look at the wall clock: what reports on a run or its cost, never what happens in it.
 WALL_CLOCK = {"desim/campaign/running/probes.py", "desim/campaign/running/crew.py",
               "desim/campaign/running/driver.py",
-              "desim/commands/ending.py", "desim/api.py", "desim/results/folder.py",
+              "desim/commands/compiling.py", "desim/api.py", "desim/results/folder.py",
               "desim/commands/views/progress.py", "desim/commands/views/sweep.py"}
 # Who may name the global generators: the makers of streams, and the check that a plug-in draws
 # nothing from them.

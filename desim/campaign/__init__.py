@@ -1,1 +1,1 @@
-"""Many runs to one question: the design, the runs that it asks for, and how they are run."""
+"""Campaigns, many runs to one question: the design, the running, the folder."""

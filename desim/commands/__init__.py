@@ -1,1 +1,1 @@
-"""The commands, a family a file. Heavy imports stand inside them: ``--help`` answers at once."""
+"""The commands, a family a file. Heavy imports stand inside them, so that ``--help`` is fast."""

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from desim.commands.ending import compiling, ended_in_order, exits, say
+from desim.commands.compiling import compiling
+from desim.commands.exit_codes import exit_codes, terminable
+from desim.commands.output import say
 
 if TYPE_CHECKING:
     from desim.campaign.design.design import LoadedDesign
@@ -49,7 +51,7 @@ def sweep(design: DesignPath,
           ) -> None:
     """Run a design: all its runs that are not done yet. Stopped at any moment, the same command
     goes on from there. Exit code 1 where runs failed."""
-    with exits():
+    with exit_codes():
         from desim.commands.views import sweep as view
 
         console = view.console(quiet)
@@ -67,7 +69,7 @@ def sweep(design: DesignPath,
         if dry_run:
             _predict(plan, foreseen(plan, metrics, folder, chosen, retry_failed), jobs, console)
             return
-        with ended_in_order(), Sweep(plan, metrics, folder, only=chosen,
+        with terminable(), Sweep(plan, metrics, folder, only=chosen,
                                      retry_failed=retry_failed) as work:
             failed = _carried_out(work, jobs, settings, console)
         if failed:
@@ -118,7 +120,7 @@ def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_def
            quiet: Annotated[bool, typer.Option("--quiet",
                                                help="print nothing but errors")] = False) -> None:
     """Write the report of a campaign: a page, figures and tables."""
-    with exits():
+    with exit_codes():
         from desim.campaign.design.design import read_design
         from desim.campaign.folder.campaign import Campaign
         from desim.report.campaign.writing import write
@@ -148,7 +150,7 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
            quiet: Annotated[bool, typer.Option("--quiet", help="print nothing but errors")] = False,
            ) -> None:
     """Compare settings on every rung of the fidelity ladder: does their ranking hold?"""
-    with exits():
+    with exit_codes():
         from desim.commands.views import sweep as view
 
         console = view.console(quiet)
@@ -161,7 +163,7 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
                            console)
             metrics = Metrics(plan)
         folder = out or default_folder(plan.loaded)
-        with ended_in_order(), Sweep(plan, metrics, folder) as work:
+        with terminable(), Sweep(plan, metrics, folder) as work:
             failed = _carried_out(work, jobs, None, console)
         from desim.commands.views.ladder import show
         from desim.report.campaign.writing import write

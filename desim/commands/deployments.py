@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated
 
 import typer
 
 from desim.commands.campaigns import DesignPath, planned
-from desim.commands.ending import compiling, exits, say
+from desim.commands.compiling import compiling
+from desim.commands.exit_codes import exit_codes
+from desim.commands.output import say_json
 
 
 def add_to(app: typer.Typer) -> None:
@@ -29,7 +30,7 @@ def deploy(design: DesignPath,
            ) -> None:
     """Plan the paper's cluster for a design: nodes, which robots are on which, how the image of
     their virtual machines gets there, and what the runs would take in real time."""
-    with exits():
+    with exit_codes():
         from desim.commands import options
         from desim.commands.views.sweep import console
 
@@ -42,6 +43,6 @@ def deploy(design: DesignPath,
             plan = planned(load_design(design), console(as_json))
         deployment = deployment_of(plan, chosen)
         if as_json:
-            say(json.dumps(deployment, indent=2))
+            say_json(deployment)
             return
         show(deployment)

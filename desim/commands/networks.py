@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from desim.commands.ending import compiling, compiling_inside, exits, say
+from desim.commands.compiling import compiling, compiling_inside
+from desim.commands.exit_codes import exit_codes
+from desim.commands.output import say, say_json
 from desim.errors import InputError
 
 
@@ -22,12 +24,12 @@ def add_to(app: typer.Typer) -> None:
 def net(context: typer.Context,
         case: Annotated[str | None, typer.Argument(
             metavar="CASE", show_default=False, help="a name that desim net lists")] = None,
-        seed: Annotated[int | None, typer.Option(min=0, help="of all luck")] = None,
+        seed: Annotated[int | None, typer.Option(min=0, help="of all random numbers")] = None,
         as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
         usage: Annotated[bool, typer.Option("--help", help="the options of the case")] = False,
         ) -> None:
     """Play a standard network case without robots; its options are --key value."""
-    with exits():
+    with exit_codes():
         from desim.commands.views import cases
 
         if usage or case is None:
@@ -50,13 +52,14 @@ def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
     with compiling(as_json):
         from desim.netcases.case import play
         params = options.parsed(words, plugins.parameters("case", case), ("seed", "json"))
-    from desim.commands.views.progress import how_far
+    from desim.commands.views.progress import progress_line
 
-    with options.as_options(), compiling_inside(as_json), how_far(Terminal(stderr=True)) as watch:
+    with (options.as_options(), compiling_inside(as_json),
+          progress_line(Terminal(stderr=True)) as watch):
         measures = play(plugins.load("case", case)(params).setup(), seed, watch)
     settings = params.model_dump(mode="json", by_alias=True)
     if as_json:
-        _echo_json({"case": case, "seed": seed, "settings": settings, **measures})
+        say_json({"case": case, "seed": seed, "settings": settings, **measures})
         return
     say(cases.title(case, seed, settings))
     Terminal().print(cases.measures_table(measures))
@@ -71,23 +74,23 @@ def _net_layout(words: list[str], seed: int, as_json: bool) -> None:
     with compiling(as_json):
         from desim.netcases.case import play
         written = block_file.read(_only_file(words), plugins.parameters("case", cases.LAYOUT))
-    from desim.commands.views.progress import how_far
+    from desim.commands.views.progress import progress_line
 
     try:
-        with how_far(Terminal(stderr=True)) as watch:
+        with progress_line(Terminal(stderr=True)) as watch:
             measures = play(plugins.load("case", cases.LAYOUT)(written.params).setup(), seed, watch)
     except InputError as error:
         raise written.placed(error) from error
     if as_json:
         settings = written.params.model_dump(mode="json", by_alias=True)
-        _echo_json({"case": cases.LAYOUT, "seed": seed, "settings": settings, **measures})
+        say_json({"case": cases.LAYOUT, "seed": seed, "settings": settings, **measures})
         return
     say(cases.layout_title(written.params, seed))
     Terminal().print(cases.measures_table(measures))
 
 
 def _only_file(words: list[str]) -> str:
-    """The one word that there is to be."""
+    """The only word, a file. Raises ``InputError`` for others."""
     if len(words) == 1 and not words[0].startswith("--"):
         return words[0]
     raise InputError("FILE is missing: a layout's YAML file" if not words else
@@ -108,14 +111,14 @@ def _net_fleet(words: list[str], seed: int | None, as_json: bool) -> None:
         found = play(loaded.scenario, question)
     except InputError as error:
         raise loaded.placed(error) from error
-    carries, said = fleet_load.verdict(found, question.enough)
+    carries, verdict = fleet_load.verdict(found, question.enough)
     if as_json:
-        _echo_json({"scenario": loaded.scenario.name, "seed": loaded.scenario.seed,
+        say_json({"scenario": loaded.scenario.name, "seed": loaded.scenario.seed,
                     "settings": question.model_dump(mode="json", by_alias=True), **found,
-                    "carries": carries, "verdict": said})
+                    "carries": carries, "verdict": verdict})
         return
-    say(f"{loaded.scenario.name}, seed {loaded.scenario.seed}: {fleet_load.told(found)}")
-    say(said)
+    say(f"{loaded.scenario.name}, seed {loaded.scenario.seed}: {fleet_load.description(found)}")
+    say(verdict)
 
 
 def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
@@ -132,7 +135,7 @@ def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_d
                  show_default=False)] = None) -> None:
     """A picture of what a radio reaches in a scenario's terrain, from one place and between the
     hosts at the start."""
-    with exits():
+    with exit_codes():
         from desim.scenario.load import load
 
         with compiling(False):
@@ -143,10 +146,10 @@ def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_d
             target.parent.mkdir(parents=True, exist_ok=True)
         try:
             with compiling_inside(False):
-                said = draw(loaded.scenario, at, medium, target)
+                outcome = draw(loaded.scenario, at, medium, target)
         except InputError as error:
             raise loaded.placed(error) from error
-        say(f"{said}\n{target}")
+        say(f"{outcome}\n{target}")
 
 
 def validate(only: Annotated[list[str], typer.Option(
@@ -154,7 +157,7 @@ def validate(only: Annotated[list[str], typer.Option(
              as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
              ) -> None:
     """Compare the network models with published numbers; exit code 1 if one is off."""
-    with exits():
+    with exit_codes():
         with compiling(as_json):
             from desim.commands.views import validation
         groups = validation.chosen(only)
@@ -162,7 +165,7 @@ def validate(only: Annotated[list[str], typer.Option(
             rows = validation.compared(groups, _say_nothing if as_json else typer.echo)
         failed = sum(not row["holds"] for row in rows)
         if as_json:
-            _echo_json({"checks": len(rows), "failed": failed, "rows": rows})
+            say_json({"checks": len(rows), "failed": failed, "rows": rows})
         else:
             say(f"{len(rows) - failed} of {len(rows)} within tolerance")
         if failed:
@@ -171,9 +174,3 @@ def validate(only: Annotated[list[str], typer.Option(
 
 def _say_nothing(_: str) -> None:
     pass
-
-
-def _echo_json(value: Any) -> None:
-    import json
-
-    say(json.dumps(value, indent=2))

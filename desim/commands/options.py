@@ -6,7 +6,7 @@ import re
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
@@ -15,32 +15,34 @@ from desim.ports import Params
 from desim.scenario.complaints import validated
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+P = TypeVar("P", bound=Params)
 _TRUTH = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
 
 
-def parsed(words: Sequence[str], block: type[Params], more: Sequence[str] = ()) -> Params:
-    """``--key value``, ``--key=value`` and, for what is true or false, ``--key`` alone. A value
-    without its option is that of one without a default. A bare number has the unit of the option's
-    default, or of its first example. Options of many values (``tuple[str, ...]``) can be given
-    again. ``more``: options that are read elsewhere.
+def parsed(words: Sequence[str], block: type[P], more: Sequence[str] = ()) -> P:
+    """The parameters of ``--key value``, ``--key=value`` and, for a truth value, ``--key`` alone. A
+    value without a key belongs to the first option without a default. A bare number has the unit of
+    the option's default, or of its first example. Options of many values (``tuple[str, ...]``) can
+    be given again. ``more``: options that are read elsewhere.
 
     Raises ``InputError``, a line for each option that is wrong.
     """
     fields = _fields(block)
-    given: dict[str, Any] = {}
+    given: dict[str, object] = {}
     rest = list(words)
     while rest:
         key, value = _taken(rest, fields, given, more)
         if _repeats(fields[key]):
-            value = (*given.get(key, ()), value)
+            earlier = given.get(key)
+            value = (*(earlier if isinstance(earlier, tuple) else ()), value)
         elif key in given:
             raise InputError(f"{_option(key)}: it is given twice")
         given[key] = value
     return checked(given, block)
 
 
-def checked(given: Mapping[str, Any], block: type[Params]) -> Params:
-    """Values by option, as a scenario would have them: a quantity has its unit. Raises
+def checked(given: Mapping[str, object], block: type[P]) -> P:
+    """The parameters of values by key, as a scenario has them: a quantity with its unit. Raises
     ``InputError`` as ``parsed`` does."""
     fields = _fields(block)
     for key, info in fields.items():
@@ -55,7 +57,7 @@ def checked(given: Mapping[str, Any], block: type[Params]) -> Params:
 
 
 def _or_none(text: str, info: FieldInfo | None) -> str:
-    """What the complaint about an option does not say: that it may have no value."""
+    """The addition to a complaint about an option that may have no value."""
     optional = info is not None and type(None) in _types(info)
     return ", or none" if optional and "; allowed: " in text else ""
 
@@ -68,9 +70,9 @@ def _option(key: str) -> str:
     return f"--{key.replace('_', '-')}"
 
 
-def _taken(rest: list[str], fields: dict[str, FieldInfo], given: dict[str, Any],
-           more: Sequence[str]) -> tuple[str, Any]:
-    """The first key and its value, taken from ``rest``."""
+def _taken(rest: list[str], fields: dict[str, FieldInfo], given: dict[str, object],
+           more: Sequence[str]) -> tuple[str, object]:
+    """The first key and its value, which are removed from ``rest``."""
     word = rest.pop(0)
     if not word.startswith("--"):
         return _meant(word, fields, given), word
@@ -90,16 +92,16 @@ def _taken(rest: list[str], fields: dict[str, FieldInfo], given: dict[str, Any],
     return key, _read(rest.pop(0), info)
 
 
-def _meant(word: str, fields: dict[str, FieldInfo], given: dict[str, Any]) -> str:
-    """The key that a word alone is the value of: the first one without a default."""
+def _meant(word: str, fields: dict[str, FieldInfo], given: dict[str, object]) -> str:
+    """The key of a value without one: the first key without a default."""
     for key, info in fields.items():
         if info.is_required() and key not in given:
             return key
     raise InputError(f"{word!r} is no option; wanted: --key value")
 
 
-def _read(text: str, info: FieldInfo) -> Any:
-    """What a scenario would have in the place of ``text``."""
+def _read(text: str, info: FieldInfo) -> object:
+    """The value of ``text`` as a scenario has it."""
     if _repeats(info):
         return text
     if text == "none" and type(None) in _types(info):
@@ -119,7 +121,7 @@ def _repeats(info: FieldInfo) -> bool:
 
 
 def _unit(info: FieldInfo) -> str:
-    """Of a bare number; empty if it needs none."""
+    """The unit of a bare number; empty if it needs none."""
     example = _example(info)
     return example.partition(" ")[2] if _NUMBER.fullmatch(example.partition(" ")[0]) else ""
 
@@ -129,15 +131,15 @@ def _example(info: FieldInfo) -> str:
     return str((info.examples or ["VALUE"])[0] if without else info.default)
 
 
-def _types(info: FieldInfo) -> tuple[Any, ...]:
-    """The types of its values, text for one of several words."""
+def _types(info: FieldInfo) -> tuple[object, ...]:
+    """The types of a field's values, text for one of several words."""
     options = (get_args(info.annotation)
                if get_origin(info.annotation) in (Union, types.UnionType) else (info.annotation,))
     return tuple(str if get_origin(option) is Literal else option for option in options)
 
 
-def told(block: type[Params]) -> Iterator[tuple[str, str]]:
-    """Each option with what it takes, and its description with the default and its source."""
+def descriptions(block: type[Params]) -> Iterator[tuple[str, str]]:
+    """Each option with its kind of value, and its description with the default."""
     for key, info in _fields(block).items():
         if info.is_required():
             yield key.upper(), info.description or ""
@@ -147,7 +149,7 @@ def told(block: type[Params]) -> Iterator[tuple[str, str]]:
 
 
 def _takes(info: FieldInfo) -> str:
-    """The words that are allowed, the unit of a bare number, N for other numbers."""
+    """An option's kind of value: the words that are allowed, the unit of a bare number, or N."""
     if _repeats(info):
         return _example(info)
     for option in (info.annotation, *get_args(info.annotation)):
@@ -158,7 +160,8 @@ def _takes(info: FieldInfo) -> str:
 
 @contextmanager
 def as_options() -> Iterator[None]:
-    """What plug-ins say of a parameter, ``.rate: ...``, is about an option, ``--rate: ...``."""
+    """Rewrite complaints of plug-ins about a parameter, ``.rate: ...``, for an option,
+    ``--rate: ...``."""
     try:
         yield
     except InputError as error:

@@ -1,4 +1,4 @@
-"""The commands that tell what there is to choose from."""
+"""The commands that list and describe plug-ins, and print the schema of scenarios."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from desim.commands.ending import exits, say
+from desim.commands.exit_codes import exit_codes
+from desim.commands.output import say
 
 
 def add_to(app: typer.Typer) -> None:
@@ -17,7 +18,7 @@ def add_to(app: typer.Typer) -> None:
 
 def plugins() -> None:
     """All plug-ins that are installed, by kind."""
-    with exits():
+    with exit_codes():
         from desim.commands.views.catalogue import listing
 
         say(listing())
@@ -26,8 +27,8 @@ def plugins() -> None:
 def describe(plugin: Annotated[str, typer.Argument(
         metavar="PLUGIN", show_default=False,
         help="a name that desim plugins lists, or package.module:Class")]) -> None:
-    """What a plug-in does, and its parameters."""
-    with exits():
+    """Describe a plug-in and its parameters."""
+    with exit_codes():
         from desim.commands.views.catalogue import description
 
         say(description(plugin))
@@ -35,7 +36,7 @@ def describe(plugin: Annotated[str, typer.Argument(
 
 def schema() -> None:
     """The JSON Schema of scenario files, for editors."""
-    with exits():
+    with exit_codes():
         import json
 
         from desim.scenario.schema.whole import Scenario

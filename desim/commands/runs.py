@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from desim.commands.ending import command_line, compiling, compiling_inside, exits, say
+from desim.commands.compiling import compiling, compiling_inside
+from desim.commands.exit_codes import command_line, exit_codes
+from desim.commands.output import say, say_json
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from desim.results.run import Run
 
 RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False)]
 
@@ -33,7 +39,7 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
             "--check", help="run twice and name the first trace row that differs")] = False,
         ) -> None:
     """Run a scenario; the results are in a folder of their own afterwards."""
-    with exits():
+    with exit_codes():
         from desim.scenario.load import load
 
         changes = [*overrides, *([f"stop.elapsed={until}"] if until else [])]
@@ -62,7 +68,7 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
             say("run twice: every row of the trace is the same")
 
 
-def _show(finished: Any, console: Any) -> None:
+def _show(finished: Run, console: Console) -> None:
     from desim.commands.views.results import result_table
 
     manifest = finished.manifest
@@ -90,17 +96,17 @@ def trace(path: RunPath,
           ) -> None:
     """The story of one message: every row about it, in order, and where the time went. Without a
     number: a list of messages to choose from."""
-    with exits():
+    with exit_codes():
         at_ns = None if at is None else _instant(at)
         with compiling(False):
-            from desim.commands.views import message as following
-        say(following.told(path, message) if message is not None
-            else following.listed(path, topic, dropped, at_ns))
+            from desim.commands.views.message import message_list, message_story
+        say(message_story(path, message) if message is not None
+            else message_list(path, topic, dropped, at_ns))
 
 
 def diff(first: RunPath, second: RunPath) -> None:
     """The first trace row in which two runs differ, with the rows around it."""
-    with exits():
+    with exit_codes():
         with compiling(False):
             from desim.commands.views.differences import difference
         text = difference(first, second)
@@ -114,7 +120,7 @@ def figure(path: RunPath,
                help="file to write, png, pdf or svg (default: figure.png in the run's folder)",
                show_default=False)] = None) -> None:
     """A picture of a run: terrain, trajectories, map, explored share and traffic over time."""
-    with exits():
+    with exit_codes():
         with compiling(False):
             from desim.report.run_figure import draw
             from desim.results.run import Run
@@ -133,12 +139,12 @@ def graph(path: RunPath,
               help="draw it into this file, png, pdf or svg", show_default=False)] = None,
           as_json: Annotated[bool, typer.Option("--json", help="all of it, as JSON")] = False,
           ) -> None:
-    """Who believed what about whom, beside the truth: hosts seen online or not, matches of
-    publishers and subscribers that are known or missing, and ghosts."""
-    with exits():
+    """The beliefs of all hosts about each other, beside the truth: hosts seen online or not,
+    matches of publishers and subscribers that are known or missing, and ghosts."""
+    with exit_codes():
         at_ns = None if at is None else _instant(at)
         with compiling(as_json):
-            from desim.commands.views import beliefs as report
+            from desim.commands.views.beliefs import json_object, show
             from desim.results.beliefs import beliefs_at
             from desim.results.run import Run
         if to is not None:
@@ -153,13 +159,13 @@ def graph(path: RunPath,
 
             draw(known, to)
         if as_json:
-            say(json.dumps(report.as_json(known), indent=2))
+            say_json(json_object(known))
         elif to is not None:
             say(f"{known.headline}\n{to}")
         else:
             from desim.commands.views.terminal import Terminal
 
-            report.show(known, Terminal())
+            show(known, Terminal())
 
 
 def _instant(text: str) -> int:

@@ -1,38 +1,44 @@
-"""What is wrong with a command line, in one line."""
+"""The message about a wrong command line, in one line."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from typing import Any
+from functools import partial
 
 import typer
 from typer.core import TyperGroup
 
-from desim.commands.ending import TRACEBACK, say
+from desim.commands.exit_codes import TRACEBACK
+from desim.commands.output import say
 
-_UsageError = typer.BadParameter.__base__  # of click, or of what typer has taken from it
+# The base of all such errors, of click or of typer's own copy of it; it has all that is used here.
+_UsageError: type[typer.BadParameter] = typer.BadParameter.__base__  # type: ignore[assignment]
 
 
 class Commands(TyperGroup):
-    """The commands. What typer would draw a box around takes a line here; exit code 2."""
+    """The commands. A wrong command line gets one line, not typer's box, and exit code 2."""
 
-    def main(self, args: Sequence[str] | None = None, *more: Any, standalone_mode: bool = True,
-             **extra: Any) -> Any:
+    def main(self, args: Sequence[str] | None = None, prog_name: str | None = None,
+             complete_var: str | None = None, standalone_mode: bool = True,
+             windows_expand_args: bool = True, **extra: object) -> object:
         words = [word for word in (sys.argv[1:] if args is None else args) if word != TRACEBACK]
+        run = partial(super().main, words, prog_name, complete_var, standalone_mode=False,
+                      windows_expand_args=windows_expand_args, **extra)
         if not standalone_mode:
-            return super().main(words, *more, standalone_mode=False, **extra)
+            return run()
         try:
-            code = super().main(words, *more, standalone_mode=False, **extra)
+            code = run()
         except _UsageError as error:
-            _tell(error)
+            _explain(error)
             code = error.exit_code
         sys.exit(code or 0)
 
 
-def _tell(error: Any) -> None:
-    """Nothing where it has shown the help itself."""
+def _explain(error: typer.BadParameter) -> None:
+    """Print a line, but for an error that has shown the help itself."""
     context, wrong = error.ctx, error.format_message()
     if wrong:
-        command = "desim" if context.parent is None else f"desim {context.info_name}"
+        name = context.info_name if context is not None and context.parent is not None else None
+        command = "desim" if name is None else f"desim {name}"
         say(f"{wrong.rstrip('.')}; allowed: see {command} --help", err=True)

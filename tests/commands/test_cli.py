@@ -17,7 +17,8 @@ from typer.testing import CliRunner
 
 import desim
 from desim.cli import app
-from desim.commands import ending
+from desim.commands.compiling import compiling
+from desim.commands.exit_codes import exit_codes
 from desim.commands.views import progress
 from desim.commands.views.rows import nth_sent, story
 from desim.engine import compiled
@@ -341,7 +342,7 @@ def test_only_what_is_compiled_is_announced_and_once(tmp_path, monkeypatch):
 
 def test_where_kernels_cannot_be_kept_the_way_out_is_said():
     def fail():
-        with ending.exits(), ending.compiling(quiet=True):
+        with exit_codes(), compiling(quiet=True):
             raise RuntimeError("cannot cache function 'sin': no locator available")
 
     with pytest.raises(typer.Exit) as left:

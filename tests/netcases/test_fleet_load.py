@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from desim.cli import app
-from desim.commands.views.fleet_load import told, verdict
+from desim.commands.views.fleet_load import description, verdict
 from desim.engine.streams import Streams
 from desim.middleware.messages import occupancy_grid_bytes
 from desim.middleware.transports import stream_frame
@@ -99,7 +99,7 @@ def test_nothing_to_say():
     found = play(scenario(1, deployment="field", network={"media": {"air": {"model": "disk"}}}))
     assert found["topics"] == {}
     assert verdict(found, 0.99) == (True, "carries: nothing is said between hosts")
-    assert "medium" in told(found)
+    assert "medium" in description(found)
 
 
 def overloaded(rate):
@@ -162,7 +162,7 @@ def test_topics_that_nobody_has_a_rate_for_are_named(monkeypatch):
     assert list(found["topics"]) == ["/*/scan"]
     assert found["left_out"] == ["/*/cmd_vel", "/*/distance", "/*/explored_map", "/*/true_pose",
                                  "/map_exchange/*"]
-    assert "left out, for nobody says how often: /*/cmd_vel, " in told(found)
+    assert "left out, for nobody says how often: /*/cmd_vel, " in description(found)
 
 
 # ------------------------------------------------------------------------------------ the command

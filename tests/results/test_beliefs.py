@@ -140,7 +140,7 @@ def test_a_split_fleet_whose_matches_are_all_known():
         "6 pairs of hosts: 6 seen online; in truth 2 in reach, 4 mistaken",
         "in truth apart: robot_0, robot_2 | robot_1"]
     assert "  robot_0, robot_2 take robot_1 for online, which is out of reach" in lines
-    told = report.as_json(known)
+    told = report.json_object(known)
     assert (told["mistaken"], told["parts"]) == (4, known.parts)
     # One way is not enough.
     assert two.at(3.0, linked=apart | {("robot_0", "robot_1"): True}).parts == known.parts

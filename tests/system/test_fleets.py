@@ -60,7 +60,7 @@ def look(run, trace, folder):
         known = folded(trace, at_ns, informed, linked_at(links, at_ns))
         console = Console(file=StringIO(), width=200)
         report.show(known, console)
-        told = report.as_json(known)
+        told = report.json_object(known)
         assert sum(told["seen"].values()) == (sum(known.up.values()) * (len(known.up) - 1))
         if at_s == 20:
             assert told["parts"] == [["base", "robot_0"], ["robot_1", "robot_2"]]

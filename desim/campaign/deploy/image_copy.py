@@ -1,4 +1,4 @@
-"""How long it takes to copy an image to many hosts over a network model."""
+"""The time to copy an image to many hosts over a network model."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _FOR_EVER_NS = 10**18
 
 
 def round_ends_ns(model: NetworkModel, rounds: Rounds, image_bytes: int) -> list[int]:
-    """When each round of copies is over, if a round begins when the one before is over. A host
-    that makes several copies at a time gives them a part each in turn. Disks are as fast as they
-    have to be. Raises ``InputError`` where the network lets nothing through."""
+    """The end of each round of copies, where a round begins when the one before is over. A host
+    that makes several copies at a time sends a part of each in turn. Disks are never the
+    bottleneck. Raises ``InputError`` where the network lets nothing through."""
     hosts = tuple(sorted(hosts_of(rounds), key=natural_key))
     kernel, names = Kernel(), Names()
     medium = Medium("lan", model, kernel=kernel, names=names, streams=Streams(0), hosts=hosts)
@@ -35,7 +35,7 @@ def round_ends_ns(model: NetworkModel, rounds: Rounds, image_bytes: int) -> list
 
 
 class _Round:
-    """Copies at the same time; it stops the clock when they are complete."""
+    """Simultaneous copies. It stops the clock when they are complete."""
 
     def __init__(self, copies: list[Copy], image_bytes: int, medium: Medium,
                  hosts: tuple[str, ...], kernel: Kernel) -> None:

@@ -1,5 +1,5 @@
-"""The paper's cluster for a design: how many nodes, whose virtual machine is on which, and in which
-order the image of these gets there.
+"""The paper's cluster for a design: its nodes, the virtual machine of each robot on one of them,
+and the order in which these get their image.
 
 Nodes: equation 7 of Yan, Fabresse, Laval and Bouraqadi 2017. Copying: their Algorithm 2 copies the
 image to each node once and clones it there. Placement, and the copying to all nodes at once: as the
@@ -23,21 +23,20 @@ Rounds = list[list[Copy]]  # copies at the same time; a round begins when the on
 
 
 class Placement(NamedTuple):
-    """``nodes``: their names, in order, to the robots whose virtual machines they run."""
+    """A placement of virtual machines: ``nodes`` by name, in order, with the robots whose machines
+    they run."""
 
     robots_per_node: int
     nodes: Mapping[str, tuple[str, ...]]
 
-    __test__ = False
-
     @property
     def virtual_machines(self) -> int:
-        """One for each robot that has software."""
+        """The number of virtual machines: one for each robot that has software."""
         return sum(map(len, self.nodes.values()))
 
 
 class Demand(NamedTuple):
-    """What a design's runs take in real time, each to its time limit at most."""
+    """The number of a design's runs, and their real time if each takes its time limit."""
 
     least_runs: int
     most_runs: int
@@ -46,15 +45,11 @@ class Demand(NamedTuple):
 
 
 def smallest_testbed(plan: Plan, robots_per_node: int | None = None) -> Placement:
-    """The smallest one on which every run of the design can be made, with so many robots on a node
-    (None: as the scenarios say)."""
-    largest: Placement | None = None
-    for vector in plan.vectors:
-        scenario = plan.scenario(vector, 0).scenario
-        found = placed(_controlled(scenario), robots_per_node or scenario.testbed.robots_per_node)
-        if largest is None or _size(found) > _size(largest):
-            largest = found
-    return largest
+    """The smallest placement with room for every run of the design, with so many robots on a node
+    (None: as in the scenarios)."""
+    scenarios = (plan.scenario(vector, 0).scenario for vector in plan.vectors)
+    return max((placed(_controlled(scenario), robots_per_node or scenario.testbed.robots_per_node)
+                for scenario in scenarios), key=_size)
 
 
 def _controlled(scenario: Scenario) -> list[str]:
@@ -79,7 +74,7 @@ def placed(robots: Sequence[str], robots_per_node: int) -> Placement:
 
 
 def demand(plan: Plan) -> Demand:
-    """Of the whole design."""
+    """The demand of the whole design."""
     each_s = sum(plan.scenario(vector, 0).scenario.stop.elapsed_ns for vector in plan.vectors) / 1e9
     least, most = plan.least_iterations, plan.most_iterations
     vectors = len(plan.vectors)
@@ -102,8 +97,8 @@ def all_at_once(testbed: Placement) -> Rounds:
 
 
 def passed_on(testbed: Placement) -> Rounds:
-    """Whoever has the image gives it to a node that has not: each round doubles how many have it,
-    so that ceil(log2(nodes + 1)) rounds suffice (a binomial tree)."""
+    """Every host that has the image copies it to a node that has not. The number of copies doubles
+    each round, so that ceil(log2(nodes + 1)) rounds suffice (a binomial tree)."""
     waiting = list(testbed.nodes)
     have, rounds = [SERVER], []
     while waiting:
@@ -117,5 +112,5 @@ WAYS = {way.__name__: way for way in (machine_by_machine, node_by_node, all_at_o
 
 
 def hosts_of(rounds: Iterable[Iterable[Copy]]) -> tuple[str, ...]:
-    """Everybody who gives or takes, in the order in which they do."""
+    """All sources and receivers, in the order of the copies."""
     return tuple(dict.fromkeys(host for copies in rounds for copy in copies for host in copy))

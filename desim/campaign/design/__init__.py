@@ -1,1 +1,1 @@
-"""What is asked: parameters, vectors, and the runs that they come to."""
+"""The design of a campaign: its parameters, its vectors, and the plan of its runs."""

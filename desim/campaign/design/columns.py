@@ -1,8 +1,8 @@
-"""The columns of ``runs.parquet`` that are not metrics: what each run is, and its parameters."""
+"""The columns of ``runs.parquet`` that are not metrics: the run's identity and its parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from desim.campaign.design.plan import Plan
 from desim.campaign.design.quantities import as_numbers
@@ -10,11 +10,11 @@ from desim.campaign.design.quantities import as_numbers
 FIXED = ("run_id", "vector", "iteration", "seed", "status", "error", "digest")
 
 
-def labelled(plan: Plan, name: str) -> dict[str, dict[str, str | float]]:
-    """The columns of a parameter, each from the label of a level to what the column says.
+def labelled(plan: Plan, name: str) -> dict[str, Mapping[str, object]]:
+    """The columns of a parameter, each a mapping from a level's label to the column's value.
 
-    One of numbers where all levels are bare numbers; else one of words, and beside it, in one unit,
-    the numbers that these are (``bandwidth``, ``bandwidth_bps``).
+    One column of numbers where all levels are bare numbers; else one of words, and where these are
+    quantities, another of numbers in one unit (``bandwidth``, ``bandwidth_bps``).
     """
     values = {vector.levels[name].label: vector.levels[name].value for vector in plan.vectors}
     words = {label: label for label in values}
@@ -29,7 +29,7 @@ def labelled(plan: Plan, name: str) -> dict[str, dict[str, str | float]]:
 
 
 def refuse_twins(plan: Plan, metrics: Collection[str]) -> None:
-    """Two columns of one name would be one column. Raises ``InputError``."""
+    """Raises ``InputError`` for two columns of one name."""
     for name in plan.design.metrics:
         if name in FIXED:
             raise plan.loaded.wrong(("metrics", name), "is a column that runs.parquet always has; "

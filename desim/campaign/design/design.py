@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -31,14 +31,14 @@ class Values(Params):
     """A parameter by its values."""
 
     key: str | None = Field(None, description=_KEY)
-    values: tuple[Any, ...] = Field((), description=(
+    values: tuple[object, ...] = Field((), description=(
         "as the scenario has them; none: the vectors name them"))
 
 
 class Levels(Params):
     """A parameter by named settings, each of several keys of the scenario."""
 
-    levels: dict[str, dict[str, Any]] = Field(description=(
+    levels: dict[str, dict[str, object]] = Field(description=(
         "name to keys and values, e.g. {far: {network.media.air.power: 20 dBm}}"))
 
 
@@ -46,9 +46,9 @@ class Span(Params):
     """A parameter by a range, both ends included."""
 
     key: str | None = Field(None, description=_KEY)
-    from_: Any = Field(alias="from", description="the first value, e.g. 5 m")
-    to: Any = Field(description="the last value, in the same unit")
-    step: Any = Field(None, description="from one value to the next (1 between whole numbers)")
+    from_: object = Field(alias="from", description="the first value, e.g. 5 m")
+    to: object = Field(description="the last value, in the same unit")
+    step: object = Field(None, description="from one value to the next (1 between whole numbers)")
     count: int | None = Field(None, ge=2, le=10_000, description="or how many values there are")
     scale: Literal["linear", "log"] = Field("linear", description=(
         "log: each is the same multiple of the one before; needs count"))
@@ -85,13 +85,13 @@ class Until(Params):
     """Iterations until a metric is known well enough."""
 
     metric: str = Field(description="whose 95 % interval is looked at, vector by vector")
-    width: Any = Field(description="of the interval at most, e.g. '10 %' of the mean, or 12.5")
+    width: object = Field(description="of the interval at most, e.g. '10 %' of the mean, or 12.5")
     at_least: int = Field(5, ge=2, description="iterations (the paper repeats 5 times)")
     at_most: int = Field(50, ge=2, description="iterations")
 
 
 class Limits(Params):
-    """What a run may cost before it is given up."""
+    """The most that a run may cost before it is given up."""
 
     wall_ns: Duration | None = Field(None, description=(
         "clock time of one run, e.g. 10 min: a worker that is at it for longer is ended, and the "
@@ -99,7 +99,7 @@ class Limits(Params):
 
 
 class Presentation(Params):
-    """What the report shows first; everything else is in its tables."""
+    """The metrics and parameters that the report shows first; its tables have everything."""
 
     metrics: tuple[str, ...] = Field(("exploration_time_s",), min_length=1,
                                      description="in this order; *_delivered draws all of the "
@@ -116,11 +116,11 @@ class Design(Params):
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")
     question: str = Field("", description="in words; the report begins with it")
     base: str = Field(description="a scenario's YAML file, relative to this one")
-    set: dict[str, Any] = Field({}, description=(
+    set: dict[str, object] = Field({}, description=(
         "keys of the scenario and their values in every run, e.g. {stop.elapsed: 600 s}"))
     parameters: dict[Name, Annotated[Values | Levels | Span, BY_SHAPE]] = Field({}, description=(
         "by name; a later one is laid over an earlier one"))
-    vectors: Annotated[str | tuple[dict[str, Any], ...] | Function | LatinHypercube | Sobol |
+    vectors: Annotated[str | tuple[dict[str, object], ...] | Function | LatinHypercube | Sobol |
                        Saltelli, BY_SHAPE] = Field("all", description=(
         "which combinations of values are run: all; zip (the first of each, the second of each, "
         "...); a list of mappings; a function; or samples"))
@@ -131,9 +131,9 @@ class Design(Params):
                                                      "next seed")
     random_numbers: Literal["common", "independent"] = Field("common", description=(
         "common: iteration k has the same seed in every vector, so that differences between "
-        "vectors are not luck; independent: each run its own"))
-    stop: dict[str, Any] = Field({}, description="stop conditions, laid over the scenario's")
-    measure: dict[str, Any] = Field({}, description="measurements, laid over the scenario's")
+        "vectors are not chance; independent: each run its own"))
+    stop: dict[str, object] = Field({}, description="stop conditions, laid over the scenario's")
+    measure: dict[str, object] = Field({}, description="measurements, laid over the scenario's")
     limits: Limits = Field(default_factory=Limits, description="of each run")
     metrics: dict[Name, str] = Field({}, description=(
         "your own, beside those of summary.json: an expression over these, or "
@@ -151,8 +151,8 @@ class LoadedDesign:
     file: str
 
     def folder(self, path: Path) -> str:
-        """Of the file in which what is at ``path`` was written: with ``extends`` there are several.
-        """
+        """The folder of the file in which the value at ``path`` was written: with ``extends`` there
+        are several files."""
         return os.path.dirname(self.places.value(path).source)
 
     def wrong(self, path: Path, text: str) -> InputError:
@@ -162,8 +162,8 @@ class LoadedDesign:
 
 def load_design(path: str | os.PathLike) -> LoadedDesign:
     """The design in a YAML file, which may extend another one, as scenarios do. Raises
-    ``InputError`` with one line for each thing that is wrong with it; whether its scenarios are
-    right shows when its runs are planned."""
+    ``InputError`` with a line for each mistake. Its scenarios are checked when its runs are
+    planned."""
     file = os.fspath(path)
     design, places = read_design(file)
     folder = os.path.dirname(places.value(("base",)).source)

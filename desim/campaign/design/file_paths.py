@@ -1,10 +1,9 @@
-"""Which values of a design are paths, of files or of modules: those whose type in the scenario, or
-in the design, says so, and no other text, whatever files there are."""
+"""The values of a design that are paths of files or modules: those whose type in the scenario or in
+the design is a path, and no other text, whatever files exist."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from desim import plugins
 from desim.campaign.design.design import LoadedDesign
@@ -20,7 +19,7 @@ _MODULES = (("stop", "when"), ("physics", "model"))
 
 
 class FilePaths:
-    """Those of one design."""
+    """The paths in one design."""
 
     def __init__(self, loaded: LoadedDesign) -> None:
         self._design = loaded.design
@@ -36,18 +35,18 @@ class FilePaths:
         return any(self._is_path(place, text) for place in self._places(path))
 
     def _places(self, path: Path, met: tuple[str, ...] = ()) -> Iterator[Path]:
-        """Where in the scenario a value of the design ends up; ``met``: parameters on the way."""
+        """The paths in the scenario of a value of the design; ``met``: parameters on the way."""
         family, *rest = path
         if family == "set":
-            yield (*path_of(rest[0]), *rest[1:])
+            yield (*path_of(str(rest[0])), *rest[1:])
         elif family in ("stop", "measure"):
-            yield (family, *path_of(rest[0]), *rest[1:])
+            yield (family, *path_of(str(rest[0])), *rest[1:])
         elif family == "parameters" and rest[1:2] == ["levels"] and len(rest) > 3:
-            yield (*path_of(rest[3]), *rest[4:])
+            yield (*path_of(str(rest[3])), *rest[4:])
         elif family == "parameters" and rest[1:2] == ["values"] and len(rest) > 2:
-            yield from self._of_parameter(rest[0], tuple(rest[3:]), met)
+            yield from self._of_parameter(str(rest[0]), tuple(rest[3:]), met)
         elif family == "vectors" and len(rest) > 1:
-            yield from self._of_parameter(rest[1], tuple(rest[2:]), met)
+            yield from self._of_parameter(str(rest[1]), tuple(rest[2:]), met)
 
     def _of_parameter(self, name: str, below: Path, met: tuple[str, ...]) -> Iterator[Path]:
         """By its own key, and wherever others use it as ``$name``."""
@@ -76,7 +75,7 @@ class FilePaths:
                    for name in (*plugins.available(choice.kind), *self._named))
 
 
-def _leaves(data: Any, path: Path) -> Iterator[tuple[Path, str]]:
+def _leaves(data: object, path: Path) -> Iterator[tuple[Path, str]]:
     if isinstance(data, str):
         yield path, data
     for step, below in items(data):

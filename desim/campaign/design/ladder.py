@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
-from typing import Any
 
 from desim.campaign.design.design import Design, LoadedDesign
 from desim.errors import InputError
@@ -52,7 +51,7 @@ def ladder_design(scenario: str, compare: str = COMPARED, seeds: int = 5, metric
     return LoadedDesign(design, places, merge.extended(scenario), "desim ladder")
 
 
-def _setting(override: str) -> tuple[str, Any]:
+def _setting(override: str) -> tuple[str, object]:
     source = f"--set {override}"
     key, equals, text = override.partition("=")
     if not equals or not all(key.split(".")):
@@ -61,7 +60,7 @@ def _setting(override: str) -> tuple[str, Any]:
 
 
 def _name(key: str) -> str:
-    """Of the parameter: the key's last word that is one."""
+    """The name of the parameter: the key's last part that is a word."""
     words = [part for part in path_of(key) if isinstance(part, str)
              and re.fullmatch(r"[A-Za-z]\w*", part)]
     return words[-1][:60] if words and words[-1] != RUNG else "setting"

@@ -9,10 +9,10 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from desim import api, plugins
 from desim.campaign.design.columns import refuse_twins
+from desim.campaign.design.design import Until
 from desim.campaign.design.plan import Plan
 from desim.errors import InputError, did_you_mean, told
 from desim.results.row import Row, flat
@@ -29,8 +29,8 @@ _FUNCTION = re.compile(r"(.*/)?[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 
 
 class Metrics:
-    """``names`` of all metrics that each run of the plan has, in order; ``functions`` those of
-    them that look at a run's folder.
+    """The ``names`` of all metrics that each run of the plan has, in order; ``functions`` are those
+    of a run's folder.
 
     Raises ``InputError`` for an expression that names what no run has, or a function that fails:
     one run is begun for that, and thrown away.
@@ -38,7 +38,7 @@ class Metrics:
 
     def __init__(self, plan: Plan) -> None:
         loaded = plan.loaded
-        run, self.names = None, ()
+        self.names: tuple[str, ...] = ()
         with tempfile.TemporaryDirectory() as folder:
             run = _rehearsed(plan, folder)
             found = flat(run.metrics)
@@ -57,21 +57,22 @@ class Metrics:
         refuse_twins(plan, self.names)
         self._refuse_unknown(plan)
 
-    def of(self, row: Row) -> dict[str, Any]:
+    def of(self, row: Row) -> dict[str, object]:
         """All metrics of a finished run."""
         return {**row["metrics"], **{name: own(row) for name, own in self._own.items()}}
 
     def raised(self, row: Row) -> dict[str, str]:
-        """By metric, the errors of functions that raised on a run that has finished."""
+        """The errors, by metric, of functions that raised on a finished run."""
         errors = row.get("raised", {})
         return {name: errors[path] for name, path in self._paths.items() if path in errors} \
             if errors else {}
 
-    def value(self, name: str, row: Row) -> Any:
-        """One metric of a run, to judge whether it is known well enough; None where it has none. An
-        instant that was not reached within the time limit counts as the run's end, in the design's
-        expressions too, so that vectors that fail are not taken for well known (restricted mean);
-        where the run stopped for another reason nothing is known of it."""
+    def value(self, name: str, row: Row) -> float | None:
+        """One metric of a run, to judge whether it is known well enough; None where it is absent.
+
+        An instant that was not reached within the time limit counts as the run's end, in the
+        design's expressions too, so that vectors that fail do not pass for well known (restricted
+        mean). Where the run stopped for another reason nothing is known about the instant."""
         if row["status"] != "finished":
             return None
         found = row["metrics"]
@@ -116,8 +117,9 @@ class Metrics:
 
     def _refuse_unknown(self, plan: Plan) -> None:
         design = plan.design
-        asked = [(("report", "metrics", i), name) for i, name in enumerate(design.report.metrics)]
-        if hasattr(design.iterations, "metric"):
+        asked: list[tuple[tuple[str | int, ...], str]] = [
+            (("report", "metrics", i), name) for i, name in enumerate(design.report.metrics)]
+        if isinstance(design.iterations, Until):
             asked.append((("iterations", "metric"), design.iterations.metric))
         for path, name in asked:
             # What the report shows may be a pattern, "*_delivered", for metrics in one figure.
@@ -128,10 +130,10 @@ class Metrics:
                                         f"{did_you_mean(name, self._numbers)}; allowed: "
                                         f"{', '.join(self._numbers)}")
         for key in ("against", "by"):
-            name = getattr(design.report, key)
-            if name is not None and name not in plan.parameters:
-                raise plan.loaded.wrong(("report", key), f"there is no parameter {name!r}"
-                                        f"{did_you_mean(name, plan.parameters)}; allowed: "
+            parameter = getattr(design.report, key)
+            if parameter is not None and parameter not in plan.parameters:
+                raise plan.loaded.wrong(("report", key), f"there is no parameter {parameter!r}"
+                                        f"{did_you_mean(parameter, plan.parameters)}; allowed: "
                                         f"{', '.join(plan.parameters) or 'none'}")
 
 

@@ -1,12 +1,12 @@
-"""A parameter's levels: what one of its values is called, and what it sets in the scenario."""
+"""The levels of a parameter: each has a label, and sets keys of the scenario."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from desim.campaign.design.design import Levels, LoadedDesign, Span, Values
 from desim.campaign.design.quantities import Quantity, same_unit
@@ -21,7 +21,7 @@ class Setting(NamedTuple):
     """``key`` of the scenario gets ``value``, as it stands at ``path`` of the design."""
 
     key: str
-    value: Any
+    value: object
     path: Path
 
 
@@ -29,7 +29,7 @@ class Level(NamedTuple):
     """One value of a parameter. ``value`` is what ``$name`` stands for."""
 
     label: str
-    value: Any
+    value: object
     settings: tuple[Setting, ...]
 
 
@@ -38,7 +38,7 @@ class Parameter(NamedTuple):
     vector names, ``sampled`` that of a number from [0, 1)."""
 
     levels: list[Level]
-    named: Callable[[Any], Level]
+    named: Callable[[object], Level]
     sampled: Callable[[float], Level]
 
 
@@ -47,15 +47,21 @@ def parameters_of(loaded: LoadedDesign) -> dict[str, Parameter]:
     made = {}
     for name, shape in loaded.design.parameters.items():
         try:
-            made[name] = _MAKERS[type(shape)](("parameters", name), shape)
+            made[name] = _parameter(("parameters", name), shape)
             _refuse_rival(name, loaded.design.parameters)
         except InputError as error:
             raise loaded.wrong(("parameters", name), str(error)) from None
     return made
 
 
-def _refuse_rival(name: str, parameters: dict[str, Any]) -> None:
-    """Of two parameters with one key the later one would always win."""
+def _parameter(path: Path, shape: Values | Levels | Span) -> Parameter:
+    if isinstance(shape, Values):
+        return _of_values(path, shape)
+    return _of_levels(path, shape) if isinstance(shape, Levels) else _of_span(path, shape)
+
+
+def _refuse_rival(name: str, parameters: Mapping[str, Values | Levels | Span]) -> None:
+    """Raises ``InputError`` for a second parameter of one key: the later one would always win."""
     key = getattr(parameters[name], "key", None)
     for other in parameters:
         if other == name:
@@ -80,7 +86,7 @@ def _of_levels(path: Path, shape: Levels) -> Parameter:
         for label, settings in shape.levels.items()]
     by_label = {level.label: level for level in levels}
 
-    def named(value: Any) -> Level:
+    def named(value: object) -> Level:
         if not isinstance(value, str) or value not in by_label:
             raise InputError(f"{value!r} is not one of its levels"
                              f"{did_you_mean(str(value), by_label)}; allowed: "
@@ -97,6 +103,7 @@ def _of_span(path: Path, shape: Span) -> Parameter:
     whole = not first.unit and first.number.denominator == last.number.denominator == 1
 
     def sampled(u: float) -> Level:
+        number: Fraction | float
         if shape.scale == "log":
             number = float(first.number) * (last.number / first.number) ** u
         elif whole:
@@ -139,10 +146,7 @@ def _numbers(shape: Span, first: Quantity, last: Quantity, whole: bool) -> list[
     return [first.number + i * step for i in range(count)]
 
 
-_MAKERS = {Values: _of_values, Levels: _of_levels, Span: _of_span}
-
-
-def _level(value: Any, key: str | None, path: Path) -> Level:
+def _level(value: object, key: str | None, path: Path) -> Level:
     label = value if isinstance(value, str) else json.dumps(value)
     return Level(label, value, () if key is None else (Setting(key, value, path),))
 

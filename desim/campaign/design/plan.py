@@ -1,4 +1,4 @@
-"""The runs that a design asks for: each vector's scenario, checked before anything runs."""
+"""The plan of a design: the runs that it asks for, with scenarios that are checked in advance."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from desim.campaign.design.design import MOST_RUNS, LoadedDesign, Until
 from desim.campaign.design.parameters import Level, Setting, parameters_of
@@ -15,6 +15,7 @@ from desim.campaign.design.vectors import Combination, combinations
 from desim.errors import did_you_mean
 from desim.results.identity import Identity, source
 from desim.scenario.load import Change, Loaded, Variants
+from desim.scenario.names import fleet_size
 from desim.scenario.places import SourcePlace
 from desim.units import NS_PER_S
 
@@ -26,8 +27,8 @@ _OF_THE_DESIGN = {"name": "runs of all vectors lie in one folder",
 
 
 class Vector(NamedTuple):
-    """One combination of values; ``run_id`` of a seed, the size of the fleet, and the simulated
-    time at which its runs end in any case."""
+    """One combination of values; the ``run_id`` for a seed, the size of the fleet, and the
+    simulated time at which its runs end in any case."""
 
     number: int
     levels: Combination
@@ -48,11 +49,11 @@ class Vector(NamedTuple):
 class Plan:
     """A design's vectors, and what each of their runs is.
 
-    ``checked`` is called with the number of vectors that were looked at so far. Raises
+    ``checked`` is called with the number of vectors that are checked, and of all. Raises
     ``InputError`` for the first vector whose scenario is wrong.
     """
 
-    def __init__(self, loaded: LoadedDesign, checked: Callable[[int, int], Any] | None = None,
+    def __init__(self, loaded: LoadedDesign, checked: Callable[[int, int], object] | None = None,
                  ) -> None:
         self.loaded, self.design = loaded, loaded.design
         _refuse_iterations(loaded)
@@ -72,38 +73,39 @@ class Plan:
             changes = _changes(loaded, levels)
             scenario = self._variants.of(changes).scenario
             self.vectors.append(Vector(
-                number, levels, changes, Identity(scenario, hashed).run_id, scenario.fleet.size,
+                number, levels, changes, Identity(scenario, hashed).run_id,
+                fleet_size(scenario.fleet),
                 scenario.stop.elapsed_ns / NS_PER_S))
             if checked is not None:
                 checked(number + 1, len(chosen))
 
     @property
     def most_iterations(self) -> int:
-        """Of one vector."""
+        """The most iterations of one vector."""
         iterations = self.design.iterations
         return iterations.at_most if isinstance(iterations, Until) else iterations
 
     @property
     def least_iterations(self) -> int:
-        """Of one vector."""
+        """The fewest iterations of one vector."""
         iterations = self.design.iterations
         return iterations.at_least if isinstance(iterations, Until) else iterations
 
     def seed(self, vector: Vector, iteration: int) -> int:
-        """Of the run."""
+        """The seed of a run."""
         if self.design.random_numbers == "common":
             return self.design.seed + iteration
-        # By what the vector is, not where it stands: another value moves nobody's luck.
+        # By the vector's levels, not by its place: another value changes no other run's seed.
         name = repr((self.design.seed, iteration, sorted(
             (name, level.label) for name, level in vector.levels.items())))
         return int.from_bytes(hashlib.sha256(name.encode()).digest()[:7], "big")
 
     def run_id(self, vector: Vector, iteration: int) -> str:
-        """Of the run."""
+        """The id of a run."""
         return vector.run_id(self.seed(vector, iteration))
 
     def scenario(self, vector: Vector, iteration: int) -> Loaded:
-        """Of the run."""
+        """The scenario of a run."""
         loaded = self._variants.of(vector.changes)
         return replace(loaded, scenario=loaded.scenario.model_copy(
             update={"seed": self.seed(vector, iteration)}))
@@ -128,7 +130,8 @@ def _changes(loaded: LoadedDesign, levels: dict[str, Level]) -> tuple[Change, ..
                loaded.places.value(setting.path)) for setting in settings))
 
 
-def _filled(loaded: LoadedDesign, setting: Setting, value: Any, levels: dict[str, Level]) -> Any:
+def _filled(loaded: LoadedDesign, setting: Setting, value: object, levels: dict[str, Level],
+            ) -> object:
     """``value`` with the values of parameters in place of ``$name``."""
     if isinstance(value, dict):
         return {key: _filled(loaded, setting, below, levels) for key, below in value.items()}
@@ -161,7 +164,7 @@ def _refuse_iterations(loaded: LoadedDesign) -> None:
 
 
 def _refuse_unused(loaded: LoadedDesign) -> None:
-    """A parameter without a key that nobody refers to would change nothing."""
+    """Raises ``InputError`` for a parameter without a key that nothing refers to."""
     design = loaded.design
     used = set(_references([design.set, design.stop, design.measure,
                             *(getattr(shape, "levels", {}) for shape in
@@ -172,7 +175,7 @@ def _refuse_unused(loaded: LoadedDesign) -> None:
                                                      f"${name} in set or in levels")
 
 
-def _references(value: Any) -> list[str]:
+def _references(value: object) -> list[str]:
     if isinstance(value, dict):
         return [name for below in value.values() for name in _references(below)]
     if isinstance(value, (list, tuple)):

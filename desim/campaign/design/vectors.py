@@ -1,11 +1,10 @@
-"""Which combinations of values a design runs."""
+"""The vectors of a design: the combinations of values that it runs."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -31,7 +30,8 @@ def combinations(loaded: LoadedDesign, parameters: dict[str, Parameter]) -> list
         if isinstance(vectors, str):
             return _listed(loaded, vectors, parameters)
         if isinstance(vectors, (tuple, Function)):
-            given = vectors if isinstance(vectors, tuple) else _answered(loaded, vectors.function)
+            given: Iterable[object] = vectors if isinstance(vectors, tuple) else _answered(
+                loaded, vectors.function)
             chosen = [_named(number, one, parameters) for number, one in enumerate(given)]
             _refuse_twins(chosen)
             return chosen
@@ -69,8 +69,8 @@ def _product(levels: dict[str, list[Level]]) -> str:
     return " x ".join(f"{len(own)} of {name}" for name, own in levels.items())
 
 
-def _answered(loaded: LoadedDesign, name: str) -> Iterable[Any]:
-    """What a Python function says the vectors are."""
+def _answered(loaded: LoadedDesign, name: str) -> Iterable[object]:
+    """The vectors that a Python function returns."""
     if ":" not in name:
         raise InputError(f"function: {name!r} is not 'package.module:function'")
     function = plugins.imported("function", plugins.beside(name, loaded.folder(
@@ -86,7 +86,7 @@ def _answered(loaded: LoadedDesign, name: str) -> Iterable[Any]:
     return vectors
 
 
-def _named(number: int, one: Any, parameters: dict[str, Parameter]) -> Combination:
+def _named(number: int, one: object, parameters: dict[str, Parameter]) -> Combination:
     if not isinstance(one, Mapping):
         raise InputError(f"vector {number} is {one!r}; it must be a mapping from parameter to "
                          "value")
@@ -116,8 +116,8 @@ def _refuse_twins(vectors: list[Combination]) -> None:
             raise InputError(f"vector {number} repeats vector {first} ({values})")
 
 
-def _plain(value: Any) -> Any:
-    """Functions count with numpy, scenarios are written in Python's own numbers."""
+def _plain(value: object) -> object:
+    """A number of numpy as one of Python, as scenarios have it; other values as they are."""
     return value.item() if isinstance(value, np.generic) else value
 
 

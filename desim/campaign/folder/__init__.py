@@ -1,1 +1,1 @@
-"""What a campaign keeps: its runs, their index, the table, a copy of the design."""
+"""The folder of a campaign: its runs, their index, their table, and a copy of the design."""

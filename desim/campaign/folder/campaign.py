@@ -1,4 +1,4 @@
-"""The folder of a campaign, read again."""
+"""A campaign's folder as an object for analyses."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Campaign:
 
     @cached_property
     def design(self) -> Design:
-        """What was asked, every default spelled out."""
+        """The design, every default spelled out."""
         return read_design(str(self.path / "design.yaml"))[0]
 
     @cached_property

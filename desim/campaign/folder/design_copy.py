@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import pathlib
-from typing import Any
 
 from desim import plugins
 from desim.campaign.design.design import LoadedDesign
@@ -22,9 +21,9 @@ _ABOUT = """\
 
 
 def store(loaded: LoadedDesign, folder: pathlib.Path) -> None:
-    """Keep the design in ``folder``, in place of an earlier one of the same name: values may be
-    added, runs that still belong are taken over. Raises ``InputError`` where another campaign is
-    in the folder, ``OSError`` where nothing can be written."""
+    """Keep the design in ``folder``, in place of an earlier one of the same name: a new design may
+    add values, and takes over the runs that still belong. Raises ``InputError`` where another
+    campaign is in the folder, ``OSError`` where nothing can be written."""
     refuse_another(loaded, folder)
     text = _ABOUT + yaml12.dump(_data(loaded, os.path.realpath(folder)))
     file = folder / DESIGN
@@ -48,10 +47,10 @@ def refuse_another(loaded: LoadedDesign, folder: pathlib.Path) -> None:
                          f"{loaded.design.name!r}; choose another folder with --out")
 
 
-def _data(loaded: LoadedDesign, folder: str) -> dict[str, Any]:
+def _data(loaded: LoadedDesign, folder: str) -> dict[str, object]:
     paths = FilePaths(loaded)
 
-    def moved(value: Any, path: Path) -> Any:
+    def moved(value: object, path: Path) -> object:
         if isinstance(value, dict):
             return {key: moved(below, (*path, key)) for key, below in value.items()}
         if isinstance(value, list):
@@ -61,7 +60,8 @@ def _data(loaded: LoadedDesign, folder: str) -> dict[str, Any]:
         moved_to = _relative(value, os.path.realpath(loaded.folder(path)), folder)
         return moved_to if moved_to != value and paths.has(path, value) else value
 
-    data = moved(loaded.design.model_dump(mode="json", by_alias=True), ())
+    data = {key: moved(value, (key,)) for key, value in
+            loaded.design.model_dump(mode="json", by_alias=True).items()}
     base = os.path.join(os.path.realpath(loaded.folder(("base",))), loaded.design.base)
     return {**data, "base": os.path.relpath(base, folder)}
 

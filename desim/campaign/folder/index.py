@@ -1,6 +1,7 @@
-"""A campaign's memory: one line of JSON for each run that came to an end, appended and never
-changed, with a checksum at its end. It is a copy of what the runs' folders say, and is made again
-from these if it is damaged.
+"""The index of a campaign: a line of JSON for each run that has ended, with a checksum at its end.
+
+Lines are appended and never changed. The index is a copy of what the runs' folders say, and is made
+again from these if it is damaged.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Index:
             os.truncate(path, path.stat().st_size - rest_bytes)
 
     def add(self, row: Row) -> None:
-        """Remember a run. Raises ``OSError``; the line is then not there."""
+        """Append a run. Raises ``OSError``; the line is then not there."""
         line = line_of(row)
         end = self._file.seek(0, os.SEEK_END)
         try:
@@ -53,8 +54,8 @@ class Index:
 
     def recover(self, present: Iterable[str], like: Callable[[str], str | None],
                 again: Callable[[str], Row], functions: tuple[str, ...] = ()) -> dict[str, str]:
-        """Bring it in line with the folders, as ``recovered`` tells. What cannot be read is
-        forgotten, and returned with the reason."""
+        """Bring the index in line with the folders (see ``recovered``). A run that cannot be read
+        is forgotten, and returned with the reason."""
         rows, wrong = recovered(self.rows, present, like, again, functions)
         made = [row for run_id, row in rows.items() if row != self.rows.get(run_id)]
         self.rows = rows
@@ -66,11 +67,11 @@ class Index:
         return wrong
 
     def close(self) -> None:
-        """No more lines."""
+        """Close the file."""
         self._file.close()
 
     def _rewrite(self) -> None:
-        """The lines that could be read, in a file that takes the damaged one's place at once."""
+        """Replace the damaged file, at once, by one of the lines that could be read."""
         with replacing(self._path) as beside, open(beside, "wb") as file:
             file.writelines(map(line_of, self.rows.values()))
             file.flush()
@@ -81,10 +82,10 @@ class Index:
 def recovered(rows: dict[str, Row], present: Iterable[str], like: Callable[[str], str | None],
               again: Callable[[str], Row], functions: tuple[str, ...] = (),
               ) -> tuple[dict[str, Row], dict[str, str]]:
-    """The rows in line with the folders of runs that are ``present``: without finished runs whose
-    folder is gone, and with those read ``again`` whose folder is not ``like`` it was, and those of
-    which it lacks one of the ``functions``, or one raised: it may have been mended. And why others
-    cannot be read."""
+    """The rows brought in line with the folders of the runs that are ``present``, and why some
+    cannot be read. A finished run whose folder is gone is left out. A run is read ``again`` if its
+    folder is not ``like`` it was, if its row lacks one of the ``functions``, and if one raised:
+    that may have been mended."""
     known = dict.fromkeys(present)
     found = {run_id: row for run_id, row in rows.items()
              if run_id in known or row["status"] != FINISHED}
@@ -101,14 +102,14 @@ def recovered(rows: dict[str, Row], present: Iterable[str], like: Callable[[str]
 
 
 def is_current(row: Row | None, folder: str | None, functions: tuple[str, ...] = ()) -> bool:
-    """Whether a row says what a folder that is like this would say."""
+    """Whether a row is what would be read from a folder of this likeness."""
     return (row is not None and row.get("folder") == folder and "raised" not in row
             and (row["status"] == FAILED or all(name in row["functions"] for name in functions)))
 
 
 def read(path: Path) -> tuple[dict[str, Row], int, int]:
-    """The rows of an index by run id (none where there is no file), how many of its lines cannot be
-    read, and how many bytes of its last line are there if that was cut off. Raises ``OSError``."""
+    """The rows of an index by run id (none without a file), the number of unreadable lines, and the
+    number of bytes of a last line that was cut off. Raises ``OSError``."""
     text = content(path, _MOST_BYTES) if path.exists() else b""
     *lines, rest = text.split(b"\n")
     rows: dict[str, Row] = {}
@@ -138,7 +139,7 @@ def _checked(text: bytes) -> bytes:
 
 
 def _row(line: bytes) -> Row | None:
-    """What a line says; None for what is no row, or not what was written."""
+    """The row of a line; None for a line that is damaged or holds no row."""
     text, _, check = line.rpartition(_CHECK)
     if check != _checked(text) + b'"}':
         return None

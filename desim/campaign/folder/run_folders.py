@@ -1,5 +1,4 @@
-"""The folders of a campaign's runs: which there are, and whether each is as it was when its row was
-made."""
+"""The folders of a campaign's runs, and whether each is as it was when its row was made."""
 
 from __future__ import annotations
 
@@ -16,7 +15,7 @@ _ID = re.compile(r"[0-9a-f]{12}")
 
 
 class Folders:
-    """Those in ``runs/<scenario>``."""
+    """The runs' folders in ``runs/<scenario>``."""
 
     def __init__(self, runs: Path, scenario: str) -> None:
         self._runs, self._scenario = runs, scenario
@@ -31,15 +30,15 @@ class Folders:
             return []
 
     def likeness(self, run_id: str) -> str | None:
-        """What a row of the run has for ``folder``; None where there is none."""
+        """The likeness of the run's folder, a row's ``folder``; None without a folder."""
         try:
             return likeness(self._path(run_id))
         except OSError:
             return None
 
     def row(self, run_id: str, functions: tuple[str, ...]) -> Row:
-        """Made again from what is there. Raises ``InputError`` where that is not as desim wrote
-        it, or is another run."""
+        """The row of a run, made again from its folder. Raises ``InputError`` where the folder is
+        not as desim wrote it, or is another run's."""
         run = Run(self._path(run_id))
         if run.manifest["run_id"] != run_id:
             raise InputError(f"{run.path}: damaged: holds the run {run.manifest['run_id']}")
@@ -53,5 +52,5 @@ class Folders:
 
 
 def folder_of(out: Path, name: str, run_id: str) -> Path:
-    """Where the run's results are."""
+    """The folder of a run's results."""
     return out / name / run_id

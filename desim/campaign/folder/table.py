@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -25,10 +25,10 @@ RAISED = "desim.raised"  # of the metadata: by metric, in how many runs, and the
 
 def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
                 runs: list[tuple[Vector, int, str]]) -> None:
-    """Write it anew, by vector and iteration; runs that were not made are not in it."""
+    """Write the table of the runs that are done, by vector and iteration."""
     made = sorted(((vector, iteration, run_id) for vector, iteration, run_id in runs
                    if run_id in rows), key=lambda run: (run[0].number, run[1]))
-    columns: dict[str, list[Any]] = {
+    columns: dict[str, list[object]] = {
         "run_id": [run_id for _, _, run_id in made],
         "vector": [vector.number for vector, _, _ in made],
         "iteration": [iteration for _, iteration, _ in made],
@@ -52,14 +52,14 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
 
 
 class Raised(NamedTuple):
-    """A metric's function raised in so many ``runs``; ``error`` is that of the first of them."""
+    """The number of ``runs`` in which a metric's function raised, and the first ``error``."""
 
     runs: int
     error: str
 
 
 def raised(metrics: Metrics, rows: Iterable[Row]) -> dict[str, Raised]:
-    """By metric, of those whose function raised."""
+    """The metrics whose function raised, by name."""
     found: dict[str, Raised] = {}
     for row in rows:
         for name, error in metrics.raised(row).items():
@@ -68,10 +68,10 @@ def raised(metrics: Metrics, rows: Iterable[Row]) -> dict[str, Raised]:
     return found
 
 
-def _column(values: list[Any], empty: pa.DataType) -> pa.Array:
-    """Whole numbers stay whole; where there are others too, all become floats. ``empty`` is the
-    type of a column in which nothing stands."""
+def _column(values: list[object], empty: pa.DataType) -> pa.Array:
+    """A column of the table. Whole numbers stay whole; among others they become floats. ``empty``
+    is the type of a column without a value."""
     kinds = {type(value) for value in values if value is not None}
     if kinds == {int, float}:
-        values = [None if value is None else float(value) for value in values]
+        values = [float(value) if isinstance(value, int) else value for value in values]
     return pa.array(values, None if kinds else empty)

@@ -1,1 +1,1 @@
-"""What is run, in which order, and by whom: processes here, or a Dask cluster."""
+"""The running of a campaign: which run is next, and the processes or the cluster that make it."""

@@ -1,13 +1,13 @@
-"""Which run is next: what a plan still lacks, in an order that covers the whole design early."""
+"""The agenda of a campaign: the missing runs, in an order that covers the whole design early."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.campaign.design.design import Until
 from desim.campaign.design.plan import Plan, Vector
-from desim.campaign.design.quantities import quantity
+from desim.campaign.design.quantities import same_unit
 from desim.results.folder import FAILED
 from desim.results.row import Row, Rows
 
@@ -16,21 +16,21 @@ if TYPE_CHECKING:  # scipy.stats is slow to import, and few designs need it
 
     from desim.statistics.sequential import StoppingRule
 
-Value = Callable[[Row], Any]
+Value = Callable[[Row], float | None]
 
 
 class Agenda:
-    """Iteration by iteration over all vectors. With ``iterations: {until: ...}`` a vector asks for
-    its next iteration when those before it are known and do not suffice: what is run does not
-    depend on how many work.
+    """The runs of a campaign, iteration by iteration over all vectors. With ``iterations: {until:
+    ...}`` a vector gets its next iteration when those before it are done and do not suffice: the
+    choice of runs does not depend on the number of workers.
 
-    ``rows`` are those of the runs that are done, ``add`` tells of another one; ``value`` gives a
-    row's value of the metric that is to be known well enough. ``runs`` are all that belong to the
-    campaign as far as that is known: vector, iteration, id.
+    ``rows`` are those of the runs that are done; ``add`` adds one. ``value`` gives a row's value of
+    the metric that is to be known well enough. ``runs`` are all that belong to the campaign as far
+    as that is known: vector, iteration, id.
     """
 
     def __init__(self, plan: Plan, rows: Rows, only: tuple[str, ...] = (),
-                 value: Value | None = None) -> None:
+                 value: Value = lambda row: None) -> None:
         self.rows = rows
         self.runs: list[tuple[Vector, int, str]] = []
         self._plan, self._value = plan, value
@@ -55,7 +55,7 @@ class Agenda:
 
     @property
     def most_left(self) -> dict[int, int]:
-        """How many runs of each vector there may still be, by its number."""
+        """The most runs of each vector that are still to make, by its number."""
         left = {number: sum(run_id not in self.rows for run_id in ids)
                 for number, ids in self._ids.items()}
         if self._until:
@@ -88,7 +88,7 @@ class Agenda:
         return None
 
     def add(self, row: Row) -> None:
-        """A run has come to an end."""
+        """Add the row of a run that has ended."""
         self.rows[row["run_id"]] = row
         self._count(row)
         if self._until:
@@ -109,17 +109,19 @@ class Agenda:
         self._failed += row["status"] == FAILED
 
     def _extend(self) -> None:
-        """More iterations of each vector that is not known well enough."""
+        """Append iterations of each vector that is not known well enough."""
         while self._to_judge:
             vector = self._to_judge.pop(0)
             ids = self._ids[vector.number]
-            while all(run_id in self.rows for run_id in ids) and self._lacks(ids):
+            while all(run_id in self.rows for run_id in ids) and self._needs_more(ids):
                 self._append(vector, len(ids))
 
-    def _lacks(self, ids: list[str]) -> bool:
+    def _needs_more(self, ids: list[str]) -> bool:
         from desim.statistics.sequential import enough
 
-        return len(ids) < self._until.at_most and not enough(self._known(ids), *self._until)
+        rule = self._until
+        return rule is not None and len(ids) < rule.at_most and not enough(
+            self._known(ids), *rule)
 
     def _known(self, ids: list[str]) -> list[float]:
         """The metric's values, of those runs that have one."""
@@ -135,10 +137,10 @@ def is_narrow(values: Sequence[float] | np.ndarray, rule: StoppingRule) -> bool:
 
 
 def stopping_rule(until: Until) -> StoppingRule:
-    """When a vector's iterations suffice; the rule's width is that of half the interval."""
+    """The rule by which a vector's iterations suffice; its width is that of half the interval."""
     from desim.statistics.sequential import StoppingRule
 
-    width = quantity(until.width)
+    width, = same_unit(until.width)
     relative = width.unit == "%"
     return StoppingRule(float(width.number) / (200 if relative else 2), relative, until.at_least,
                 until.at_most)

@@ -1,4 +1,4 @@
-"""Runs on a Dask cluster: who is a ``Crew`` on one machine is a ``Cluster`` on many.
+"""Runs on a Dask cluster: ``Cluster`` is for many machines what ``Crew`` is for one.
 
 A worker does one run at a time and writes its folder itself, so that all machines must see the
 campaign's folder, and the folder that the campaign was started in, under the same path.
@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Lock
-from typing import IO, Any
+from typing import IO
 
 from distributed import Client, Future, KilledWorker
 
@@ -29,24 +29,25 @@ from desim.results.row import Row, failure, row_of
 from desim.results.run import Run
 from desim.results.seal import manifest_of
 
-_LOOK_S = 1.0  # for workers that have come or gone, where nothing else happens
+_POLL_S = 1.0  # how often workers are counted while no run ends
 _alone = Lock()
 
 
 class Cluster:
-    """The workers of ``client``'s cluster, whose death costs a run one retry; ``up`` is told how
-    many there are when that changes. A run may take ``wall_ns`` of clock time (None: as long as it
-    likes)."""
+    """The workers of ``client``'s cluster; when one dies its run is tried once more.
+    ``workers_up`` is called with their number when it changes. A run may take ``wall_ns`` of clock
+    time (None: without a limit)."""
 
-    def __init__(self, client: Client, up: Callable[[int], Any] = lambda count: None,
+    def __init__(self, client: Client, workers_up: Callable[[int], object] = lambda count: None,
                  wall_ns: int | None = None) -> None:
-        self._client, self._up, self._wall_ns = client, up, wall_ns
+        self._client, self._wall_ns = client, wall_ns
+        self._workers_up = workers_up
         self._folder = os.getcwd()
         self._done: SimpleQueue[Future] = SimpleQueue()
         self._tasks: dict[Future, Task] = {}
         self._count = -1
-        self._unseen = 0  # runs that have ended since workers were counted
-        self._look()
+        self._ended = 0  # runs since workers were counted
+        self._count_workers()
 
     @property
     def has_room(self) -> bool:
@@ -66,22 +67,22 @@ class Cluster:
         future.add_done_callback(self._done.put)
 
     def finished(self) -> list[tuple[Task, Row | Exception]]:
-        """Wait for a while until something is done, and return it: rows, or what makes all further
-        work pointless. Nothing is done where workers came meanwhile."""
+        """Wait for runs to end, for a second at most. Returns their rows, or the error that makes
+        all further work pointless."""
         try:
-            done = [self._done.get(timeout=_LOOK_S)]
+            done = [self._done.get(timeout=_POLL_S)]
         except Empty:
-            self._look()
+            self._count_workers()
             return []
         while not self._done.empty():
             done.append(self._done.get())
-        self._unseen += len(done)
-        if self._unseen >= self._count:  # each worker has done something since: often enough
-            self._look()
+        self._ended += len(done)
+        if self._ended >= self._count:  # each worker has done something since: often enough
+            self._count_workers()
         return [(task := self._tasks.pop(future), _outcome(task, future)) for future in done]
 
-    def _look(self) -> None:
-        self._unseen = 0
+    def _count_workers(self) -> None:
+        self._ended = 0
         try:
             count = len(self._client.nthreads())
         except OSError as gone:
@@ -89,7 +90,7 @@ class Cluster:
                              "command goes on from there") from gone
         if count != self._count:
             self._count = count
-            self._up(count)
+            self._workers_up(count)
 
 
 def _outcome(task: Task, future: Future) -> Row | Exception:
@@ -108,7 +109,7 @@ def _outcome(task: Task, future: Future) -> Row | Exception:
 
 
 def carried_out(task: Task, folder: str, wall_ns: int | None = None) -> Row:
-    """On a worker: the run as if it were made in ``folder``, where the campaign was started.
+    """Make a run on a worker, as if it were made in ``folder``, where the campaign was started.
 
     Raises ``InputError`` where this worker's runs would not be those of the campaign.
     """
@@ -142,20 +143,20 @@ def _ended_in_time(task: Task, child: Crew) -> Row:
 
 @cache
 def _child(_: str, wall_ns: int) -> Crew:
-    """A process in the current folder that the worker can end, which no thread of its own allows.
-    It stays for the next run, and leaves with the worker."""
+    """A process in the current folder that the worker can kill, as it could not kill a thread. It
+    stays for the next run, and ends with the worker."""
     return Crew(1, wall_ns)
 
 
 @cache
 def _freeze_modules() -> None:
-    """Once only: what Dask leaves behind later is not ours to keep."""
+    """Keep modules out of garbage collection, once: what Dask makes later is not ours to keep."""
     keep_what_there_is()
 
 
 def _left_behind(task: Task) -> Row | None:
-    """If somebody is still writing this run, whom a campaign that was killed or a lost worker has
-    left behind: what becomes of it, as soon as it is there."""
+    """The row of a run that another process is still writing, when that has ended; None if there is
+    none. A killed campaign or a lost worker may have left such a process behind."""
     name = task.loaded.scenario.name
     path = folder_of(Path(task.out), name, task.run_id)
     try:

@@ -1,7 +1,6 @@
-"""Which cluster runs a campaign: what ``--cluster`` may say, and the file that it may name.
+"""The settings of a cluster: the values of ``--cluster``, and the file that it may name.
 
-What a user of dask-jobqueue has in Dask's own configuration (``jobqueue.slurm``, ``jobqueue.pbs``)
-holds wherever nothing is said here.
+Dask's own configuration (``jobqueue.slurm``, ``jobqueue.pbs``) holds where a setting is absent.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ class Queue(Params):
 
     @property
     def where(self) -> str:
-        """In words."""
+        """The place of the runs, in words."""
         return f"in {self.jobs} job{'s' * (self.jobs != 1)} of {self.kind}"
 
 
@@ -60,7 +59,7 @@ class Local(Params):
 
     @property
     def where(self) -> str:
-        """In words."""
+        """The place of the runs, in words."""
         return "on a Dask cluster of this machine"
 
 
@@ -72,16 +71,17 @@ class Running(Params):
 
     @property
     def where(self) -> str:
-        """In words."""
+        """The place of the runs, in words."""
         return f"on {self.address}"
 
 
 Settings = Queue | Local | Running
-_KINDS: dict[str, type[Params]] = {"local": Local, "dask": Running, "slurm": Queue, "pbs": Queue}
+_KINDS: dict[str, type[Settings]] = {"local": Local, "dask": Running, "slurm": Queue,
+                                      "pbs": Queue}
 
 
 def load_settings(text: str, jobs: int | None = None) -> Settings:
-    """What ``--cluster text --jobs jobs`` asks for. Raises ``InputError``, also where Dask is not
+    """The settings of ``--cluster text --jobs jobs``. Raises ``InputError``, also where Dask is not
     installed."""
     _need_dask()
     if re.match(_ADDRESS, text):
@@ -92,7 +92,7 @@ def load_settings(text: str, jobs: int | None = None) -> Settings:
     if text not in _KINDS or _KINDS[text] is Running:
         raise InputError(f"--cluster {text}: must be local, slurm, pbs, the address of a Dask "
                          "scheduler (tcp://host:port), or a YAML file")
-    return _KINDS[text](kind=text, **given)
+    return _KINDS[text].model_validate({"kind": text, **given})
 
 
 def _read(file: str, given: dict[str, int]) -> Settings:

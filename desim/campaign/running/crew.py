@@ -22,8 +22,8 @@ _TRIES = 2
 
 
 class Crew:
-    """``jobs`` processes. Use it as a context; leaving it ends them, at work or not. A run may
-    take ``wall_ns`` of clock time (None: as long as it likes)."""
+    """``jobs`` worker processes. Use it as a context; leaving it ends them, at work or not. A run
+    may take ``wall_ns`` of clock time (None: without a limit)."""
 
     def __init__(self, jobs: int, wall_ns: int | None = None) -> None:
         self._idle = [_Worker() for _ in range(jobs)]
@@ -40,12 +40,12 @@ class Crew:
 
     @property
     def has_room(self) -> bool:
-        """Whether somebody is idle."""
+        """Whether a worker is idle."""
         return bool(self._idle)
 
     @property
     def is_busy(self) -> bool:
-        """Whether somebody is at work."""
+        """Whether a worker is at work."""
         return bool(self._busy)
 
     def begin(self, task: Task, tries: int = 1) -> None:
@@ -61,10 +61,11 @@ class Crew:
         self._begun_s[worker.connection] = monotonic()
 
     def finished(self) -> list[tuple[Task, Row | Exception]]:
-        """Wait until something is done, and return it: rows, or what makes all further work
+        """Wait for runs to end. Returns their rows, or the error that makes all further work
         pointless."""
         done: list[tuple[Task, Row | Exception]] = []
-        for connection in wait(list(self._busy), self._left_s()):
+        ready = wait(list(self._busy), self._left_s())
+        for connection in [connection for connection in self._busy if connection in ready]:
             worker, task, tries = self._busy.pop(connection)
             del self._begun_s[connection]
             try:
@@ -81,14 +82,14 @@ class Crew:
         return done + self._overdue()
 
     def _left_s(self) -> float | None:
-        """Until the first one is due."""
+        """Seconds until the first run is due; None without a limit."""
         if self._wall_ns is None:
             return None
         begun_s = next(iter(self._begun_s.values()))
         return max(begun_s + self._wall_ns / NS_PER_S - monotonic(), 0.0)
 
     def _overdue(self) -> list[tuple[Task, Row | Exception]]:
-        """End those that take too long: one that computes without end hears nobody."""
+        """Kill the workers whose runs take too long: one that computes answers nobody."""
         done: list[tuple[Task, Row | Exception]] = []
         while self._begun_s and self._left_s() == 0.0:
             connection = next(iter(self._begun_s))
@@ -112,7 +113,7 @@ class _Worker:
         self.connection = Connection(ours.detach())
 
     def end(self) -> str:
-        """Kill it if it lives; what it died of."""
+        """Kill the process if it lives; returns the cause of its death."""
         if self._process.poll() is None:
             # What it is writing stays a .partial folder, which the next try empties.
             os.killpg(self._process.pid, signal.SIGKILL)

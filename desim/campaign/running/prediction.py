@@ -1,4 +1,4 @@
-"""How long a campaign will take: what its runs have cost so far, or what a few real probes cost.
+"""The cost of a campaign, predicted from runs that are done, or from a few probes.
 
 A run costs so many seconds of CPU for each simulated second, which grows with the fleet, and lasts
 so many simulated seconds; if only its beginning is known, what this cost beyond the rate comes on
@@ -23,9 +23,9 @@ _OVERHEAD_S = 0.015  # of a run, beside what its manifest says (measured: tools/
 
 
 class Cost(NamedTuple):
-    """Of one run: seconds of CPU, simulated seconds, and whether it had its end by then.
-    ``start_s``: seconds of CPU that are not the simulated seconds' but the beginning's, such as
-    hosts that find each other."""
+    """The cost of one run: seconds of CPU, simulated seconds, and whether it had ended by then.
+    ``start_s``: seconds of CPU for the beginning, such as discovery, beside those for each
+    simulated second."""
 
     cpu_s: float
     simulated_s: float
@@ -42,7 +42,7 @@ class Forecast(NamedTuple):
 
 
 class Model:
-    """What runs cost, from ``costs`` by vector number."""
+    """A model of the cost of runs, from known ``costs`` by vector number."""
 
     def __init__(self, plan: Plan, costs: dict[int, list[Cost]]) -> None:
         known = [vector for vector in plan.vectors if costs.get(vector.number)]
@@ -57,22 +57,22 @@ class Model:
         self._rates = [fmean(by_size[size]) for size in self._sizes]
 
     def expected_s(self, vector: Vector) -> float:
-        """Of one run."""
+        """The expected seconds of CPU of one run."""
         return self._once_s(vector) + self._rate(vector) * min(self._lasts_s(vector),
                                                                vector.limit_s)
 
     def longest_s(self, vector: Vector) -> float:
-        """Of one run."""
+        """The seconds of CPU of one run that lasts until its time limit."""
         return self._once_s(vector) + self._rate(vector) * vector.limit_s
 
     def _once_s(self, vector: Vector) -> float:
-        """Seconds of CPU whatever its length."""
+        """The seconds of CPU of a run besides those for each simulated second."""
         alike = [vector] if self._costs.get(vector.number) else _nearest(vector, self._known)
         return _OVERHEAD_S + fmean(cost.start_s for other in alike
                                    for cost in self._costs[other.number])
 
     def _rate(self, vector: Vector) -> float:
-        """Seconds of CPU for a simulated one."""
+        """The seconds of CPU for a simulated second."""
         if self._costs.get(vector.number):
             return self._own_rate(vector)
         near = _nearest(vector, self._known)
@@ -85,7 +85,8 @@ class Model:
                 / max(sum(cost.simulated_s for cost in costs), 1e-9))
 
     def _by_size(self, robots: int) -> float:
-        """Interpolated between fleets that are known; beyond the largest, in proportion."""
+        """The rate by the size of the fleet: interpolated between known sizes; beyond the largest
+        one, in proportion."""
         rate = float(np.interp(robots, self._sizes, self._rates))
         return max(rate * max(robots / self._sizes[-1], 1.0), 1e-9)
 
@@ -98,7 +99,7 @@ class Model:
 
 
 def finished_costs(agenda: Agenda) -> dict[int, list[Cost]]:
-    """What the campaign's finished runs cost, by vector number."""
+    """The costs of the campaign's finished runs, by vector number."""
     costs: dict[int, list[Cost]] = {}
     for vector, _, run_id in agenda.runs:
         row = agenda.rows.get(run_id)
@@ -109,7 +110,7 @@ def finished_costs(agenda: Agenda) -> dict[int, list[Cost]]:
 
 
 def forecast(plan: Plan, agenda: Agenda, costs: dict[int, list[Cost]]) -> Forecast:
-    """Of what the agenda has left. ``costs``: of at least one vector."""
+    """The forecast of the remaining runs. ``costs``: of at least one vector."""
     model = Model(plan, costs)
     left: dict[int, int] = {}
     for vector, _, run_id in agenda.runs:
@@ -123,7 +124,7 @@ def forecast(plan: Plan, agenda: Agenda, costs: dict[int, list[Cost]]) -> Foreca
 
 
 def _nearest(vector: Vector, others: list[Vector]) -> list[Vector]:
-    """Those that share most levels with it."""
+    """The vectors that share most levels with ``vector``."""
     def shared(other: Vector) -> int:
         return sum(other.levels[name].label == level.label
                    for name, level in vector.levels.items())

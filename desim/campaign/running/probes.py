@@ -1,4 +1,4 @@
-"""A few real runs of a design, made for nothing but to see what they cost."""
+"""Probes: a few runs of a design, made only to measure their cost."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ _GOLDEN = 0.6180339887  # its multiples, modulo 1, fill the interval evenly
 def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
            probing: Callable[[int, int], object] = lambda done, total: None,
            ) -> dict[int, list[Cost]]:
-    """Runs of a few vectors that are spread over the design, small fleets first, made for nothing
-    else; of few runs one. Together they take ``budget_s``: each one is stopped when its share of
-    what is left is used up. What fails has no cost."""
+    """The costs, by vector number, of probes: one for each ten missing runs, of vectors that are
+    spread over the design, small fleets first. Together they take ``budget_s``: each is stopped
+    when its share of the rest is used up. A probe that fails has no cost."""
     left = [vector.number for vector, _, run_id in agenda.runs if run_id not in agenda.rows]
     vectors = _spread([plan.vectors[number] for number in dict.fromkeys(left)],
                       min(_MOST_PROBES, max(len(left) // _SHARE, 1)))
@@ -45,7 +45,8 @@ def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
 
 
 def _probe(plan: Plan, vector: Vector, budget_s: float) -> Cost:
-    """What the second half of its time cost is what goes on; the first half may be dearer."""
+    """The cost of one probe. Its rate is that of the second half of its time: the beginning may
+    cost more."""
     loaded, due = plan.scenario(vector, 0), Event()
     marks: list[tuple[float, float]] = []  # at half of the time and at the end: CPU, simulated s
 
@@ -91,7 +92,7 @@ def _start_s(cpu_s: float, simulated_s: float, marks: list[tuple[float, float]])
 
 
 def _spread(vectors: list[Vector], most: int) -> list[Vector]:
-    """Some of them, by ascending fleet; the largest one is among them. One alone is of the middle
+    """Some vectors by ascending fleet, the largest fleet among them; one alone has the middle
     fleet."""
     if most == 1:
         return [sorted(vectors, key=lambda vector: vector.robots)[len(vectors) // 2]]

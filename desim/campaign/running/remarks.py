@@ -1,7 +1,8 @@
-"""What somebody should know of a campaign's metrics before trusting its numbers."""
+"""Remarks about a campaign's metrics: what to know before trusting its numbers."""
 
 from __future__ import annotations
 
+from desim.campaign.design.design import Until
 from desim.campaign.design.metrics import Metrics
 from desim.campaign.design.plan import Plan
 from desim.campaign.folder.table import raised
@@ -10,33 +11,32 @@ from desim.results.folder import FINISHED
 
 
 def remarks(plan: Plan, metrics: Metrics, agenda: Agenda) -> list[str]:
-    """A line each; none where all is well, or where no run has finished."""
+    """The remarks, a line each; none where all is well, or where no run has finished."""
     ids = dict.fromkeys(run_id for _, _, run_id in sorted(
         agenda.runs, key=lambda run: (run[0].number, run[1])) if run_id in agenda.rows)
     rows = [row for row in map(agenda.rows.__getitem__, ids) if row["status"] == FINISHED]
     if not rows:
         return []
     found = raised(metrics, rows)
-    said = [raised_remark(name, *one, len(rows)) for name, one in found.items()]
+    lines = [raised_remark(name, *one, len(rows)) for name, one in found.items()]
     empty = [name for name in _asked(plan) if name not in found
              and all(metrics.of(row).get(name) is None for row in rows)]
     if empty:
-        said.append(f"no run has a value of {', '.join(empty)}")
-    wide = agenda.wide
-    if wide:
-        rule = plan.design.iterations
-        said.append(f"the 95 % interval of {rule.metric} is still wider than {rule.width} in "
-                    f"{len(wide)} of {len(plan.vectors)} vectors after {rule.at_most} runs each")
-    return said
+        lines.append(f"no run has a value of {', '.join(empty)}")
+    wide, rule = agenda.wide, plan.design.iterations
+    if wide and isinstance(rule, Until):
+        lines.append(f"the 95 % interval of {rule.metric} is still wider than {rule.width} in "
+                     f"{len(wide)} of {len(plan.vectors)} vectors after {rule.at_most} runs each")
+    return lines
 
 
 def raised_remark(name: str, runs: int, error: str, finished: int) -> str:
-    """In words."""
+    """A remark about a metric that raised."""
     return f"metric {name} raised in {runs} of {finished} runs: {error}"
 
 
 def _asked(plan: Plan) -> list[str]:
-    """The design's own metrics, and those that it shows or waits for; patterns match of these."""
+    """The design's own metrics, and those that it shows or waits for, but for patterns."""
     design = plan.design
     until = getattr(design.iterations, "metric", None)
     return [name for name in dict.fromkeys((*design.metrics, *design.report.metrics, until))

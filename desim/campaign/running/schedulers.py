@@ -1,4 +1,4 @@
-"""Dask schedulers: how one is started here, or reached elsewhere."""
+"""Dask schedulers: starting one here, or connecting to one elsewhere."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import resource_tracker
-from typing import Any
 from urllib.parse import urlsplit
 
 import dask
@@ -34,11 +33,11 @@ _DASK = {
 
 @contextmanager
 def connected(settings: Settings, cores: int) -> Iterator[Client]:
-    """A client of the cluster that is meant; leaving it ends what was started for it. ``cores``:
-    how many this machine has. Raises ``InputError`` where it cannot be had."""
+    """A client of the cluster; leaving it ends what was started for it. ``cores``: the number that
+    this machine has. Raises ``InputError`` where there is no such cluster."""
     with dask.config.set(_DASK), ExitStack() as stack:
         stack.callback(logging.disable, logging.root.manager.disable)
-        logging.disable()  # Dask talks a lot; what matters is told by us
+        logging.disable()  # Dask logs a lot; desim prints what matters
         if isinstance(settings, Running):
             yield stack.enter_context(_reached(settings.address))
             return
@@ -99,7 +98,7 @@ def _queued(settings: Queue) -> SpecCluster:
     except (OSError, RuntimeError, ValueError) as error:
         raise InputError(f"--cluster: {error}") from error
     try:
-        cluster.scale(jobs=settings.jobs)
+        cluster.scale(jobs=settings.jobs)  # type: ignore[call-arg]  # a keyword of dask-jobqueue
         cluster.sync(_begun, cluster)
     except (OSError, RuntimeError) as error:
         with suppress(AssertionError):  # Dask does not expect jobs that were refused
@@ -112,7 +111,7 @@ def _queued(settings: Queue) -> SpecCluster:
 
 
 def _jobqueue(name: str) -> type[SpecCluster]:
-    """A class of dask-jobqueue, which (0.9) makes Ctrl-C leave with exit code 0 when imported."""
+    """A class of dask-jobqueue. The import of version 0.9 makes Ctrl-C leave with exit code 0."""
     before = signal.getsignal(signal.SIGINT)
     try:
         return getattr(importlib.import_module("dask_jobqueue"), name)
@@ -121,21 +120,22 @@ def _jobqueue(name: str) -> type[SpecCluster]:
 
 
 async def _begun(cluster: SpecCluster) -> None:
-    """Jobs are submitted behind the caller's back. To wait for one that was refused submits it
-    again and raises what is wrong."""
+    """Wait for the jobs, which Dask submits in the background. Waiting for one that was refused
+    submits it again, and raises the error."""
     await cluster
     for job in cluster.workers.values():
         await job
 
 
 def _reason(error: Exception) -> str:
-    """What the batch system says, of all that dask-jobqueue tells, in one line."""
+    """The batch system's own words, in one line, out of dask-jobqueue's error."""
     said = str(error).rpartition("stderr:")[2]
     return "; ".join(line.strip() for line in said.splitlines() if line.strip())
 
 
-def _keywords(settings: Queue) -> dict[str, Any]:
-    """In dask-jobqueue's words; one process for each core, as Python runs one thing at a time."""
+def _keywords(settings: Queue) -> dict[str, object]:
+    """The settings as dask-jobqueue's keywords. A process for each core, as Python runs one thread
+    at a time."""
     ours = f"jobqueue.{settings.kind}"
     cores = settings.cores or dask.config.get(f"{ours}.cores", None) or 1
     memory = (f"{settings.memory_bytes} B" if settings.memory_bytes else

@@ -1,4 +1,4 @@
-"""A campaign: its folder, and how what it lacks is run.
+"""The sweep: a campaign's missing runs are made, and its folder is kept.
 
 ``<out>/`` holds ``design.yaml``, ``runs/<scenario>/<run id>/``, ``index.jsonl`` and
 ``runs.parquet``. A run is finished when its folder is in place; everything else follows from the
@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
-from desim.campaign.design.design import LoadedDesign
+from desim.campaign.design.design import LoadedDesign, Until
 from desim.campaign.design.metrics import Metrics
 from desim.campaign.design.plan import Plan, Vector
 from desim.campaign.folder.design_copy import refuse_another, store
@@ -33,22 +33,27 @@ INDEX, TABLE = "index.jsonl", "runs.parquet"
 
 
 class Workers(Protocol):
-    """Who runs tasks: a ``Crew`` of this machine's processes, or a cluster."""
+    """The workers that run tasks: a ``Crew`` of this machine's processes, or a cluster."""
 
-    has_room: bool
-    is_busy: bool
+    @property
+    def has_room(self) -> bool:
+        """Whether a worker is idle."""
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a worker is at work."""
 
     def begin(self, task: Task) -> None:
-        """Take a task on; there is room."""
+        """Begin a task; a worker is idle."""
 
     def finished(self) -> list[tuple[Task, Row | Exception]]:
-        """Wait for something to be done, and return it."""
+        """Wait for tasks to end. Returns their rows, or the error that ends the campaign."""
 
 
 class Sweep:
-    """One campaign being run in ``out``. Use it as a context: nobody else may run it meanwhile.
+    """One campaign being run in ``out``. Use it as a context, which locks the folder.
 
-    ``progress`` and ``agenda`` tell how far it is. Raises ``InputError`` where the folder cannot be
+    ``progress`` and ``agenda`` say how far it is. Raises ``InputError`` where the folder cannot be
     written, or another process runs the campaign.
     """
 
@@ -97,38 +102,39 @@ class Sweep:
 
     @property
     def progress(self) -> tuple[int, int, int]:
-        """Runs that are done, those that failed among them, and all as far as that is known."""
+        """The number of runs that are done, of those among them that failed, and of all as far as
+        that is known."""
         return self.agenda.progress
 
     @property
     def rows(self) -> Rows:
-        """By run id, of the runs that are done."""
+        """The rows of the runs that are done, by run id."""
         return self.agenda.rows
 
     @property
     def damaged_runs(self) -> dict[str, str]:
-        """By run id, what is wrong with folders whose runs are made again."""
+        """The damage of folders whose runs are made again, by run id."""
         return {run_id: wrong for run_id, wrong in self._wrong.items() if run_id in self.agenda}
 
     @property
     def damaged(self) -> int:
-        """Lines of the index that could not be read; it was made again from the runs' folders."""
+        """The number of lines that could not be read of an index that was made again."""
         return self._index.damaged
 
     @property
     def remarks(self) -> list[str]:
-        """What to know of its metrics, a line each."""
+        """Remarks about its metrics, a line each."""
         return remarks(self.plan, self.metrics, self.agenda)
 
     @property
     def others(self) -> int:
-        """Runs in the folder that do not belong to the campaign: they are of an earlier design, of
-        another scenario or another version of desim."""
+        """The number of runs in the folder that do not belong to the campaign: of an earlier
+        design, another scenario or another version of desim."""
         return 0 if self._only else sum(run_id not in self.agenda for run_id in self._index.rows)
 
-    def run(self, workers: Workers, heard: Callable[[Row], Any] = lambda row: None) -> None:
-        """Run what is missing; ``heard`` is told of each run that ends. The table is written at
-        the end, whatever the end is. Raises ``InputError`` where results cannot be written."""
+    def run(self, workers: Workers, run_ended: Callable[[Row], object] = lambda row: None) -> None:
+        """Make the missing runs; ``run_ended`` is called with the row of each. The table is written
+        at the end, whatever the end is. Raises ``InputError`` where results cannot be written."""
         try:
             while True:
                 while workers.has_room and (task := self._next()) is not None:
@@ -139,7 +145,7 @@ class Sweep:
                     if isinstance(outcome, Exception):
                         raise outcome
                     self._add(outcome)
-                    heard(outcome)
+                    run_ended(outcome)
         finally:
             with _writing(self.out):
                 write_table(self.out / TABLE, self.plan, self.metrics, self.rows,
@@ -164,16 +170,16 @@ class Sweep:
 
 
 @contextmanager
-def _writing(out: Path) -> Any:
+def _writing(out: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(f"cannot write to {out}: {_told(error)}; what is finished stays, and the "
+        raise InputError(f"cannot write to {out}: {_words(error)}; what is finished stays, and the "
                          "same command goes on from there") from error
 
 
-def _told(error: OSError) -> str:
-    """With the file that it is about, where that is known."""
+def _words(error: OSError) -> str:
+    """The error in words, with the file where that is known."""
     text = error.strerror or str(error)
     return f"{os.path.basename(error.filename)}: {text}" if error.filename else text
 
@@ -185,7 +191,8 @@ def _scenario_of(plan: Plan) -> str:
 
 def foreseen(plan: Plan, metrics: Metrics, out: Path, only: tuple[str, ...] = (),
              retry_failed: bool = False) -> Agenda:
-    """What a sweep would do now; nothing is written. Raises ``InputError`` as a sweep does."""
+    """The agenda that a sweep would have now; nothing is written. Raises ``InputError`` as a sweep
+    does."""
     refuse_another(plan.loaded, out)
     try:
         rows = read(out / INDEX)[0]
@@ -201,8 +208,10 @@ def _agenda(plan: Plan, metrics: Metrics, rows: Rows, only: tuple[str, ...],
             retry_failed: bool) -> Agenda:
     if retry_failed:
         rows = {run_id: row for run_id, row in rows.items() if row["status"] != FAILED}
-    return Agenda(plan, rows, only,
-                  lambda row: metrics.value(plan.design.iterations.metric, row))
+    rule = plan.design.iterations
+    if not isinstance(rule, Until):
+        return Agenda(plan, rows, only)
+    return Agenda(plan, rows, only, lambda row: metrics.value(rule.metric, row))
 
 
 def selected(plan: Plan, only: tuple[str, ...]) -> tuple[str, ...]:
@@ -222,5 +231,5 @@ def selected(plan: Plan, only: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def default_folder(loaded: LoadedDesign) -> Path:
-    """Where a campaign is, unless somebody says otherwise."""
+    """The folder of a campaign without ``--out``."""
     return Path("results") / loaded.design.name

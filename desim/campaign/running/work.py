@@ -1,4 +1,4 @@
-"""One run of a campaign, and the row that remains of it.
+"""The work of a worker: one run of a campaign, and its row.
 
 A run that fails is a result: its row says why.
 """
@@ -16,7 +16,7 @@ from desim.scenario.load import Loaded
 
 
 class Task(NamedTuple):
-    """A run to be done: ``functions`` are metrics that look at the run's folder."""
+    """A run to be made. ``functions`` are the paths of metrics that read the run's folder."""
 
     run_id: str
     loaded: Loaded
@@ -25,15 +25,15 @@ class Task(NamedTuple):
 
 
 class Unwritable(InputError):
-    """The results cannot be written: no run of the campaign would fare better."""
+    """The results cannot be written, nor could those of any other run."""
 
 
 class Changed(InputError):
-    """What is run is not what was planned any more."""
+    """The source or a file has changed since the campaign was planned."""
 
 
 def work(task: Task) -> Row:
-    """Run it. Raises ``Unwritable`` where results cannot be written, and ``Changed``."""
+    """Make the run. Raises ``Unwritable`` where results cannot be written, and ``Changed``."""
     try:
         run = api.run(task.loaded, out=task.out, command="desim sweep")
     except InputError as error:

@@ -9,12 +9,16 @@ import threading
 from contextlib import suppress
 from itertools import count
 from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING
 
 from desim.engine.garbage import keep_what_there_is
 
+if TYPE_CHECKING:
+    from desim.results.row import Row
+
 
 def main(descriptor: int) -> None:
-    """Work on what comes in until nobody is at the other end."""
+    """Work on the tasks that come in until the connection ends."""
     threading.Thread(target=_leave_with_parent, args=(descriptor,), daemon=True).start()
     connection = Connection(descriptor)
     from desim.campaign.running.work import work
@@ -27,18 +31,19 @@ def main(descriptor: int) -> None:
             task = connection.recv()
         except (EOFError, OSError):
             return
+        outcome: Row | InputError
         try:
             outcome = work(task)
         except InputError as error:  # which ends the campaign
             outcome = error
-        with suppress(OSError):  # a campaign that was killed hears nothing any more
+        with suppress(OSError):  # the campaign may have been killed
             connection.send(outcome)
 
 
 def _leave_with_parent(descriptor: int) -> None:
-    """A campaign that was killed leaves nobody behind who writes into its folder."""
+    """End with the campaign: one that was killed leaves no process that writes into its folder."""
     hung_up = select.poll()
-    hung_up.register(descriptor, 0)  # POLLHUP is always told
+    hung_up.register(descriptor, 0)  # POLLHUP is always reported
     hung_up.poll()
     os._exit(1)
 

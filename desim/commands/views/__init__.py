@@ -1,1 +1,1 @@
-"""What the commands print, a view a file."""
+"""The views: the output of the commands, a view a file."""

@@ -1,11 +1,10 @@
-"""Who believes what about whom, beside the truth: in words, as JSON."""
+"""The beliefs of all hosts about each other, beside the truth: in words, and as JSON."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable
 from itertools import groupby
-from typing import Any
 
 from rich.console import Console
 from rich.measure import Measurement
@@ -41,7 +40,7 @@ def show(beliefs: BeliefSnapshot, console: Console) -> None:
 
 
 def truth(beliefs: BeliefSnapshot) -> str:
-    """Who can reach whom, in words."""
+    """The parts of the fleet that can reach each other, in words."""
     parts = beliefs.parts
     if parts is None:
         return "in truth: who could reach whom was not kept"
@@ -51,8 +50,7 @@ def truth(beliefs: BeliefSnapshot) -> str:
 
 
 def matrix(beliefs: BeliefSnapshot, narrow: bool = False) -> Table:
-    """A row a believer, a column each host that it believes something of. ``narrow``: without
-    numbers."""
+    """The beliefs as a table, a row a believer and a column a host. ``narrow``: without numbers."""
     table = Table(box=None, padding=(0, 1, 0, 0) if narrow else (0, 2, 0, 0))
     table.add_column("believes", no_wrap=True, style="cyan")
     for host, up in beliefs.up.items():
@@ -67,7 +65,7 @@ def matrix(beliefs: BeliefSnapshot, narrow: bool = False) -> Table:
 
 
 def cell(view: PairBelief, narrow: bool = False) -> Text:
-    """``+ 2/3 !1``: seen online, two of three matches known, one ghost."""
+    """A cell such as ``+ 2/3 !1``: seen online, two of three matches known, one ghost."""
     style = "red" if view.ghosts else "yellow" if view.missing else "green" if view.known else "dim"
     text = SIGNS.get(view.sees, view.sees)
     matches = len(view.known) + len(view.missing)
@@ -78,7 +76,7 @@ def cell(view: PairBelief, narrow: bool = False) -> Text:
 
 
 def mistaken(beliefs: BeliefSnapshot) -> list[str]:
-    """Hosts that are taken for online and out of reach, or the other way round, in words."""
+    """The hosts that are believed to be online and are not, or the other way round, in words."""
     truth = {False: "has stopped", True: "is out of reach"}  # by whether it is up
     return [f"{believers} {_verb('take', several)} {others} for {seen}"
             for believers, several, others, seen in _grouped(beliefs, (
@@ -88,7 +86,7 @@ def mistaken(beliefs: BeliefSnapshot) -> list[str]:
 
 
 def ghosts(beliefs: BeliefSnapshot) -> list[str]:
-    """Beliefs in matches that there are not, in words."""
+    """The matches that are believed in and do not exist, in words."""
     return [f"{believers} {_verb('believe', several)} that {others} {_does(beliefs, others)} "
             f"{topic}"
             for believers, several, others, topic in _grouped(beliefs, (
@@ -97,7 +95,7 @@ def ghosts(beliefs: BeliefSnapshot) -> list[str]:
 
 
 def missing(beliefs: BeliefSnapshot) -> list[str]:
-    """Matches that one end has not learnt of, in words."""
+    """The matches of which one end does not know, in words."""
     return [f"{believers} {'do' if several else 'does'} not know that {others} "
             f"{_does(beliefs, others)} {topic}"
             for believers, several, others, topic in _grouped(beliefs, (
@@ -106,8 +104,8 @@ def missing(beliefs: BeliefSnapshot) -> list[str]:
 
 def _grouped(beliefs: BeliefSnapshot, entries: Iterable[tuple[PairBelief, str]]
              ) -> list[tuple[str, bool, str, str]]:
-    """Entries that are alike together: the believers in words, whether they are several, the others
-    in words, and the rest, in which ``*`` stands for the other one's name."""
+    """The entries, similar ones together: the believers in words, whether they are several, the
+    other hosts in words, and the rest, in which ``*`` stands for the other host's name."""
     of: dict[tuple[str, str], list[str]] = {}  # believer and rest, to others
     for view, rest in entries:
         of.setdefault((view.believer, _starred(rest, view.other)), []).append(view.other)
@@ -130,8 +128,8 @@ def _verb(verb: str, several: bool) -> str:
     return verb if several else f"{verb}s"
 
 
-def as_json(beliefs: BeliefSnapshot) -> dict[str, Any]:
-    """All of it."""
+def json_object(beliefs: BeliefSnapshot) -> dict[str, object]:
+    """All of it, for ``--json``."""
     return {"at_s": beliefs.at_ns / NS_PER_S, "informed": beliefs.informed,
             "matches": beliefs.known + beliefs.missing, "known": beliefs.known,
             "missing": beliefs.missing, "ghosts": beliefs.ghosts,
@@ -142,7 +140,7 @@ def as_json(beliefs: BeliefSnapshot) -> dict[str, Any]:
 
 
 def _names(part: list[str], hosts: list[str]) -> str:
-    """``base, robot_0 to robot_7``: those of one kind that follow one another together."""
+    """The names of a part, such as ``base, robot_0 to robot_7``."""
     spans = []
     for _, members in groupby(enumerate(part), lambda entry: (
             hosts.index(entry[1]) - entry[0], entry[1].rpartition("_")[0])):
@@ -160,5 +158,7 @@ def _does(beliefs: BeliefSnapshot, hosts: str) -> str:
 def _legend(beliefs: BeliefSnapshot) -> str:
     return (f"+ seen online, - offline, x removed, . never seen; known/true matches of the "
             f"{beliefs.informed} with the other host; !n ghosts")
+
+
 def _width(table: Table, console: Console) -> int:
     return Measurement.get(console, console.options.update(max_width=10_000), table).maximum

@@ -1,25 +1,26 @@
-"""Network cases and what they came to, for the terminal."""
+"""Network cases: their list, their options and their measures."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
 from rich.table import Table
 from rich.text import Text
 
 from desim import plugins
-from desim.commands.options import told
+from desim.commands.options import descriptions
 from desim.commands.views.catalogue import first_sentence
 from desim.ports import Params
 
+Measures = Mapping[str, Any]  # of desim.netcases.case.play
 FLEET = "fleet"  # not a plug-in: it plays a scenario
 LAYOUT = "layout"  # its parameters, lists of places and flows, stand in a file
 
 
 def overview() -> str:
-    """How to use ``desim net``, and which cases there are."""
+    """The usage of ``desim net``, and the list of cases."""
     points = plugins.available("case")
     width = max(map(len, (*points, FLEET)))
     return "\n".join([
@@ -32,7 +33,7 @@ def overview() -> str:
 
 
 def usage(case: str) -> str:
-    """What a case is, and its options. Raises ``InputError`` if there is no such case."""
+    """The description of a case, and its options. Raises ``InputError`` for an unknown case."""
     if case == FLEET:
         return fleet_usage()
     if case == LAYOUT:
@@ -41,21 +42,22 @@ def usage(case: str) -> str:
 
 
 def fleet_usage() -> str:
-    """What ``desim net fleet`` is, and its options."""
+    """The description of ``desim net fleet``, and its options."""
     from desim.netcases.fleet import Question
 
     return _usage(f"{FLEET} SCENARIO", Question, Question, "the scenario's")
 
 
 def layout_usage() -> str:
-    """What ``desim net layout`` is, and the keys of its file."""
+    """The description of ``desim net layout``, and the keys of its file."""
     keys = list(_keys(plugins.parameters("case", LAYOUT)))
     width = max(len(key) for key, _ in keys)
     return "\n".join([f"Usage: desim net {LAYOUT} FILE [--seed N] [--json]", "",
                       inspect.getdoc(plugins.load("case", LAYOUT)) or "", "",
                       "The keys of the file, which is YAML:", "",
                       *(f"  {key:<{width}}  {about}" for key, about in keys), "",
-                      "  --seed N  of all luck; default 1", "  --json    one JSON object"])
+                      "  --seed N  of all random numbers; default 1",
+                      "  --json    one JSON object"])
 
 
 def _keys(block: type[Params], lead: str = "") -> Iterator[tuple[str, str]]:
@@ -70,14 +72,14 @@ def _keys(block: type[Params], lead: str = "") -> Iterator[tuple[str, str]]:
 
 
 def layout_title(params: Params, seed: int) -> str:
-    """What was played, in few words."""
+    """A line about the layout that was played."""
     settings = params.model_dump(mode="json", by_alias=True)
     many = {"hosts": len(settings.pop("places")), "flows": len(settings.pop("flows"))}
     return title(LAYOUT, seed, many | settings)
 
 
 def _usage(words: str, block: type[Params], about: type, seed: str) -> str:
-    options = [*told(block), ("--seed N", f"of all luck; default {seed}"),
+    options = [*descriptions(block), ("--seed N", f"of all random numbers; default {seed}"),
                ("--json", "one JSON object")]
     width = max(len(option) for option, _ in options)
     return "\n".join([f"Usage: desim net {words} [--key value ...] [--seed N] [--json]", "",
@@ -86,18 +88,18 @@ def _usage(words: str, block: type[Params], about: type, seed: str) -> str:
                       "A number without a unit has the one that is shown."])
 
 
-def title(case: str, seed: int, settings: dict[str, Any]) -> str:
-    """What was played, in the words of the command."""
+def title(case: str, seed: int, settings: dict[str, object]) -> str:
+    """A line about the case that was played, with its options."""
     given = (f"{key} {_word(value)}" for key, value in settings.items() if value is not None)
     return f"{case}: {', '.join((*given, f'seed {seed}'))}"
 
 
-def _word(value: Any) -> str:
+def _word(value: object) -> str:
     return ("yes" if value else "no") if isinstance(value, bool) else str(value)
 
 
-def measures_table(measures: dict[str, Any]) -> Table:
-    """What ``desim.netcases.case.play`` measured."""
+def measures_table(measures: Measures) -> Table:
+    """The measures of ``desim.netcases.case.play`` as a table."""
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     table.add_column(style="cyan", no_wrap=True)
     table.add_column(no_wrap=True, justify="right")
@@ -107,7 +109,7 @@ def measures_table(measures: dict[str, Any]) -> Table:
     return table
 
 
-def _rows(m: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
+def _rows(m: Measures) -> Iterator[tuple[str, str, str]]:
     offered = m["offered_mbps"]
     yield ("goodput", f"{m['goodput_mbps']:.3f} Mb/s",
            "of payload" + ("" if offered is None else f"; offered {offered:.3f} Mb/s"))

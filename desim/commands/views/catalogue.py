@@ -1,11 +1,11 @@
-"""What plug-ins there are, and what each of them says about itself."""
+"""The catalogue of plug-ins: a list of all, and the description of each."""
 
 from __future__ import annotations
 
 import inspect
 import re
 from collections.abc import Iterator
-from typing import Any, get_args
+from typing import get_args
 
 from pydantic import WithJsonSchema
 from pydantic.fields import FieldInfo
@@ -47,7 +47,7 @@ def description(name: str) -> str:
 
 
 def first_sentence(kind: str, name: str) -> str:
-    """What a plug-in says of itself, in short."""
+    """The first sentence of a plug-in's documentation."""
     try:
         text = " ".join((inspect.getdoc(plugins.load(kind, name)) or "").split())
     except (ImportError, AttributeError, InputError) as error:
@@ -56,18 +56,19 @@ def first_sentence(kind: str, name: str) -> str:
 
 
 def _shortened(sentence: str) -> str:
-    """A long one up to its first colon or semicolon, but for those inside of code."""
+    """A long sentence up to its first colon or semicolon outside of code; others as they are."""
     if len(sentence) <= _LONG:
         return sentence
     return next((sentence[:mark.start()] for mark in re.finditer("[:;] ", sentence)
                  if sentence.count("``", 0, mark.start()) % 2 == 0), sentence)
 
 
-def _about(name: str, kind: str, cls: Any) -> str:
+def _about(name: str, kind: str, cls: type) -> str:
     lines = [f"{name} ({kind}): {cls.__module__}:{cls.__qualname__}", "",
              inspect.getdoc(cls) or "(it says nothing about itself)"]
-    if getattr(cls, "reasons", ()):
-        lines += ["", f"drops for: {', '.join(cls.reasons)}"]
+    reasons = getattr(cls, "reasons", ())
+    if reasons:
+        lines += ["", f"drops for: {', '.join(reasons)}"]
     params = getattr(cls, "Params", None)
     fields = params.model_fields if params is not None else {}
     lines += ["", "parameters:" if fields else "no parameters"]
@@ -75,7 +76,7 @@ def _about(name: str, kind: str, cls: Any) -> str:
 
 
 def _parameters(fields: dict[str, FieldInfo], indent: str) -> Iterator[str]:
-    """A line each; a block's own ones stand below it, also where there is none by default."""
+    """A line a parameter; those of a block stand below it."""
     for name, info in fields.items():
         default = None if info.is_required() else info.get_default(call_default_factory=True)
         says = "" if isinstance(default, Params) else f" {_default(info)} "
@@ -84,7 +85,7 @@ def _parameters(fields: dict[str, FieldInfo], indent: str) -> Iterator[str]:
         yield from _parameters(_block(info.annotation), indent + "  ")
 
 
-def _block(annotation: Any) -> dict[str, FieldInfo]:
+def _block(annotation: object) -> dict[str, FieldInfo]:
     """The parameters of a field that is a block, or a block or none."""
     for kind in (annotation, *get_args(annotation)):
         if inspect.isclass(kind) and issubclass(kind, Params):
@@ -92,9 +93,10 @@ def _block(annotation: Any) -> dict[str, FieldInfo]:
     return {}
 
 
-def _example(info: FieldInfo) -> Any:
-    """Its own, or that of its kind of quantity; None if there is neither."""
+def _example(info: FieldInfo) -> object:
+    """The example of a field, or of its kind of quantity; None if there is neither."""
     of_kind = (schema for kind in info.metadata if isinstance(kind, WithJsonSchema)
+               and kind.json_schema is not None
                for schema in (kind.json_schema, *kind.json_schema.get("anyOf", ())))
     given = (info.examples, *(schema.get("examples") for schema in of_kind))
     return next((examples[0] for examples in given if examples), None)

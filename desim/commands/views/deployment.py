@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TypedDict
 
 from pydantic import Field
 from rich.table import Table
@@ -39,9 +39,39 @@ class TestbedOptions(Params):
     rate_bps: BitRate = Field("1 Gb/s", description="of its links (the paper: Gigabit Ethernet)")
 
 
-def deployment_of(plan: Plan, chosen: TestbedOptions) -> dict[str, Any]:
-    """Everything that ``desim deploy --json`` says: ``nodes`` to robots, ``copying`` by way with
-    ``seconds``, ``copies`` and its ``rounds`` of [from, to], ``runs`` and what they take."""
+class Copying(TypedDict):
+    """One way to copy the image: ``rounds`` of [from, to]."""
+
+    seconds: float
+    copies: int
+    round_ends_s: list[float]
+    rounds: list[list[list[str]]]
+
+
+class Lan(TypedDict):
+    """The cluster's network."""
+
+    model: str
+    rate_bps: int
+
+
+class Deployment(TypedDict):
+    """The output of ``desim deploy --json``: ``nodes`` to robots, ``copying`` by way, the least and
+    the most ``runs`` and their real time."""
+
+    design: str
+    robots_per_node: int
+    virtual_machines: int
+    nodes: dict[str, list[str]]
+    image_bytes: int
+    network: Lan
+    copying: dict[str, Copying]
+    runs: dict[str, int]
+    real_time_s: dict[str, float]
+
+
+def deployment_of(plan: Plan, chosen: TestbedOptions) -> Deployment:
+    """The cluster for a design, and the times of copying and of its runs."""
     bed = testbed.smallest_testbed(plan, chosen.robots_per_node)
     needs = testbed.demand(plan)
     return {
@@ -57,7 +87,7 @@ def deployment_of(plan: Plan, chosen: TestbedOptions) -> dict[str, Any]:
     }
 
 
-def _copied(rounds: testbed.Rounds, chosen: TestbedOptions) -> dict[str, Any]:
+def _copied(rounds: testbed.Rounds, chosen: TestbedOptions) -> Copying:
     block = plugins.parameters("network", chosen.model)
     rate = BIT_RATE.format(chosen.rate_bps)
     with below(f"--model {chosen.model}"):
@@ -68,8 +98,8 @@ def _copied(rounds: testbed.Rounds, chosen: TestbedOptions) -> dict[str, Any]:
             "rounds": [[list(copy) for copy in copies] for copies in rounds]}
 
 
-def show(deployment: dict[str, Any]) -> None:
-    """Print it."""
+def show(deployment: Deployment) -> None:
+    """Print the deployment."""
     console = Terminal(highlight=False, soft_wrap=True, markup=False, emoji=False)
     nodes = deployment["nodes"]
     machines, per_node = deployment["virtual_machines"], deployment["robots_per_node"]
@@ -103,14 +133,14 @@ def _plain(*right: int, columns: tuple[str, ...]) -> Table:
     return table
 
 
-def _placement(deployment: dict[str, Any]) -> Table:
+def _placement(deployment: Deployment) -> Table:
     table = _plain(columns=("node", "robots"))
     for node, robots in deployment["nodes"].items():
         table.add_row(Text(node, "cyan"), Text(", ".join(sorted(robots, key=natural_key))))
     return table
 
 
-def _copying(ways: dict[str, Any]) -> Table:
+def _copying(ways: dict[str, Copying]) -> Table:
     table = _plain(1, 2, 3, 4, columns=("", "copies", "rounds", "seconds", "against naive"))
     naive_s = ways["machine_by_machine"]["seconds"]
     for name, way in ways.items():
@@ -120,7 +150,7 @@ def _copying(ways: dict[str, Any]) -> Table:
     return table
 
 
-def _rounds(way: dict[str, Any]) -> Table:
+def _rounds(way: Copying) -> Table:
     table = _plain(1, columns=("round", "over at", "copies"))
     for number, (copies, end_s) in enumerate(
             zip(way["rounds"], way["round_ends_s"], strict=True), 1):

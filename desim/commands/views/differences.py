@@ -1,14 +1,15 @@
-"""Does a run repeat itself, and where do two runs part?"""
+"""The first difference between two runs, and whether a run repeats itself."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
 from desim import api
 from desim.commands.views.rows import text
+from desim.results.folder import RunFolder
 from desim.results.run import Run
 from desim.results.traces import (
     CONTEXT,
@@ -22,15 +23,17 @@ from desim.results.traces import (
     trace_of,
 )
 from desim.scenario.load import Loaded
+from desim.simulation.simulation import Simulation
 
 
 def checked(loaded: Loaded, out: Path, watch: api.Watch | None,
             command: str) -> tuple[Run, str | None]:
-    """Run twice. The first run, and in words where the second parts from it, None if nowhere."""
+    """Run twice. Returns the first run, and its first difference from the second in words, None if
+    there is none."""
     names: dict[int, str] = {}
 
     @contextmanager
-    def noting(simulation: Any, folder: Any) -> Iterator[None]:
+    def noting(simulation: Simulation, folder: RunFolder) -> Iterator[None]:
         with watch(simulation, folder) if watch else nullcontext():
             yield
         names.update(simulation.names.items())
@@ -43,7 +46,7 @@ def checked(loaded: Loaded, out: Path, watch: api.Watch | None,
 
 
 def difference(first: Path, second: Path) -> str | None:
-    """Where two runs part, in words; None if their traces are equal.
+    """The first difference between two runs, in words; None if their traces are equal.
 
     Where rows were not kept, the scenario is run again. Raises ``InputError`` for a failed run.
     """
@@ -65,7 +68,7 @@ def difference(first: Path, second: Path) -> str | None:
         return "\n".join([*_entities(*(run.manifest for run in runs)), parted])
 
 
-def _entities(first: dict[str, Any], second: dict[str, Any]) -> list[str]:
+def _entities(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[str]:
     one, other = (manifest.get("digest_by_entity", {}) for manifest in (first, second))
     unlike = [name for name in sorted(one | other) if one.get(name) != other.get(name)]
     shown = ", ".join(unlike[:12]) + (", ..." if len(unlike) > 12 else "")

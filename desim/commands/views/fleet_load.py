@@ -1,12 +1,14 @@
-"""What ``desim net fleet`` prints: does a network carry what a fleet says?"""
+"""The output of ``desim net fleet``: does a network carry the messages of a fleet?"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+Load = Mapping[str, Any]  # of desim.netcases.fleet.play, or of one of its topics or media
 
-def verdict(found: dict[str, Any], enough: float) -> tuple[bool, str]:
+
+def verdict(found: Load, enough: float) -> tuple[bool, str]:
     """Whether ``found`` (``desim.netcases.fleet.play``) is good enough, and why: ``enough``
     of each topic's messages arrive, and 95 % of those within the time until the next one."""
     topics = found["topics"]
@@ -22,7 +24,7 @@ def verdict(found: dict[str, Any], enough: float) -> tuple[bool, str]:
                   f"within {_ms(topics[slowest]['delay_p95_ms'])} ({slowest})")
 
 
-def _faults(name: str, topic: dict[str, Any], enough: float) -> Iterator[str]:
+def _faults(name: str, topic: Load, enough: float) -> Iterator[str]:
     share = topic["delivery_ratio"]
     if share is None:
         yield f"{name} is not sent: nobody finds its subscribers"
@@ -35,8 +37,8 @@ def _faults(name: str, topic: dict[str, Any], enough: float) -> Iterator[str]:
                f"after {_ms(1e3 / topic['rate_hz'])}")
 
 
-def told(found: dict[str, Any]) -> str:
-    """What was played, what the answer rests on, a table of topics and one of media."""
+def description(found: Load) -> str:
+    """The assumptions, a table of topics and one of media."""
     topics = _aligned(("topic", "from", "to", "Hz", "B", "Mb/s", "arrived", "mean", "95 %", "99 %",
                        "lost"), (_topic_row(*topic) for topic in found["topics"].items()))
     media = _aligned(("medium", "Mb/s", "carried", "busy", "at most", "frames", "lost"),
@@ -46,7 +48,7 @@ def told(found: dict[str, Any]) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def _assumed(found: dict[str, Any]) -> Iterator[str]:
+def _assumed(found: Load) -> Iterator[str]:
     yield ("  robots stand anywhere in the terrain, drawn by the seed" if found["spread"]
            else "  robots stand where they start")
     if any(name.startswith("/map_exchange/") for name in found["topics"]):
@@ -58,7 +60,7 @@ def _assumed(found: dict[str, Any]) -> Iterator[str]:
         yield f"  left out, for nobody says how often: {', '.join(found['left_out'])}"
 
 
-def _topic_row(name: str, topic: dict[str, Any]) -> tuple[str, ...]:
+def _topic_row(name: str, topic: Load) -> tuple[str, ...]:
     return (name, str(topic["senders"]), str(topic["receivers"]), f"{topic['rate_hz']:g}",
             str(topic["size_bytes"]), f"{topic['offered_mbps']:.3f}",
             _share(topic["delivery_ratio"]),
@@ -66,7 +68,7 @@ def _topic_row(name: str, topic: dict[str, Any]) -> tuple[str, ...]:
             _shares(topic["lost"], topic["sent"]))
 
 
-def _medium_row(name: str, medium: dict[str, Any]) -> tuple[str, ...]:
+def _medium_row(name: str, medium: Load) -> tuple[str, ...]:
     busy = medium["utilisation"] or {"mean": None, "max": None}
     return (name, f"{medium['offered_mbps']:.3f}", f"{medium['carried_mbps']:.3f}",
             _share(busy["mean"]), _share(busy["max"]), str(medium["frames"]),

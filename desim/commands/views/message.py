@@ -1,10 +1,11 @@
-"""One message, row by row, and where its time went."""
+"""The story of one message, row by row, with the time of each part; and lists of messages."""
 
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+import numpy as np
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
@@ -18,7 +19,7 @@ _MESSAGES = "messages.parquet"
 _LISTED = 40
 
 
-def told(path: Path, number: int) -> str:
+def message_story(path: Path, number: int) -> str:
     """The story of message ``number`` of the run in ``path``; raises ``InputError`` if there is no
     such message. Where rows were not kept, the run is repeated up to the message's end."""
     run = Run(path)
@@ -32,7 +33,7 @@ def told(path: Path, number: int) -> str:
     return "\n".join([*_lines(steps), *about])
 
 
-def listed(path: Path, topic: str | None, dropped: bool, at_ns: int | None) -> str:
+def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None) -> str:
     """The first messages of the run in ``path`` that are of ``topic``, dropped, or under way at
     ``at_ns``, a line for each receiver. Raises ``InputError`` where messages were not kept."""
     run = Run(path)
@@ -54,7 +55,7 @@ def listed(path: Path, topic: str | None, dropped: bool, at_ns: int | None) -> s
         f"{', '.join(sorted({row['topic'] for row in rows})[:_LISTED])}"])
 
 
-def _last(rows) -> int:
+def _last(rows: np.ndarray) -> int:
     from desim.engine.trace import Names
 
     return int((rows["kind"] == Names().id("sent")).sum())
@@ -67,7 +68,7 @@ def _lines(steps: list[Step]) -> list[str]:
 
 
 def _fates(run: Run, number: int) -> tuple[list[str], int | None]:
-    """Where the time went for each receiver, and when the last of them had it."""
+    """The parts of the time until each receiver's fate, in words, and the last such instant."""
     if not run.has(_MESSAGES):
         return [], None
     rows = pq.read_table(run.file(_MESSAGES), filters=pc.field("number") == number).to_pylist()

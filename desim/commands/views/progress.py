@@ -1,5 +1,5 @@
-"""How a run is getting on, while it is. Looks at counters from a thread of its own, so that the
-simulation neither knows of it nor waits for it."""
+"""The progress of a run. A thread of its own reads counters, so that the simulation neither knows
+of it nor waits for it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
 from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
+from desim.api import Watch
+from desim.engine.kernel import Kernel
 from desim.monitor.traffic import totals
 from desim.results.folder import RunFolder
+from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 
 REFRESH_HZ = 4  # on a terminal
@@ -22,16 +24,17 @@ LINE_EVERY_S = 10.0  # elsewhere
 
 
 class Gauge:
-    """Reads a simulation's counters and what they grew by since the reading before."""
+    """Reads a simulation's counters, and their growth since the reading before."""
 
-    def __init__(self, simulation: Any, folder: RunFolder,
+    def __init__(self, simulation: Simulation, folder: RunFolder,
                  clock: Callable[[], float] = time.perf_counter) -> None:
         self._simulation, self._folder, self._clock = simulation, folder, clock
         self._before = (clock(), 0, 0, 0)
 
     def read(self) -> dict[str, float]:
-        """time_s, explored, explored_union, factor (simulated over wall time), messages_per_s and
-        bytes_per_s of simulated time, links that carried a message in the last second."""
+        """The readings: time_s, explored, explored_union, factor (simulated over wall time),
+        messages_per_s and bytes_per_s of simulated time, links that carried a message in the last
+        second."""
         simulation = self._simulation
         monitor, traffic = simulation.monitor, totals(simulation.graph)
         now = (self._clock(), simulation.kernel.now_ns, traffic.delivered, traffic.bytes_on_air)
@@ -49,12 +52,12 @@ class Gauge:
 
 
 @contextmanager
-def how_far(console: Console) -> Iterator[Callable[[Any, int], None]]:
-    """A line on a terminal: how much is played of what the yielded function was told of last, a
-    kernel and until when it runs, and how long the rest will take at this pace."""
-    played: list[tuple[Any, int, float]] = []
+def progress_line(console: Console) -> Iterator[Callable[[Kernel, int], None]]:
+    """A line on a terminal: the progress of a kernel and the time left at this pace. Yields a
+    function to call with a kernel and the instant until which it will run."""
+    played: list[tuple[Kernel, int, float]] = []
 
-    def watch(kernel: Any, until_ns: int) -> None:
+    def watch(kernel: Kernel, until_ns: int) -> None:
         played.append((kernel, until_ns, time.perf_counter()))
 
     if not console.is_terminal:
@@ -65,17 +68,17 @@ def how_far(console: Console) -> Iterator[Callable[[Any, int], None]]:
         yield watch
 
 
-def _line(kernel: Any, until_ns: int, begin_s: float) -> Text:
+def _line(kernel: Kernel, until_ns: int, begin_s: float) -> Text:
     share = kernel.now_ns / until_ns
     left_s = (time.perf_counter() - begin_s) * (1 - share) / share if share else float("inf")
     return Text(f"{kernel.now_ns / NS_PER_S:.1f} of {until_ns / NS_PER_S:g} simulated s"
                 + (f", {left_s:.0f} s left" if left_s < float("inf") else ""))
 
 
-def watching(console: Console) -> Callable[[Any, RunFolder], Any]:
+def watching(console: Console) -> Watch:
     """A ``watch`` for ``desim.api.run``: a panel on a terminal, else a line every 10 s."""
     @contextmanager
-    def watch(simulation: Any, folder: RunFolder) -> Iterator[None]:
+    def watch(simulation: Simulation, folder: RunFolder) -> Iterator[None]:
         gauge = Gauge(simulation, folder)
         if console.is_terminal:
             with Live(console=console, refresh_per_second=REFRESH_HZ, transient=True,

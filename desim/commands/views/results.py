@@ -1,15 +1,18 @@
-"""A run's results as a table that is read at once."""
+"""The table of a run's results."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from rich.table import Table
 from rich.text import Text
 
+Summary = Mapping[str, Any]  # of summary.json, or of manifest.json
 
-def result_table(metrics: dict[str, Any], manifest: dict[str, Any]) -> Table:
-    """What a run came to, for the terminal."""
+
+def result_table(metrics: Summary, manifest: Summary) -> Table:
+    """The results of a run, for the terminal."""
     title = Text(f"{manifest['name']}, seed {manifest['seed']}: {manifest['status']}, "
                  f"{metrics['stop_reason']}")
     table = Table(title=title, title_justify="left", title_style="bold",
@@ -22,7 +25,7 @@ def result_table(metrics: dict[str, Any], manifest: dict[str, Any]) -> Table:
     return table
 
 
-def _exploration(m: dict[str, Any]) -> list[tuple[str, str, str]]:
+def _exploration(m: Summary) -> list[tuple[str, str, str]]:
     limit = m["simulated_s"]
     efficiency = m["exploration_efficiency_m2_per_m"]
     return [
@@ -41,7 +44,7 @@ def _exploration(m: dict[str, Any]) -> list[tuple[str, str, str]]:
     ]
 
 
-def _network(m: dict[str, Any]) -> list[tuple[str, str, str]]:
+def _network(m: Summary) -> list[tuple[str, str, str]]:
     rows = [
         ("messages", f"{m['messages_sent']} sent", f"{m['messages_delivered']} delivered"),
         ("", f"{m['messages_in_flight']} in flight", "at the end"),
@@ -57,14 +60,14 @@ def _network(m: dict[str, Any]) -> list[tuple[str, str, str]]:
                                                           f"{share['max']:.1%}"))
     if m.get("control_bytes"):
         rows.append(("", f"{m['control_bytes'] / 1e6:.1f} MB", "of routing protocols, beside"))
-    split = m["partitions"]
-    if split["count"]:
-        rows.append(("partitions", str(split["count"]), f"{split['total_s']:.0f} s in all, the "
-                                                        f"longest {split['longest_s']:.0f} s"))
+    apart = m["partitions"]
+    if apart["count"]:
+        rows.append(("partitions", str(apart["count"]), f"{apart['total_s']:.0f} s in all, the "
+                                                        f"longest {apart['longest_s']:.0f} s"))
     return rows + _awareness(m)
 
 
-def _awareness(m: dict[str, Any]) -> list[tuple[str, str, str]]:
+def _awareness(m: Summary) -> list[tuple[str, str, str]]:
     rows = []
     if m.get("discovery_frames"):
         size_bytes = m["discovery_bytes"]
@@ -83,7 +86,7 @@ def _awareness(m: dict[str, Any]) -> list[tuple[str, str, str]]:
     return rows
 
 
-def _cost(m: dict[str, Any], manifest: dict[str, Any]) -> list[tuple[str, str, str]]:
+def _cost(m: Summary, manifest: Summary) -> list[tuple[str, str, str]]:
     return [
         ("speed", f"{manifest['real_time_factor']:.1f} x real time",
          f"{m['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "

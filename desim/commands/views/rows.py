@@ -21,14 +21,14 @@ _AT_OTHERS = ("lost", "delivered", "dropped", "callback", "overwritten",
 
 
 def text(row: np.void, names: Mapping[int, str]) -> str:
-    """One row: time, kind, entity, and what it says."""
+    """A row in words: time, kind, entity, values."""
     kind = names.get(int(row["kind"]), "?")
     return (f"{int(row['t_ns']) / NS_PER_S:14.9f} s  {kind:<16} "
             f"{names.get(int(row['entity']), '?'):<20} {values(row, kind, names)}").rstrip()
 
 
 def values(row: np.void, kind: str, names: Mapping[int, str]) -> str:
-    """Columns a, b and c: names where they are ids, floats where they are bits."""
+    """The columns a, b and c: ids as names, bits of floats as floats."""
     reals = _REALS.get(kind, "")
     out = []
     for column in "abc":
@@ -74,7 +74,7 @@ def story(rows: np.ndarray, names: Mapping[int, str], number: int) -> list[Step]
 
 
 def _step(row: np.void, names: Mapping[int, str], again: str) -> Step:
-    """``again``: what becomes of a lost frame."""
+    """A row as a step. ``again``: the fate of a lost frame, in words."""
     kind, where = names[int(row["kind"])], names[int(row["entity"])]
     a, c = int(row["a"]), int(row["c"])
     detail = {

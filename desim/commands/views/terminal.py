@@ -1,21 +1,20 @@
-"""A terminal on which what somebody else wrote is text, and no command to the terminal."""
+"""A terminal on which foreign text cannot be a command to the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 
 from desim.errors import printable
 
 
 class Terminal(Console):
-    """A console whose words are printable, whoever wrote them; its own colours and movements of the
-    cursor are not words."""
+    """A console that prints printable text only, besides its own colours and cursor movements."""
 
-    def render(self, renderable: Any, options: Any = None) -> Iterator[Segment]:
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None,
+               ) -> Iterator[Segment]:
         return _clean(super().render(renderable, options))
 
 

@@ -1,10 +1,9 @@
-"""``desim validate``: published numbers beside measured ones, row by row as they come."""
+"""The output of ``desim validate``: published numbers beside measured ones, row by row."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from typing import Any
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
@@ -25,8 +24,9 @@ def chosen(only: Iterable[str]) -> dict[str, Validation]:
     return {name: plugins.load("validation", name)() for name in names}
 
 
-def compared(groups: dict[str, Validation], say: Callable[[str], Any]) -> list[dict[str, Any]]:
-    """All comparisons, told line by line as they are made. Returns what ``--json`` prints."""
+def compared(groups: dict[str, Validation], say: Callable[[str], object],
+             ) -> list[dict[str, object]]:
+    """Make all comparisons and ``say`` each line at once. Returns the records for ``--json``."""
     records = []
     for name, group in groups.items():
         say(f"{name}: {group.source}\n{HEADER}")

@@ -1,4 +1,4 @@
-"""How vectors become panels and lines of a figure."""
+"""The panels and lines of a figure, which are made of vectors."""
 
 from __future__ import annotations
 
