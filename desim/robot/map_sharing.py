@@ -17,6 +17,7 @@ from desim.units import NS_PER_S
 # A robot whose evidence does not change sends nothing (gmapping publishes only after a processed
 # scan), but all that it knows at least every so many periods: a peer that started again with
 # empty memory, or that missed a part, gets it then.
+# (20 % less or more changes no run of scenarios/maze_8.yaml, where no message is lost.)
 REFRESH_PERIODS = 6
 
 

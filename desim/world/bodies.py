@@ -12,8 +12,8 @@ from desim.world.kernels import bodies as kernels
 from desim.world.terrain import Raster, Terrain
 from desim.world.wall_index import tile_index
 
-EPISODE_NS = NS_PER_S // 2  # a collision is over after so long without contact
-TILE_M = 2.0
+EPISODE_NS = NS_PER_S // 2  # a collision ends after so long without contact (our choice)
+TILE_M = 2.0  # smaller tiles list fewer walls and cost memory
 _NEVER_NS = -(1 << 62)
 
 
@@ -21,7 +21,7 @@ class Bodies:
     """Poses and velocities of robots, in the order of ``specs``.
 
     ``poses`` [n, 3] x m, y m, yaw rad; ``velocities`` [n, 3] forward, left m/s, turn rad/s;
-    ``travelled_m`` [n] the way that each has gone.
+    ``travelled_m`` [n] the distance that each has driven.
     """
 
     def __init__(self, specs: list[RobotSpec], terrain: Terrain, tick_s: float) -> None:
@@ -54,7 +54,8 @@ class Bodies:
         return np.ascontiguousarray(self._limits[:, kernels.RADIUS])
 
     def command(self, robot: int, velocity: tuple[float, float, float], now_ns: int) -> None:
-        """What ``robot`` shall do from the next tick on: forward, left m/s, turn rad/s."""
+        """Set the velocity that ``robot`` shall have from the next tick on: forward, left m/s, turn
+        rad/s."""
         self._commands[robot] = velocity
         self._clocks[robot, kernels.COMMANDED] = now_ns
 
@@ -66,8 +67,8 @@ class Bodies:
 
     def advance(self, now_ns: int, dt_s: float, walls: np.ndarray,
                 discs: np.ndarray) -> list[tuple[int, int]]:
-        """One tick that ends at ``now_ns`` among ``walls`` (the terrain's, then closed doors') and
-        ``discs``. Returns the contact episodes that began: (robot, other or -1)."""
+        """Make one tick that ends at ``now_ns`` among ``walls`` (the terrain's, then closed doors')
+        and ``discs``. Returns the contact episodes that began: (robot, other or -1)."""
         began = kernels.advance(self.poses, self.velocities, self._commands, self._limits,
                                 self._clocks, self._order, self._pairs, self._before, self._last,
                                 self.travelled_m, walls, *self._matter, discs, now_ns, dt_s,
@@ -85,8 +86,8 @@ def _check(spec: RobotSpec, tick_s: float) -> None:
 
 
 def _field(raster: Raster | None) -> tuple[np.ndarray, np.ndarray]:
-    """How far the nearest solid cell is: [rows, cols] uint8 chessboard distance in cells, at most
-    255, and the frame: x0 m, y0 m, cells per m. No raster: no cells."""
+    """The distance to the nearest solid cell, [rows, cols] uint8 chessboard distance in cells, at
+    most 255, and the frame: x0 m, y0 m, cells per m. No raster: no cells."""
     if raster is None:
         return np.zeros((0, 0), dtype=np.uint8), np.array([0.0, 0.0, 1.0])
     near = distance_transform_cdt(~raster.solid, metric="chessboard").clip(0, 255)

@@ -1,7 +1,7 @@
-"""The centre lines of walls that a map shows as solid cells: what somebody would draw.
+"""The centre lines of walls that a map shows as solid cells, as a person would draw them.
 
-The solid cells are thinned to a skeleton. Its spurs are pruned, its branches become straight lines,
-these are led on to the walls' ends, and they meet where walls do. All lengths are in cells.
+The solid cells are thinned to a skeleton. Its spurs are pruned and its branches become straight
+lines, which are extended to the walls' ends and joined where walls meet. Lengths are in cells.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _AROUND = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
 
 class CentreLines(NamedTuple):
     """``lines`` [n, 4] x1 y1 x2 y2 | ``thickness`` [n] | ``posts`` [rows, cols] bool: the cells of
-    what is no longer than it is thick, and has no line."""
+    parts that are no longer than they are thick; these have no line."""
 
     lines: np.ndarray
     thickness: np.ndarray
@@ -52,8 +52,8 @@ class Branch(NamedTuple):
 
 
 class Edge(NamedTuple):
-    """A straight part of a wall between two vertices: ``middle`` x y and ``along`` say which line
-    it is on."""
+    """A straight part of a wall between two vertices, on the line through ``middle`` x y in the
+    direction ``along``."""
 
     begin: int
     end: int
@@ -63,7 +63,7 @@ class Edge(NamedTuple):
 
 
 def centre_lines(wall: np.ndarray) -> CentreLines:
-    """Of the solid cells ``wall`` [rows, cols]."""
+    """The centre lines of the solid cells ``wall`` [rows, cols]."""
     wall = np.pad(wall, MARGIN)
     away = distance_transform_edt(wall)
     skeleton = _thinned(wall)
@@ -125,8 +125,8 @@ def _branches(skeleton: np.ndarray, away: np.ndarray) -> Iterator[Branch]:
 
 
 def _neighbours(skeleton: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
-    """The cells of ``skeleton``, as flat places, and which of them are beside each: across a corner
-    only where there is no way along sides."""
+    """The cells of ``skeleton``, as flat places, and the neighbours of each: across a corner only
+    where there is no way along sides."""
     rows, cols = np.nonzero(skeleton)
     cells = rows * skeleton.shape[1] + cols
     beside = np.full((len(cells), len(_AROUND)), -1)
@@ -139,8 +139,8 @@ def _neighbours(skeleton: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
 
 
 def _spurs(skeleton: np.ndarray, away: np.ndarray) -> np.ndarray:
-    """[n] flat places of branches that end where the disc around the junction does: corners, and
-    what is ragged. The corner of a square is by 0.41 of the disc's radius behind the disc."""
+    """[n] flat places of branches that end where the disc around the junction does: corners and
+    ragged edges. The corner of a square lies 0.41 of the disc's radius behind the disc."""
     gone = [np.zeros(0, np.int64)]
     for points, deep, _, (begins, ends) in _branches(skeleton, away):
         if begins == ends:
@@ -171,7 +171,7 @@ def _posts(wall: np.ndarray, skeleton: np.ndarray, away: np.ndarray) -> np.ndarr
 
 
 def _led_on(branch: Branch, wall: np.ndarray) -> Branch:
-    """A branch whose tips are where the wall ends; thinning leaves them short of that."""
+    """A branch extended to the ends of the wall; thinning leaves its tips short of them."""
     points, deep, nodes, tips = branch
     for tip in tips:
         if tip:
@@ -182,9 +182,9 @@ def _led_on(branch: Branch, wall: np.ndarray) -> Branch:
 
 def _to_the_end(points: np.ndarray, deep: np.ndarray, wall: np.ndarray,
                 ) -> tuple[np.ndarray, np.ndarray]:
-    """The first of ``points`` is moved; those as near to it as the wall is thick may lead into a
-    corner, and are left out. The end is where a rectangle of the wall's width has as many solid
-    cells as are there."""
+    """Move the first of ``points`` to the wall's end, and leave out those as near to it as the wall
+    is thick, which may lead into a corner. At the end, a rectangle of the wall's width has as many
+    solid cells as there are."""
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     thick = 2 * np.median(deep[way <= 3 * deep.max()]) - 0.5
     cut = int(np.searchsorted(way, min(thick, way[-1] / 2)))
@@ -216,7 +216,7 @@ def _line(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _add(branch: Branch, wall: np.ndarray, points: list[np.ndarray], edges: list[Edge],
          numbers: dict[int, int]) -> None:
-    """Adds a branch's vertices and straight parts; a node of several branches is one vertex."""
+    """Add a branch's vertices and straight parts; a node of several branches is one vertex."""
     bends = _bends(branch.points)
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(branch.points, axis=0).T))])
     vertices = []
@@ -240,8 +240,8 @@ def _add(branch: Branch, wall: np.ndarray, points: list[np.ndarray], edges: list
 
 def _centred(middle: np.ndarray, along: np.ndarray, points: np.ndarray, wall: np.ndarray,
              thick: float) -> tuple[np.ndarray, np.ndarray]:
-    """A line moved aside to the middle of the solid cells around it: the skeleton of a wall of two
-    cells is in one of them."""
+    """A line moved aside to the middle of the solid cells around it: the skeleton of a wall two
+    cells thick lies in one of them."""
     aside = np.linspace(-1.0, 1.0, 41) * (thick / 2 + 1)
     feet = middle + ((points - middle) @ along)[:, None] * along
     x = feet[:, :1] - aside * along[1]
@@ -252,7 +252,7 @@ def _centred(middle: np.ndarray, along: np.ndarray, points: np.ndarray, wall: np
 
 
 def _bends(points: np.ndarray) -> list[int]:
-    """Which of ``points`` [n, 2] a line through some of them needs to be within ``BEND`` of all
+    """The numbers of those ``points`` [n, 2] through which a line stays within ``BEND`` of all
     (Douglas and Peucker 1973)."""
     needed, parts = [0], [(0, len(points) - 1)]
     while parts:
@@ -268,8 +268,8 @@ def _bends(points: np.ndarray) -> list[int]:
 
 
 def _joined(points: np.ndarray, edges: list[Edge]) -> tuple[np.ndarray, np.ndarray]:
-    """Lines [n, 4] and their thickness: vertices go to where the lines of their edges meet. An edge
-    that is shorter than the wall is thick, between two other ones, becomes one vertex."""
+    """Lines [n, 4] and their thickness, with vertices moved to where the lines of their edges meet.
+    An edge between two others that is shorter than the wall is thick becomes one vertex."""
     if not edges:
         return np.zeros((0, 4)), np.zeros(0)
     begin, end, middle, along, thick = (np.array(column) for column in zip(*edges, strict=True))
@@ -299,6 +299,6 @@ def _joined(points: np.ndarray, edges: list[Edge]) -> tuple[np.ndarray, np.ndarr
 
 
 def _parts(begin: np.ndarray, end: np.ndarray, count: int) -> tuple[int, np.ndarray]:
-    """How many parts ``count`` vertices are in when these are one each, and the part of each."""
+    """The number of connected parts of ``count`` vertices with these edges, and each one's part."""
     return connected_components(coo_array((np.ones(len(begin)), (begin, end)), (count, count)),
                                 directed=False)

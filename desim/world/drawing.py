@@ -14,8 +14,8 @@ Point = tuple[float, float]
 
 
 class Drawn(NamedTuple):
-    """``walls`` [n, 4] and ``solids`` [k, 4] in m, as in ``Terrain``; ``cells`` [rows, cols] bool,
-    the blocks that they are of (None: walls)."""
+    """A drawing in m: ``walls`` [n, 4] and ``solids`` [k, 4] as in ``Terrain``; ``cells``
+    [rows, cols] bool, the solid blocks (None: the drawing is of walls)."""
 
     walls: np.ndarray
     solids: np.ndarray

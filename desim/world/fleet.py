@@ -1,4 +1,4 @@
-"""Who is in the fleet: names, bodies and starts."""
+"""The robots of the fleet: names, bodies and starts."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from desim.scenario.schema.whole import Scenario
 
 
 class RobotSpec(NamedTuple):
-    """One robot: its body and where it shall start. ``snap`` lets a start inside a wall move; one
-    that is ``drawn`` has no place yet (NaN)."""
+    """One robot: its body and its start. ``snap`` lets a start inside a wall move; a start that is
+    still to be ``drawn`` has no place yet (NaN)."""
 
     name: str
     body: BodyType

@@ -26,8 +26,8 @@ def segments(rows: Iterable[Row]) -> np.ndarray:
 def merge_collinear(walls: np.ndarray) -> np.ndarray:
     """Walls of one line that overlap or touch become one. ``walls`` [n, 4] m, none of length 0.
 
-    The answer [m, 4] is sorted by direction, offset and place, so that the order of declaration
-    does not show.
+    The result [m, 4] is sorted by direction, offset and place: the order of declaration does not
+    matter.
     """
     lines: dict[tuple[float, float], list[tuple[float, float]]] = {}
     for x1, y1, x2, y2 in walls.tolist():

@@ -2,11 +2,11 @@
 
 Trinary mode (map_server's default): with p = (255 - value) / 255, or value / 255 if ``negate``,
 a cell is occupied above ``occupied_thresh``, free below ``free_thresh`` and unknown in between.
-Unknown cells are solid here: nothing has ever been seen in them. Of a colour image the mean of
-its channels counts, without transparency.
+Unknown cells are solid here: nothing has ever been seen in them. In a colour image the mean of
+the channels counts, without transparency.
 
-``materials`` is a key of ours, which ROS leaves alone: by grey value, what occupied (and unknown)
-cells are made of. All greys that count as occupied look alike to a laser, there as here.
+``materials`` is a key of ours, which ROS ignores: the material of occupied (and unknown) cells by
+grey value. All greys that count as occupied look alike to a laser, there as here.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from desim.world.terrain import MAX_CELLS, Raster, Terrain, from_raster
 
 IMAGES = (".pgm", ".png", ".pnm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff")
 _MOST_BYTES = 10_000_000  # of the YAML file
-HEIGHT_M = 2.0  # the paper: obstacles 2 m high; a map says nothing of it
+HEIGHT_M = 2.0  # the paper: obstacles 2 m high; a map does not have it
 MATERIALS = "materials"
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode",
         MATERIALS)
 
 
 def load(map_file: MapFile, other: int) -> Terrain:
-    """The terrain of a map_server YAML; of material ``other`` where it says nothing.
+    """The terrain of a map_server YAML; its material is ``other`` where the file names none.
 
-    Raises ``InputError`` for whatever is wrong with either file.
+    Raises ``InputError`` for anything wrong with either file.
     """
     path = Path(map_file.map)
     facts = _facts(path)
@@ -58,7 +58,7 @@ def load(map_file: MapFile, other: int) -> Terrain:
 
 def _material(path: Path, image: Path, facts: dict[str, object], other: int, values: np.ndarray,
               is_free: np.ndarray, is_occupied: np.ndarray) -> np.ndarray:
-    """[rows, cols] of each cell, rows of ``materials.NAMES``; ``other`` where nothing is said."""
+    """[rows, cols] the material of each cell, rows of ``materials.NAMES``."""
     legend = facts.get(MATERIALS)
     material = np.full(values.shape, other, np.int8)
     if legend is None:
@@ -180,8 +180,8 @@ def _origin(path: Path, facts: dict[str, object]) -> tuple[float, float]:
 
 def _cropped(free: np.ndarray, material: np.ndarray, resolution_m: float, x_m: float, y_m: float
              ) -> tuple[Raster, np.ndarray]:
-    """The part that has free cells in it, with one cell of solid border around, and its material
-    [rows, cols]: the border's is that of the cell beside it, if there is none in the image."""
+    """The part with free cells in it, with a solid border of one cell, and its material [rows,
+    cols]. A border outside of the image is of the material beside it."""
     rows, cols = np.flatnonzero(free.any(axis=1)), np.flatnonzero(free.any(axis=0))
     part = slice(rows[0], rows[-1] + 3), slice(cols[0], cols[-1] + 3)  # of one with a border
     solid = np.ascontiguousarray(np.pad(~free, 1, constant_values=True)[part])

@@ -1,5 +1,5 @@
-"""What walls can be made of. The names are common to terrains and radio models; what a wall of a
-material costs a radio wave stands in the radio models."""
+"""The materials of walls. The names are common to terrains and radio models; the attenuation of a
+radio wave by each material stands in the radio models."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ NAMES: tuple[str, ...] = tuple(MATERIALS)
 
 
 def index(name: str, what: str) -> int:
-    """The row of ``NAMES``. Raises ``InputError`` that names ``what`` has the unknown material."""
+    """The row of ``name`` in ``NAMES``. Raises ``InputError``, beginning with ``what``, for an
+    unknown material."""
     return row(name, f"{what}.material")
 
 
 def row(name: object, where: str) -> int:
-    """Likewise, of a name that stands at ``where``."""
+    """The same for a name that stands at the path ``where``."""
     if name not in NAMES:
         raise InputError(f"{where}: unknown material {name!r}{did_you_mean(str(name), NAMES)}; "
                          f"allowed: {', '.join(NAMES)}")

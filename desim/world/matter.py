@@ -28,8 +28,8 @@ GAP_CELLS = 2.0
 class Matter(NamedTuple):
     """``segments`` [n, 4] x1 y1 x2 y2 in m | ``material`` [n] rows of ``materials.NAMES`` |
     ``thickness_m``, ``height_m`` [n] | ``block`` [n] bool: the face of a block, not a wall |
-    ``crossing(segments, pairs)``: [c, 2] rows (pair, segment), sorted: what the straight lines
-    ``pairs`` [k, 4] go through, of these ``segments`` and of others behind them."""
+    ``crossing(segments, pairs)``: [c, 2] rows (pair, segment), sorted: the crossings of the
+    straight lines ``pairs`` [k, 4] with these ``segments`` and others behind them."""
 
     segments: np.ndarray
     material: np.ndarray
@@ -40,14 +40,14 @@ class Matter(NamedTuple):
 
 
 def crossing(walls: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """[c, 2] rows (pair, wall), sorted: which of ``walls`` [n, 4] the straight lines ``pairs``
-    [k, 4] cross."""
+    """[c, 2] rows (pair, wall), sorted: the crossings of the straight lines ``pairs`` [k, 4] with
+    ``walls`` [n, 4]."""
     pairs = np.ascontiguousarray(pairs, dtype=np.float64).reshape(-1, 4)
     return _all_found(kernels.crossings, len(pairs), walls, pairs)
 
 
 def _all_found(kernel: Callable[..., int], lines: int, *given: object) -> np.ndarray:
-    """What ``kernel`` puts into its last argument, and says how many rows there are of."""
+    """The rows that ``kernel`` writes into its last argument; it returns their number."""
     out = np.empty((max(64, 8 * lines), 2), dtype=np.int64)
     found = kernel(*given, out)
     if found > len(out):
@@ -71,8 +71,8 @@ class Cells:
     edge_m: float
 
     def __call__(self, segments: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-        """``Matter.crossing``. A post's own segment is the face at one end of the line's way
-        through it."""
+        """The crossings as in ``Matter.crossing``. A post's own segment is the face at one end of
+        the line's way through it."""
         pairs = np.asarray(pairs, dtype=np.float64).reshape(-1, 4)
         rows = crossing(segments[len(self.keys):], pairs) + (0, len(self.keys))
         if not len(self.keys):
@@ -124,8 +124,8 @@ def _without_gaps(walls: np.ndarray, edge_m: float) -> np.ndarray:
 
 
 def _blocks(solid: np.ndarray, away_m: np.ndarray, edge_m: float) -> np.ndarray:
-    """[rows, cols] bool: the cells of what a disc wider than ``BLOCK_M`` fits into, to its corners;
-    ``away_m`` is how far the nearest free cell is, from middle to middle."""
+    """[rows, cols] bool: the cells of parts that a disc wider than ``BLOCK_M`` fits into, to their
+    corners; ``away_m`` is the distance to the nearest free cell, from middle to middle."""
     deep = away_m > (BLOCK_M + edge_m) / 2
     if not deep.any():
         return deep
@@ -134,14 +134,15 @@ def _blocks(solid: np.ndarray, away_m: np.ndarray, edge_m: float) -> np.ndarray:
 
 
 def _thickness_m(away_m: np.ndarray, block: np.ndarray, edge_m: float) -> np.ndarray:
-    """[rows, cols] of posts, to half a cell: twice the way from their middle to what is free."""
+    """[rows, cols] thickness of posts, to half a cell: twice the distance from their middle to the
+    nearest free cell."""
     size = 2 * int(np.ceil(BLOCK_M / 2 / edge_m)) + 1
     return 2 * maximum_filter(np.where(block, 0.0, away_m), size) - edge_m / 2
 
 
 def _faces(kinds: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """Where cells of a kind end, as long straight runs: their keys, corners [n, 4] in cells, and a
-    cell (row, col) of each. Sides as ``kernels.stretches`` counts them: below the cell, above it,
+    """The faces of cells of a kind, as long straight runs: their keys, corners [n, 4] in cells, and
+    a cell (row, col) of each. Sides as ``kernels.stretches`` counts them: below the cell, above it,
     left and right of it."""
     span = max(kinds.shape) + 1
     keys, faces, cells = [], [], []

@@ -4,11 +4,11 @@
 pure function of the pose and k.
 
 ``random_walk``: dead reckoning. At every odometry tick the motion since the last one, seen from the
-robot, gets noise of the same standard deviations and is added to where the odometer believes to
-be. The fleet's odometers advance together at each of their ticks, whether anybody reads them or
-not, with the pose of the last world tick; noise number k belongs to tick k. A snapshot holds what
-they show, so that readings are pure functions of snapshots and reading late changes nothing. An
-odometer that is faster than the base tick makes the ticks between two of those at once.
+robot, gets noise of the same standard deviations and is added to the odometer's pose. The fleet's
+odometers advance together at each of their ticks, read or not, with the pose of the last world
+tick; noise number k belongs to tick k. A snapshot holds their poses, so that readings are pure
+functions of snapshots and reading late changes nothing. An odometer that is faster than the base
+tick makes the ticks between two base ticks at once.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Odometers:
 
     def read(self, poses: np.ndarray, reckoned: np.ndarray | None, robot: int,
              tick: int) -> np.ndarray:
-        """[3] reading number ``tick`` of ``robot``, from what a snapshot holds."""
+        """[3] reading number ``tick`` of ``robot``, from a snapshot's poses."""
         if reckoned is not None:
             return reckoned[robot].copy()
         out = np.empty(3)

@@ -29,8 +29,8 @@ from desim.world.scenery import Doors, Movers
 
 
 class Scene(NamedTuple):
-    """What a snapshot remembers besides poses: ``walls`` [n, 4] that beams meet (closed doors
-    last), ``discs`` [m, 3] of moving obstacles, and what walking odometers show [robots, 3]."""
+    """The part of a snapshot besides poses: ``walls`` [n, 4] that beams meet (closed doors last),
+    ``discs`` [m, 3] of moving obstacles, and the poses of dead-reckoning odometers [robots, 3]."""
 
     walls: np.ndarray
     discs: np.ndarray
@@ -82,7 +82,7 @@ class Plane:
         return self._bodies.velocities.copy()
 
     def body(self, robot: int) -> BodyType:
-        """What ``robot`` is."""
+        """The type of ``robot``'s body."""
         return self._types[robot]
 
     def grid(self, resolution_m: float) -> GridSpec:
@@ -96,7 +96,7 @@ class Plane:
         return self.terrain.truth(spec), self.terrain.reachable(spec, starts)
 
     def travelled_m(self) -> np.ndarray:
-        """[robots] m, the true way that each has gone."""
+        """[robots] m, the true distance that each has driven."""
         return self._bodies.travelled_m
 
     def advance(self, to_ns: int) -> None:
@@ -132,7 +132,7 @@ class Plane:
 
     def command(self, robot: int, forward_mps: float, left_mps: float, turn_radps: float) -> None:
         """Set the velocity that ``robot`` shall have; its motors get it there from the next tick
-        on, within the limits of its body. Raises ``ModelError`` for what is not finite."""
+        on, within the limits of its body. Raises ``ModelError`` if it is not finite."""
         if not isfinite(forward_mps + left_mps + turn_radps):
             raise ModelError(f"{self.robots[robot]}: velocity must be finite, got "
                              f"({forward_mps}, {left_mps}) m/s, {turn_radps} rad/s")
@@ -146,8 +146,8 @@ class Plane:
 
     def snapshot_at(self, time_ns: int) -> Snapshot:
         """The state between two ticks: bodies go on from the last tick along their arcs at its
-        velocities (the next tick's commands are not known yet; they change the way by less than
-        acceleration * tick^2, 0.7 mm for the paper's robots)."""
+        velocities. (The next tick's commands are not known yet; they change a position by less than
+        acceleration * tick^2, 0.7 mm for the paper's robots.)"""
         if time_ns == self._now_ns:
             return self.snapshot()
         ahead = self._bodies.ahead((time_ns - self._now_ns) / NS_PER_S)

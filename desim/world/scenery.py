@@ -1,8 +1,7 @@
-"""What moves besides robots: doors on a schedule, and discs on their paths.
+"""Moving scenery: doors on a schedule, and discs on their paths.
 
-Neither ever hurts a robot. A door that shall close waits until nobody stands in it; a moving
-obstacle waits while a robot or a closed door is in its way. Moving obstacles pass through each
-other.
+Neither ever touches a robot. A door that shall close waits until it is clear; a moving obstacle
+waits while a robot or a closed door is in its way. Moving obstacles pass through each other.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ _NEVER_NS = 1 << 62
 
 
 class Doors:
-    """Which doors are closed. ``lines`` [d, 4] m; ``closed`` [d] bool."""
+    """The doors: ``lines`` [d, 4] m | ``closed`` [d] bool."""
 
     def __init__(self, doors: Sequence[Door], bounds: tuple[float, float, float, float]) -> None:
         for i, door in enumerate(doors):
@@ -40,8 +39,8 @@ class Doors:
         self._next_ns = self._next_change_ns(0)
 
     def advance(self, now_ns: int, discs: np.ndarray) -> bool:
-        """Follow the schedule at ``now_ns``; True if a door moved. ``discs`` [k, 3] x, y, radius of
-        whatever a door must not close upon."""
+        """Follow the schedule at ``now_ns``; True if a door moved. A door does not
+        close upon any of ``discs`` [k, 3] x, y, radius."""
         if now_ns < self._next_ns:
             return False
         moved = waiting = False
@@ -83,8 +82,8 @@ class Movers:
                               dtype=np.float64).reshape(-1, 3)
 
     def advance(self, dt_s: float, robots: np.ndarray, doors: np.ndarray) -> None:
-        """Go on for ``dt_s``, unless one of ``robots`` [n, 3] x, y, radius or of the closed
-        ``doors`` [d, 4] is in the way. ``discs`` is a new array then."""
+        """Drive on for ``dt_s``, unless one of ``robots`` [n, 3] x, y, radius or of the closed
+        ``doors`` [d, 4] is in the way. ``discs`` is a new array afterwards."""
         discs = self.discs.copy()
         for i, path in enumerate(self._paths):
             driven_m = self._driven_m[i] + self._speeds_mps[i] * dt_s
@@ -102,7 +101,7 @@ class Movers:
 
 
 def _check(what: str, mover: MovingObstacle, tick_s: float) -> None:
-    """A tick that ends beyond what was in the way would not see it."""
+    """Raise ``InputError`` for a speed at which a tick would step over an obstacle."""
     step_m, highest_m = mover.speed_mps * tick_s, mover.radius_m / 2.0
     if step_m > highest_m + TOUCH_M:
         raise InputError(
@@ -112,7 +111,7 @@ def _check(what: str, mover: MovingObstacle, tick_s: float) -> None:
 
 
 def _path(what: str, mover: MovingObstacle, terrain: Terrain) -> np.ndarray:
-    """[k, 3]: way points x, y and the length of the way there in m."""
+    """[k, 3]: way points x, y and the length of the path up to them in m."""
     points = np.array(mover.path_m, dtype=np.float64)
     steps = np.hypot(*np.diff(points, axis=0).T)
     if not (steps > 0.0).all():
@@ -128,7 +127,7 @@ def _path(what: str, mover: MovingObstacle, terrain: Terrain) -> np.ndarray:
 
 
 def _along(path: np.ndarray, driven_m: float) -> tuple[float, float]:
-    """Where a path [k, 3] is after ``driven_m``, there and back again."""
+    """The point of a path [k, 3] after ``driven_m``, there and back again."""
     length = path[-1, 2]
     at = driven_m % (2.0 * length)
     at = min(at, 2.0 * length - at)

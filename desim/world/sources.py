@@ -1,4 +1,4 @@
-"""From the environment family of a scenario to a ``Terrain``: one way for each source."""
+"""The sources of terrain: built-in names, maps and shapes, each read into a ``Terrain``."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from desim.world.geometry import TOUCH_M, Row, merge_collinear, rectangle, segme
 from desim.world.matter import BLOCK_M, FACE_M, Matter, crossing, of_cells
 from desim.world.terrain import Terrain
 
-FACE_MATERIAL, FACE_HEIGHT_M = "concrete", 2.0  # what a shape's bounds are
+FACE_MATERIAL, FACE_HEIGHT_M = "concrete", 2.0  # of a shape's bounds
 
 MAX_SIDE_M = 10_000.0  # the tiles of the index of walls, 8 m each, fill memory beyond
 
-WHERE = "environment.terrain"  # errors begin with the path of what is wrong
+WHERE = "environment.terrain"  # errors begin with the path of the wrong value
 
 
 class Kind(NamedTuple):
-    """Of a wall. Only walls of one kind are merged."""
+    """The properties of a wall. Only walls of one kind are merged."""
 
     material: int
     thickness_m: float
@@ -35,7 +35,7 @@ class Kind(NamedTuple):
 def load(source: str | MapFile | Shape) -> Terrain:
     """The terrain that ``environment.terrain`` names, with maps by their absolute paths.
 
-    Raises ``InputError`` for everything that is wrong with a map or a shape.
+    Raises ``InputError`` for a map or a shape that is wrong.
     """
     terrain = _read(source)
     x0, y0, x1, y1 = terrain.bounds
@@ -60,7 +60,7 @@ def _read(source: str | MapFile | Shape) -> Terrain:
 
 def from_shape(name: str, shape: Shape) -> Terrain:
     """Bounds, rectangles, walls and drawing of a shape; collinear touching walls of one kind
-    become one. Raises ``InputError`` for what has no extent or lies outside."""
+    become one. Raises ``InputError`` for a part without extent or outside."""
     width, depth = shape.size_m
     bounds = (-width / 2, -depth / 2, width / 2, depth / 2)
     face = Kind(materials.NAMES.index(FACE_MATERIAL), FACE_M, FACE_HEIGHT_M)
@@ -100,7 +100,7 @@ def from_shape(name: str, shape: Shape) -> Terrain:
 
 
 def _of_block(kind: Kind, x0: float, y0: float, x1: float, y1: float) -> tuple[Kind, list[Row]]:
-    """What a rectangle is to the radio: its faces, or if it is thin a wall along its middle."""
+    """The matter of a rectangle: its faces, or if it is thin a wall along its middle."""
     thin_m = min(abs(x1 - x0), abs(y1 - y0))
     if thin_m > BLOCK_M:
         return kind._replace(block=True), rectangle(x0, y0, x1, y1)
@@ -110,14 +110,14 @@ def _of_block(kind: Kind, x0: float, y0: float, x1: float, y1: float) -> tuple[K
 
 
 def line(what: str, start: tuple[float, float], end: tuple[float, float]) -> Row:
-    """x1 y1 x2 y2. Raises ``InputError`` when the ends coincide."""
+    """A wall from ``start`` to ``end``. Raises ``InputError`` when the ends coincide."""
     if abs(start[0] - end[0]) <= TOUCH_M and abs(start[1] - end[1]) <= TOUCH_M:
         raise InputError(f"{what}: it starts and ends at ({start[0]:g}, {start[1]:g}) m")
     return (*start, *end)
 
 
 def inside(what: str, bounds: Row, points: list[tuple[float, float]]) -> None:
-    """Raises ``InputError`` for one of ``points`` that lies outside ``bounds`` x0 y0 x1 y1."""
+    """Raise ``InputError`` if one of ``points`` lies outside ``bounds`` x0 y0 x1 y1."""
     x0, y0, x1, y1 = bounds
     for x, y in points:
         if not (x0 - TOUCH_M <= x <= x1 + TOUCH_M and y0 - TOUCH_M <= y <= y1 + TOUCH_M):
@@ -126,14 +126,14 @@ def inside(what: str, bounds: Row, points: list[tuple[float, float]]) -> None:
 
 
 def _merged(kinds: dict[Kind, list[Row]]) -> tuple[list[Kind], np.ndarray]:
-    """[n] kinds and [n, 4] walls, the collinear touching ones of a kind as one."""
+    """[n] kinds and [n, 4] walls; collinear walls of one kind that touch are one."""
     walls = [(kind, merge_collinear(segments(rows))) for kind, rows in sorted(kinds.items())]
     return ([kind for kind, rows in walls for _ in rows],
             np.concatenate([rows for _, rows in walls]))
 
 
 def _matter(kinds: dict[Kind, list[Row]], cells: Matter | None) -> Matter:
-    """Of a shape: of its blocks that are drawn in cells, and behind them all the rest."""
+    """The matter of a shape: its blocks that are drawn in cells, then all the rest."""
     of_what, walls = _merged(kinds)
     material, thickness_m, height_m, block = (np.array(column)
                                               for column in zip(*of_what, strict=True))

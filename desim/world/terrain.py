@@ -1,4 +1,4 @@
-"""The ground that robots stand on: one value, whatever it was made from."""
+"""The terrain: walls and solid matter, whatever source they come from."""
 
 from __future__ import annotations
 
@@ -40,12 +40,11 @@ class Raster:
 
 @dataclass(frozen=True)
 class Terrain:
-    """Walls, and what is solid.
+    """Walls and solid matter.
 
-    ``walls`` [n, 4] x1 y1 x2 y2 in m, which bodies and beams meet | ``matter()``, which is for the
-    radio and made when it is asked for | ``solids`` [k, 4] x0 y0 x1 y1 in m, rectangles that
-    nothing can be in | ``bounds`` x0 y0 x1 y1 | ``raster`` where the terrain came as one;
-    ``walls`` are its outline then.
+    ``walls`` [n, 4] x1 y1 x2 y2 in m, which bodies and beams meet | ``matter()`` for the radio,
+    made at the first call for it | ``solids`` [k, 4] x0 y0 x1 y1 in m, solid rectangles |
+    ``bounds`` x0 y0 x1 y1 | ``raster`` if the terrain came as one; ``walls`` are its outline then.
     """
 
     name: str

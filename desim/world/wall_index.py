@@ -1,4 +1,4 @@
-"""Which walls are near: a grid of tiles, each with a list of the walls within its reach."""
+"""An index of walls: a grid of tiles, each with a list of the walls within its reach."""
 
 from __future__ import annotations
 

@@ -12,13 +12,17 @@ from desim.robot.navigation.global_costmap import INSCRIBED, GlobalCostmap
 from desim.robot.navigation.kernels import global_planner as kernels
 from desim.robot.navigation.kernels.global_planner import BUCKETS
 
-START_REACH_M = 1.0  # a robot that stands too near to something starts from a free cell so near
-_INWARD_M = 2.0  # a frontier is aimed at so far from its nearest cell, which often is a wall's end
-_STAND_OFF_M = 1.0  # one beside an obstacle is looked at from up to so far away,
-_AT_EASE = 34  # from where the cost is at most this: 0.2 m beyond the robot's radius (costmap_2d)
+# A robot that stands too near to an obstacle starts from a free cell so near; maze_8: same.
+START_REACH_M = 1.0
+# The aim is so far from a frontier's nearest cell, which often is a wall's end; maze_8: 190, 180 s.
+_INWARD_M = 2.0
+# A frontier beside an obstacle is observed from up to so far away; maze_8: 192, 192 s,
+_STAND_OFF_M = 1.0
+# where the cost is at most that 0.2 m beyond the robot's radius (costmap_2d); maze_8: 192, 188 s.
+_AT_EASE = 34
 MOST_FRONTIERS = 4096  # of one search
 _STRAIGHT, _DIAGONAL = 5, 7  # 7 / 5 is sqrt(2) within 1 %
-_LONGEST_LEG_M = 8.0  # of a straightened way; bounds the work, and no line of sight is longer here
+_LONGEST_LEG_M = 8.0  # of a straightened path, to bound the work; maze_8: 194, 195 s
 
 # A step costs neutral + 0.8 * cost of the cell with neutral 50 (navfn, COST_NEUTRAL, COST_FACTOR).
 _FACTOR = 0.8 / 50.0

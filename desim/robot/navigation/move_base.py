@@ -16,7 +16,7 @@ from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Laser, Navigation
 from desim.units import NS_PER_S
 
-_RETREAT_NS = 4 * NS_PER_S  # no retreat takes longer
+_RETREAT_NS = 4 * NS_PER_S  # no retreat takes longer; maze_8: same
 _STOP = Twist(0.0, 0.0, 0.0)
 
 

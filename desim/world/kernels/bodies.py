@@ -17,7 +17,7 @@ COMMANDED, TIMEOUT, WALL_CONTACT = range(3)
 X, Y, YAW, MARK = range(4)
 _UNTOUCHED, _PUSHED, _PUT_BACK = 0.0, 1.0, 2.0
 
-SLOP_M = 1e-6  # less overlap than this is none
+SLOP_M = 1e-6  # less overlap than this is none: far above rounding, far below a pose's noise
 TOLERANCE_M = 0.005  # more than this left after ROUNDS: both go back to where they were
 ROUNDS = 24
 NEAR_M = 0.2  # pairs closer than this can come to touch within a tick
@@ -49,7 +49,7 @@ def move(pose, v, u, w, dt_s):
 
 @lean("void(f8[:,::1], f8[:,::1], f8)")
 def move_all(poses, velocities, dt_s):
-    """``move`` for all poses [n, 3] at velocities [n, 3]; who stands still costs nothing."""
+    """``move`` for all poses [n, 3] at velocities [n, 3]; a body at rest costs nothing."""
     for r in range(poses.shape[0]):
         v, u, w = velocities[r, 0], velocities[r, 1], velocities[r, 2]
         if v != 0.0 or u != 0.0 or w != 0.0:
@@ -58,7 +58,7 @@ def move_all(poses, velocities, dt_s):
 
 @lean("void(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, f8)")
 def drive(velocities, commands, limits, clocks, now_ns, dt_s):
-    """Motors bring velocities to the commands, within their limits.
+    """Bring velocities nearer to the commands, within the limits of the motors.
 
     velocities, commands [n, 3] forward, left m/s, turn rad/s
     """
@@ -85,9 +85,8 @@ def drive(velocities, commands, limits, clocks, now_ns, dt_s):
 
 @lean("i8(f8[:,::1], f8[:,::1], i8[::1], i8[:,::1])")
 def near_pairs(poses, limits, order, pairs):
-    """Robots that may touch: a sweep along x over ``order`` [n], kept sorted from tick to tick.
-
-    Fills pairs [.., 2] with robot < other and returns how many there are.
+    """Find robots that may touch by a sweep along x over ``order`` [n], which stays sorted from
+    tick to tick. Fills pairs [.., 2] with robot < other and returns their number.
     """
     n, found, widest = order.shape[0], 0, 0.0
     for i in range(n):
@@ -116,7 +115,7 @@ def near_pairs(poses, limits, order, pairs):
 
 @lean("i8(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, i8[:,::1], i8, i8, i8[:,::1], i8)")
 def part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, episodes, found):
-    """Push overlapping robots apart, each by half; note the episodes that begin.
+    """Push overlapping robots apart, each by half, and note the episodes that begin.
 
     last [n, n] time ns of the last contact of two robots | episodes [.., 2] filled from ``found``
     Returns the new ``found``, or -1 - ``found`` when nothing overlapped.
@@ -145,14 +144,14 @@ def part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, ep
 
 @lean("void(f8[:,::1], f8[:,::1], i8)")
 def put_back(poses, before, robot):
-    """To where the tick began: a place where it had room."""
+    """Put a robot back to where the tick began: a place that was free."""
     poses[robot, 0], poses[robot, 1] = before[robot, X], before[robot, Y]
     before[robot, MARK] = _PUT_BACK
 
 
 @lean("void(f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8)")
 def settle(poses, velocities, before, travelled, dt_s):
-    """What was pushed or put back keeps of its velocity what it really made good, never more.
+    """Reduce the velocity of bodies that were pushed or put back to what they made good.
 
     travelled [n] m, raised by the way of this tick
     """
@@ -175,10 +174,11 @@ def settle(poses, velocities, before, travelled, dt_s):
 def advance(poses, velocities, commands, limits, clocks, order, pairs, before, last,
             travelled, walls, tile_start, tile_items, tile_frame, indexed, near, near_frame, discs,
             now_ns, dt_s, episode_ns, episodes):
-    """One tick of the fleet, ending at ``now_ns``. Returns how many contact episodes began.
+    """Make one tick of the fleet, ending at ``now_ns``. Returns the number of contact episodes that
+    began.
 
-    Contacts are taken apart one after the other, in rounds: pairs first, then walls, so that
-    nobody ends up in a wall. Robots far away have no part in it: not in a sum, nor in the order.
+    Contacts are resolved one after the other, in rounds: pairs first, then walls, so that no robot
+    ends up in a wall. Robots far away have no part in it, neither in a sum nor in the order.
     """
     n = poses.shape[0]
     before[:, :MARK] = poses

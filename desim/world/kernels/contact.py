@@ -1,4 +1,4 @@
-"""How deep a disc is in walls, raster cells and other discs, and the way out."""
+"""Contacts of a disc with walls, raster cells and other discs: their depth, and the way out."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def deeper(dx, dy, radius, worst):
 
 @lean(_DEPTH(types.float64, types.float64, types.float64, _FIXED, types.int64, _DEPTH))
 def against_wall(x, y, radius, walls, w, worst):
-    """Against the nearest point of wall w of walls [n, 4]."""
+    """The deeper of ``worst`` and the contact with wall w of walls [n, 4]."""
     x1, y1 = walls[w, 0], walls[w, 1]
     ex, ey = walls[w, 2] - x1, walls[w, 3] - y1
     along = ((x - x1) * ex + (y - y1) * ey) / (ex * ex + ey * ey)
@@ -39,7 +39,7 @@ def against_wall(x, y, radius, walls, w, worst):
 @lean(_DEPTH(types.float64, types.float64, types.float64, types.uint8[:, ::1],
              types.float64[::1], _DEPTH))
 def against_raster(x, y, radius, near, frame, worst):
-    """Against the nearest points of solid cells around; near as in ``Bodies``."""
+    """The deeper of ``worst`` and the contacts with solid cells; near as in ``Bodies``."""
     col, row = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2]
     r = radius * frame[2]
     rows, cols = near.shape
@@ -60,7 +60,7 @@ def against_raster(x, y, radius, near, frame, worst):
              types.float64[::1], _FIXED))
 def deepest(x, y, radius, walls, tile_start, tile_items, tile_frame, indexed, near, near_frame,
             discs):
-    """The deepest contact of a disc with all that stands fast; depth 0 if there is none.
+    """The deepest contact of a disc with fixed matter and ``discs``; depth 0 if there is none.
 
     walls [n, 4], the first ``indexed`` of them in the tiles | discs [d, 3] x, y, radius
     """

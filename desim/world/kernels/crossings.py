@@ -1,4 +1,4 @@
-"""Walls and blocks that the straight lines between antennas cross."""
+"""Crossings of the straight lines between antennas with walls and blocks."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _FIXED = types.Array(types.float64, 2, "C", readonly=True)  # accepts writable a
 
 @lean(types.int64(_FIXED, _FIXED, types.Array(types.int64, 2, "C")))
 def crossings(walls, pairs, out):
-    """Which walls the straight lines between antennas cross, touching included.
+    """Find the walls that the straight lines between antennas cross, touching included.
 
     walls [n, 4] m | pairs [k, 4] m | out [capacity, 2] rows (pair, wall), sorted
-    Returns how many there are, which may be more than fit.
+    Returns their number, which may be more than fit.
     Two segments cross when each has its ends on different sides of the other (or on it).
     """
     found = 0
@@ -75,10 +75,10 @@ def _within(start, way, width, first, last):
 @lean(types.int64(types.Array(types.int8, 2, "C"), types.Array(types.float64, 2, "C"),
                   types.float64, _OUT))
 def stretches(kinds, pairs, gap, out):
-    """The faces of posts and blocks that lines cross, cell by cell (Amanatides and Woo 1987).
+    """Find the faces of posts and blocks that lines cross, cell by cell (Amanatides and Woo 1987).
 
     kinds [rows, cols], 0 free, odd in a post, even in a block | pairs [k, 4] in cells |
-    out [capacity, 2] rows (pair, face), by pair; returns how many there are, which may be more than
+    out [capacity, 2] rows (pair, face), by pair; returns their number, which may be more than
     fit. A stretch is of one kind; it goes on behind free cells on a way shorter than ``gap``.
 
     A face is (side * span + line) * span + place: on which side of its cell it is (0 below, 1

@@ -62,7 +62,8 @@ def cover_walls(walls, listed, x, y, c, s, laser, directions, inverse):
                  types.float64, types.float64, types.float64[::1], types.float64[:, ::1],
                  types.float64[::1]))
 def cover_discs(centres, radii, without, x, y, c, s, laser, directions, inverse):
-    """The same for discs: range = b - sqrt(b^2 - (d^2 - r^2)) with b = u . centre.
+    """Write discs into the beams that they cover. With b = u . centre, the range is
+    b - sqrt(b^2 - (d^2 - r^2)).
 
     centres [n, >= 2] m | radii [n] m | without: the sensor's own disc, or -1
     """
@@ -96,8 +97,9 @@ def cover_discs(centres, radii, without, x, y, c, s, laser, directions, inverse)
 
 @lean("void(b1[:,::1], u1[:,:,::1])")
 def free_squares(solid, squares):
-    """How far a beam can go for sure: squares [4, rows, cols] is the side, in cells and at most
-    255, of the largest square of free cells with its corner here that opens to quadrant k.
+    """Find the free squares over which beams can leap: squares [4, rows, cols] is the side, in
+    cells and at most 255, of the largest square of free cells with its corner here that opens to
+    quadrant k.
 
     solid [rows, cols] with a solid border | k = 1 if to the east + 2 if to the north
     The side is one more than the smallest of its three neighbours' in the quadrant.
@@ -163,7 +165,8 @@ def cover_raster(x, y, c, s, reach, directions, squares, frame, inverse):
 
 @lean("void(f8[::1], f8, f8, u8, u8, f4[::1])")
 def read_ranges(inverse, reach, noise_m, key, first, out):
-    """From inverse ranges to readings [beams]; what met nothing reads ``reach``, without noise."""
+    """Turn inverse ranges into readings [beams]. A beam that met nothing reads ``reach``, without
+    noise."""
     none = 1.0 / reach
     for i in range(inverse.shape[0]):
         out[i] = 1.0 / inverse[i] if inverse[i] > none else reach
@@ -180,7 +183,7 @@ def read_ranges(inverse, reach, noise_m, key, first, out):
                  types.uint64[::1], types.float64[::1], types.float32[:, ::1]), cache=True)
 def scan(poses, robots, tick, radii, walls, directions, tile_start, tile_items, tile_frame,
          squares, squares_frame, discs, laser, keys, inverse, out):
-    """Sweep number ``tick`` of each of ``robots`` [k].
+    """Cast sweep number ``tick`` of each of ``robots`` [k].
 
     poses [n, 3] | radii [n] m | walls [w, 4] m, those of the index first and then closed doors |
     directions [2, beams] in the sensor's frame | tile_* index of walls | squares of a raster,

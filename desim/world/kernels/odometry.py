@@ -1,4 +1,4 @@
-"""Readings of wheel odometers: true poses with noise by counter."""
+"""Readings of wheel odometers: true poses with counter-based noise."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def noisy_pose(poses, robot, key, tick, position_m, heading_rad, out):
                  types.float64, types.Array(types.float64, 2, "C"),
                  types.Array(types.float64, 2, "C")))
 def reckon(poses, keys, tick, position_m, heading_rad, seen, reckoned):
-    """Dead reckoning by one odometry tick: the motion since the last one, seen from the robot, with
-    noise on it, added to where the odometer believes to be.
+    """Add one odometry tick of dead reckoning: the motion since the last tick, seen from the robot,
+    with noise on it, is added to the odometer's pose.
 
     poses [robots, 3] true | seen [robots, 3] true at the last tick, updated |
     reckoned [robots, 3] updated

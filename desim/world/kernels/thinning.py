@@ -1,4 +1,4 @@
-"""Solid cells of a map, thinned to lines one cell wide."""
+"""Thinning of the solid cells of a map to lines one cell wide."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from desim.ports.kernels import lean
 @lean(types.void(types.Array(types.uint8, 1, "C"), types.int64, types.Array(types.int64, 1, "C"),
                  types.Array(types.int64, 1, "C")))
 def thin(solid, cols, cells, gone):
-    """Leave of what is solid a line one cell wide along its middle (Guo and Hall 1989).
+    """Thin solid cells to lines one cell wide along their middle (Guo and Hall 1989).
 
     solid [rows * cols] 1 or 0, with a free border, changed | cells [n] the solid ones, and
-    gone [n]: room to work in
+    gone [n]: to work in
     """
     left, quiet, half = len(cells), 0, 0
     while quiet < 2:

@@ -28,8 +28,11 @@ LAYER = np.dtype([(name, "f8") for name in ("cell_m", "reach_m", "within_m", "yi
                  + [("remembered", "i8")])
 FAR2 = np.float32(1e6)
 
-_MEMORY_S, _MEMORY_M = 2.0, 1.2  # how long, and how near, what left the view is remembered
-_AHEAD_COS = 0.64  # who comes from the left has to be within 50 degrees of ahead to be yielded to
+# Tuned; ``maze_8`` as in desim/robot/navigation/__init__.py.
+_MEMORY_S = 2.0  # a point that left the view is remembered for so long; maze_8: 214, 197 s
+_MEMORY_M = 1.2  # if it is so near; maze_8: 194, 199 s
+# The robot yields to what is on its left only within 50 degrees of ahead; maze_8: 195, 176 s.
+_AHEAD_COS = 0.64
 
 SCAN_ARRAY = types.Array(from_dtype(SCAN), 1, "C")
 LAYER_ARRAY = types.Array(from_dtype(LAYER), 1, "C")
