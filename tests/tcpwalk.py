@@ -61,7 +61,7 @@ class Walk(Pair):
         return over
 
     def _give_up(self, connection, source, fate="dropped"):
-        for word in connection.unheard(source):
+        for word in connection.undelivered(source):
             self._fate(word, fate)
 
     def _fate(self, word, fate):
@@ -125,14 +125,14 @@ class Walk(Pair):
         """What each end knows of what it has said."""
         for connection in self.calls:
             for host in 0, 1:
-                self.note("waits", host, connection.sender(host).room, *(
+                self.note("waits", host, connection.sender(host).writable, *(
                     [word.seq for word in words]
-                    for words in (connection.unacked(host), connection.unheard(host))))
+                    for words in (connection.unacked(host), connection.undelivered(host))))
 
     def wait(self, host):
         """For room in the socket."""
         if self.calls and self.connection.holds(host):
-            self.connection.sender(host).when_room(lambda: self.note("room", host))
+            self.connection.sender(host).when_writable(lambda: self.note("room", host))
 
     def disturb(self, how, what):
         setattr(self.trouble, how, what)
@@ -145,7 +145,7 @@ class Walk(Pair):
 
     def check(self):
         """All is over."""
-        assert not any(connection.unheard(host) for connection in self.calls for host in (0, 1)), \
+        assert not any(connection.undelivered(host) for connection in self.calls for host in (0, 1)), \
             "everything is heard or given up"
         for connection in self.calls:
             assert connection.holds(0) == connection.holds(1) == connection.open

@@ -104,7 +104,7 @@ class Neighbour:
                 self._hold((source, receivers, size_bytes, segments, broadcast, carrier, token))
                 return None
             self._state = DELAY
-            self._look_after(DELAY_NS)
+            self._set_timer(DELAY_NS)
         self.used_ns = self._kernel.now_ns
         transmit = self._transmit
         return transmit(source, receivers, size_bytes, segments, broadcast, carrier, token)
@@ -119,15 +119,15 @@ class Neighbour:
 
     def arrived(self, what: int, receiver: int) -> None:
         if what == QUESTION:
-            self._all.of(self._medium, self._peer, self._host).asked()
+            self._all.of(self._medium, self._peer, self._host).answer_question()
         else:
             self._all.of(self._medium, self._peer, self._host).found(REACHABLE)
 
-    def asked(self) -> None:
+    def answer_question(self) -> None:
         """The peer asks for this host's address, and its question holds its own."""
         if self._state < STALE:
             self.found(STALE)
-        self._say(ANSWER)
+        self._send(ANSWER)
 
     def found(self, state: int) -> None:
         """The address of the peer is known: what waited is sent."""
@@ -135,7 +135,7 @@ class Neighbour:
         self._state = state
         if state == REACHABLE:
             self.confirmed_ns = self._kernel.now_ns
-            self._look_after(self._all.reachable_ns(self._host))
+            self._set_timer(self._all.reachable_ns(self._host))
         queue, self._queue = self._queue, deque()
         for frame in queue:
             self.transmit(*frame)
@@ -161,15 +161,15 @@ class Neighbour:
         if state == REACHABLE:
             late_ns = now_ns - self.confirmed_ns - self._all.reachable_ns(self._host)
             if late_ns < 0:
-                self._look_after(-late_ns)
+                self._set_timer(-late_ns)
             elif now_ns <= self.used_ns + DELAY_NS:
                 self._state = DELAY
-                self._look_after(DELAY_NS)
+                self._set_timer(DELAY_NS)
             else:
                 self._state = STALE
         elif state == DELAY and now_ns <= self.confirmed_ns + DELAY_NS:
             self._state = REACHABLE
-            self._look_after(self._all.reachable_ns(self._host))
+            self._set_timer(self._all.reachable_ns(self._host))
         elif state == DELAY:
             self._ask(PROBE)
         elif self._probes < PROBES:
@@ -194,10 +194,10 @@ class Neighbour:
             self._state = state
             self._probes = 0
         self._probes += 1
-        self._look_after(RETRANS_NS)
-        self._say(QUESTION)
+        self._set_timer(RETRANS_NS)
+        self._send(QUESTION)
 
-    def _say(self, what: int) -> None:
+    def _send(self, what: int) -> None:
         context = self._all.context
         broadcast = what == QUESTION and self._state == INCOMPLETE
         context.record_control("arp", self._host, context.host_ids[self._peer], ARP_BYTES)
@@ -210,7 +210,7 @@ class Neighbour:
             if reason == "no_neighbour":
                 carrier.unresolved(token)
 
-    def _look_after(self, delay_ns: int) -> None:
+    def _set_timer(self, delay_ns: int) -> None:
         self._rest()
         self._call = self._kernel.at(fires_ns(self._kernel.now_ns, delay_ns, self._tick_ns),
                                      Phase.NETWORK, self._entity, self._expired)

@@ -1,4 +1,4 @@
-"""Who believes what about whom, beside the truth.
+"""The beliefs of hosts about each other, beside the truth.
 
 The truth is who runs: a *match* is a publisher and a subscriber of one topic on two hosts that are
 both up. Of its two ends one has to learn of the other before messages flow; a match that this end
@@ -13,13 +13,12 @@ other host, b: the state).
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 STATES = ("online", "offline", "removed")
 
 Match = tuple[int, int, str]  # believer, other, topic
 
-OnSees = Callable[[int, int, str], Any]
+OnSees = Callable[[int, int, str], object]
 
 
 class Beliefs:
@@ -30,7 +29,7 @@ class Beliefs:
     ``true`` has the matches that there are, ``believed`` those that somebody believes in, ``seen``
     what a believer takes another host for; all are to be read only."""
 
-    def __init__(self, informed: str, note: Callable[..., Any], ids: list[int],
+    def __init__(self, informed: str, note: Callable[..., object], ids: list[int],
                  name: Callable[[str], int]) -> None:
         self.watchers: list[OnSees] = []
         self._note, self._ids, self._name = note, ids, name

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from operator import attrgetter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -158,7 +158,7 @@ class GraphContext:
                     self.way(medium, source, to)(
                         source, to, size_bytes, segments, multicast, carrier, token)
                     continue
-                arrival_ns = medium.post(source, to, size_bytes, carrier, token)
+                arrival_ns = medium.post(source, (to[0],), size_bytes, carrier, token)
                 if arrival_ns is not None:
                     note(arrival_ns, arrived, token)
         graph.trace.flush_if_full()
@@ -187,7 +187,8 @@ class _Arrivals:
 
     def __init__(self, arrived: Callable[..., object],
                  in_part: Callable[..., object] | None) -> None:
-        self.arrived = self.repeated = arrived
+        self.arrived: Callable[..., Any] = arrived  # as a carrier's, which returns nothing
+        self.repeated: Callable[..., Any] = arrived
         self._in_part = in_part
 
     def arrived_in_part(self, token: object, receiver: int, lost: dict[int, str]) -> None:

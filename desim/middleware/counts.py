@@ -16,7 +16,7 @@ EDGES_NS = np.unique(np.ceil(10.0 ** (np.arange(1, _DECADES * BINS_PER_DECADE + 
 class LatencyHistogram:
     """Latencies in bins of a twentieth of a decade; bin i is [EDGES_NS[i-1], EDGES_NS[i]).
 
-    ``add(latency_ns)`` only notes; ``look`` is to be called now and then, or the notes pile up.
+    ``add(latency_ns)`` only notes; ``flush`` is to be called now and then, or the notes pile up.
     """
 
     __slots__ = ("add", "_bins", "_new", "_folded")
@@ -37,7 +37,7 @@ class LatencyHistogram:
         self._fold()
         return self._bins.copy()
 
-    def look(self) -> None:
+    def flush(self) -> None:
         """Sort what was noted into the bins if it is enough."""
         if len(self._new) >= _BATCH:
             self._fold()

@@ -1,17 +1,17 @@
-"""The registry that everybody knows at once: no master, no discovery, no traffic."""
+"""A registry that all hosts know at once: no master, no discovery, no traffic."""
 
 from __future__ import annotations
 
 from bisect import insort
 
-from desim.ports import Params
+from desim import ports
 from desim.ports.middleware import Endpoint, MiddlewareContext, Offer
 
 
 class Direct:
-    """Who subscribes is known everywhere in the same instant."""
+    """Each host knows all subscribers in the same instant."""
 
-    class Params(Params):
+    class Params(ports.Params):
         """``direct`` has no parameters."""
 
     def __init__(self, params: Params | None = None) -> None:
@@ -21,7 +21,7 @@ class Direct:
         self._changed = context.changed
 
     def advertise(self, offer: Offer) -> None:
-        """Publishers need not be known: they ask."""
+        """Publishers need not be known: they ask for their subscribers."""
 
     def subscribe(self, subscriber: Endpoint) -> None:
         known = self._subscribers.setdefault(subscriber.topic, [])

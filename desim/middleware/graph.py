@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Collection, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -42,19 +42,19 @@ _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
 Ends = tuple[Latest | None, list[Subscription]]  # of one topic on one host
 
-OnFate = Callable[[Message, int, int, "str | None", int, int], Any]
+OnFate = Callable[[Message, int, int, "str | None", int, int], object]
 
 
 class Host:
     """A computer: interfaces to media, and nodes that run while it is up.
 
-    ``software`` makes the nodes, afresh at every start. ``heard_ns`` says by host index when it
+    ``software`` makes the nodes, afresh at every start. ``received_ns`` says by host index when it
     heard last of each other host since its start (0: never); whoever is in ``awaited``, by host
     index too, is called when the next message of that host is here, once.
     """
 
     __slots__ = ("graph", "name", "index", "id", "media", "software", "nodes", "published",
-                 "heard_ns", "awaited", "_publishers", "_ends", "_inbox", "_awake")
+                 "received_ns", "awaited", "_publishers", "_ends", "_inbox", "_awake")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
@@ -65,8 +65,8 @@ class Host:
         self.software: Callable[[Host], list[Node]] = lambda host: []
         self.nodes: list[Node] = []
         self.published = 0
-        self.heard_ns: list[int] = []
-        self.awaited: dict[int, Callable[[], Any]] = {}
+        self.received_ns: list[int] = []
+        self.awaited: dict[int, Callable[[], object]] = {}
         self._publishers: list[Publisher] = []
         self._ends: dict[str, Ends] = {}
         self._inbox: deque[tuple[Subscription, Message]] = deque()
@@ -92,7 +92,7 @@ class Host:
             return
         graph = self.graph
         graph.up[self.index] = True
-        self._tell_media(True)
+        self._notify_media(True)
         graph.trace.row(graph.kernel.now_ns, graph.names.id("host_started"), self.id)
         graph.context.started(self.index)
         self.nodes = self.software(self)
@@ -106,7 +106,7 @@ class Host:
             return
         graph = self.graph
         graph.up[self.index] = False
-        self._tell_media(False)
+        self._notify_media(False)
         graph.trace.row(graph.kernel.now_ns, graph.names.id("host_stopped"), self.id)
         for node in self.nodes:
             node.stop()
@@ -121,10 +121,10 @@ class Host:
         self._publishers = []
         self._ends = {}
         self._inbox.clear()
-        self.heard_ns = [0] * len(graph.hosts)
+        self.received_ns = [0] * len(graph.hosts)
         graph.context.stopped(self.index)
 
-    def _tell_media(self, up: bool) -> None:
+    def _notify_media(self, up: bool) -> None:
         for medium in self.media:
             medium.switched(self.index, up)
 
@@ -143,7 +143,7 @@ class Host:
         self.graph.context.advertised(offer)
         return publisher
 
-    def subscribe(self, node: str, topic: str, callback: Callable[[Message], Any],
+    def subscribe(self, node: str, topic: str, callback: Callable[[Message], object],
                   queue: int) -> None:
         """See ``Node.subscribe``."""
         about = self.graph.topic(self.absolute(topic))
@@ -198,7 +198,7 @@ class Host:
         graph.trace.row(graph.kernel.now_ns, graph.OVERWRITTEN, self.id, message.origin.id,
                         message.seq, message.about.id)
 
-    def _drain(self, _: Any) -> None:
+    def _drain(self, _: object) -> None:
         """Run the callbacks of all that waits, in order of arrival, and of what they publish to
         their own host meanwhile."""
         inbox = self._inbox
@@ -247,7 +247,7 @@ class Graph:
         self.SENT, self.FRAME, self.LOST = map(names.id, ("sent", "frame", "lost"))
         self.DELIVERED, self.DROPPED = names.id("delivered"), names.id("dropped")
         self.CALLBACK, self.OVERWRITTEN = names.id("callback"), names.id("overwritten")
-        self.listeners: dict[str, Callable[[str], Any]] = {}  # kind of row to fn(host name)
+        self.listeners: dict[str, Callable[[str], object]] = {}  # kind of row to fn(host name)
         self.topics: dict[str, Topic] = {}
         self.media: list[Medium] = []
         self.messages = 0  # between hosts, so far
@@ -255,7 +255,7 @@ class Graph:
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
         self.up = [False] * len(self.hosts)
         for host in self.hosts:
-            host.heard_ns = [0] * len(self.hosts)
+            host.received_ns = [0] * len(self.hosts)
         self._by_name = {host.name: host for host in self.hosts}
         self.context = GraphContext(self, middleware)
         with below("middleware"):
@@ -320,7 +320,7 @@ class Graph:
         if not number & _SELDOM:
             self.trace.flush_if_full()
             for topic in self.topics.values():
-                topic.counts.latency.look()
+                topic.counts.latency.flush()
 
     def record_frame(self, source: int, to: int, seq: int, size_bytes: int) -> None:
         """Write the trace row of a frame with bytes of message ``seq``, between trace ids."""
@@ -340,7 +340,7 @@ class Graph:
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
         source = message.origin.index
-        host.heard_ns[source] = now_ns
+        host.received_ns[source] = now_ns
         if host.awaited and source in host.awaited:
             host.awaited.pop(source)()
         self.put(pack(now_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns))

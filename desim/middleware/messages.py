@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -23,7 +23,8 @@ LASER_FRAME_BYTES = len("/p3dx0_tf/base_laser_link")
 class Content(Protocol):
     """Anything that can be published."""
 
-    size_bytes: int
+    @property
+    def size_bytes(self) -> int: ...
 
 
 def laser_scan_bytes(beams: int) -> int:
@@ -51,16 +52,22 @@ class Lazy:
 
     __slots__ = ("size_bytes", "_compute", "_value")
 
-    def __init__(self, size_bytes: int, compute: Callable[[], Any]) -> None:
+    def __init__(self, size_bytes: int, compute: Callable[[], object]) -> None:
         self.size_bytes = size_bytes
-        self._compute = compute
-        self._value = None
+        self._compute: Callable[[], object] | None = compute
+        self._value: Any = None
 
     def read(self) -> Any:
         if self._compute is not None:
             self._value = self._compute()
             self._compute = None
         return self._value
+
+
+class Filler(NamedTuple):
+    """Content of which only the size matters."""
+
+    size_bytes: int
 
 
 @dataclass(frozen=True, slots=True)

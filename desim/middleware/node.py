@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from desim.engine.kernel import Call, Phase, Ticker
 from desim.errors import InputError
+from desim.middleware.messages import Content
 from desim.middleware.topics import Latest, Message, Publisher
 from desim.units import NS_PER_S
 
@@ -54,7 +55,7 @@ class Node:
                                                                   queue, latch)
         return publisher
 
-    def publish(self, topic: str, content: Any) -> None:
+    def publish(self, topic: str, content: Content) -> None:
         """Send ``content`` to whoever subscribes to ``topic`` now."""
         publisher = self._publishers.get(topic)
         if publisher is None:
@@ -65,7 +66,7 @@ class Node:
         """Whether anybody would get what this node publishes on ``topic``."""
         return self._publishers[topic].has_subscribers()
 
-    def subscribe(self, topic: str, callback: Callable[[Message], Any], queue: int = 1) -> None:
+    def subscribe(self, topic: str, callback: Callable[[Message], object], queue: int = 1) -> None:
         """Call ``callback(message)``, in phase CONTROL, for each message of ``topic``; ``queue``
         of them may wait, then the oldest goes (0: no bound)."""
         self.host.subscribe(self.name, topic, callback, queue)
@@ -75,7 +76,7 @@ class Node:
         one that came, or None."""
         return self.host.latest(self.name, topic)
 
-    def timer(self, frequency_hz: Fraction | int, callback: Callable[[int], Any],
+    def timer(self, frequency_hz: Fraction | int, callback: Callable[[int], object],
               start: str = "random") -> Ticker:
         """Call ``callback(k)`` at tick k. The first tick is now (``zero``) or after a part of the
         period that is drawn from the names of host, node and timer (``random``)."""
@@ -91,7 +92,7 @@ class Node:
         self._tickers.append(ticker)
         return ticker
 
-    def after(self, delay_ns: int, callback: Callable[[Any], Any], arg: Any = None) -> Call:
+    def after(self, delay_ns: int, callback: Callable[..., object], arg: object = None) -> Call:
         """Call ``callback(arg)`` once, ``delay_ns`` from now."""
         return self._graph.kernel.after(delay_ns, Phase.CONTROL, self.host.id, self._run,
                                         (callback, arg))
@@ -108,7 +109,7 @@ class Node:
         if listener is not None:
             listener(self.host.name)
 
-    def _run(self, what: tuple[Callable[[Any], Any], Any]) -> None:
+    def _run(self, what: tuple[Callable[..., object], object]) -> None:
         if self._alive:
             callback, arg = what
             callback(arg)

@@ -1,14 +1,13 @@
-"""What a preset stands for: defaults that differ between implementations or versions."""
+"""Presets: defaults that differ between implementations or versions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
-Preset = Mapping[str, Any]  # parameters as a scenario gives them
+Preset = Mapping[str, object]  # parameters as a scenario gives them
 
 
-def filled(given: Any, key: str, default: str, presets: Mapping[str, Preset]) -> Any:
+def filled(given: object, key: str, default: str, presets: Mapping[str, Preset]) -> object:
     """Fill in ``given`` from the preset that it names under ``key``; its own values win. Unknown
     names are left for the validator to report."""
     if not isinstance(given, dict):

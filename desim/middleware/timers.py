@@ -17,32 +17,32 @@ class Timers:
     deadline, and finds most of them moved or met; those that are due within ``ahead_ns`` get an
     event of their own, at their own time and in their own place of that instant."""
 
-    __slots__ = ("kernel", "ahead_ns", "_waiting", "_look_ns", "_call")
+    __slots__ = ("kernel", "ahead_ns", "_waiting", "_sweep_ns", "_call")
 
     def __init__(self, kernel: Clock, ahead_ns: int) -> None:
         self.kernel = kernel
         self.ahead_ns = ahead_ns
         self._waiting: list[Timer] = []
-        self._look_ns = NEVER
+        self._sweep_ns = NEVER
         self._call: Handle | None = None
 
     def wait(self, timer: Timer) -> None:
         """Look after ``timer``."""
         self._waiting.append(timer)
 
-    def look_before(self, deadline_ns: int) -> None:
+    def sweep_before(self, deadline_ns: int) -> None:
         """The next look must not be later than ``deadline_ns``, which is more than ``ahead_ns``
         away."""
-        look_ns = deadline_ns - self.ahead_ns // 2  # the other half is for what follows it closely
-        if look_ns < self._look_ns:
+        sweep_ns = deadline_ns - self.ahead_ns // 2  # the other half is for what follows it closely
+        if sweep_ns < self._sweep_ns:
             if self._call is not None:
                 self._call.cancel()
-            self._look_ns = look_ns
-            self._call = self.kernel.at(look_ns, _NETWORK, 0, self._look)
+            self._sweep_ns = sweep_ns
+            self._call = self.kernel.at(sweep_ns, _NETWORK, 0, self._sweep)
 
-    def _look(self, _: object) -> None:
-        soon_ns = self._look_ns + self.ahead_ns
-        self._call, self._look_ns = None, NEVER
+    def _sweep(self, _: object) -> None:
+        soon_ns = self._sweep_ns + self.ahead_ns
+        self._call, self._sweep_ns = None, NEVER
         waiting, self._waiting = self._waiting, []
         first_ns = NEVER
         due: dict[tuple[int, int], list[Timer]] = {}
@@ -62,7 +62,7 @@ class Timers:
             else:
                 timers[0].book()
         if first_ns < NEVER:
-            self.look_before(first_ns)
+            self.sweep_before(first_ns)
 
 
 class _Together:
@@ -113,7 +113,7 @@ class Timer:
             if not self.waits:
                 self.waits = True
                 timers.wait(self)
-            timers.look_before(deadline_ns)
+            timers.sweep_before(deadline_ns)
 
     def book(self) -> None:
         """An event of its own, at the deadline, if it has none before."""

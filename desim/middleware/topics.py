@@ -9,7 +9,7 @@ from desim.engine.kernel import Phase
 from desim.errors import InputError
 from desim.middleware.answers import subscribers_of
 from desim.middleware.counts import TopicCounts
-from desim.middleware.messages import Lazy
+from desim.middleware.messages import Content, Lazy
 from desim.ports.middleware import Offer
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class Message:
     __slots__ = ("origin", "about", "seq", "size_bytes", "born_ns", "number", "_content")
 
     def __init__(self, origin: Host, about: Topic, seq: int, size_bytes: int, born_ns: int,
-                 content: Any) -> None:
+                 content: Content) -> None:
         self.origin = origin
         self.about = about
         self.seq = seq
@@ -78,7 +78,7 @@ class Subscription:
 
     __slots__ = ("topic", "callback", "limit", "waiting")
 
-    def __init__(self, topic: Topic, callback: Callable[[Message], Any], limit: int) -> None:
+    def __init__(self, topic: Topic, callback: Callable[[Message], object], limit: int) -> None:
         self.topic = topic
         self.callback = callback
         self.limit = limit
@@ -102,7 +102,7 @@ class Publisher:
     """
 
     __slots__ = ("host", "topic", "offer", "transport", "latch", "_last", "_local", "_stale",
-                 "_receivers", "_heard", "_unmatched", "_owed")
+                 "_receivers", "_has_subscribers", "_unmatched", "_owed")
 
     def __init__(self, host: Host, topic: Topic, offer: Offer) -> None:
         if offer.transport not in ("stream", "datagram") or offer.via not in ("unicast",
@@ -114,15 +114,15 @@ class Publisher:
         self.offer = offer
         self.transport = host.graph.context.transport(offer)
         self.latch = offer.latch
-        self._last: Any = None  # content, of a latched topic
-        self._local = self._heard = False
+        self._last: Content | None = None  # of a latched topic
+        self._local = self._has_subscribers = False
         self._stale = True
         self._receivers: dict[int, None] = {}
         self._unmatched: list[int] = []  # hosts that listen and are no receivers
         self._owed: list[int] = []  # those of them that miss a latched topic's last message
         self.count_unmatched()
 
-    def publish(self, content: Any) -> None:
+    def publish(self, content: Content) -> None:
         if self._stale:
             self._refresh()
         if self._unmatched:
@@ -130,7 +130,7 @@ class Publisher:
         if self.latch:
             self._last = content
             self._owed = self._unmatched
-        if not self._heard:
+        if not self._has_subscribers:
             return
         host = self.host
         host.published = seq = host.published + 1
@@ -147,13 +147,13 @@ class Publisher:
     def has_subscribers(self) -> bool:
         if self._stale:
             self._refresh()
-        return self._heard
+        return self._has_subscribers
 
     def changed(self) -> None:
         """The registries answer differently now; look at them in this host's own turn."""
         if not self._stale:
             self._stale = True
-            self.host.graph.kernel.after(0, Phase.CONTROL, self.host.id, self._look)
+            self.host.graph.kernel.after(0, Phase.CONTROL, self.host.id, self._refresh_if_stale)
 
     def count_unmatched(self) -> None:
         """Who listens has changed, or who is known to."""
@@ -164,12 +164,12 @@ class Publisher:
     def close(self, reason: str) -> None:
         """The host stopped: what waits is dropped for ``reason``."""
         self._stale = False
-        self._local = self.latch = self._heard = False
+        self._local = self.latch = self._has_subscribers = False
         self._receivers = {}
         self._unmatched = []
         self.transport.close(reason)
 
-    def _look(self, _: Any) -> None:
+    def _refresh_if_stale(self, _: object) -> None:
         if self._stale:
             self._refresh()
 
@@ -180,15 +180,15 @@ class Publisher:
                                                                  self.offer.publisher))
         self._local = hosts.pop(own, own) is None
         self._receivers = hosts
-        self._heard = self._local or bool(hosts)
+        self._has_subscribers = self._local or bool(hosts)
         self.count_unmatched()
         fresh = self.transport.connect(list(hosts))
         if fresh and self.latch and self._last is not None:
-            self._repeat(fresh)
+            self._repeat(self._last, fresh)
 
-    def _repeat(self, receivers: list[int]) -> None:
+    def _repeat(self, last: Content, receivers: list[int]) -> None:
         """A latched topic's last message goes to every new connection."""
-        host, last = self.host, self._last
+        host = self.host
         host.published += 1
         again = [receiver for receiver in receivers if receiver in self._owed]
         self._owed = [receiver for receiver in self._owed if receiver not in again]

@@ -1,4 +1,4 @@
-"""How a message becomes frames: ``Stream`` (TCPROS-like) and ``Datagram`` (UDPROS-like).
+"""The transports of desim: ``Stream`` (TCPROS-like) and ``Datagram`` (UDPROS-like).
 
 A transport is one publisher's. It hands frames to media and hears from them, as their carrier,
 what became of each. ``Stream`` simplifies TCP: the sender knows a frame's fate when the medium
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Collection
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase, pair
 from desim.engine.trace import pack
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from desim.middleware.graph import Host
     from desim.middleware.topics import Message
     from desim.network.medium import Medium
+    from desim.ports.networks import Handle
 
 LENGTH_BYTES = 4  # roscpp: every serialized message is preceded by its length
 MSS_BYTES = 1448  # Ethernet MTU 1500 - 20 IP - 32 TCP with timestamps
@@ -118,10 +119,10 @@ class StreamLink:
         self._outbox: deque[Message] = deque()
         self._wire: Message | None = None
         self._train = 0, 0  # bytes and segments of it that are to be there yet
-        self._trip_ns: int | None = None  # the shortest one
+        self._trip_ns = -1  # the shortest one; -1: none has been measured
         self._tries = 0  # since something arrived
         self._first_ns = self._sent_ns = 0
-        self._timer: Any = None
+        self._timer: Handle | None = None
         self._closed: str | None = None
         self._entity = pair(source.id, destination.id)
 
@@ -138,7 +139,7 @@ class StreamLink:
     def arrived(self, message: Message, receiver: int) -> None:
         """The medium delivered the frame."""
         self._wire = None
-        self._came()
+        self._note_arrival()
         if self._closed == "link_closed":
             self._graph.drop(message, receiver, self._closed, self._first_ns, self._sent_ns)
             return
@@ -152,16 +153,16 @@ class StreamLink:
         if self._closed is not None:
             self.lost(message, receiver, next(iter(lost.values())))
             return
-        self._came()
+        self._note_arrival()
         now_ns = self._graph.kernel.now_ns
         for reason in dict.fromkeys(lost.values()):
             self._note_loss(message, reason, now_ns)
         sizes = packet_sizes(*self._train)
-        heard_ns = now_ns + self._trip_ns  # the acknowledgement
-        if len(sizes) - 1 in lost:  # nothing behind it says that it is missing
-            heard_ns = fires_ns(heard_ns, self._patience_ns(), TICK_NS)
+        acked_ns = now_ns + self._trip_ns  # the acknowledgement
+        if len(sizes) - 1 in lost:  # no later segment shows that it is missing
+            acked_ns = fires_ns(acked_ns, self._patience_ns(), TICK_NS)
         self._train = sum(sizes[number] for number in lost), len(lost)
-        self._wait(heard_ns)
+        self._wait(message, acked_ns)
 
     def lost(self, message: Message, receiver: int, reason: str) -> None:
         """The medium lost the frame: wait for the timeout that runs since it was sent."""
@@ -172,18 +173,18 @@ class StreamLink:
         graph = self._graph
         now_ns = graph.kernel.now_ns
         self._note_loss(message, reason, now_ns)
-        self._wait(max(now_ns, fires_ns(self._sent_ns, self._patience_ns(), TICK_NS)))
+        self._wait(message, max(now_ns, fires_ns(self._sent_ns, self._patience_ns(), TICK_NS)))
         self._tries += 1
 
     def repeated(self, message: Message, receiver: int) -> None:
-        """TCP knows by its sequence number what it has already, and throws it away."""
+        """TCP recognises data that it has already by its sequence number, and discards it."""
         self._graph.repeat(message, receiver)
 
     def close(self, reason: str) -> None:
-        """Drop what waits. A frame that is on its way meets its own fate."""
+        """Drop all messages that wait. A frame on its way meets its own fate."""
         self._closed = reason
         graph, receiver = self._graph, self._host.index
-        if self._timer is not None:
+        if self._timer is not None and self._wire is not None:
             self._timer.cancel()
             self._timer = None
             graph.drop(self._wire, receiver, reason, self._first_ns, self._sent_ns)
@@ -200,35 +201,36 @@ class StreamLink:
         graph.trace.row(now_ns, graph.LOST, self._to_id, self._from_id, message.seq,
                         graph.names.id(reason))
 
-    def _came(self) -> None:
-        """Something of what was sent last has arrived."""
+    def _note_arrival(self) -> None:
+        """Some of the segments that were sent last have arrived."""
         self._tries = 0
         trip_ns = self._graph.kernel.now_ns - self._sent_ns
-        if self._trip_ns is None or trip_ns < self._trip_ns:
+        if self._trip_ns < 0 or trip_ns < self._trip_ns:
             self._trip_ns = trip_ns
 
     def _patience_ns(self) -> int:
-        """Until it goes again: first a probe, after two round trips where more than one segment is
-        on its way, then the timeout (as desim/middleware/tcp/watch.py)."""
-        rtt_ns = 2 * (self._trip_ns or 0)
+        """The time until it goes again: first a probe, after two round trips where more than one
+        segment is on its way, then the timeout (as in ``desim.middleware.tcp.retransmission``)."""
+        rtt_ns = 2 * max(self._trip_ns, 0)
         if not self._tries and self._train[1] > 1:
             return min(2 * rtt_ns + 2 * TICK_NS, RTO_MIN_NS + rtt_ns)
         return min(RTO_MIN_NS + rtt_ns << max(self._tries - 1, 0), RTO_MAX_NS)
 
-    def _wait(self, until_ns: int) -> None:
-        self._timer = self._graph.kernel.at(until_ns, Phase.NETWORK, self._entity, self._again)
+    def _wait(self, message: Message, until_ns: int) -> None:
+        self._timer = self._graph.kernel.at(until_ns, Phase.NETWORK, self._entity, self._again,
+                                            message)
 
-    def _again(self, _: Any) -> None:
+    def _again(self, message: Message) -> None:
         self._timer = None
-        self._transmit_train(self._graph.kernel.now_ns)
+        self._transmit_train(message, self._graph.kernel.now_ns)
 
     def _transmit(self, message: Message, now_ns: int) -> None:
         self._wire = message
         self._train = stream_frame(message.size_bytes)
-        self._transmit_train(now_ns)
+        self._transmit_train(message, now_ns)
 
-    def _transmit_train(self, now_ns: int) -> None:
-        graph, message = self._graph, self._wire
+    def _transmit_train(self, message: Message, now_ns: int) -> None:
+        graph = self._graph
         self._sent_ns = now_ns
         size_bytes, segments = self._train
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq, size_bytes))
@@ -252,10 +254,14 @@ class Datagram:
 
     def connect(self, receivers: list[int]) -> list[int]:
         """Send to ``receivers`` from now on. Returns the new ones among those that have a way."""
-        by_medium: dict[Any, list[int]] = {}
+        by_medium: dict[Medium, list[int]] = {}
+        self._unrouted = []
         for receiver in receivers:
-            by_medium.setdefault(self._graph.route(self._source, receiver), []).append(receiver)
-        self._unrouted = by_medium.pop(None, [])
+            medium = self._graph.route(self._source, receiver)
+            if medium is None:
+                self._unrouted.append(receiver)
+            else:
+                by_medium.setdefault(medium, []).append(receiver)
         self._routes = self._frames(by_medium)
         old = self._known
         self._known = [receiver for group in by_medium.values() for receiver in group]
@@ -297,10 +303,10 @@ class Datagram:
         self._graph.drop(message, receiver, reason, message.born_ns, message.born_ns)
 
     def unresolved(self, message: Message) -> None:
-        """It could not leave. Its sender does not mind."""
+        """It could not leave, of which its sender does not learn."""
 
     def repeated(self, message: Message, receiver: int) -> None:
-        """UDP does not know what it has already: the message arrives again."""
+        """UDP does not recognise copies: the message arrives again."""
         self._graph.repeat(message, receiver)
         self._graph.hosts[receiver].receive(message)
 
@@ -311,7 +317,7 @@ class Datagram:
         self._graph.miss(message, receivers, reason, medium)
 
     def close(self, reason: str) -> None:
-        """Nothing waits here, and what is on its way goes on."""
+        """Nothing waits here, and frames on their way go on."""
         self._routes, self._known, self._unrouted = [], [], []
 
     def waiting(self) -> int:

@@ -134,8 +134,8 @@ class BeliefMetrics:
         if not pairs:
             return None
         # Nobody hears itself: those entries are 0.
-        heard_ns = sum(self._graph.hosts[host].heard_ns[other] for host in up for other in up)
-        return (self._graph.kernel.now_ns - heard_ns / pairs) / NS_PER_S
+        received_ns = sum(self._graph.hosts[host].received_ns[other] for host in up for other in up)
+        return (self._graph.kernel.now_ns - received_ns / pairs) / NS_PER_S
 
     def summary(self, samples: Iterable[dict[str, Any]]) -> dict[str, Any]:
         """The numbers of the whole run; ``samples`` has what ``sample`` gave."""

@@ -1,4 +1,4 @@
-"""Plays a network case: sources send over one medium, and what becomes of their frames is counted.
+"""Plays a network case: sources send over one medium, and the fates of their frames are counted.
 
 There are no robots, transports or topics in between; a frame is one packet.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Iterator
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -24,15 +24,16 @@ from desim.ports.cases import Flow, Setup
 from desim.units import NS_PER_S, PERIOD
 
 Watch = Callable[[Kernel, int], None]
+Measures: TypeAlias = dict[str, Any]  # numbers, and mappings of numbers, by name
 
 _BATCHES = 20  # of the delays, for the standard error of their mean
 _DRAWN = 1024  # gaps at a time
 
 
-def play(setup: Setup, seed: int = 1, watch: Watch | None = None) -> dict[str, Any]:
+def play(setup: Setup, seed: int = 1, watch: Watch | None = None) -> Measures:
     """Play ``setup`` and measure. Every key is there in every case; None: it has no meaning there.
-    Raises ``InputError`` for a setup that cannot be played. ``watch`` is told of each kernel, and
-    until when it will run.
+    Raises ``InputError`` for a setup that cannot be played. ``watch`` is called with each kernel and
+    the time until which it will run.
 
     ``goodput_mbps``, ``throughput_mbps``: payloads, and frames with their headers, that arrived,
     each copy of a broadcast | ``offered_mbps``: payloads sent, for each receiver (None: saturated)
@@ -54,7 +55,7 @@ def play(setup: Setup, seed: int = 1, watch: Watch | None = None) -> dict[str, A
     return measures
 
 
-def _play(setup: Setup, seed: int, watch: Watch | None) -> dict[str, Any]:
+def _play(setup: Setup, seed: int, watch: Watch | None) -> Measures:
     _check(setup)
     hosts = tuple(sorted(setup.places, key=ports.natural_key))
     kernel, names = Kernel(), Names()
@@ -69,7 +70,7 @@ def _play(setup: Setup, seed: int, watch: Watch | None) -> dict[str, Any]:
         source.begin(streams("case", "flow", number))
         sources.append(source)
     before: dict[str, tuple[int, int]] = {}
-    before_ns: Any = 0
+    before_ns: np.ndarray | None = None
     if setup.warm_up_ns:
         kernel.run(setup.warm_up_ns)
         before, before_ns = _counted(setup.model), busy_ns(medium)
@@ -80,7 +81,7 @@ def _play(setup: Setup, seed: int, watch: Watch | None) -> dict[str, Any]:
               for name, count in _counted(setup.model).items()}
     measured_ns = setup.duration_ns - setup.warm_up_ns
     return {**_measures(sources, counts, measured_ns / NS_PER_S),
-            "utilisation": utilisation(medium, measured_ns, before_ns)}
+            "utilisation": utilisation(medium, measured_ns, 0 if before_ns is None else before_ns)}
 
 
 def _check(setup: Setup) -> None:
@@ -94,8 +95,8 @@ def _check(setup: Setup) -> None:
 
 
 class Source:
-    """Sends one flow and hears what becomes of it (it is the medium's ``Carrier``). What it gives
-    along with a frame is when that was sent."""
+    """Sends one flow and counts its fates, as the medium's ``Carrier``. The token of a frame is the
+    time when it was sent."""
 
     __slots__ = ("flow", "sent", "arrivals_ns", "delays_ns", "losses", "_host", "_receivers",
                  "_next_host", "_kernel", "_medium", "_entity", "_gaps", "_saturated")
@@ -117,19 +118,19 @@ class Source:
         self.delays_ns = array("q")
         self.losses: dict[str, int] = {}
 
-    def begin(self, luck: np.random.Generator) -> None:
+    def begin(self, stream: np.random.Generator) -> None:
         after, flow = self._kernel.after, self.flow
         for _ in range(flow.backlog + 2 * self._saturated):
             after(flow.begin_ns, Phase.CONTROL, self._entity, self._send)
         if not self._saturated:
-            self._gaps = _gaps(flow, luck)
+            self._gaps = _gaps(flow, stream)
             after(flow.begin_ns + next(self._gaps), Phase.CONTROL, self._entity, self._next)
 
-    def _next(self, _: Any) -> None:
+    def _next(self, _: object) -> None:
         self._send(None)
         self._kernel.after(next(self._gaps), Phase.CONTROL, self._entity, self._next)
 
-    def _send(self, _: Any) -> None:
+    def _send(self, _: object) -> None:
         flow = self.flow
         self.sent += 1
         self._medium.transmit(self._host, self._receivers, flow.size_bytes, 1, flow.broadcast,
@@ -166,19 +167,19 @@ class Source:
         self.losses[reason] = self.losses.get(reason, 0) + len(receivers)
 
 
-def _gaps(flow: Flow, luck: np.random.Generator) -> Iterator[int]:
-    """From time 0 to the first frame, from there to the second one, and so on, in ns."""
+def _gaps(flow: Flow, stream: np.random.Generator) -> Iterator[int]:
+    """The times in ns from 0 to the first frame, from there to the second one, and so on."""
     if flow.arrivals == "poisson":
         while True:
-            drawn_ns = np.minimum(luck.exponential(flow.every_ns, _DRAWN), PERIOD.maximum)
+            drawn_ns = np.minimum(stream.exponential(flow.every_ns, _DRAWN), PERIOD.maximum)
             yield from np.rint(drawn_ns).astype(np.int64).tolist()
-    yield int(luck.integers(flow.every_ns)) if flow.arrivals == "periodic" else 0
+    yield int(stream.integers(flow.every_ns)) if flow.arrivals == "periodic" else 0
     while True:
         yield flow.every_ns
 
 
 def _counted(model: ports.NetworkModel) -> dict[str, tuple[int, int]]:
-    """What the model counts itself, so far."""
+    """The counts of the model itself, so far."""
     counted = {}
     if isinstance(model, ports.CountsAttempts):
         counted["attempts"] = model.attempts()
@@ -188,7 +189,7 @@ def _counted(model: ports.NetworkModel) -> dict[str, tuple[int, int]]:
 
 
 def _measures(sources: list[Source], counts: dict[str, tuple[int, int]],
-              seconds: float) -> dict[str, Any]:
+              seconds: float) -> Measures:
     lost: dict[str, int] = {}
     for source in sources:
         for reason, count in source.losses.items():
@@ -217,7 +218,8 @@ def _measures(sources: list[Source], counts: dict[str, tuple[int, int]],
         "loss": _share(settled - delivered, settled),
         "drop_rate": _share(let_in - delivered, let_in) if unicast else None,
         "attempts": transmitted,
-        "failure_rate": _share(failed, transmitted) if unicast and transmitted else None,
+        "failure_rate": (None if failed is None or not (unicast and transmitted)
+                         else _share(failed, transmitted or 0)),
         **_delays(sources),
         "control_frames": control_frames,
         "control_bytes": control_bytes,

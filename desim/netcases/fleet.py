@@ -1,5 +1,5 @@
-"""Will this network carry what this fleet says? A scenario's topics, transports and media without
-its robots: nodes that say as much as often, on hosts that stand still.
+"""Will this network carry the messages of this fleet? A scenario's topics, transports and media
+without its robots: nodes that publish as much as often, on hosts that stand still.
 
 Counted are messages that are born while it is measured, and their fates, for which one more period
 of the slowest topic is played. Delivered means that the receiving host has the message.
@@ -7,7 +7,7 @@ of the slowest topic is played. Delivered means that the receiving host has the 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -18,8 +18,9 @@ from desim.engine.trace import Names, Trace
 from desim.middleware.graph import Host, Message, Node
 from desim.monitor.traffic import family
 from desim.monitor.utilisation import busy_ns, utilisation
+from desim.netcases.case import Measures
 from desim.netcases.survey import free_place, whole_map_bytes
-from desim.netcases.talks import Listener, Speaker, Talk, paces, talks
+from desim.netcases.talks import Listener, PacedNode, Talk, paces, talks
 from desim.network.medium import Medium
 from desim.network.place import Still
 from desim.ports import Params
@@ -30,12 +31,12 @@ from desim.units import NS_PER_S, ByteSize, Period, Ratio
 
 
 class Question(Params):
-    """What a scenario's topics ask of its network: sends what its robots would send, for some time
-    and without robots, and says what arrives, when, and how busy the media are.
+    """The load of a scenario's topics on its network: sends the messages of its robots, for some
+    time and without robots, and reports what arrives, when, and how busy the media are.
 
-    Who says what to whom is what the software of the scenario advertises and subscribes to, at the
-    rates and sizes of its sensors, controllers and periods; everybody always drives, and has always
-    a new map to tell. Faults are left out.
+    The software of the scenario decides the topics, publishers and subscribers; its sensors,
+    controllers and periods the rates and sizes. All robots always drive, and always have a new map
+    to send. Faults are left out.
     """
 
     scenario: str = Field(description="a scenario's YAML file")
@@ -53,7 +54,7 @@ class Question(Params):
 
 
 class FamilyAccount:
-    """What became of the messages of one family of topics that were born in time."""
+    """The fates of the messages of one family of topics that were born in time."""
 
     __slots__ = ("talks", "sent", "delays_ns", "lost")
 
@@ -69,7 +70,7 @@ class FamilyAccount:
         else:
             self.lost[reason] = self.lost.get(reason, 0) + 1
 
-    def measures(self, duration_ns: int) -> dict[str, Any]:
+    def measures(self, duration_ns: int) -> Measures:
         pace, delivered = self.talks[0].pace, len(self.delays_ns)
         lost = dict(sorted(self.lost.items()))
         lost["in_flight"] = self.sent - delivered - sum(lost.values())
@@ -102,30 +103,31 @@ class Reading(NamedTuple):
         return cls(sum(medium.tx_bytes) + medium.refused_bytes, sum(medium.rx_bytes),
                    medium.delivered, dict(medium.dropped), busy_ns(medium))
 
-    def measures(self, medium: Medium, duration_ns: int) -> dict[str, Any]:
-        """Of ``medium`` since this reading, ``duration_ns`` ago; with all headers, and repetitions
-        of transports. ``frames`` are those whose fate was settled, per receiver."""
+    def measures(self, medium: Medium, duration_ns: int) -> Measures:
+        """The measures of ``medium`` since this reading, ``duration_ns`` ago; with all headers, and
+        repetitions of transports. ``frames`` are those whose fate was settled, per receiver."""
         now = Reading.of(medium)
         lost = {reason: count - self.dropped.get(reason, 0)
                 for reason, count in sorted(now.dropped.items())}
         return {"offered_mbps": (now.offered_bytes - self.offered_bytes) * 8e3 / duration_ns,
                 "carried_mbps": (now.rx_bytes - self.rx_bytes) * 8e3 / duration_ns,
-                "utilisation": utilisation(medium, duration_ns, self.busy_ns),
+                "utilisation": utilisation(
+                    medium, duration_ns, 0 if self.busy_ns is None else self.busy_ns),
                 "frames": now.delivered - self.delivered + sum(lost.values()),
                 "lost": {reason: count for reason, count in lost.items() if count}}
 
 
 class Rehearsal:
-    """The network of ``parts``, which has not run, and ``said`` on it. Counted is what is born from
-    ``begin_ns``, exclusive, to ``end_ns``."""
+    """The network of ``parts``, which has not run, with the talks ``advertised`` on it. Messages
+    count that are born from ``begin_ns``, exclusive, to ``end_ns``."""
 
-    def __init__(self, parts: Simulation, said: list[Talk], spread: bool, begin_ns: int,
+    def __init__(self, parts: Simulation, advertised: list[Talk], spread: bool, begin_ns: int,
                  end_ns: int) -> None:
-        self._said, self._begin_ns, self._end_ns = said, begin_ns, end_ns
+        self._said, self._begin_ns, self._end_ns = advertised, begin_ns, end_ns
         hosts = [host.name for host in parts.plan]
         self._families: dict[str, FamilyAccount] = {}
         self._accounts: dict[str, FamilyAccount] = {}  # by topic
-        for talk in said:
+        for talk in advertised:
             account = self._families.setdefault(family(talk.topic, frozenset(hosts)),
                                                 FamilyAccount())
             account.talks.append(talk)
@@ -138,7 +140,7 @@ class Rehearsal:
         for host in self.graph.hosts:
             host.software = self._nodes
 
-    def played(self) -> tuple[dict[str, Any], dict[str, Any]]:
+    def played(self) -> tuple[Measures, Measures]:
         """The measures of each family of topics, and of each medium."""
         graph, duration_ns = self.graph, self._end_ns - self._begin_ns
         graph.start()
@@ -167,23 +169,23 @@ class Rehearsal:
         for talk in self._said:
             if talk.source == host.name:
                 by_node.setdefault(talk.node, []).append(talk)
-        heard = [talk.topic for talk in self._said if host.name in talk.receivers]
-        return [*(Speaker(host, node, said) for node, said in by_node.items()),
-                Listener(host, heard)]
+        subscribed = [talk.topic for talk in self._said if host.name in talk.receivers]
+        return [*(PacedNode(host, node, advertised) for node, advertised in by_node.items()),
+                Listener(host, subscribed)]
 
 
-def play(scenario: Scenario, question: Question) -> dict[str, Any]:
+def play(scenario: Scenario, question: Question) -> Measures:
     """``topics`` (by family) and ``media`` (by name) with their measures, of ``measured_s``; what
     was assumed: ``spread``; ``map_bytes`` of an update (None: robots exchange no maps), and
     ``map_given``; ``left_out``, topics that cross, but nobody says how often. Raises ``InputError``
     for what does not fit together."""
     parts = Simulation(scenario)
-    map_bytes = question.map_bytes
-    if map_bytes is None and scenario.coordination.exchange is not None:
-        map_bytes = whole_map_bytes(parts, Streams(scenario.seed))
-    said, left_out = talks(parts, paces(scenario, parts.grid, map_bytes))
-    longest_ns = max((round(NS_PER_S / talk.pace.rate_hz) for talk in said), default=0)
-    topics, media = Rehearsal(parts, said, question.spread, longest_ns,
+    map_bytes, exchange = question.map_bytes, scenario.coordination.exchange
+    if map_bytes is None and exchange is not None:
+        map_bytes = whole_map_bytes(parts, exchange, Streams(scenario.seed))
+    advertised, left_out = talks(parts, paces(scenario, parts.grid, map_bytes))
+    longest_ns = max((round(NS_PER_S / talk.pace.rate_hz) for talk in advertised), default=0)
+    topics, media = Rehearsal(parts, advertised, question.spread, longest_ns,
                               longest_ns + question.duration_ns).played()
     hosts = frozenset(host.name for host in parts.plan)
     return {"hosts": len(hosts), "measured_s": question.duration_ns / NS_PER_S,

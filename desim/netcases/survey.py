@@ -1,5 +1,5 @@
-"""How large the map of a whole terrain is when a robot tells it: its laser is put down at one place
-after the other until the map is there."""
+"""The size of a map message of a whole terrain: a robot's laser scans at one place after the other
+until the map is complete."""
 
 from __future__ import annotations
 
@@ -10,20 +10,21 @@ from desim.middleware.messages import LaserScan
 from desim.monitor.coverage import EXPLORED, Ground
 from desim.robot.map_message import MapCodec
 from desim.robot.tiles import FREE, Belief, TilePool, raster
+from desim.scenario.schema.communication import Exchange
 from desim.simulation.simulation import Simulation
 
-_LOOK = 20  # scans between looks at how much is known
+_COUNT = 20  # scans between two counts of the known cells
 _MOST = 5000  # scans; a terrain that needs more is known well enough after these
 
 
-def whole_map_bytes(parts: Simulation, streams: Streams) -> int:
+def whole_map_bytes(parts: Simulation, exchange: Exchange, streams: Streams) -> int:
     """The size of an update with all of a robot's own evidence, in the scenario's content and
     encoding, when 99 % of what can be seen is known from scans at free places that are drawn."""
-    exchange, ground = parts.scenario.coordination.exchange, parts.monitor.ground
+    ground = parts.monitor.ground
     belief = Belief(ground.grid, TilePool())
     wanted = EXPLORED * np.count_nonzero(ground.reachable)
     for number in range(_MOST):
-        if number % _LOOK == 0:
+        if number % _COUNT == 0:
             known = raster(ground.grid, belief.fused) <= FREE
             if np.count_nonzero(known & ground.reachable) >= wanted:
                 break

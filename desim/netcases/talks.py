@@ -1,9 +1,8 @@
-"""What the software of a scenario says between hosts: which topic, from whom to whom, how often and
-how large.
+"""The messages of a scenario's software between hosts: topic, source, receivers, rate and size.
 
-Who says what to whom is asked of the software itself: its nodes start on hosts that only note what
-is advertised and subscribed to, and never run. How often and how large is not theirs to say before
-they run; it stands in ``paces``.
+The software itself tells topics, sources and receivers: its nodes start on hosts that only note
+advertisements and subscriptions, and never run. Rates and sizes are not known before they run; they
+stand in ``paces``.
 """
 
 from __future__ import annotations
@@ -11,50 +10,60 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypedDict
 
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.trace import Names, Trace
+from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph, Host, Message, Node
 from desim.middleware.messages import (
     FLOAT64_BYTES,
     ODOMETRY_BYTES,
     TWIST_BYTES,
+    Filler,
     laser_scan_bytes,
     occupancy_grid_bytes,
 )
 from desim.middleware.topics import Latest, Publisher
 from desim.ports import GridSpec
-from desim.ports.middleware import Endpoint, MiddlewareContext, Offer
 from desim.scenario.schema.whole import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 
 
 class Pace(NamedTuple):
-    """A message of ``size_bytes`` at ``rate_hz``. ``turn`` of a sensor, which keeps the common grid
-    of time: its place among those of one instant; None: whenever its node's timer says."""
+    """Messages of ``size_bytes`` at ``rate_hz``. ``turn``: a sensor keeps the common grid of time, at
+    this place among those of one instant; None: its node's timer decides."""
 
     rate_hz: Fraction
     size_bytes: int
     turn: int | None = None
 
 
+class Wishes(TypedDict):
+    """Keywords of ``Node.advertise``."""
+
+    transport: str
+    via: str
+    queue: int
+    latch: bool
+
+
 class Talk(NamedTuple):
-    """What ``node`` of host ``source`` says on ``topic`` (absolute) to other hosts, ``receivers``;
-    ``how``: the keywords of ``Node.advertise``."""
+    """The messages of ``node`` of host ``source`` on ``topic`` (absolute) to other hosts, the
+    ``receivers``; ``how``: the keywords of ``Node.advertise``."""
 
     source: str
     node: str
     topic: str
     receivers: tuple[str, ...]
-    how: dict[str, Any]
+    how: Wishes
     pace: Pace
 
 
-def paces(scenario: Scenario, grid: GridSpec, map_bytes: int) -> dict[str, Pace]:
-    """How often and how large what robots say is, by ``kind_of``, while they all drive and have
-    always something new to tell. Scans come before poses, as from ``WorldClock``."""
+def paces(scenario: Scenario, grid: GridSpec, map_bytes: int | None) -> dict[str, Pace]:
+    """The rates and sizes of the messages of robots, by ``kind_of``, while they all drive and always
+    have news. Scans come before poses, as from ``WorldClock``."""
     robot, exchange = scenario.robot, scenario.coordination.exchange
     pose = Pace(robot.odometry.rate_hz, ODOMETRY_BYTES, turn=2)
     monitor_hz = Fraction(NS_PER_S, scenario.testbed.monitor_period_ns)
@@ -66,7 +75,7 @@ def paces(scenario: Scenario, grid: GridSpec, map_bytes: int) -> dict[str, Pace]
         "explored_map": Pace(monitor_hz, occupancy_grid_bytes(grid.width * grid.height)),
         "distance": Pace(monitor_hz, FLOAT64_BYTES),
     }
-    if exchange is not None:
+    if exchange is not None and map_bytes is not None:
         known["map_exchange"] = Pace(Fraction(NS_PER_S, exchange.period_ns), map_bytes)
     return known
 
@@ -78,31 +87,27 @@ def kind_of(topic: str) -> str:
 
 
 def talks(parts: Simulation, known: dict[str, Pace]) -> tuple[list[Talk], list[str]]:
-    """What crosses between the hosts of ``parts``, which has not run, in the order of hosts; and
-    the topics that cross, too, but of which nobody says how often."""
+    """The talks between the hosts of ``parts``, which has not run, in the order of hosts; and the
+    topics between hosts whose rate is not known."""
     stages = _stages(parts)
     found, unknown = [], []
     for stage in stages:
-        for node, topic, how in stage.said:
+        for node, topic, how in stage.advertised:
             receivers = tuple(other.name for other in stages
-                              if other is not stage and topic in other.heard)
+                              if other is not stage and topic in other.subscribed)
             pace = known.get(kind_of(topic))
-            if receivers and pace is None:
+            if not receivers:
+                continue
+            if pace is None:
                 unknown.append(topic)
-            elif receivers:
+            else:
                 found.append(Talk(stage.name, node, topic, receivers, how, pace))
     return found, unknown
 
 
-class Word(NamedTuple):
-    """A content that is nothing but large."""
-
-    size_bytes: int
-
-
-class Speaker(Node):
-    """Says what a node of this host would say. It has that node's name, and so its timers' phases.
-    """
+class PacedNode(Node):
+    """Publishes the messages of a node of this host, under its name, and so with its timers'
+    phases."""
 
     __slots__ = ("_talks",)
 
@@ -111,24 +116,24 @@ class Speaker(Node):
         self._talks = talks
 
     def start(self) -> None:
-        by_timer: dict[tuple, list[tuple[Publisher, Word]]] = {}
+        by_timer: dict[tuple[Fraction, int | None], list[tuple[Publisher, Filler]]] = {}
         for talk in self._talks:
             by_timer.setdefault((talk.pace.rate_hz, talk.pace.turn), []).append(
-                (self.advertise(talk.topic, **talk.how), Word(talk.pace.size_bytes)))
+                (self.advertise(talk.topic, **talk.how), Filler(talk.pace.size_bytes)))
         for (rate_hz, turn), words in by_timer.items():
-            say = partial(self._say, words)
+            say = partial(self._publish_all, words)
             if turn is None:
                 self.timer(rate_hz, say)
             else:
                 self.host.graph.kernel.ticker(rate_hz, Phase.SENSE, turn, say, 0)
 
-    def _say(self, words: list[tuple[Publisher, Word]], _: int) -> None:
+    def _publish_all(self, words: list[tuple[Publisher, Filler]], _: int) -> None:
         for publisher, word in words:
             publisher.publish(word)
 
 
 class Listener(Node):
-    """Hears topics."""
+    """Subscribes to topics."""
 
     __slots__ = ("_topics",)
 
@@ -138,14 +143,14 @@ class Listener(Node):
 
     def start(self) -> None:
         for topic in self._topics:
-            self.subscribe(topic, self._heard)
+            self.subscribe(topic, self._ignore)
 
-    def _heard(self, message: Message) -> None: ...
+    def _ignore(self, message: Message) -> None: ...
 
 
 def _stages(parts: Simulation) -> list[_Stage]:
     names = Names()
-    graph = Graph(Kernel(), names, Trace(names), parts.streams, _Nobody(),
+    graph = Graph(Kernel(), names, Trace(names), parts.streams, Direct(),
                   [host.name for host in parts.plan])
     stages = [_Stage(graph, host.name, host.index) for host in graph.hosts]
     for stage, plan in zip(stages, parts.plan, strict=True):
@@ -155,40 +160,25 @@ def _stages(parts: Simulation) -> list[_Stage]:
 
 
 class _Stage(Host):
-    """A host that notes what its nodes want to say and to hear."""
+    """A host that notes the advertisements and subscriptions of its nodes."""
 
-    __slots__ = ("said", "heard")
+    __slots__ = ("advertised", "subscribed")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         super().__init__(graph, name, index)
-        self.said: list[tuple[str, str, dict[str, Any]]] = []
-        self.heard: set[str] = set()
+        self.advertised: list[tuple[str, str, Wishes]] = []
+        self.subscribed: set[str] = set()
 
     def advertise(self, node: str, topic: str, transport: str, via: str, queue: int,
                   latch: bool) -> Publisher:
-        how = {"transport": transport, "via": via, "queue": queue, "latch": latch}
-        self.said.append((node, self.absolute(topic), how))
+        how: Wishes = {"transport": transport, "via": via, "queue": queue, "latch": latch}
+        self.advertised.append((node, self.absolute(topic), how))
         return super().advertise(node, topic, transport, via, queue, latch)
 
-    def subscribe(self, node: str, topic: str, callback: Callable[[Message], Any],
+    def subscribe(self, node: str, topic: str, callback: Callable[[Message], object],
                   queue: int) -> None:
-        self.heard.add(self.absolute(topic))
+        self.subscribed.add(self.absolute(topic))
 
     def latest(self, node: str, topic: str) -> Latest:
-        self.heard.add(self.absolute(topic))
+        self.subscribed.add(self.absolute(topic))
         return Latest()
-
-
-class _Nobody:
-    """A registry in which nobody finds anybody."""
-
-    def start(self, context: MiddlewareContext) -> None: ...
-
-    def advertise(self, offer: Offer) -> None: ...
-
-    def subscribe(self, subscriber: Endpoint) -> None: ...
-
-    def switched(self, host: int, up: bool) -> None: ...
-
-    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
-        return ()

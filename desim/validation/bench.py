@@ -1,17 +1,19 @@
-"""Hosts on one network to try middleware on, as in a laboratory: who says what, and a tap on the
-wire."""
+"""A laboratory for middleware: hosts on one network that publish and listen, and a tap on the wire.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from statistics import median
-from typing import Any
+from typing import ClassVar
 
 from desim import plugins, ports
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.graph import Graph, Host, Message
+from desim.middleware.messages import Filler
 from desim.middleware.node import Node
 from desim.network.medium import Medium
 from desim.network.place import Nowhere
@@ -23,50 +25,45 @@ KNOWN_ADDRESSES = {"arp": "static"}  # of TCP's parameters: how it was measured
 CHECK_SEQUENCE_BYTES = 4  # of an Ethernet packet; tcpdump does not see it
 
 
-class Word:
-    """A message's content: only its size matters."""
-
-    def __init__(self, size_bytes: int) -> None:
-        self.size_bytes = size_bytes
-
-
-class Speaker(Node):
-    """A node that does what a row of the validation wants of it; ``heard`` is its log: (time in s,
+class LabNode(Node):
+    """A node that acts as a row of the validation describes; ``received`` is its log: (time in s,
     topic, number, born in s)."""
 
-    def __init__(self, host: Host, begin: Callable[[Speaker], Any]) -> None:
+    def __init__(self, host: Host, begin: Callable[[LabNode], object]) -> None:
         super().__init__(host, "node")
         self._begin = begin
-        self.heard: list[tuple[float, str, int, float]] = []
+        self.received: list[tuple[float, str, int, float]] = []
 
     def start(self) -> None:
         self._begin(self)
 
-    def says(self, topic: str, size_bytes: int, rate_hz: int, **offer: Any) -> None:
+    def publishes(self, topic: str, size_bytes: int, rate_hz: int, *, transport: str = "stream",
+                  queue: int = 1) -> None:
         """Publish ``topic`` at this rate from now on; 0: never."""
-        self.advertise(topic, **offer)
+        self.advertise(topic, transport=transport, queue=queue)
         if rate_hz:
-            self.timer(rate_hz, lambda _: self.publish(topic, Word(size_bytes)), start="zero")
+            self.timer(rate_hz, lambda _: self.publish(topic, Filler(size_bytes)),
+                       start="zero")
 
     def listens(self, topic: str, queue: int = 0) -> None:
-        """Log what comes on ``topic``."""
-        self.subscribe(topic, self._hear, queue=queue)
+        """Log all messages of ``topic``."""
+        self.subscribe(topic, self._log, queue=queue)
 
-    def _hear(self, message: Message) -> None:
-        self.heard.append((self.now_ns / NS_PER_S, message.topic, message.seq,
+    def _log(self, message: Message) -> None:
+        self.received.append((self.now_ns / NS_PER_S, message.topic, message.seq,
                            message.born_ns / NS_PER_S))
 
 
 class Tap:
     """Sees every frame that is sent, as tcpdump does at its sender. A rule that lets all pass."""
 
-    reasons = ()
     Params = ports.Params
+    reasons: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self) -> None:
         self.bytes = self.packets = 0
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         """Nothing to prepare."""
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> None:
@@ -85,7 +82,7 @@ class Lossy:
         self._from_ns = round(from_s * NS_PER_S)
         self.reasons = self._loss.reasons
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._loss.start(context, hosts)
 
@@ -95,12 +92,12 @@ class Lossy:
         return self._loss.judge(frame, receivers)
 
 
-class NodeBench:
-    """``lives``: what each host's one node does; the k-th host of them starts at ``starts_s[k]``
-    (default: all at once). In each of ``cuts``, (from, until) in s, the first host hears nobody and
-    nobody hears it. ``rules`` act on all."""
+class Laboratory:
+    """Hosts with one node each, on a LAN. ``lives``: the function that begins each host's node; the
+    k-th host starts at ``starts_s[k]`` (default: all at once). In each of ``cuts``, (from, until)
+    in s, the first host is cut off. ``rules`` act on all frames."""
 
-    def __init__(self, lives: Mapping[str, Callable[[Speaker], Any]], middleware: Middleware, *,
+    def __init__(self, lives: Mapping[str, Callable[[LabNode], object]], middleware: Middleware, *,
                  delay: str = "50 us", cuts: Sequence[tuple[float, float]] = (),
                  starts_s: Sequence[float] = (), rules: Sequence[ports.Rule] = (),
                  seed: int = 0) -> None:
@@ -114,25 +111,30 @@ class NodeBench:
         self.graph.attach(Medium(
             "lan", ideal(ideal.Params(delay=delay)), rules, kernel=self.kernel, names=names,
             streams=streams, hosts=hosts, place=Nowhere(len(hosts))))
+        self._nodes: dict[str, LabNode] = {}
         self._starts_s = dict(zip(lives, starts_s or [0.0] * len(lives), strict=True))
         for name, begin in lives.items():
             host = self.graph.host(name)
-            host.software = lambda host, begin=begin: [Speaker(host, begin)]
+            host.software = partial(self._software, begin)
             self.kernel.at(round(self._starts_s[name] * NS_PER_S), Phase.WORLD, host.id,
-                           lambda _, host=host: host.start())
+                           Host.start, host)
 
-    def run(self, until_s: float) -> NodeBench:
+    def run(self, until_s: float) -> Laboratory:
         self.kernel.run(round(until_s * NS_PER_S))
         return self
 
-    def speaker(self, host: str) -> Speaker:
+    def node(self, host: str) -> LabNode:
         """The node of a host that has started."""
-        return self.graph.host(host).nodes[0]
+        return self._nodes[host]
 
-    def heard_after(self, host: str, time_s: float, of: str | None = None) -> float:
-        """How long after this instant ``host`` heard something (``of`` this topic), in s; NaN:
-        never."""
-        return next((at - time_s for at, topic, *_ in self.speaker(host).heard
+    def _software(self, begin: Callable[[LabNode], object], host: Host) -> list[Node]:
+        node = self._nodes[host.name] = LabNode(host, begin)
+        return [node]
+
+    def received_after(self, host: str, time_s: float, of: str | None = None) -> float:
+        """The time in s from this instant to the next message at ``host`` (``of`` this topic); NaN:
+        none arrived."""
+        return next((at - time_s for at, topic, *_ in self.node(host).received
                      if at > time_s and of in (None, topic)), float("nan"))
 
 
@@ -143,13 +145,13 @@ def _apart(host: str, from_s: float, until_s: float) -> ports.Rule:
 
 
 def within(share: float, what: str, simulated: float, measured: float, unit: str = "") -> Check:
-    """They may differ by a share of what was measured."""
+    """A check that two numbers differ by at most a share of the measured one."""
     return Check(what, simulated, measured, share * abs(measured), unit)
 
 
 def alike(what: str, simulated: Sequence[float], measured: Sequence[float],
           unit: str) -> list[Check]:
-    """Of a quantity that scatters: the medians within 15 %, and the ranges overlap."""
+    """Checks of a quantity that scatters: medians within 15 %, and ranges that overlap."""
     apart = max(min(simulated) - max(measured), min(measured) - max(simulated), 0.0)
     return [within(0.15, f"{what}: median", median(simulated), median(measured), unit),
             Check(f"{what}: between the ranges", apart, 0.0, 0.0, unit)]

@@ -7,13 +7,13 @@ started within some 100 ms.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from statistics import mean, median
-from typing import Any
+from types import MappingProxyType
 
 from desim.middleware.dds.dds import Dds
 from desim.ports.cases import Check
-from desim.validation.bench import Lossy, NodeBench, Speaker, within
+from desim.validation.bench import LabNode, Laboratory, Lossy, within
 
 # Preset: hosts, topics, kB in the first 15 s; of Cyclone DDS with AllowMulticast spdp. Runs differ
 # by what the machine has to do: Fast DDS with 4 hosts and 10 topics took 397, 414, 415 and 478 kB.
@@ -28,6 +28,7 @@ DISCOVERY = {
 ONE_BY_ONE = ((4, 10, 1, 416), (8, 0, 0.5, 1115), (8, 10, 0.5, 2433))
 EVERYTHING_BY_MULTICAST = ((2, 0, 18.3), (2, 1, 20.1), (2, 10, 34.8), (4, 10, 158.6))
 SEEDS = range(2)
+NO_PARAMS: Mapping[str, object] = MappingProxyType({})
 
 
 def checks() -> Iterator[Check]:
@@ -40,12 +41,12 @@ def checks() -> Iterator[Check]:
     yield from all_kept()
 
 
-def discovery(preset: str, rows: Sequence[tuple[int, int, float]], **params: Any
+def discovery(preset: str, rows: Sequence[tuple[int, int, float]], **params: object
               ) -> Iterator[Check]:
     """The mean of two runs."""
     said = "".join(f", {key} {value}" for key, value in params.items())
     for hosts, topics, kb in rows:
-        bytes_ = mean(_fleet(hosts, topics, preset, seed, **params).run(15).tap.bytes
+        bytes_ = mean(_fleet(hosts, topics, preset, seed, params=params).run(15).tap.bytes
                       for seed in SEEDS)
         yield within(0.15, f"{preset}{said}: first 15 s of {hosts} hosts, {topics} topics",
                      bytes_ / 1000, kb, "kB")
@@ -65,26 +66,26 @@ def at_rest() -> Iterator[Check]:
     """From 15 to 31 s after the start, of two hosts."""
     for preset, bps, params in (("fastdds_2_9", 735, {}), ("cyclonedds_11_0", 263, {}),
                                 ("cyclonedds_11_0", 179, {"allow_multicast": "all"})):
-        bench = _fleet(2, 0, preset, 0, **params).run(15)
+        bench = _fleet(2, 0, preset, 0, params=params).run(15)
         before = bench.tap.bytes
         yield within(0.15, f"{preset}{' by multicast' if params else ''}: 2 hosts at rest",
                      (bench.run(31).tap.bytes - before) / 16, bps, "B/s")
 
 
 def _fleet(hosts: int, topics: int, preset: str, seed: int, starts_s: Sequence[float] = (),
-           **params: Any) -> NodeBench:
-    def begin(node: Speaker) -> None:
+           params: Mapping[str, object] = NO_PARAMS) -> Laboratory:
+    def begin(node: LabNode) -> None:
         for topic in range(topics):
-            node.says(f"/t{topic}", 0, 0, queue=10)
+            node.publishes(f"/t{topic}", 0, 0, queue=10)
             node.listens(f"/t{topic}", queue=10)
 
-    return NodeBench({f"robot_{k}": begin for k in range(hosts)},
+    return Laboratory({f"robot_{k}": begin for k in range(hosts)},
                  Dds(Dds.Params(preset=preset, **params)), seed=seed, starts_s=starts_s)
 
 
 # Preset, B of a sample, Hz, depth, loss of a packet: mean, median and 90 % in ms.
-Loss = tuple[str, int, int, int, float, tuple[float | None, ...]]
-LOSSES: tuple[Loss, ...] = (
+LossyPath = tuple[str, int, int, int, float, tuple[float | None, ...]]
+LOSSES: tuple[LossyPath, ...] = (
     ("cyclonedds_11_0", 1000, 10, 10, 0.1, (17.4, None, 100.5)),
     ("cyclonedds_11_0", 100_000, 1, 10, 0.01, (8.2, None, None)),
     ("cyclonedds_11_0", 100_000, 1, 10, 0.1, (133.5, 101.6, 301.5)),
@@ -94,7 +95,7 @@ LOSSES: tuple[Loss, ...] = (
 )
 
 
-def losses(rows: Sequence[Loss] = LOSSES, length_s: int = 1000) -> Iterator[Check]:
+def losses(rows: Sequence[LossyPath] = LOSSES, length_s: int = 1000) -> Iterator[Check]:
     """A sample's way takes 50 us here. In the laboratory it took 0.4 ms, and 1.2 ms where Python
     reads 100 kB (taken off the 9.4 ms of 1 % loss); a median below 1.2 ms says nothing else."""
     for preset, size_bytes, rate_hz, depth, loss, measured in rows:
@@ -114,7 +115,7 @@ ALL_KEPT_MS = (1167, 2516, 2564, 2813, 2790, 21_096, 25_347)
 
 def all_kept() -> Iterator[Check]:
     """Fast DDS with a history that is never full: heartbeats every 3 s, and what is repeated goes
-    in one message that any lost packet loses, so that some runs hardly get on. They scatter too
+    in one message that any lost packet loses, so that some runs barely advance. They scatter too
     much for a median: that of nine runs lies in the range of what was measured."""
     simulated = median(mean(_delays_ms("fastdds_2_9", 1000, 10, 0, 0.1, 150, seed))
                        for seed in range(9))
@@ -127,8 +128,8 @@ def _delays_ms(preset: str, size_bytes: int, rate_hz: int, depth: int, loss: flo
                seed: int = 0) -> list[float]:
     """Of the samples of so many seconds that come within 8 s after those, ``b`` being there before
     ``a``."""
-    bench = NodeBench({"a": lambda node: node.says("/talk", size_bytes, rate_hz, queue=depth),
+    bench = Laboratory({"a": lambda node: node.publishes("/talk", size_bytes, rate_hz, queue=depth),
                    "b": lambda node: node.listens("/talk")}, Dds(Dds.Params(preset=preset)),
                   starts_s=(2, 0), rules=[Lossy(loss, 8)], seed=seed).run(8 + length_s + 8)
-    return [1000 * (at - born) for at, _, _, born in bench.speaker("b").heard
+    return [1000 * (at - born) for at, _, _, born in bench.node("b").received
             if 8 <= born < 8 + length_s]

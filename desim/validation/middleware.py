@@ -18,7 +18,7 @@ FAMILIES: tuple[Callable[[], Iterator[Check]], ...] = (
 
 
 class MiddlewareAsMeasured:
-    """What real middleware does between network namespaces that an Ethernet switch joins."""
+    """The behaviour of real middleware between network namespaces that an Ethernet switch joins."""
 
     source = ("measured in November 2026, Linux 6.18: ROS 1 (roscpp, rospy 1.15.15), "
               "multimaster_fkie 1.3.2, Cyclone DDS 11.0.1, Fast DDS 2.9.1, Zenoh 1.10.2")

@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from statistics import mean
 
+from desim.middleware.messages import Filler
 from desim.middleware.ros.ros1 import Ros1
 from desim.ports.cases import Check
-from desim.validation.bench import KNOWN_ADDRESSES, NodeBench, Speaker, Word, within
+from desim.validation.bench import KNOWN_ADDRESSES, LabNode, Laboratory, Word, within
 
 # Who comes last, one-way delay: ms from its call to the first message.
 FIRST_MESSAGE_MS = {("subscriber", "50 us"): 210, ("publisher", "50 us"): 210,
@@ -31,14 +32,14 @@ def first_messages() -> Iterator[Check]:
 
 
 def _first_ms(last: str, delay: str, seed: int) -> float:
-    def publish(node: Speaker) -> None:
+    def publish(node: LabNode) -> None:
         node.advertise("/map", latch=True)
-        node.publish("/map", Word(200))
+        node.publish("/map", Filler(200))
 
     starts_s = {"master": 0, "publisher": 1, "subscriber": 1} | {last: 5}
     lives = {"master": lambda node: None, "publisher": publish,
              "subscriber": lambda node: node.listens("/map")}
     params = Ros1.Params(master="master", tcp=KNOWN_ADDRESSES)
-    bench = NodeBench(lives, Ros1(params), delay=delay, seed=seed,
+    bench = Laboratory(lives, Ros1(params), delay=delay, seed=seed,
                   starts_s=[starts_s[host] for host in lives]).run(10)
-    return 1000 * bench.heard_after("subscriber", starts_s[last])
+    return 1000 * bench.received_after("subscriber", starts_s[last])

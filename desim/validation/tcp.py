@@ -1,10 +1,11 @@
-"""TCP: what repairs cost, how late a link wakes after a cut, and what Nagle's algorithm does."""
+"""TCP: the cost of repairs, the delay of a link after a cut, and the effect of Nagle's algorithm.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from statistics import mean, median
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from desim import plugins
 from desim.engine.kernel import Kernel, Phase
@@ -18,12 +19,12 @@ from desim.network.medium import Medium
 from desim.network.place import Nowhere
 from desim.ports.cases import Check
 from desim.units import NS_PER_S
-from desim.validation.bench import NodeBench, Speaker, alike, within
+from desim.validation.bench import LabNode, Laboratory, alike, within
 
 EMULATOR_MS = 0.2  # what the emulated path adds each way: round trips in captures are 4.4, 40.4 ms
 
 
-class Word:
+class LabCargo:
     """A message as TCP sees one."""
 
     def __init__(self, seq: int) -> None:
@@ -51,38 +52,38 @@ class Socket:
         self.sender = tcp.connect(0, 1, "bench", "bench", opened=lambda connection: None,
                                   closed=lambda connection, reason: None,
                                   keepalive=False).sender(0)
-        self.said_ns: list[int] = []
-        self.heard_ns: list[int] = []
+        self.sent_ns: list[int] = []
+        self.received_ns: list[int] = []
 
-    def say(self, size_bytes: int) -> None:
-        self.said_ns.append(self.kernel.now_ns)
-        self.sender.send(size_bytes, self._heard, Word(len(self.said_ns)), None)
+    def send(self, size_bytes: int) -> None:
+        self.sent_ns.append(self.kernel.now_ns)
+        self.sender.send(size_bytes, self._arrived, LabCargo(len(self.sent_ns)), None)
 
-    def _heard(self, _: Any) -> None:
-        self.heard_ns.append(self.kernel.now_ns)
+    def _arrived(self, _: object) -> None:
+        self.received_ns.append(self.kernel.now_ns)
 
     def late_ms(self, size_bytes: int, every_ns: int, seconds: int) -> list[float]:
-        """How late each of the messages is that are said ``every_ns``, but for the first two."""
+        """The delay of each of the messages, sent ``every_ns``, but for the first two."""
         for time_ns in range(NS_PER_S, (seconds + 1) * NS_PER_S, every_ns):
-            self.kernel.at(time_ns, Phase.NETWORK, 0, lambda _: self.say(size_bytes))
+            self.kernel.at(time_ns, Phase.NETWORK, 0, lambda _: self.send(size_bytes))
         self.kernel.run((seconds + 60) * NS_PER_S)
-        return [(heard - said) / 1e6 for said, heard
-                in zip(self.said_ns, self.heard_ns, strict=True)][2:]
+        return [(received - said) / 1e6 for said, received
+                in zip(self.sent_ns, self.received_ns, strict=True)][2:]
 
     def goodput_mbps(self, size_bytes: int, seconds: int) -> float:
-        """What gets through where there is always room for more to say."""
+        """The goodput where the sender always has more data."""
         def fill() -> None:
-            while self.sender.room:
-                self.say(size_bytes)
-            self.sender.when_room(fill)
+            while self.sender.writable:
+                self.send(size_bytes)
+            self.sender.when_writable(fill)
         self.kernel.at(NS_PER_S, Phase.NETWORK, 0, lambda _: fill())
         self.kernel.run((seconds + 1) * NS_PER_S)
-        first, *rest = self.heard_ns
+        first, *rest = self.received_ns
         return len(rest) * size_bytes * 8e3 / (rest[-1] - first)
 
 
-class Loss(NamedTuple):
-    """Messages over a wire that loses packets: how late they are in the mean (ms)."""
+class LossyPath(NamedTuple):
+    """Messages over a wire that loses packets, and their mean delay (ms)."""
 
     what: str
     size_bytes: int
@@ -105,8 +106,8 @@ class Bulk(NamedTuple):
 
 
 class Cut(NamedTuple):
-    """How long after a cut of ``cut_s`` a link of ten messages of 1 kB a second is heard again, one
-    run after another; ``beside``: both also send two datagrams a second."""
+    """The delay of the first message after a cut of ``cut_s``, on a link of ten messages of 1 kB a
+    second, in several runs; ``beside``: both hosts also send two datagrams a second."""
 
     what: str
     arp: str
@@ -117,13 +118,13 @@ class Cut(NamedTuple):
 
 
 LOSSY = (
-    Loss("160 kB at 1 Hz, 20 ms, 10 Mb/s, 1 %", 160_000, 1000, 10, 20, 0.01, 490),
-    Loss("160 kB at 0.5 Hz, 2 ms, 54 Mb/s, 5 %", 160_000, 2000, 54, 2, 0.05, 285),
-    Loss("40 kB at 2 Hz, 5 ms, 20 Mb/s, 3 %", 40_000, 500, 20, 5, 0.03, 81),
+    LossyPath("160 kB at 1 Hz, 20 ms, 10 Mb/s, 1 %", 160_000, 1000, 10, 20, 0.01, 490),
+    LossyPath("160 kB at 0.5 Hz, 2 ms, 54 Mb/s, 5 %", 160_000, 2000, 54, 2, 0.05, 285),
+    LossyPath("40 kB at 2 Hz, 5 ms, 20 Mb/s, 3 %", 40_000, 500, 20, 5, 0.03, 81),
     # Thirteen runs of 100 and 150 s: 279 to 532 ms.
-    Loss("40 kB at 2 Hz, 5 ms, 20 Mb/s, 10 %", 40_000, 500, 20, 5, 0.1, 385, 13),
-    Loss("1 kB at 10 Hz, 20 ms, 10 Mb/s, 5 %", 1000, 100, 10, 20, 0.05, 65),
-    Loss("1 kB at 10 Hz, 2 ms, 54 Mb/s, 5 %", 1000, 100, 54, 2, 0.05, 23),
+    LossyPath("40 kB at 2 Hz, 5 ms, 20 Mb/s, 10 %", 40_000, 500, 20, 5, 0.1, 385, 13),
+    LossyPath("1 kB at 10 Hz, 20 ms, 10 Mb/s, 5 %", 1000, 100, 10, 20, 0.05, 65),
+    LossyPath("1 kB at 10 Hz, 2 ms, 54 Mb/s, 5 %", 1000, 100, 54, 2, 0.05, 23),
 )
 BUSY = (
     Bulk("20 ms, 10 Mb/s, 0 %", 10, 20, 0.0, 9.42),
@@ -166,7 +167,8 @@ def checks() -> Iterator[Check]:
     yield from lossy(LOSSY)
 
 
-def lossy(rows: Iterable[Loss], seeds: int | None = None, seconds: int = 150) -> Iterator[Check]:
+def lossy(rows: Iterable[LossyPath], seeds: int | None = None, seconds: int = 150
+          ) -> Iterator[Check]:
     for row in rows:
         means = [mean(Socket(row.rate_mbps, row.way_ms, row.loss, seed).late_ms(
             row.size_bytes, row.every_ms * 1_000_000, seconds))
@@ -186,9 +188,9 @@ def nagle() -> Iterator[Check]:
     with what the programs take, 0.4 to 0.8 ms), far away each other one does."""
     for rate_hz, measured_ms, way_us in ((25, 0.4, 50), (30, 0.49, 50), (50, 0.8, 50),
                                          (25, 45.0, 20_200)):
-        heard = _talk(Ros1(Ros1.Params(master="a")), 30, 797, rate_hz, way_us).speaker(
-            "b").heard[rate_hz * 5:]
-        late_ms = mean(at - born for at, _, _, born in heard) * 1000
+        received = _talk(Ros1(Ros1.Params(master="a")), 30, 797, rate_hz, way_us).node(
+            "b").received[rate_hz * 5:]
+        late_ms = mean(at - born for at, _, _, born in received) * 1000
         far = way_us > 50
         yield Check(f"TCPROS, 801 B at {rate_hz} Hz, {'40 ms' if far else 'a LAN'}: mean", late_ms,
                     measured_ms, 0.2 * measured_ms if far else 0.8, "ms")
@@ -209,23 +211,25 @@ def _woken_s(row: Cut, seed: int) -> float:
     end_s = begin_s + row.cut_s
     return _talk(Ros1(Ros1.Params(master="a", tcp={"arp": row.arp})), end_s + 1.5 * row.cut_s, 1000,
                  10, row.ways_us[seed % len(row.ways_us)], seed=seed,
-                 cuts=[(begin_s, end_s)], beside=row.beside).heard_after("b", end_s, "/talk")
+                 cuts=[(begin_s, end_s)], beside=row.beside).received_after("b", end_s, "/talk")
 
 
 def _talk(ros1: Ros1, until_s: float, size_bytes: int, rate_hz: int, way_us: int,
-          beside: bool = False, **bench: Any) -> NodeBench:
+          beside: bool = False, seed: int = 0, cuts: Sequence[tuple[float, float]] = ()
+          ) -> Laboratory:
     """b, which hears a, is the first host: it is the one that is cut off."""
-    def speaks(node: Speaker) -> None:
-        node.says("/talk", size_bytes, rate_hz, queue=10)
+    def speaks(node: LabNode) -> None:
+        node.publishes("/talk", size_bytes, rate_hz, queue=10)
         beats(node, "/a", "/b")
 
-    def listens(node: Speaker) -> None:
+    def listens(node: LabNode) -> None:
         node.listens("/talk", 2000)
         beats(node, "/b", "/a")
 
-    def beats(node: Speaker, own: str, other: str) -> None:
+    def beats(node: LabNode, own: str, other: str) -> None:
         if beside:
-            node.says(own, 24, 2, transport="datagram")
+            node.publishes(own, 24, 2, transport="datagram")
             node.listens(other)
 
-    return NodeBench({"b": listens, "a": speaks}, ros1, delay=f"{way_us} us", **bench).run(until_s)
+    return Laboratory({"b": listens, "a": speaks}, ros1, delay=f"{way_us} us", seed=seed,
+                      cuts=cuts).run(until_s)

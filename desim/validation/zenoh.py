@@ -7,11 +7,10 @@ rmw_zenoh (a lease of 60 s, two keep-alives).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
 
 from desim.middleware.zenoh.zenoh import Zenoh
 from desim.ports.cases import Check
-from desim.validation.bench import KNOWN_ADDRESSES, NodeBench, Speaker, alike, within
+from desim.validation.bench import KNOWN_ADDRESSES, LabNode, Laboratory, alike, within
 
 # Preset, seconds of the cut: of each run how much later the second host started, how long after the
 # start of the first one the cut began, and from its end to the first message.
@@ -45,14 +44,14 @@ BLOCKED = ((1.30, 12.63, 14.42), (1.30, 13.97, 14.48), (1.32, 15.29, 19.81), (1.
 KEPT = 143  # of 150 messages that are said in a cut of 15 s: what the socket and two batches hold
 
 
-Lives = dict[str, Callable[[Speaker], Any]]
+Lives = dict[str, Callable[[LabNode], object]]
 
 
 def checks() -> Iterator[Check]:
     yield from discovery()
     yield from floods()
     yield from at_rest()
-    yield from heard_again()
+    yield from received_again()
     yield from blocked()
     yield from kept()
 
@@ -64,9 +63,10 @@ def _zenoh(preset: str) -> Zenoh:
 def discovery() -> Iterator[Check]:
     """The first 15 s of routers that start some 10 ms apart; the median of five of 8 without nodes,
     243 to 259 kB."""
-    for what, lives, bytes_ in (
-            ("4 hosts, 9 publishers and 8 subscribers each", _fleet(4), 102_160),
-            ("8 hosts, the same", _fleet(8), 566_814), ("8 routers alone", _quiet(8), 252_981)):
+    rows: tuple[tuple[str, Lives, int], ...] = (
+        ("4 hosts, 9 publishers and 8 subscribers each", _fleet(4), 102_160),
+        ("8 hosts, the same", _fleet(8), 566_814), ("8 routers alone", _quiet(8), 252_981))
+    for what, lives, bytes_ in rows:
         yield within(0.15, f"Zenoh: first 15 s of {what}", _first_15_s(lives), bytes_, "B")
 
 
@@ -77,7 +77,7 @@ def floods(only: slice = slice(None)) -> Iterator[Check]:
               ("16 routers alone", _quiet(16), 3_581_760, 33_449),
               ("24 hosts", _fleet(24), 18_795_758, 0))
     for what, lives, bytes_, frames in fleets[only]:
-        tap = NodeBench(lives, _zenoh("zenoh")).run(15).tap
+        tap = Laboratory(lives, _zenoh("zenoh")).run(15).tap
         what = f"Zenoh: {what} that start at once, first 15 s"
         yield within(0.15, what, tap.bytes, bytes_, "B")
         if frames:
@@ -85,7 +85,7 @@ def floods(only: slice = slice(None)) -> Iterator[Check]:
 
 
 def _first_15_s(lives: Lives) -> int:
-    return NodeBench(lives, _zenoh("zenoh"),
+    return Laboratory(lives, _zenoh("zenoh"),
                  starts_s=[0.05 * k for k in range(len(lives))]).run(15).tap.bytes
 
 
@@ -94,10 +94,10 @@ def _quiet(hosts: int) -> Lives:
 
 
 def _fleet(hosts: int) -> Lives:
-    def life(me: int) -> Callable[[Speaker], Any]:
-        def begin(node: Speaker) -> None:
+    def life(me: int) -> Callable[[LabNode], object]:
+        def begin(node: LabNode) -> None:
             for j in range(9):
-                node.says(f"/robot_{me}/topic{j}", 100, 0)
+                node.publishes(f"/robot_{me}/topic{j}", 100, 0)
             for j in range(8):
                 node.listens(f"/robot_{(me + 1 + j) % hosts}/topic{j}")
         return begin
@@ -106,15 +106,15 @@ def _fleet(hosts: int) -> Lives:
 
 def at_rest() -> Iterator[Check]:
     """Keep-alives, scouts and hellos, from 15 to 45 s after the start."""
-    bench = NodeBench(_quiet(8), _zenoh("zenoh"),
+    bench = Laboratory(_quiet(8), _zenoh("zenoh"),
                   starts_s=[0.035 * k for k in range(8)]).run(15)
     before = bench.tap.bytes
     yield within(0.15, "Zenoh: 8 routers at rest", (bench.run(45).tap.bytes - before) / 30, 3426,
                  "B/s")
 
 
-def heard_again(cells: Sequence[tuple[str, int]] = tuple(RUNS)) -> Iterator[Check]:
-    """1 kB at 10 Hz one way and at 1 Hz the other way, over one cut; what finds no room is dropped.
+def received_again(cells: Sequence[tuple[str, int]] = tuple(RUNS)) -> Iterator[Check]:
+    """1 kB at 10 Hz one way and at 1 Hz the other way, over one cut; messages without room are dropped.
     """
     for preset, cut_s in cells:
         runs = RUNS[preset, cut_s]
@@ -124,33 +124,34 @@ def heard_again(cells: Sequence[tuple[str, int]] = tuple(RUNS)) -> Iterator[Chec
 
 
 def blocked() -> Iterator[Check]:
-    """Whoever is blocked closes the link after a minute in which nothing moved (wait_before_close),
-    which is later than the lease would have it, the later the more the socket takes."""
+    """A blocked publisher closes the link after a minute without progress (wait_before_close), which
+    is after the end of the lease, the later the more the socket takes."""
     yield from alike("rmw_zenoh, publishers that block: heard again after 60 s",
                      [_again("rmw_zenoh", 60, *run[:2], queue=0) for run in BLOCKED],
                      [run[2] for run in BLOCKED], "s")
 
 
 def kept() -> Iterator[Check]:
-    """What finds no room is dropped, or blocks."""
+    """Messages without room are dropped, or block."""
     bench = _cut("rmw_zenoh", 15, 1.3, 13, 10)
-    heard = sum(13 <= born < 28 for *_, born in bench.speaker("robot_1").heard)
-    yield within(0.15, "rmw_zenoh: of 150 messages in a cut of 15 s there is room for", heard, KEPT)
+    received = sum(13 <= born < 28 for *_, born in bench.node("robot_1").received)
+    yield within(0.15, "rmw_zenoh: of 150 messages in a cut of 15 s there is room for", received,
+                 KEPT)
 
 
 def _again(preset: str, cut_s: float, start_s: float, from_s: float, queue: int = 10) -> float:
-    return _cut(preset, cut_s, start_s, from_s, queue).heard_after("robot_1", from_s + cut_s)
+    return _cut(preset, cut_s, start_s, from_s, queue).received_after("robot_1", from_s + cut_s)
 
 
-def _cut(preset: str, cut_s: float, start_s: float, from_s: float, queue: int) -> NodeBench:
-    def speak(node: Speaker) -> None:
-        node.says("/k0", 1000, 10, queue=queue)
+def _cut(preset: str, cut_s: float, start_s: float, from_s: float, queue: int) -> Laboratory:
+    def speak(node: LabNode) -> None:
+        node.publishes("/k0", 1000, 10, queue=queue)
         node.listens("/k1")
 
-    def listen(node: Speaker) -> None:
-        node.says("/k1", 1000, 1, queue=queue)
+    def listen(node: LabNode) -> None:
+        node.publishes("/k1", 1000, 1, queue=queue)
         node.listens("/k0")
 
     until_s = from_s + cut_s
-    return NodeBench({"robot_0": speak, "robot_1": listen}, _zenoh(preset),
-                     cuts=[(from_s, until_s)], starts_s=[0, start_s]).run(until_s + 50)
+    return Laboratory({"robot_0": speak, "robot_1": listen}, _zenoh(preset),
+                      cuts=[(from_s, until_s)], starts_s=[0, start_s]).run(until_s + 50)

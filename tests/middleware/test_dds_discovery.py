@@ -47,8 +47,8 @@ def test_discovery_bytes_are_those_that_were_measured():
 
 
 def test_of_endpoints_that_take_a_tenth_less_they_are_not(monkeypatch):
-    whole = wire.Wire.built_in_endpoints
-    monkeypatch.setattr(wire.Wire, "built_in_endpoints", lambda self, host: [
+    whole = wire.RtpsDialect.built_in_endpoints
+    monkeypatch.setattr(wire.RtpsDialect, "built_in_endpoints", lambda self, host: [
         told._replace(size_bytes=told.size_bytes * 9 // 10) for told in whole(self, host)])
     with pytest.raises(AssertionError):
         assert_bytes_are_those_that_were_measured()
@@ -114,9 +114,9 @@ def test_single_messages_are_as_long_as_those_on_the_wire():
             for name in services] == [292, 292, 292, 296, 296, 304]
     apart = CYCLONE.new_endpoints(told[:2], False)
     assert [letter.chunk.size_bytes - 4 for letter in apart] == [350, 390]
-    again = CYCLONE.known_endpoints([wire.Told("writer", size) for size in (
+    again = CYCLONE.known_endpoints([wire.EndpointAnnouncement("writer", size) for size in (
         276, 260, 272, 292, 292)], 1456, False)
-    assert [(letter.chunk.size_bytes - 4, letter.told) for letter in again] == [
+    assert [(letter.chunk.size_bytes - 4, letter.items) for letter in again] == [
         (1226, 4), (382, 1)]
     (sample,) = CYCLONE.trains(804, 1344, 10, (True,))
     assert sample.chunk.size_bytes - 4 == 938
@@ -132,7 +132,7 @@ def test_those_of_fast_dds_too():
     in_order = sorted(told, key=wire.is_reader)
     assert sorted(each.size_bytes for each in told) == sorted([
         412, 384, 404, 424, 424, 424, 432, 432, 448, 412, 404, 428, 428, 428, 436, 436, 444])
-    assert [(letter.chunk.size_bytes - 4 * letter.chunk.packets, letter.chunk.packets, letter.told)
+    assert [(letter.chunk.size_bytes - 4 * letter.chunk.packets, letter.chunk.packets, letter.items)
             for letter in FAST.known_endpoints(in_order, 65_500, False)] == [
         (4098, 3, 9), (3718, 3, 8)]
     assert [letter.chunk.size_bytes - 4 for letter in FAST.new_endpoints(told[:3], True)] == [

@@ -188,7 +188,7 @@ def test_a_dead_writer_is_a_ghost_until_its_lease_ends(preset):
 @PRESETS
 def test_a_dead_writer_is_a_ghost_for_ever_where_leases_are_ignored(monkeypatch, preset):
     """A twin: nobody looks whether one has ended."""
-    monkeypatch.setattr(Participant, "_look", lambda participant, remote: None)
+    monkeypatch.setattr(Participant, "_check_lease", lambda participant, remote: None)
     assert a_death(preset) == (ALIVE, [1, 1]) != death(preset)
 
 
@@ -199,7 +199,7 @@ def test_a_dead_writer_is_no_ghost_where_everybody_hears_of_it(monkeypatch, pres
 
     def switch(model, host, up):
         switched(model, host, up)
-        for participant in filter(None, () if up else model.participants):
+        for participant in () if up else model.participants.values():
             for remote in list(participant.of(host)):
                 participant.lose(remote)
 

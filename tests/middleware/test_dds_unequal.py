@@ -66,9 +66,9 @@ def test_one_lost_frame_delays_and_does_not_end_what_was_taken_up_again(preset):
 def test_the_twin_that_offers_only_once_stays_deaf(preset, monkeypatch):
     before = Endpoints.acknowledged
 
-    def acknowledged(self, remote, series, got, missing, asks):
+    def acknowledged(self, remote, lost, series, got, missing, asks):
         beat, beats = self._beat, self._beats
-        before(self, remote, series, got, missing, asks)
+        before(self, remote, lost, series, got, missing, asks)
         if asks and self._beat is not beat:
             self._beat, self._beats = beat, beats
 

@@ -114,7 +114,7 @@ class Sulking(Twice):
         class Silent(StreamLink):
             __slots__ = ()
 
-            def _wait(self, until_ns):
+            def _wait(self, message, until_ns):
                 """It does not come back to it."""
 
         class Stuck(Stream):

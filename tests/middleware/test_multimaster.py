@@ -7,7 +7,7 @@ from tcphosts import Losing
 
 from desim.errors import InputError
 from desim.middleware.multimaster.multimaster import Multimaster
-from desim.middleware.multimaster.remote import Remote
+from desim.middleware.multimaster.remote import RemoteMaster
 from desim.middleware.multimaster.sync import Sync
 from netmodels.ideal import Ideal
 from netmodels.rules.outage import Outage
@@ -176,20 +176,20 @@ def test_slow_heartbeats_notice_after_sixty_five_seconds():
 
 def test_masters_that_judge_otherwise_notice_at_other_times(monkeypatch):
     """Twins: offline as soon as no heartbeat is left in the window, or without being asked."""
-    judged = Remote.judged
+    judge = RemoteMaster.verdict
 
     def by_quality(remote, now_ns, watch, params):
-        verdict = judged(remote, now_ns, watch, params)
+        verdict = judge(remote, now_ns, watch, params)
         return "offline" if verdict is None and remote.known and not remote._beats else verdict
 
     def unasked(remote, now_ns, watch, params):
-        verdict = judged(remote, now_ns, watch, params)
+        verdict = judge(remote, now_ns, watch, params)
         return "offline" if verdict == "request" else verdict
 
-    monkeypatch.setattr(Remote, "judged", by_quality)
+    monkeypatch.setattr(RemoteMaster, "verdict", by_quality)
     assert noticed_s(GROOVY) == [(107, "offline"), (401, "removed")]
     assert silence(GROOVY) != QUICK
-    monkeypatch.setattr(Remote, "judged", unasked)
+    monkeypatch.setattr(RemoteMaster, "verdict", unasked)
     assert noticed_s(NOETIC) == [(161, "offline"), (401, "removed")]
     assert silence(NOETIC) != SLOW
 
@@ -252,8 +252,8 @@ def test_offline_masters_keep_their_registrations_until_they_are_removed():
     ({"removed": "offline"}, [({"/talk": [0]}, 1)] * 2)])
 def test_ghosts_end_otherwise_where_sync_takes_one_for_the_other(monkeypatch, news, states):
     """Twins: what is offline is struck off at once, or nothing ever is."""
-    told = Sync.told
-    monkeypatch.setattr(Sync, "told", lambda sync, what, remote: told(
+    notify = Sync.notify
+    monkeypatch.setattr(Sync, "notify", lambda sync, what, remote: notify(
         sync, news.get(what, what), remote))
     found, _, sees = haunted()
     assert (found, sees) == (states, HAUNTED[2])

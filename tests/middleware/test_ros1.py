@@ -6,7 +6,7 @@ from rosnets import GIVEN_UP_S, SYNS_S, apart, beliefs, control, seen, stop
 from rosnets import one_master as net
 
 from desim.middleware.ros.looper import Looper
-from desim.middleware.ros.master import Master, Registry, Uri, Workers
+from desim.middleware.ros.master import Master, MasterRegistry, Uri, MasterThreads
 from desim.middleware.ros.naps import Naps
 from desim.middleware.ros.sizes import CALLS
 from netmodels.rules.outage import Outage
@@ -99,7 +99,7 @@ def test_three_unreachable_subscribers_block_all_updates():
 
 def test_updates_are_not_blocked_where_no_worker_waits(monkeypatch):
     """A twin: each call is made at once."""
-    monkeypatch.setattr(Workers, "add", lambda workers, task: workers._call(task, lambda: None))
+    monkeypatch.setattr(MasterThreads, "add", lambda workers, task: workers._call(task, lambda: None))
     assert updates(3) == told(3, 10.03)
 
 
@@ -121,7 +121,7 @@ def test_updates_are_one_at_a_time_for_each_node():
 
 
 def test_a_new_address_bumps_the_old_one():
-    registry = Registry()
+    registry = MasterRegistry()
     assert registry.register(registry.publishers, "/map", Uri(1, 1)) is None
     assert registry.register(registry.subscribers, "/pose", Uri(1, 1)) is None
     assert registry.register(registry.publishers, "/map", Uri(1, 2)) == Uri(1, 1)
@@ -155,13 +155,13 @@ def test_a_round_of_roscpp_ends_a_period_after_its_last_event():
     """Rounds of 100 from 0 on. An event at 30 has the first one go on until 130, one at 110, behind
     its period, ends it; then it is quiet; and one at the end of a round is in the next one."""
     looper = Looper(100, 0)
-    assert [looper.looks(now) for now in (0, 60, 100, 101)] == [100, 100, 100, 200]
+    assert [looper.round_end_ns(now) for now in (0, 60, 100, 101)] == [100, 100, 100, 200]
     looper.event(30)
-    assert looper.looks(31) == 130
+    assert looper.round_end_ns(31) == 130
     looper.event(110)
-    assert looper.looks(110) == 110 and looper.looks(111) == 210
+    assert looper.round_end_ns(110) == 110 and looper.looks(111) == 210
     looper.event(410)
-    assert looper.looks(411) == 510
+    assert looper.round_end_ns(411) == 510
 
 
 def test_a_link_takes_two_rounds_of_the_subscriber():

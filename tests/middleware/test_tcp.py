@@ -33,7 +33,7 @@ def test_who_knows_what_of_a_message():
 
     def look():
         connection = pair.connection
-        known.append((len(connection.unacked(0)), len(connection.unheard(0))))
+        known.append((len(connection.unacked(0)), len(connection.undelivered(0))))
 
     pair.at(10 * MS, pair.say, 7)
     for time_ns in 9 * MS, 11 * MS, 11_001_360 + 1, 12_001_919, 12_001_921:
@@ -287,7 +287,7 @@ def test_who_closed_refuses_data():
     pair = Pair(wire())
     pair.call()
     pair.at(S, pair.close, 0).at(S + 2 * MS, pair.say, 1, 100, 1)
-    pair.at(S + 3 * MS, lambda: pair.note(len(pair.connection.unheard(1)))).run(1000 * S)
+    pair.at(S + 3 * MS, lambda: pair.note(len(pair.connection.undelivered(1)))).run(1000 * S)
     assert [row[1:] for row in pair.log] == [("opened",), ("accepted",), ("b closed", "fin"), (1,)]
     assert pair.at_rest()
 
@@ -300,7 +300,7 @@ def test_what_comes_behind_the_message_that_made_its_hearer_close_is_refused():
         pair.connection.send(0, 100, lambda word: pair.close(1), Word(1))
         pair.say(2)
 
-    pair.at(S, speak).at(2 * S, lambda: pair.note(len(pair.connection.unheard(0))))
+    pair.at(S, speak).at(2 * S, lambda: pair.note(len(pair.connection.undelivered(0))))
     pair.at(2 * S, pair.close, 0).run(1000 * S)
     assert [row[1:] for row in pair.log] == [("opened",), ("accepted",), ("a closed", "fin"), (0,)]
     assert pair.at_rest()
@@ -313,10 +313,10 @@ def test_a_peer_that_restarted_resets(speaker):
     lost = []
     pair.at(S, pair.stop, 1 - speaker).at(2 * S, pair.start, 1 - speaker)
     pair.connection.on_closed(speaker, lambda connection, reason: lost.append(
-        (reason, [word.seq for word in connection.unheard(speaker)])))
+        (reason, [word.seq for word in connection.undelivered(speaker)])))
     if speaker:
         pair.at(S // 2, lambda: pair.connection.on_closed(1, lambda connection, reason: lost.append(
-            (reason, [word.seq for word in connection.unheard(1)]))))
+            (reason, [word.seq for word in connection.undelivered(1)]))))
     pair.at(3 * S, pair.say, 1, 100, speaker).run(10 * S)
     assert pair.log == OPENED and lost == [("reset", [1])]
     assert pair.at_rest()
@@ -338,7 +338,7 @@ def test_a_server_that_stops_in_the_handshake_is_called_by_the_next_syn():
     assert [row[1:] for row in pair.log] == [("opened",), ("accepted",)]
 
 
-@pytest.mark.parametrize(("asks", "count"), [("room", 16), ("takes", 36)])
+@pytest.mark.parametrize(("asks", "count"), [("writable", 16), ("takes", 36)])
 def test_the_send_buffer_has_room_again(asks, count):
     """46 080 B of memory at first, with 832 B for each of eleven pieces. poll() has a third of it
     free, and says so again after the first acknowledgements; write() goes on until it is full, and
@@ -353,11 +353,11 @@ def test_the_send_buffer_has_room_again(asks, count):
             pair.say(said, 1448)
             said += 1
         pair.note(said)
-        pair.connection.sender(0).when_room(lambda: pair.note("room"))
+        pair.connection.sender(0).when_writable(lambda: pair.note("writable"))
 
     pair.at(S, fill).run(10 * S)
-    log = [row for row in pair.log if row[1] in (count, "room")]
-    assert log == [(S, count), (log[1][0], "room")]
+    log = [row for row in pair.log if row[1] in (count, "writable")]
+    assert log == [(S, count), (log[1][0], "writable")]
     assert 2 * MS < log[1][0] - S < 6 * MS
     assert [seq for _, seq in pair.heard()] == list(range(count))
 

@@ -9,7 +9,7 @@ from tcphosts import Pair, link, partition
 
 from desim.middleware import arp
 from desim.middleware.ros.ros1 import Ros1
-from desim.middleware.tcp.watch import Watch
+from desim.middleware.tcp.retransmission import RetransmissionTimer
 from desim.validation import tcp
 
 NATURAL = {"arp": "natural", "tick": "0 ns"}
@@ -110,7 +110,7 @@ def test_a_cut_is_felt_for_less_where_addresses_get_lost(monkeypatch, cut_s, sta
         return median(woken_s(cut_s, seed, **params) for seed in range(5))
     assert median_s(arp="static") == pytest.approx(static_s, rel=0.05)
     assert median_s() == pytest.approx(natural_s, rel=0.06)
-    monkeypatch.setattr(Watch, "unresolved", lambda watch, start: None)
+    monkeypatch.setattr(RetransmissionTimer, "unresolved", lambda retransmission, start: None)
     assert median_s() == pytest.approx(static_s, rel=0.05)
 
 

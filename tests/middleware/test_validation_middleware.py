@@ -16,7 +16,7 @@ from desim.middleware.ros import processes
 from desim.middleware.ros.looper import Looper
 from desim.middleware.zenoh import link, router
 from desim.middleware.zenoh import zenoh as zenoh_model
-from desim.middleware.zenoh.line import Line
+from desim.middleware.zenoh.link_queue import LinkQueue
 from desim.validation import dds, multimaster, ros1, zenoh
 
 
@@ -34,7 +34,7 @@ def no_checksums(monkeypatch):
 
 def no_rounds(monkeypatch):
     """Answers are noticed at once."""
-    monkeypatch.setattr(Looper, "looks", lambda looper, now_ns: now_ns)
+    monkeypatch.setattr(Looper, "round_end_ns", lambda looper, now_ns: now_ns)
 
 
 def no_questions(monkeypatch):
@@ -61,15 +61,15 @@ def changes_together(monkeypatch):
 
 def one_write(monkeypatch):
     """What is passed on in one instant is one packet, if it fits."""
-    whole = link.Link.say
-    monkeypatch.setattr(link.Link, "say",
-                        lambda end, kind, size_bytes, hears, what=None, writes=1:
-                        whole(end, kind, size_bytes, hears, what))
+    whole = link.RouterLink.send
+    monkeypatch.setattr(link.RouterLink, "send",
+                        lambda end, kind, size_bytes, arrived, what=None, writes=1:
+                        whole(end, kind, size_bytes, arrived, what))
 
 
 def no_drain(monkeypatch):
     """An end that has expired is gone at once."""
-    monkeypatch.setattr(Line, "flush", lambda self, flushed: flushed())
+    monkeypatch.setattr(LinkQueue, "flush", lambda self, flushed: flushed())
 
 
 def small_zenoh_fleet():
@@ -85,7 +85,7 @@ def more_zenoh_hosts():
 
 
 def zenoh_near_the_lease():
-    return zenoh.heard_again([("zenoh", 8)])
+    return zenoh.received_again([("zenoh", 8)])
 
 
 def small_fleet_of_fast_dds():
@@ -149,5 +149,5 @@ def test_rows_agree_and_their_twin_does_not(monkeypatch, twin):
 
 
 def test_heard_again_over_masters_that_fetch_in_half_the_time_is_too_soon():
-    assert all(check.holds for check in multimaster.heard_again())
-    assert not any(check.holds for check in multimaster.heard_again(sync_delay="1 s"))
+    assert all(check.holds for check in multimaster.received_again())
+    assert not any(check.holds for check in multimaster.received_again(sync_delay="1 s"))

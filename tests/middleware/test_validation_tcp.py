@@ -9,8 +9,8 @@ import pytest
 from desim.middleware.tcp.cubic import Cubic
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.scoreboard import Scoreboard
-from desim.middleware.tcp.watch import Watch
-from desim.middleware.tcp.window import Window
+from desim.middleware.tcp.retransmission import RetransmissionTimer
+from desim.middleware.tcp.window import CongestionWindow
 from desim.validation import tcp
 
 
@@ -29,18 +29,18 @@ def delayed_acknowledgements(monkeypatch):
 
 def longer_timeouts(monkeypatch):
     """By 8 %."""
-    sample = Window.sample
+    sample = CongestionWindow.sample
 
     def slower(window, rtt_ns, now_ns):
         sample(window, rtt_ns, now_ns)
         window.rto_ns = window.rto_ns * 108 // 100
 
-    monkeypatch.setattr(Window, "sample", slower)
+    monkeypatch.setattr(CongestionWindow, "sample", slower)
 
 
 def no_word_of_addresses(monkeypatch):
     """RFC 6069 is unknown."""
-    monkeypatch.setattr(Watch, "unresolved", lambda watch, start: None)
+    monkeypatch.setattr(RetransmissionTimer, "unresolved", lambda retransmission, start: None)
 
 
 def half_the_window(monkeypatch):
@@ -49,8 +49,8 @@ def half_the_window(monkeypatch):
 
 
 def no_selective_acknowledgements(monkeypatch):
-    hear = Scoreboard.hear
-    monkeypatch.setattr(Scoreboard, "hear", lambda board, una, ranges, *rest: hear(
+    acknowledge = Scoreboard.acknowledge
+    monkeypatch.setattr(Scoreboard, "acknowledge", lambda board, una, ranges, *rest: acknowledge(
         board, una, (), *rest))
 
 

@@ -9,7 +9,7 @@ from graphs import MS, S, listener, silent, talker
 from zenohs import conserved, control, link, mesh, net_of, partition, sees
 
 from desim.middleware.zenoh import router
-from desim.middleware.zenoh.link import Link as ZenohLink
+from desim.middleware.zenoh.link import RouterLink
 from desim.middleware.zenoh.sizes import node_bytes, push_bytes, subscriber_bytes, token_bytes
 
 # ------------------------------------------------------------------------------------- whole logs
@@ -205,14 +205,14 @@ def test_link_states_of_a_fleet_that_starts_cost_what_was_measured(monkeypatch, 
     """Between routers of zenoh 1.10.2 in a full mesh that started one after another, 0.3 s apart;
     the twin has shorter addresses."""
     def said():
-        total, say = 0, ZenohLink.say
+        total, send = 0, RouterLink.send
 
         def count(self, kind, size_bytes, *what):
             nonlocal total
             total += size_bytes * (kind == "linkstate")
-            say(self, kind, size_bytes, *what)
+            send(self, kind, size_bytes, *what)
 
-        monkeypatch.setattr(ZenohLink, "say", count)
+        monkeypatch.setattr(RouterLink, "send", count)
         hosts = [f"h{k}" for k in range(routers)]
         net = net_of(dict.fromkeys(hosts, silent), link(rate="10 Gb/s", latency="50 us"))
         for k, host in enumerate(hosts[1:]):

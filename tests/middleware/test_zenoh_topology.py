@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim.middleware.zenoh.registry import Declaration, Part, Registry
-from desim.middleware.zenoh.topology import State, Topology, next_hops, tree
+from desim.middleware.zenoh.registry import Declaration, Part, DeclarationRegistry
+from desim.middleware.zenoh.topology import LinkState, Topology, next_hops, tree
 
 PATH = (0b0010, 0b0101, 0b1010, 0b0100)  # 0 - 1 - 2 - 3
 SQUARE = (0b0110, 0b1001, 0b1001, 0b0110)  # 0 to 1 and 2, both to 3
@@ -26,12 +26,12 @@ def test_a_link_counts_while_both_ends_say_so_and_an_own_one_at_once():
     topology = Topology(0, 3, 1)
     topology.link(1, True)
     assert list(topology.reached()) == [0, 1]
-    assert topology.learn(1, State(1, 2, 0b101, 3))
+    assert topology.learn(1, LinkState(1, 2, 0b101, 3))
     assert list(topology.reached()) == [0, 1], "2 has not said that it is linked to 1"
-    assert topology.learn(2, State(1, 1, 0b010, 1))
+    assert topology.learn(2, LinkState(1, 1, 0b010, 1))
     assert topology.hops(0) == {1: 1, 2: 1}
-    assert not topology.learn(2, State(1, 1, 0b110, 3)), "that is no news"
-    assert topology.learn(2, State(2, 0, 0, 0)), "2 has restarted"
+    assert not topology.learn(2, LinkState(1, 1, 0b110, 3)), "that is no news"
+    assert topology.learn(2, LinkState(2, 0, 0, 0)), "2 has restarted"
     assert list(topology.reached()) == [0, 1]
     topology.link(1, False)
     assert list(topology.reached()) == [0]
@@ -72,7 +72,7 @@ def test_what_was_declared_in_an_earlier_life_is_void():
         def sees(self, *sight):
             said.append(sight)
 
-    registry = Registry(0, 1, Context())
+    registry = DeclarationRegistry(0, 1, Context())
     registry.publishes("/talk")
     registry.comes(1)
     registry.learn(Part(1, 1, 0, [Declaration(9, None), Declaration(9, "/talk")]))

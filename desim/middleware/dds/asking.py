@@ -1,4 +1,4 @@
-"""How often a reader asks for the same things."""
+"""The times between two requests of a reader for the same samples."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ Place = tuple[int, int]  # number of a sample, and of a fragment of it
 
 
 class Asking:
-    """What was asked for last, up to before ``end``, and when.
+    """The last request of a reader: its end and its time.
 
-    As Cyclone DDS does it (src/core/ddsi/src/ddsi_acknack.c, get_acknack_info): what was not asked
-    for yet is asked for at once; the same things after NackDelay, or when a heartbeat for this
-    reader alone says that they were sent again, unless the last request was due to the delay.
+    As Cyclone DDS does it (src/core/ddsi/src/ddsi_acknack.c, get_acknack_info): new losses are
+    requested at once; the same samples after NackDelay, or when a heartbeat for this reader alone
+    shows that they were sent again, unless the last request was due to the delay.
     """
 
     __slots__ = ("_end", "_asked_ns", "_by_delay", "directed")
@@ -22,12 +22,12 @@ class Asking:
         self.directed = False  # since the last request there was a heartbeat for this reader alone
 
     def wait_ns(self, first: Place, now_ns: int, delay_ns: int) -> int:
-        """How long until it may ask for things from ``first`` on, 0: now."""
+        """The time until it may request samples from ``first`` on, 0: now."""
         if first >= self._end or (self.directed and not self._by_delay):
             return 0
         return max(0, self._asked_ns + delay_ns - now_ns)
 
     def asks(self, first: Place, end: Place, now_ns: int) -> None:
-        """It asks for things from ``first`` up to before ``end``."""
+        """It requests samples from ``first`` up to before ``end``."""
         self._by_delay = first < self._end and not self.directed
         self._end, self._asked_ns, self.directed = end, now_ns, False

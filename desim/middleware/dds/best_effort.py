@@ -1,4 +1,4 @@
-"""Best-effort data: a writer says it once, and what is lost of a sample loses the sample."""
+"""Best-effort data: a sample is sent once, and lost with any of its frames."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from desim.ports.middleware import Offer, Route
 
 
-class Sample:
-    """A message on its way in some frames: how many of them have not met their fate at each
-    receiver, and why one of them was lost there."""
+class BestEffortSample:
+    """A message on its way in some frames: ``left`` of them at each receiver have no fate yet;
+    ``failed``: the reason why one was lost there."""
 
     __slots__ = ("message", "number", "left", "failed")
 
@@ -27,9 +27,9 @@ class Sample:
 
 
 class BestEffort:
-    """One writer, to each matched reader by unicast, or by one multicast on each medium. A sample
-    that comes to a host which has not matched the writer (yet, or any more) is ``unmatched``; one
-    that a later one has overtaken is of no use to the reader, and ``overtaken``."""
+    """The transport of one writer: to each matched reader by unicast, or by one multicast on each
+    medium. A sample at a host that has not matched the writer (yet, or any more) is dropped as
+    ``unmatched``; one behind a later one, which is of no use to the reader, as ``overtaken``."""
 
     socket = "rtps"  # a participant sends all by one
 
@@ -40,7 +40,7 @@ class BestEffort:
         self._guid = dds.participants[self._host].guid
         self._multicast = offer.via == "broadcast"
         self._routes: list[tuple[Route, tuple[int, ...]]] = []
-        self._known: dict[int, Guid | None] = {}  # receivers and their participants
+        self._known: dict[int, Guid] = {}  # receivers and their participants
         self._unrouted: list[int] = []
         self._flying = self._sent = 0
         self._newest: dict[int, int] = {}  # number that each receiver has had
@@ -75,7 +75,7 @@ class BestEffort:
         trains = self._dds.trains(message.size_bytes, ())
         to = medium.id if self._multicast else context.host_ids[group[0]]
         self._sent += 1
-        sample = Sample(message, self._sent, group, len(trains))
+        sample = BestEffortSample(message, self._sent, group, len(trains))
         self._flying += len(group)
         for train in trains:
             chunk = train.chunk
@@ -83,27 +83,28 @@ class BestEffort:
             medium.transmit(host, group, chunk.size_bytes, chunk.packets, self._multicast, self,
                             sample)
 
-    def arrived(self, sample: Sample, receiver: int) -> None:
+    def arrived(self, sample: BestEffortSample, receiver: int) -> None:
         self._settle(sample, receiver)
 
-    def arrived_in_part(self, sample: Sample, receiver: int, lost: dict[int, str]) -> None:
+    def arrived_in_part(self, sample: BestEffortSample, receiver: int,
+                        lost: dict[int, str]) -> None:
         """A sample is lost with any fragment of it."""
         self.lost(sample, receiver, next(iter(lost.values())))
 
-    def lost(self, sample: Sample, receiver: int, reason: str) -> None:
+    def lost(self, sample: BestEffortSample, receiver: int, reason: str) -> None:
         sample.failed.setdefault(receiver, reason)
         self._settle(sample, receiver)
 
-    def missed(self, sample: Sample, receivers: Collection[int], reason: str,
+    def missed(self, sample: BestEffortSample, receivers: Collection[int], reason: str,
                medium: object) -> None:
         for receiver in receivers:
             self.lost(sample, receiver, reason)
 
-    def repeated(self, sample: Sample, receiver: int) -> None:
-        """A reader knows by its number what it has already, and throws it away."""
+    def repeated(self, sample: BestEffortSample, receiver: int) -> None:
+        """A reader recognises a sample that it has already by its number, and discards it."""
         self._context.repeat(sample.message, receiver)
 
-    def _settle(self, sample: Sample, receiver: int) -> None:
+    def _settle(self, sample: BestEffortSample, receiver: int) -> None:
         sample.left[receiver] -= 1
         if sample.left[receiver]:
             return
@@ -114,7 +115,7 @@ class BestEffort:
             writer = self._dds.writer(self._guid, receiver, self._topic)
             reason = "unmatched"
             if writer is not None:
-                writer.heard_ns = context.now_ns
+                writer.received_ns = context.now_ns
                 reason = "overtaken"
                 if sample.number > self._newest.get(receiver, 0):
                     self._newest[receiver] = sample.number

@@ -1,14 +1,17 @@
-"""What travels between a reliable writer and a reader beside new samples."""
+"""The carriers of messages from a reliable writer to a reader beside new samples."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.middleware.dds.reader import DIRECTED, NO_HEARTBEAT, Sample
+from desim.middleware.dds.reader import DIRECTED, NO_HEARTBEAT, ReliableSample
 
 if TYPE_CHECKING:
     from desim.middleware.dds.reliable import ReliableLink
-    from desim.middleware.dds.wire import Wire
+    from desim.middleware.dds.wire import RtpsDialect
+
+BundleToken = tuple[list[ReliableSample], int, int]  # samples, first number, kind of the heartbeat
+HeartbeatToken = tuple[int, int, int]  # first and last number, kind
 
 
 class Bundling:
@@ -19,11 +22,11 @@ class Bundling:
 
     __slots__ = ("_link", "_wire")
 
-    def __init__(self, link: ReliableLink, wire: Wire) -> None:
+    def __init__(self, link: ReliableLink, wire: RtpsDialect) -> None:
         self._link, self._wire = link, wire
 
-    def send(self, bundle: list[tuple[Sample, bool]]) -> None:
-        """Samples, and on which of them a heartbeat rides."""
+    def send(self, bundle: list[tuple[ReliableSample, bool]]) -> None:
+        """Send samples together; the flag of each: whether a heartbeat rides on it."""
         if bundle:
             link, samples = self._link, [sample for sample, _ in bundle]
             beats = sum(rides for _, rides in bundle)
@@ -32,23 +35,22 @@ class Bundling:
                 link.leaves(sample, chunk.size_bytes)
             link.send(chunk, self, (samples, link.first(), DIRECTED if beats else NO_HEARTBEAT))
 
-    def arrived(self, token: tuple[list[Sample], int, int], receiver: int) -> None:
+    def arrived(self, token: BundleToken, receiver: int) -> None:
         samples, first, beat = token
         for sample in samples:
             last = sample is samples[-1]
-            self._link.came(sample, range(sample.parts), first, beat if last else NO_HEARTBEAT)
+            self._link.received(sample, range(sample.parts), first, beat if last else NO_HEARTBEAT)
 
-    def arrived_in_part(self, token: tuple[list[Sample], int, int], receiver: int,
-                        lost: dict[int, str]) -> None:
+    def arrived_in_part(self, token: BundleToken, receiver: int, lost: dict[int, str]) -> None:
         self.lost(token, receiver, next(iter(lost.values())))
 
-    def lost(self, token: tuple[list[Sample], int, int], receiver: int, reason: str) -> None:
+    def lost(self, token: BundleToken, receiver: int, reason: str) -> None:
         for sample in token[0]:
-            self._link.went_missing(sample, reason)
+            self._link.lose(sample, reason)
 
-    def repeated(self, token: tuple[list[Sample], int, int], receiver: int) -> None:
+    def repeated(self, token: BundleToken, receiver: int) -> None:
         for sample in token[0]:
-            self._link.repeated((sample,), receiver)
+            self._link.discard_copy(sample)
 
 
 class Beating:
@@ -61,15 +63,14 @@ class Beating:
     def __init__(self, link: ReliableLink) -> None:
         self._link = link
 
-    def arrived(self, token: tuple[int, int, int], receiver: int) -> None:
-        self._link.reader.offered(*token)
+    def arrived(self, token: HeartbeatToken, receiver: int) -> None:
+        self._link.reader.heartbeat(*token)
 
-    def arrived_in_part(self, token: tuple[int, int, int], receiver: int,
-                        lost: dict[int, str]) -> None:
+    def arrived_in_part(self, token: HeartbeatToken, receiver: int, lost: dict[int, str]) -> None:
         """The sample that it rode on takes the packets that arrived; another one will come."""
 
-    def lost(self, token: tuple[int, int, int], receiver: int, reason: str) -> None:
+    def lost(self, token: HeartbeatToken, receiver: int, reason: str) -> None:
         """Another one will come."""
 
-    def repeated(self, token: tuple[int, int, int], receiver: int) -> None:
-        self._link.reader.offered(*token)
+    def repeated(self, token: HeartbeatToken, receiver: int) -> None:
+        self._link.reader.heartbeat(*token)

@@ -1,6 +1,6 @@
-"""SEDP: one participant tells every other one of its endpoints, reliably.
+"""SEDP: a participant announces its endpoints to every other one, reliably.
 
-The two writers (publications, subscriptions) are told of as one series: their heartbeats and
+The items of the two writers (publications, subscriptions) form one series: their heartbeats and
 acknowledgements travel together anyhow. With the first exchange those of the other built-in
 writers travel along.
 """
@@ -8,14 +8,15 @@ writers travel along.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from desim.middleware.dds import wire
-from desim.middleware.dds.remote import Item, Remote
+from desim.middleware.dds.remote import Guid, Item, ItemKind, RemoteParticipant
 from desim.middleware.dds.riding import Spent
 
 if TYPE_CHECKING:
     from desim.middleware.dds.participant import Participant
+    from desim.ports.networks import Handle
 
 # Until a reader asks again for endpoints that are on their way: NackDelay of Cyclone DDS. Fast DDS
 # asks at each heartbeat, but its sender blocks while a buffer is full, which is not modelled.
@@ -24,17 +25,27 @@ TRAIN = 10  # messages in one frame, so that a large fleet's start is not a fram
 
 
 class Mail(NamedTuple):
-    """One message of endpoints: its packets, the items and their numbers; and how many there are,
-    if it says so."""
+    """One message of endpoints: its packets, the items with their numbers, and how many exist, if
+    a heartbeat rides on it."""
 
     packets: int
     items: tuple[tuple[int, Item], ...]
     known: int | None
 
 
+class Envelope(NamedTuple):
+    """A message between two participants: ``handler(endpoints, remote, lost, *content)`` reads it
+    at the receiver, where the packets ``lost`` of its train are missing."""
+
+    sender: Guid
+    receiver: Guid
+    handler: Callable[..., object]
+    content: tuple[object, ...]
+
+
 class Endpoints:
-    """What ``me`` has to tell, and the answers to what it is told. A message is for one life of a
-    participant; those that are for a former one, or from strangers, are not read."""
+    """The discovery of endpoints by the participant ``me``. The methods below "Handlers" read the
+    messages of others."""
 
     def __init__(self, me: Participant) -> None:
         self._me = me
@@ -44,25 +55,26 @@ class Endpoints:
         self._multicast = me.params.allow_multicast == "all"
         self.items: list[Item] = []  # those that exist
         # A node's endpoints are made some time after its participant.
-        self._coming: list[Item] | None = [
-            Item(me.guid, f"built_in_{told.kind}", told.shared, told.size_bytes)
-            for told in self._wire.built_in_endpoints(self._context.hosts[me.host])]
-        self._beat: Any = None
+        self._exist = False
+        self._coming = [
+            Item(me.guid, ItemKind(f"built_in_{each.kind}"), each.shared, each.size_bytes)
+            for each in self._wire.built_in_endpoints(self._context.hosts[me.host])]
+        self._beat: tuple[int, Handle] | None = None  # when the next heartbeat is due
         self._beats = 0
         limit_bytes = me.params.heartbeat_after_bytes
         self._spent = None if limit_bytes is None else (Spent(limit_bytes), Spent(limit_bytes))
 
     def write(self, item: Item) -> None:
-        """There is, or will soon be, one more endpoint."""
-        if self._coming is not None:
-            self._coming.append(item)
-        else:
+        """Add an endpoint, as soon as endpoints exist."""
+        if self._exist:
             self._add([item])
+        else:
+            self._coming.append(item)
 
-    def appear(self, _: Any) -> None:
-        """The endpoints are there."""
-        coming, self._coming = self._coming, None
-        self._add(coming)
+    def appear(self, _: object) -> None:
+        """From now on endpoints exist."""
+        self._exist = True
+        self._add(self._coming)
 
     def _add(self, items: list[Item]) -> None:
         me = self._me
@@ -73,34 +85,34 @@ class Endpoints:
             return
         known = me.direct()
         if self._multicast and len(known) > 1:
-            self._tell_new(known)
+            self._announce(known)
         else:
             for remote in known:
-                self.tell_new(remote)
+                self.announce(remote)
 
-    # What is told.
+    # Messages to others.
 
-    def tell_new(self, remote: Remote) -> None:
-        """Tell what has not been told yet; what is lost of it, the next heartbeats bring up."""
-        self._tell_new([remote])
+    def announce(self, remote: RemoteParticipant) -> None:
+        """Send the items that were not sent yet; the next heartbeats reveal a loss."""
+        self._announce([remote])
 
-    def _tell_new(self, remotes: list[Remote]) -> None:
-        """The same to all of these, by multicast if there are several."""
-        first, last = remotes[0].told, len(remotes[0].out)
+    def _announce(self, remotes: list[RemoteParticipant]) -> None:
+        """Send the same items to all of these, by multicast if there are several."""
+        first, last = remotes[0].sent_count, len(remotes[0].out)
         alone = len(self._me.remotes) == 1
         for start in range(first, last, TRAIN):
             numbers = range(start, min(last, start + TRAIN))
             out = remotes[0].out
             letters = self._wire.new_endpoints([out[number] for number in numbers],
                                                self._wire.apart and alone)
-            self._send(remotes, numbers, letters, None)
+            self._send_items(remotes, numbers, letters, None)
         for remote in remotes:
-            remote.told = last
+            remote.sent_count = last
         self._beats = 0
         self._book(self._params.discovery_heartbeat_period_ns)
 
-    def meet(self, remote: Remote) -> None:
-        """Somebody new: offer all there is, and ask for what it has."""
+    def meet(self, remote: RemoteParticipant) -> None:
+        """Offer all items to a new participant, and ask for its own."""
         params, delay_ns = self._params, self._params.initial_acknack_ns
         self._beats = 0
         if params.initial_heartbeat_ns:
@@ -111,49 +123,48 @@ class Endpoints:
         if delay_ns is not None:
             self._me.after(delay_ns, self._ask, (remote, delay_ns))
 
-    def greet(self, remote: Remote, topic: str) -> None:
-        """A writer that every node has has matched a reader of ``remote``: its first heartbeat."""
+    def greet(self, remote: RemoteParticipant, topic: str) -> None:
+        """Send the first heartbeat of a writer that every node has: it has matched a reader of
+        ``remote``."""
         readers, chunk = [remote], self._wire.heartbeats(1)
         if self._params.greets_all:
             readers = [other for other in self._me.direct()
-                       if ("built_in_reader", topic) in other.built_in]
+                       if (ItemKind.BUILT_IN_READER, topic) in other.built_in]
             if len(readers) > 1:
                 chunk = self._wire.heartbeat_to_all()
-        heard = self._me.dds.greeted
         if self._wire.apart or self._multicast:
-            self._tell_all("endpoints", readers, [chunk], heard,
+            self._send_all("endpoints", readers, [chunk], Endpoints.greeted,
                            lambda other: (topic, other is remote))
             return
-        for other in readers:  # who was greeted before only notes that it comes
-            say = self._tell if other is remote else self._say
-            say("endpoints", other, [chunk], heard, topic, other is remote)
+        for other in readers:  # one that was greeted before only learns that this one lives
+            send = self._send if other is remote else self._send_in_advance
+            send("endpoints", other, [chunk], Endpoints.greeted, topic, other is remote)
 
-    def expect_greeting(self, remote: Remote, topic: str) -> None:
-        """A reader that every node has has matched a writer of ``remote``: it asks if that one is
-        not heard."""
+    def expect_greeting(self, remote: RemoteParticipant, topic: str) -> None:
+        """A reader that every node has, has matched a writer of ``remote``: it asks for a heartbeat
+        unless one arrives."""
         delay_ns = self._params.initial_acknack_ns
         if self._wire.apart and delay_ns is not None and topic not in remote.greeted:
             self._me.after(delay_ns, self._ask_for_greeting, (remote, topic))
 
-    def _ask_for_greeting(self, what: tuple[Remote, str]) -> None:
+    def _ask_for_greeting(self, what: tuple[RemoteParticipant, str]) -> None:
         remote, topic = what
         if topic not in remote.greeted and self._me.remotes.get(remote.guid) is remote:
-            self._tell("acknack", remote, [self._wire.acknacks(1)], self._me.dds.asked_to_greet,
-                       topic)
+            self._send("acknack", remote, [self._wire.acknacks(1)], Endpoints.asked_to_greet, topic)
 
-    def assert_liveliness(self, remotes: list[Remote]) -> None:
-        self._tell_all("liveliness", remotes, [self._wire.liveliness()], self._me.dds.greeted,
+    def assert_liveliness(self, remotes: list[RemoteParticipant]) -> None:
+        self._send_all("liveliness", remotes, [self._wire.liveliness()], Endpoints.greeted,
                        lambda remote: ("", True))
 
-    def _tell_known(self, remote: Remote, numbers: Sequence[int]) -> None:
-        """Items of these numbers, which it has asked for."""
+    def _send_again(self, remote: RemoteParticipant, numbers: Sequence[int]) -> None:
+        """Send items of these numbers, which it has requested."""
         out, most_bytes = remote.out, self._params.repeated_message_bytes
         if self._wire.apart:
             numbers = sorted(numbers, key=lambda n: wire.is_reader(out[n]))
             parts = self._parted([out[number] for number in numbers])
             letters = [letter for part in parts if part
                        for letter in self._wire.known_endpoints(part, most_bytes, False)]
-            self._send([remote], numbers, letters, None)
+            self._send_items([remote], numbers, letters, None)
             if len(parts) > 1:
                 self._offer(self._me.direct(), 1, directed=False, times=len(parts) - 1)
             return
@@ -161,24 +172,25 @@ class Endpoints:
             part = numbers[start:start + TRAIN]
             last = start + TRAIN >= len(numbers)
             letters = self._wire.known_endpoints([out[number] for number in part], most_bytes, last)
-            self._send([remote], part, letters, remote.told if last else None)
+            self._send_items([remote], part, letters, remote.sent_count if last else None)
 
-    def _send(self, remotes: list[Remote], numbers: Sequence[int], letters: list[wire.Letter],
-              known: int | None) -> None:
-        """Items of these numbers, the same to all; with ``known`` a heartbeat in the last letter
-        says that there are so many."""
-        out, at, told = remotes[0].out, 0, []
+    def _send_items(self, remotes: list[RemoteParticipant], numbers: Sequence[int],
+                    letters: list[wire.Letter], known: int | None) -> None:
+        """Send items of these numbers, the same to all; with ``known`` a heartbeat in the last
+        letter tells that so many exist."""
+        out, at = remotes[0].out, 0
+        mails: list[Mail] = []
         for chunk, count in letters:
-            told.append(Mail(chunk.packets, tuple(
+            mails.append(Mail(chunk.packets, tuple(
                 (number, out[number]) for number in numbers[at:at + count]), None))
             at += count
-        told[-1] = told[-1]._replace(known=known)
-        self._tell_all("sedp", remotes, [chunk for chunk, _ in letters], self._me.dds.told,
-                       lambda remote: (remote.series, tuple(told)))
+        mails[-1] = mails[-1]._replace(known=known)
+        self._send_all("sedp", remotes, [chunk for chunk, _ in letters], Endpoints.receive,
+                       lambda remote: (remote.series, tuple(mails)))
 
     def _parted(self, items: list[Item]) -> list[list[Item]]:
-        """What is repeated, cut where a heartbeat to all rides (see ``riding.Spent``): that one is
-        a message of its own, and ends the one before it."""
+        """Cut repeated items where a heartbeat to all rides (see ``riding.Spent``): that one is a
+        message of its own, and ends the one before it."""
         parts: list[list[Item]] = [[]]
         if self._spent is None:
             return [items]
@@ -192,45 +204,51 @@ class Endpoints:
                 parts.append([])
         return parts
 
-    def _tell(self, kind: str, remote: Remote, chunks: list[wire.Chunk], heard: Callable[..., Any],
-              *what: Any) -> None:
-        self._tell_all(kind, [remote], chunks, heard, lambda _: what)
+    def _send(self, kind: str, remote: RemoteParticipant, chunks: list[wire.Chunk],
+              handler: Callable[..., object], *content: object) -> None:
+        self._send_all(kind, [remote], chunks, handler, lambda _: content)
 
-    def _say(self, kind: str, remote: Remote, chunks: list[wire.Chunk], heard: Callable[..., Any],
-             *what: Any) -> None:
-        """``_tell`` something that says no more to ``remote`` than that this participant lives."""
-        me, you = self._me, self._me.dds.participants[remote.host]
+    def _send_in_advance(self, kind: str, remote: RemoteParticipant, chunks: list[wire.Chunk],
+                         handler: Callable[..., object], *content: object) -> None:
+        """``_send`` a message that only shows ``remote`` that this participant lives."""
+        me, dds = self._me, self._me.dds
+        you = dds.participants.get(remote.host)
         size_bytes, packets = wire.together(chunks)
-        self._context.send(kind, me.host, [remote.host], size_bytes, heard,
-                           {remote.host: (me.guid, remote.guid, *what)}, segments=packets,
-                           in_part=heard, in_advance=(
-                               me.notes if you is not None and you.guid == remote.guid else None))
+        self._context.send(kind, me.host, [remote.host], size_bytes, dds.received,
+                           {remote.host: Envelope(me.guid, remote.guid, handler, content)},
+                           segments=packets, in_part=dds.received, in_advance=(
+                               me.in_advance if you is not None and you.guid == remote.guid
+                               else None))
 
-    def _tell_all(self, kind: str, remotes: list[Remote], chunks: list[wire.Chunk],
-                  heard: Callable[..., Any], what: Callable[[Remote], tuple[Any, ...]]) -> None:
-        """Messages in one train: by multicast if that is usual and there are several to hear it."""
-        chunk, guid = wire.together(chunks), self._me.guid
+    def _send_all(self, kind: str, remotes: list[RemoteParticipant], chunks: list[wire.Chunk],
+                  handler: Callable[..., object],
+                  content: Callable[[RemoteParticipant], tuple[object, ...]]) -> None:
+        """Send messages in one train: by multicast if that is usual and there are several remotes.
+        """
+        chunk, me, dds = wire.together(chunks), self._me, self._me.dds
         groups = [remotes] if self._multicast else [[remote] for remote in remotes]
         for group in groups:
-            to = {remote.host: (guid, remote.guid, *what(remote)) for remote in group}
-            self._context.send(kind, self._me.host, list(to), chunk.size_bytes, heard, to,
-                               segments=chunk.packets, multicast=len(to) > 1, in_part=heard)
+            to = {remote.host: Envelope(me.guid, remote.guid, handler, content(remote))
+                  for remote in group}
+            self._context.send(kind, me.host, list(to), chunk.size_bytes, dds.received, to,
+                               segments=chunk.packets, multicast=len(to) > 1, in_part=dds.received)
 
     def _book(self, delay_ns: int) -> None:
-        """A heartbeat not later than then."""
+        """Send a heartbeat not later than then."""
         due_ns = self._context.now_ns + delay_ns
         if self._beat is None or due_ns < self._beat[0]:
             self._beat = due_ns, self._me.after(delay_ns, self._heartbeat, due_ns)
 
     def _heartbeat(self, due_ns: int) -> None:
-        """To all that have not acknowledged everything, or to all if one has not."""
+        """Send heartbeats to those that have not acknowledged everything; of Fast DDS, then to all.
+        """
         if self._beat is None or self._beat[0] != due_ns:
             return
         self._beat = None
         params = self._params
         known = self._me.direct()
         behind = [remote for remote in known
-                  if not remote.answered or remote.acked < remote.told]
+                  if not remote.answered or remote.acked_count < remote.sent_count]
         if not behind:
             return
         new = [remote for remote in behind if not remote.answered]
@@ -242,20 +260,28 @@ class Endpoints:
                        params.discovery_heartbeat_period_ns
                        << min(16, max(0, self._beats - 2))))
 
-    def _offer(self, remotes: list[Remote], writers: int, *, directed: bool, times: int = 1
-               ) -> None:
-        """Heartbeats of so many writers, several ``times`` in one train."""
+    def _offer(self, remotes: list[RemoteParticipant], writers: int, *, directed: bool,
+               times: int = 1) -> None:
+        """Send heartbeats of so many writers, several ``times`` in one train."""
         if remotes:
             chunks = [self._wire.heartbeats(writers)] if directed or not self._wire.apart \
                 else [self._wire.heartbeat_to_all()] * writers
-            self._tell_all("sedp_heartbeat", remotes, chunks * times,
-                           self._me.dds.offered, lambda remote: (
-                               remote.series, remote.told, writers, directed))
+            self._send_all("sedp_heartbeat", remotes, chunks * times, Endpoints.offered,
+                           lambda remote: (remote.series, remote.sent_count, writers, directed))
 
-    def acknowledged(self, remote: Remote, series: int, got: int, missing: tuple[int, ...],
-                     asks: bool) -> None:
+    def _repeat(self, remote: RemoteParticipant) -> None:
+        wanted, remote.wanted = remote.wanted, ()
+        if self._me.remotes.get(remote.guid) is remote:
+            self._send_again(remote, wanted)
+            self._beats = 0
+            self._book(self._params.discovery_heartbeat_period_ns)
+
+    # Handlers.
+
+    def acknowledged(self, remote: RemoteParticipant, _: Collection[int], series: int, got: int,
+                     missing: tuple[int, ...], asks: bool) -> None:
         """``remote`` has ``got`` so many of a series and misses some; with ``asks`` it wants a
-        heartbeat. One that speaks of an earlier series has got nothing of this one."""
+        heartbeat. If its series is an earlier one, it has none of the present items."""
         first = not remote.answered
         if first:
             remote.answered = True
@@ -263,7 +289,7 @@ class Endpoints:
                 self.assert_liveliness([remote])
         if series != remote.series:
             got, missing, asks = 0, (), True
-        remote.acked = got
+        remote.acked_count = got
         if missing:
             pending, remote.wanted = remote.wanted, missing
             if not pending:
@@ -272,18 +298,9 @@ class Endpoints:
             self._offer([remote], self._wire.built_in_writers if first else 2, directed=True)
             self._book(self._params.discovery_heartbeat_period_ns)  # it may be lost, or its answer
 
-    def _repeat(self, remote: Remote) -> None:
-        wanted, remote.wanted = remote.wanted, ()
-        if self._me.remotes.get(remote.guid) is remote:
-            self._tell_known(remote, wanted)
-            self._beats = 0
-            self._book(self._params.discovery_heartbeat_period_ns)
-
-    # What is heard.
-
-    def told(self, remote: Remote, series: int, mails: Sequence[Mail],
-             lost: Collection[int] = ()) -> None:
-        """Some messages of a train, without packets that were ``lost``."""
+    def receive(self, remote: RemoteParticipant, lost: Collection[int], series: int,
+                mails: Sequence[Mail]) -> None:
+        """Items have arrived, in messages of a train without the packets ``lost``."""
         if not self._goes_on(remote, series):
             return
         start, known = 0, None
@@ -297,12 +314,12 @@ class Endpoints:
             remote.got += 1
             self._me.learn(remote, item)
         if known is not None:
-            self.offered(remote, series, known, 2, True)
+            self.offered(remote, (), series, known, 2, True)
 
-    def offered(self, remote: Remote, series: int, known: int, writers: int, directed: bool
-                ) -> None:
-        """Heartbeats of so many writers, ``directed`` to this participant alone: there are
-        ``known`` items."""
+    def offered(self, remote: RemoteParticipant, _: Collection[int], series: int, known: int,
+                writers: int, directed: bool) -> None:
+        """Heartbeats of so many writers, maybe ``directed`` to this participant alone: ``known``
+        items exist."""
         if not self._goes_on(remote, series):
             return
         remote.known = max(remote.known, known)
@@ -313,14 +330,14 @@ class Endpoints:
             remote.answering = True
             self._me.after(self._params.discovery_heartbeat_response_ns, self._answer, remote)
 
-    def _goes_on(self, remote: Remote, series: int) -> bool:
-        """Whether what is told is not of an earlier series; a new one may begin."""
-        if series > remote.heard_series:
+    def _goes_on(self, remote: RemoteParticipant, series: int) -> bool:
+        """Whether a message is not of an earlier series; a new series may begin."""
+        if series > remote.received_series:
             remote.begin(series)
             self._me.after(remote.lease_ns, self._me.forget_others, (remote, series))
-        return series == remote.heard_series
+        return series == remote.received_series
 
-    def _answer(self, remote: Remote) -> None:
+    def _answer(self, remote: RemoteParticipant) -> None:
         """Acknowledge, and ask for what is missing if that was not done just now."""
         now_ns = self._context.now_ns
         missing = tuple(number for number in range(remote.got, remote.known)
@@ -335,37 +352,37 @@ class Endpoints:
         remote.answering = False
         readers = remote.beating if remote.asked else self._wire.built_in_writers
         remote.asked, remote.beating = True, 0
-        self._tell("sedp_acknack", remote, [self._wire.acknacks(readers, len(missing))],
-                   self._me.dds.acknowledged, remote.heard_series, remote.got, missing, False)
+        self._send("sedp_acknack", remote, [self._wire.acknacks(readers, len(missing))],
+                   Endpoints.acknowledged, remote.received_series, remote.got, missing, False)
 
-    def _ask(self, what: tuple[Remote, int]) -> None:
-        """Without a heartbeat so far, a reader asks for one, and again in doubled times."""
+    def _ask(self, what: tuple[RemoteParticipant, int]) -> None:
+        """Ask for a first heartbeat, and again after times that double."""
         remote, delay_ns = what
         if remote.asked or self._me.remotes.get(remote.guid) is not remote:
             return
-        self._tell("sedp_acknack", remote, [self._wire.acknacks(self._wire.built_in_writers)],
-                   self._me.dds.acknowledged, remote.heard_series, remote.got, (), True)
+        self._send("sedp_acknack", remote, [self._wire.acknacks(self._wire.built_in_writers)],
+                   Endpoints.acknowledged, remote.received_series, remote.got, (), True)
         limit_ns = self._params.initial_acknack_limit_ns
         delay_ns = min(2 * delay_ns, self._me.announcing_ns if limit_ns is None else limit_ns)
         self._me.after(delay_ns, self._ask, (remote, delay_ns))
 
-    def greeted(self, remote: Remote, topic: str, new: bool) -> None:
-        """A heartbeat of a writer that every node has, or of liveliness (no topic): one that is new
-        to it answers if it knows the writer."""
+    def greeted(self, remote: RemoteParticipant, _: Collection[int], topic: str, new: bool) -> None:
+        """A heartbeat of a writer that every node has, or of liveliness (no topic): a reader that
+        is ``new`` to it answers if it knows the writer."""
         if not self._wire.apart:
             if new:
                 self._greet_back(remote)
-        elif not topic or ("built_in_writer", topic) in remote.built_in:
+        elif not topic or (ItemKind.BUILT_IN_WRITER, topic) in remote.built_in:
             remote.greeted[topic] = None
             self._me.after(self._params.heartbeat_response_ns, self._greet_back, remote)
 
-    def _greet_back(self, remote: Remote) -> None:
-        self._say("acknack", remote, [self._wire.acknacks(1)], self._me.dds.heard)
+    def _greet_back(self, remote: RemoteParticipant) -> None:
+        self._send_in_advance("acknack", remote, [self._wire.acknacks(1)], Endpoints.alive)
 
-    def asked_to_greet(self, remote: Remote, topic: str) -> None:
-        """A reader wants to hear a writer that every node has."""
-        if ("built_in_reader", topic) in remote.built_in:
+    def asked_to_greet(self, remote: RemoteParticipant, _: Collection[int], topic: str) -> None:
+        """A reader wants the heartbeat of a writer that every node has."""
+        if (ItemKind.BUILT_IN_READER, topic) in remote.built_in:
             self.greet(remote, topic)
 
-    def heard(self, remote: Remote) -> None:
-        """It is there, and that is all."""
+    def alive(self, remote: RemoteParticipant, _: Collection[int]) -> None:
+        """The message shows that the remote lives, which renews its lease; that is all."""

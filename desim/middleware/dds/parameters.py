@@ -1,8 +1,8 @@
-"""What can be set about DDS, and the two implementations whose values are known."""
+"""The parameters of DDS, and the two implementations whose values are known."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field, model_validator
 
@@ -164,7 +164,7 @@ class DdsParams(ports.Params):
 
     @model_validator(mode="before")
     @classmethod
-    def _filled(cls, given: Any) -> Any:
+    def _filled(cls, given: object) -> object:
         return filled(given, "preset", "fastdds", dict.fromkeys(CYCLONE, CYCLONEDDS))
 
     @model_validator(mode="after")
@@ -195,8 +195,8 @@ class DdsParams(ports.Params):
         return self
 
     @property
-    def wire(self) -> wire.Wire:
-        """How its implementation puts things into messages."""
+    def wire(self) -> wire.RtpsDialect:
+        """The dialect of its implementation."""
         if self.preset not in CYCLONE:
             return wire.FASTDDS
         return (wire.CYCLONEDDS if self.allow_multicast == "spdp" else wire.CYCLONEDDS_MULTICAST)
@@ -207,12 +207,13 @@ class DdsParams(ports.Params):
         return self.data_message_bytes // self.fragment_bytes
 
     def announcing_ns(self, lease_ns: int) -> int:
-        """Between two announcements of a participant with this lease."""
-        if self.announcement_period_ns is not None:
-            return self.announcement_period_ns
+        """The time between two announcements of a participant with this lease."""
+        period_ns: int | None = self.announcement_period_ns
+        if period_ns is not None:
+            return period_ns
         return min(lease_ns * 4 // 5, MOST_ANNOUNCEMENT_NS)
 
     def asserting_ns(self, lease_ns: int) -> int:
-        """Between two of its messages that it lives, 0 for none."""
-        period_ns = self.liveliness_period_ns
+        """The time between two of its assertions of liveliness, 0 for none."""
+        period_ns: int | None = self.liveliness_period_ns
         return lease_ns * 4 // 5 if period_ns is None else period_ns

@@ -1,16 +1,17 @@
 """A participant: the process of one host in one life of it. It announces itself (SPDP), keeps a
-lease on everybody it hears, and matches endpoints."""
+lease on each participant that it knows, and matches endpoints."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from desim.middleware.dds.endpoints import Endpoints
 from desim.middleware.dds.relay import Relay
-from desim.middleware.dds.remote import Guid, Item, Remote
+from desim.middleware.dds.remote import Coming, Guid, Item, ItemKind, RemoteParticipant
 from desim.middleware.dds.riding import Resent
 from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk
+from desim.middleware.lifetime import Lifetime
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
@@ -18,16 +19,17 @@ if TYPE_CHECKING:
 
 
 class Participant:
-    """``remotes`` are the participants that it believes in, in the order of discovery. Anything
-    that is heard from one renews its lease, which is as long as that one says."""
+    """``remotes`` are the participants that it believes in, in the order of discovery. Any message
+    from one renews its lease, which is as long as that one has announced."""
 
     def __init__(self, dds: Dds, host: int, life: int) -> None:
         self.dds, self.context, self.params = dds, dds.context, dds.params
         self.host = host
         self._others = [other for other in range(len(self.context.hosts)) if other != host]
         self.guid: Guid = (host, life)
-        self.alive = True
-        self.remotes: dict[Guid, Remote] = {}
+        self.life = Lifetime(self.context, host)
+        self.after = self.life.after
+        self.remotes: dict[Guid, RemoteParticipant] = {}
         self.writers: dict[str, None] = {}  # topics
         self.readers: dict[str, None] = {}
         self.resent = Resent()
@@ -41,27 +43,18 @@ class Participant:
         self.awake = False
         spread_ns = self.params.start_spread_ns
         if spread_ns:
-            luck = self.context.stream("start", self.context.hosts[host], life)
-            self.after(int(luck.integers(spread_ns)), self._wake, None)
+            stream = self.context.stream("start", self.context.hosts[host], life)
+            self.after(int(stream.integers(spread_ns)), self._wake)
         else:
             self._wake(None)
 
-    def _wake(self, _: Any) -> None:
-        """The process runs: from now on it talks and listens."""
+    def _wake(self, _: object) -> None:
+        """The process runs: from now on it sends and receives."""
         self.awake = True
         self._announce(0)
-        self.after(self.params.endpoint_delay_ns, self.endpoints.appear, None)
+        self.after(self.params.endpoint_delay_ns, self.endpoints.appear)
         if self.asserting_ns:
-            self.after(self.asserting_ns, self._assert_liveliness, None)
-
-    def after(self, delay_ns: int, fn: Callable[[Any], Any], arg: Any) -> Any:
-        """Call ``fn(arg)`` then, if this life still lasts."""
-        return self.context.at(self.context.now_ns + delay_ns, self.host, self._run, (fn, arg))
-
-    def _run(self, what: tuple[Callable[[Any], Any], Any]) -> None:
-        if self.alive:
-            fn, arg = what
-            fn(arg)
+            self.after(self.asserting_ns, self._assert_liveliness)
 
     # Its own endpoints.
 
@@ -69,29 +62,30 @@ class Participant:
         if topic not in self.writers:
             self.writers[topic] = None
             size_bytes = self.dds.wire.writer_bytes("rt" + topic, TYPE_NAME, QUEUED)
-            self.endpoints.write(Item(self.guid, "writer", topic, size_bytes))
+            self.endpoints.write(Item(self.guid, ItemKind.WRITER, topic, size_bytes))
 
     def subscribe(self, topic: str) -> None:
         if topic not in self.readers:
             self.readers[topic] = None
             size_bytes = self.dds.wire.reader_bytes("rt" + topic, TYPE_NAME, QUEUED)
-            self.endpoints.write(Item(self.guid, "reader", topic, size_bytes))
+            self.endpoints.write(Item(self.guid, ItemKind.READER, topic, size_bytes))
             for remote in self.remotes.values():
                 if topic in remote.writers:
                     self._reads(remote, topic)
 
-    # Who else there is.
+    # Other participants.
 
-    def of(self, host: int) -> Iterator[Remote]:
-        """Those on ``host``: the one that runs, and what is believed of its former lives."""
+    def of(self, host: int) -> Iterator[RemoteParticipant]:
+        """Those on ``host``: the one that runs, and former lives of it that are believed in."""
         return (remote for remote in self.remotes.values() if remote.host == host)
 
-    def direct(self) -> list[Remote]:
-        """Those that it talks to."""
+    def direct(self) -> list[RemoteParticipant]:
+        """Those that it exchanges messages with."""
         return [remote for remote in self.remotes.values() if remote.direct]
 
     def _announce(self, k: int) -> None:
-        """The k-th time. A client of a server talks to that alone, the server to its clients."""
+        """Announce itself, for the k-th time: a client of a server to that alone, the server to its
+        clients."""
         params, dds = self.params, self.dds
         known = [remote.host for remote in self.direct()]
         period_ns = self.announcing_ns
@@ -109,7 +103,7 @@ class Participant:
         self.after(period_ns, self._announce, k + 1)
 
     def _announce_to_all(self, times: int, known: list[int]) -> None:
-        """By multicast, and to each of those that are ``known``."""
+        """Announce itself by multicast, and to each of those that are ``known``."""
         self._hello_to(self._others, self.dds.wire.announcement(times), True)
         self._hello_to(known, self.dds.wire.announcement(), False)
 
@@ -118,38 +112,40 @@ class Participant:
         if hosts:
             self.context.send("spdp", self.host, hosts, chunk.size_bytes, self.dds.announced,
                               (self._hello, multicast or calls), segments=chunk.packets,
-                              multicast=multicast, in_advance=self.notes)
+                              multicast=multicast, in_advance=self.in_advance)
 
-    def notes(self, host: int) -> InAdvance | None:
-        """What ``host`` notes of something that only says that this participant lives, if it knows
-        this one already."""
-        you = self.dds.participants[host]
+    def in_advance(self, host: int) -> InAdvance | None:
+        """A function that takes an arrival in advance at ``host``, if that knows this participant:
+        for a message that only shows that this one lives."""
+        you = self.dds.participants.get(host)
         remote = None if you is None else you.remotes.get(self.guid)
         if remote is None or not remote.direct:
             return None
-        remote.look(self.context.now_ns)
-        return lambda *coming: remote.coming.append(coming)
+        remote.take_arrivals(self.context.now_ns)
+        return lambda time_ns, arrived, token: remote.coming.append(
+            Coming(time_ns, arrived, token))
 
     def announced(self, guid: Guid, lease_ns: int, wants_response: bool) -> None:
-        """Somebody says that it is there who was not talked to so far."""
+        """Meet a participant that was not known, or only through a server."""
         if self.relay is None:
-            remote = Remote(guid, lease_ns, self.context.now_ns, True, self.endpoints.items)
+            remote = RemoteParticipant(guid, lease_ns, self.context.now_ns, True,
+                                       self.endpoints.items)
         else:
             self._series += 1
-            remote = Remote(guid, lease_ns, self.context.now_ns, True, [], self._series)
+            remote = RemoteParticipant(guid, lease_ns, self.context.now_ns, True, [], self._series)
         self._meet(remote)
-        self.after(lease_ns, self._look, remote)
+        self.after(lease_ns, self._check_lease, remote)
         if self.params.announces_when_found and self.dds.server is None:
             self._announce_to_all(1, [other.host for other in self.direct()])
         if wants_response:
             self._respond((remote, self.params.responses if self.dds.server is None else 1))
         self.endpoints.meet(remote)
 
-    def _meet(self, remote: Remote) -> None:
+    def _meet(self, remote: RemoteParticipant) -> None:
         self.remotes[remote.guid] = remote
         self.context.sees(self.host, remote.host, "online")
 
-    def _respond(self, what: tuple[Remote, int]) -> None:
+    def _respond(self, what: tuple[RemoteParticipant, int]) -> None:
         """Announce this participant to a newcomer, which may not have heard of it."""
         remote, times = what
         if times and self.remotes.get(remote.guid) is remote:
@@ -157,24 +153,24 @@ class Participant:
             if times > 1:
                 self.after(self.params.response_period_ns, self._respond, (remote, times - 1))
 
-    def _look(self, remote: Remote) -> None:
-        """Its lease may have ended."""
+    def _check_lease(self, remote: RemoteParticipant) -> None:
+        """Lose ``remote`` if its lease has ended."""
         if self.remotes.get(remote.guid) is not remote:
             return
         now_ns = self.context.now_ns
-        remote.look(now_ns)
-        if remote.heard_ns + remote.lease_ns <= now_ns:
-            self.dds.look(self, remote)
-        left_ns = remote.heard_ns + remote.lease_ns - now_ns
+        remote.take_arrivals(now_ns)
+        if remote.received_ns + remote.lease_ns <= now_ns:
+            self.dds.take_acknowledgements(self, remote)
+        left_ns = remote.received_ns + remote.lease_ns - now_ns
         if left_ns > 0:
-            self.after(left_ns, self._look, remote)
+            self.after(left_ns, self._check_lease, remote)
         else:
             self.lose(remote)
 
-    def lose(self, remote: Remote) -> None:
+    def lose(self, remote: RemoteParticipant) -> None:
         """It is gone, and its endpoints with it."""
         del self.remotes[remote.guid]
-        self.dds.hears_later(remote, self.host)
+        self.dds.book_arrivals(remote, self.host)
         context, dds, left = self.context, self.dds, list(self.of(remote.host))
         if not left:
             context.sees(self.host, remote.host, "removed")
@@ -186,26 +182,26 @@ class Participant:
             if topic in self.writers:
                 dds.changed(self.host, topic)
         if self.relay is not None:
-            self.relay.gone(remote.guid)
+            self.relay.forget(remote.guid)
 
     # Matching.
 
-    def learn(self, source: Remote, item: Item) -> None:
-        """``source`` says ``item``. Of this host's former lives nothing is believed."""
+    def learn(self, source: RemoteParticipant, item: Item) -> None:
+        """Take an item that ``source`` announces, unless it is of this host's former lives."""
         owner, kind, topic, _ = item
         if owner[0] == self.host:
             return
         source.named[owner] = None
-        if kind == "gone":
+        if kind == ItemKind.GONE:
             if owner in self.remotes and not self.remotes[owner].direct:
                 self.lose(self.remotes[owner])
             return
-        remote = source if owner == source.guid else self._by_hearsay(owner)
-        if kind == "writer":
+        remote = source if owner == source.guid else self._known_through_server(owner)
+        if kind == ItemKind.WRITER:
             remote.writers[topic] = None
             if topic in self.readers:
                 self._reads(remote, topic)
-        elif kind == "reader":
+        elif kind == ItemKind.READER:
             remote.readers[topic] = None
             if topic in self.writers:
                 self.dds.changed(self.host, topic)
@@ -214,19 +210,20 @@ class Participant:
         if self.relay is not None:
             self.relay.add(item)
 
-    def _learn_built_in(self, remote: Remote, kind: str, topic: str) -> None:
-        """Each node has a reader and a writer of ``topic``."""
+    def _learn_built_in(self, remote: RemoteParticipant, kind: ItemKind, topic: str) -> None:
+        """Take an endpoint that every node has."""
         remote.built_in[kind, topic] = None
-        if kind == "built_in_reader":
+        if kind == ItemKind.BUILT_IN_READER:
             self.endpoints.greet(remote, topic)
-        elif kind == "built_in_writer":
+        elif kind == ItemKind.BUILT_IN_WRITER:
             self.endpoints.expect_greeting(remote, topic)
 
-    def _by_hearsay(self, owner: Guid) -> Remote:
-        """Whom a server tells of. A new life of a host ends what is believed of the old ones."""
+    def _known_through_server(self, owner: Guid) -> RemoteParticipant:
+        """The participant that a server announces. A new life of a host ends beliefs in old ones.
+        """
         remote = self.remotes.get(owner)
         if remote is None:
-            remote = Remote(owner, 0, self.context.now_ns, False, [])
+            remote = RemoteParticipant(owner, 0, self.context.now_ns, False, [])
             former = [other for other in self.of(owner[0])
                       if not other.direct and other.guid < owner]
             self._meet(remote)
@@ -234,24 +231,25 @@ class Participant:
                 self.lose(other)
         return remote
 
-    def forget_others(self, what: tuple[Remote, int]) -> None:
-        """A server has had the time of its lease to tell anew: whom no server has named is gone."""
+    def forget_others(self, what: tuple[RemoteParticipant, int]) -> None:
+        """A server has had the time of its lease to announce all anew: participants that no server
+        has named are gone."""
         server, series = what
-        if self.remotes.get(server.guid) is not server or server.heard_series != series:
+        if self.remotes.get(server.guid) is not server or server.received_series != series:
             return
         direct = [remote for remote in self.remotes.values() if remote.direct]
         for remote in list(self.remotes.values()):
             if not (remote.direct or any(remote.guid in other.named for other in direct)):
                 self.lose(remote)
 
-    def _reads(self, remote: Remote, topic: str) -> None:
+    def _reads(self, remote: RemoteParticipant, topic: str) -> None:
         """This host's reader of ``topic`` has matched a writer."""
         self.dds.matches += 1
         self.context.knows(self.host, remote.host, topic, True)
         self.dds.joined(self, remote, topic)
 
-    def _assert_liveliness(self, _: Any) -> None:
+    def _assert_liveliness(self, _: object) -> None:
         known = self.direct()
         if known:
             self.endpoints.assert_liveliness(known)
-        self.after(self.asserting_ns, self._assert_liveliness, None)
+        self.after(self.asserting_ns, self._assert_liveliness)

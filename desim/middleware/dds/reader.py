@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.middleware.dds.asking import Asking
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.dds.reliable import ReliableLink
-    from desim.middleware.dds.remote import Remote
+    from desim.middleware.dds.remote import RemoteParticipant
     from desim.middleware.topics import Message
     from desim.ports.middleware import Offer, Route
+    from desim.ports.networks import Handle
 
 OPEN, HELD, DONE = 0, 1, 2  # states of a sample at its reader
 NO_HEARTBEAT, FINAL, ASKS, DIRECTED = range(4)  # it may ask for an answer, from one reader alone
 MOST = 256  # numbers in an ACKNACK, fragments in a NACK_FRAG (RTPS)
 Missing = tuple[tuple[int, tuple[int, ...]], ...]  # numbers with fragments of them (none: all)
+# Number of the first sample that the reader does not have; what is missing from there; whether it
+# wants a heartbeat.
+Answer = tuple[int, Missing, bool]
 
 
-class Sample:
+class ReliableSample:
     """A message on one link. ``kept``: the writer can send it again; ``flying``: frames of it on
-    their way; ``lacks``: those of its fragments that the reader does not have, None for all;
-    ``again``: of those that were repeated, until when not once more, and how long that is."""
+    their way; ``lacks``: the fragments that the reader does not have, empty if it has none or all;
+    ``again``: for each fragment that was repeated, the end and the length of the pause before it is
+    repeated once more."""
 
     __slots__ = ("message", "number", "parts", "kept", "flying", "state", "lacks", "sent_ns",
                  "again")
@@ -34,14 +39,14 @@ class Sample:
         self.kept = True
         self.flying = 0
         self.state = OPEN
-        self.lacks: dict[int, None] | None = None
+        self.lacks: dict[int, None] = {}
         self.sent_ns = message.born_ns
         self.again: dict[int, tuple[int, int]] | None = None
 
 
 class Reader:
     """Delivers samples in the order of their numbers; those that the writer no longer has are
-    passed over. It sees nothing of the writer but what arrives, and it is its own carrier of
+    passed over. It learns of the writer by arrivals alone, and is the carrier of its own
     acknowledgements."""
 
     socket = "rtps"  # a participant sends all by one
@@ -49,7 +54,7 @@ class Reader:
     __slots__ = ("_link", "_dds", "_context", "_kernel", "_params", "_host", "_writer", "_topic",
                  "_to", "_to_id", "_send", "_post", "_next", "_known", "_held", "_parts", "_timer",
                  "_due_ns", "_seen", "_remote", "_greeting", "_asking", "_asked", "_acked",
-                 "_acked_ns", "_implied")
+                 "_acked_ns")
 
     def __init__(self, link: ReliableLink, dds: Dds, offer: Offer, host: int,
                  medium: Route) -> None:
@@ -64,42 +69,35 @@ class Reader:
         self._send, self._post = medium.transmit, medium.post
         self._next = 1
         self._known = 0
-        self._implied = dds.params.acks == "implied"
-        self._held: dict[int, Sample] = {}
-        self._parts: dict[int, Sample] = {}  # of which some parts are there
-        self._timer: Any = None
+        self._held: dict[int, ReliableSample] = {}
+        self._parts: dict[int, ReliableSample] = {}  # of which some parts are there
+        self._timer: Handle | None = None
         self._due_ns = 0
-        self._seen = -1  # state of the matches when it last looked for its writer
-        self._remote: Remote | None = None
+        self._seen = -1  # changes of matches when it last asked for its writer
+        self._remote: RemoteParticipant | None = None
         self._greeting = False  # it asks what there is
         self._asked = False  # a heartbeat waits for an answer
         self._asking = Asking()
         self._acked = self._acked_ns = 0  # all before what it acknowledged last, and when
 
-    def _match(self) -> Remote | None:
-        """What this host knows of the writer's participant, None if it has not matched it."""
+    def _match(self) -> RemoteParticipant | None:
+        """The state that this host keeps of the writer's participant, if it has matched that."""
         dds = self._dds
         if self._seen != dds.matches:
             self._seen = dds.matches
-            me = dds.participants[self._host]
+            me = dds.participants.get(self._host)
             current = me is not None and me.guid == self._link.guid
             self._remote = (dds.writer(self._writer, self._host, self._topic) if current
                             else None)
         return self._remote
 
-    def take(self, sample: Sample, part: range, first: int, beat: int) -> bool:
-        """Some fragments of a sample have arrived; False if nobody reads here."""
+    def take(self, sample: ReliableSample, part: range, first: int, beat: int) -> bool:
+        """Take some fragments of a sample. Returns False if nobody reads here."""
         remote = self._match()
         if remote is None:
             return False
-        remote.heard_ns = self._kernel.now_ns
+        remote.received_ns = self._kernel.now_ns
         number = sample.number
-        if self._implied and number == self._next and len(part) == sample.parts \
-                and self._known <= number and not self._parts:  # as nearly always
-            self._known = number
-            self._deliver(sample)
-            self._link.has_all(number + 1)
-            return True
         if sample.state == OPEN and number >= self._next and self._complete(sample, part):
             if number == self._next and not self._held:
                 self._deliver(sample)
@@ -107,17 +105,17 @@ class Reader:
                 sample.state = HELD
                 self._held[number] = sample
         if beat:
-            self._heartbeat(first, number, beat)
+            self._take_heartbeat(first, number, beat)
         elif first > self._next or self._held:
             self._advance(first)
         return True
 
-    def _complete(self, sample: Sample, part: range) -> bool:
+    def _complete(self, sample: ReliableSample, part: range) -> bool:
         if len(part) == sample.parts:
             if self._parts:
                 self._parts.pop(sample.number, None)
             return True
-        if sample.lacks is None:
+        if not sample.lacks:
             sample.lacks = dict.fromkeys(range(sample.parts))
             self._parts[sample.number] = sample
         for index in part:
@@ -127,7 +125,7 @@ class Reader:
         self._parts.pop(sample.number, None)
         return True
 
-    def _deliver(self, sample: Sample) -> None:
+    def _deliver(self, sample: ReliableSample) -> None:
         sample.state = DONE
         link = self._link
         link.waiting -= 1
@@ -151,15 +149,17 @@ class Reader:
         for number in [number for number in self._parts if number < self._next]:
             del self._parts[number]
 
-    def _heartbeat(self, first: int, last: int, beat: int) -> None:
+    def _take_heartbeat(self, first: int, last: int, beat: int) -> None:
         if first > self._next or self._held:
             self._advance(first)
         if last > self._known:
             self._known = last
-        self._greeting = False  # that is what it wanted to know
-        if self._implied and self._next > self._known:
-            self._acknowledge()
-        elif beat >= ASKS:
+        self._greeting = False  # it has its answer
+        self._respond(beat)
+
+    def _respond(self, beat: int) -> None:
+        """Answer a heartbeat, or ask for missing samples, after the usual delay."""
+        if beat >= ASKS:
             self._asked = True
             if beat == DIRECTED:
                 self._asking.directed = True
@@ -167,12 +167,12 @@ class Reader:
         elif self._next <= self._known:
             self._answer_in(self._params.nack_delay_ns)
 
-    def offered(self, first: int, last: int, beat: int) -> None:
-        """A heartbeat of its own has arrived."""
+    def heartbeat(self, first: int, last: int, beat: int) -> None:
+        """A heartbeat that rides on no sample has arrived."""
         remote = self._match()
         if remote is not None:
-            remote.heard_ns = self._kernel.now_ns
-            self._heartbeat(first, last, beat)
+            remote.received_ns = self._kernel.now_ns
+            self._take_heartbeat(first, last, beat)
 
     def joined(self) -> None:
         """It has matched the writer now, which may have sent something already."""
@@ -194,8 +194,8 @@ class Reader:
         else:
             self._answer(None)
 
-    def _answer(self, _: Any) -> None:
-        """Acknowledge what is before the next number, or ask for what is missing from there."""
+    def _answer(self, _: object) -> None:
+        """Acknowledge all before the next number, or ask for what is missing from there."""
         self._timer = None
         if self._match() is None:
             return
@@ -207,8 +207,8 @@ class Reader:
             self._acknowledge()
 
     def _ask(self, missing: Missing, greeting: bool) -> None:
-        """Ask for what is missing if it did not do so just now, and for a heartbeat with
-        ``greeting``."""
+        """Ask for ``missing`` fragments if it did not do so just now; with ``greeting``, for a
+        heartbeat."""
         now_ns, params, base = self._kernel.now_ns, self._params, self._next
         fragments = [len(parts) for _, parts in missing if parts]
         if missing:
@@ -221,29 +221,25 @@ class Reader:
             self._asking.asks(first, (last, last_parts[-1] + 1) if last_parts else (last + 1, 0),
                               now_ns)
         chunk = self._dds.wire.acknacks(1, len(missing) - len(fragments), fragments)
-        self._say(base, len(missing), chunk.size_bytes)
+        self._record_answer(base, len(missing), chunk.size_bytes)
         self._send(self._host, self._to, chunk.size_bytes, chunk.packets, False, self,
                    (base, missing, greeting))
         if missing and params.nack_renewal_ns is not None:
             self._answer_in(params.nack_renewal_ns)
 
     def _acknowledge(self) -> None:
-        """The writer need not do anything about it. What it said just now is not said again."""
+        """Acknowledge all before the next number, but do not repeat a recent acknowledgement."""
         base, now_ns = self._next, self._kernel.now_ns
-        if self._implied:
-            self._asked = False
-            self._link.has_all(base)
-            return
         if base == self._acked and now_ns < self._acked_ns + self._params.ack_again_ns:
             return
         size_bytes = self._dds.ack_chunk.size_bytes
-        self._say(base, 0, size_bytes)
+        self._record_answer(base, 0, size_bytes)
         due_ns = self._post(self._host, self._to, size_bytes, self, (base, (), False))
         if due_ns is not None:
-            self._link.note(due_ns, base)
+            self._link.acknowledged_at(due_ns, base)
 
-    def _say(self, base: int, missing: int, size_bytes: int) -> None:
-        """What is said before the first sample is known belongs to discovery."""
+    def _record_answer(self, base: int, missing: int, size_bytes: int) -> None:
+        """Write the trace row of an answer. One before the first sample belongs to discovery."""
         now_ns = self._kernel.now_ns
         if not self._known and base == 1:
             self._context.record_control("acknack", self._host, self._to_id, size_bytes)
@@ -251,9 +247,10 @@ class Reader:
         self._context.record("acknack", self._host, self._to_id, base, missing)
 
     def _missing(self) -> Missing:
-        """What it lacks: an ACKNACK and NACK_FRAGs (of Cyclone DDS up to the first sample of which
-        it has something already)."""
-        parts, held, out = self._parts, self._held, []
+        """The samples and fragments that it lacks: an ACKNACK and NACK_FRAGs (of Cyclone DDS up to
+        the first sample of which it has some fragments)."""
+        parts, held = self._parts, self._held
+        out: list[tuple[int, tuple[int, ...]]] = []
         several = self._dds.wire.several_nack_frags
         for number in range(self._next, min(self._known, self._next + MOST - 1) + 1):
             if number in parts:
@@ -265,7 +262,7 @@ class Reader:
         return tuple(out)
 
     def drop(self, reason: str) -> None:
-        """What it held is gone."""
+        """Drop the samples that it holds, for ``reason``."""
         for sample in self._held.values():
             sample.state = DONE
             self._link.waiting -= 1
@@ -278,14 +275,14 @@ class Reader:
 
     # The carrier of its acknowledgements.
 
-    def arrived(self, token: Any, receiver: int) -> None:
+    def arrived(self, token: Answer, receiver: int) -> None:
         self._link.acknowledged(token, receiver)
 
-    def arrived_in_part(self, token: Any, receiver: int, lost: dict[int, str]) -> None:
+    def arrived_in_part(self, token: Answer, receiver: int, lost: dict[int, str]) -> None:
         """A datagram is lost with any packet of it; the writer's next heartbeat asks again."""
 
-    def lost(self, token: Any, receiver: int, reason: str) -> None:
+    def lost(self, token: Answer, receiver: int, reason: str) -> None:
         """The writer's next heartbeat asks again."""
 
-    def repeated(self, token: Any, receiver: int) -> None:
+    def repeated(self, token: Answer, receiver: int) -> None:
         self._link.acknowledged(token, receiver)

@@ -1,15 +1,15 @@
-"""A discovery server: it tells each client of those endpoints of others that match one of its."""
+"""A discovery server: it announces to each client the endpoints of others that match its own."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.middleware.dds.remote import Guid, Item
+from desim.middleware.dds.remote import Guid, Item, ItemKind
 
 if TYPE_CHECKING:
     from desim.middleware.dds.participant import Participant
 
-_OPPOSITE = {"writer": "reader", "reader": "writer"}
+_OPPOSITE = {ItemKind.WRITER: ItemKind.READER, ItemKind.READER: ItemKind.WRITER}
 
 
 class Relay:
@@ -17,43 +17,45 @@ class Relay:
 
     def __init__(self, me: Participant) -> None:
         self._me = me
-        self._items: dict[tuple[str, str], dict[Guid, Item]] = {}  # by kind and topic, by owner
-        self._told: dict[Guid, dict[Item, None]] = {}  # to whom
+        # By kind and topic, by owner.
+        self._items: dict[tuple[ItemKind, str], dict[Guid, Item]] = {}
+        self._announced: dict[Guid, dict[Item, None]] = {}  # by client
 
     def add(self, item: Item) -> None:
-        """Somebody has an endpoint: those that match it learn of each other."""
+        """Take an endpoint: it and those that match it learn of each other."""
         if item.kind not in _OPPOSITE:
             return
         self._items.setdefault((item.kind, item.topic), {})[item.owner] = item
         others = self._items.get((_OPPOSITE[item.kind], item.topic), {})
         for owner, other in others.items():
             if owner != item.owner:
-                self._tell(owner, item)
-                self._tell(item.owner, other)
+                self._announce(owner, item)
+                self._announce(item.owner, other)
 
-    def gone(self, guid: Guid) -> None:
-        """Tell all who were told of ``guid``, which may come again."""
+    def forget(self, guid: Guid) -> None:
+        """Announce that ``guid`` is gone to all that know of it. It may come again."""
         for owners in self._items.values():
             owners.pop(guid, None)
-        self._told.pop(guid, None)
-        for to, told in self._told.items():
-            stale = [item for item in told if item.owner == guid]
+        self._announced.pop(guid, None)
+        for to, announced in self._announced.items():
+            stale = [item for item in announced if item.owner == guid]
             for item in stale:
-                del told[item]
-            if any(item.kind != "gone" for item in stale):
-                self._tell(to, Item(guid, "gone", "", self._me.dds.wire.announcement_bytes))
+                del announced[item]
+            if any(item.kind != ItemKind.GONE for item in stale):
+                self._announce(to, Item(guid, ItemKind.GONE, "",
+                                        self._me.dds.wire.announcement_bytes))
 
-    def _tell(self, to: Guid, item: Item) -> None:
+    def _announce(self, to: Guid, item: Item) -> None:
         remote, me = self._me.remotes.get(to), self._me
         if remote is None:
             return
-        told = self._told.setdefault(to, {})
-        if item in told:
+        announced = self._announced.setdefault(to, {})
+        if item in announced:
             return
-        first = Item(item.owner, "participant", "", self._me.dds.wire.announcement_bytes)
-        if item.owner != me.guid and item.kind != "gone" and first not in told:
-            told[first] = None
+        first = Item(item.owner, ItemKind.PARTICIPANT, "", self._me.dds.wire.announcement_bytes)
+        if item.owner != me.guid and item.kind != ItemKind.GONE and first not in announced:
+            announced[first] = None
             remote.out.append(first)
-        told[item] = None
+        announced[item] = None
         remote.out.append(item)
-        me.endpoints.tell_new(remote)
+        me.endpoints.announce(remote)

@@ -1,17 +1,16 @@
-"""Reliable data: what a writer keeps for each reader, and which of it the reader has.
+"""Reliable data: the samples that a writer keeps for each reader, until the reader has them.
 
-Numbers are counted for each reader, as if each had a writer of its own: one that sends everything
-to everybody has the same ones. What the writer knows comes from acknowledgements alone; that a
-frame is lost only makes a row ``lost``. One that asks for nothing is taken note of when the writer
-next looks at what it keeps. Where acknowledgements are implied, the reader tells the writer without
-a frame, and heartbeats go alone only where a sample is not there soon, or lost.
+Numbers are counted for each reader, as if each had a writer of its own: a writer that sends
+everything to everybody has the same ones. The writer learns by acknowledgements alone; the loss of
+a frame only writes a row ``lost``. An acknowledgement that asks for nothing counts when the writer
+next works with its history.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.middleware.dds import wire
 from desim.middleware.dds.carriers import Beating, Bundling
@@ -23,49 +22,56 @@ from desim.middleware.dds.reader import (
     HELD,
     NO_HEARTBEAT,
     OPEN,
-    Missing,
+    Answer,
     Reader,
-    Sample,
+    ReliableSample,
 )
 from desim.middleware.dds.repetition import Wanted
 from desim.middleware.timers import NEVER, Timer
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
+    from desim.middleware.dds.remote import Guid
     from desim.middleware.dds.writer import Reliable
     from desim.middleware.topics import Message
     from desim.network.carrier import Carrier
     from desim.ports.middleware import Offer, Route
+    from desim.ports.networks import Handle
 
-_SOON_NS = 50_000_000  # well before a heartbeat could overtake it, or a lease end
+# Of an arrival: well before a heartbeat could overtake it (80 ms at least), or a lease end.
+SOON_NS = 50_000_000
+
+# A sample, its train, the first number that the writer still has, and the kind of its heartbeats.
+DataToken = tuple[ReliableSample, wire.SampleTrain, int, int]
 
 
 class ReliableLink:
-    """The writer's side towards one reader, and the carrier of its data.
+    """A writer's end of the link to one reader, and the carrier of its data.
 
     It keeps the last ``depth`` samples that are not acknowledged (0: all); an older one is
     ``overwritten``, unless its frames are still on their way or the reader holds it. Heartbeats
-    ride on samples, and travel alone while something is not acknowledged: a while after the last
+    ride on samples, and travel alone while a sample is not acknowledged: a while after the last
     one, or ``_steady``, whatever rode meanwhile. Large samples are cut in fewer frames as long as
     they arrive soon and nothing gets lost.
     """
 
     socket = "rtps"  # a participant sends all by one
+    read_by: type[Reader] = Reader
 
-    __slots__ = ("guid", "waiting", "heard_ns", "reader", "_dds", "_context", "_kernel", "_params",
-                 "_from", "_from_id", "_receiver", "_to_id", "_to", "_transmit_frame",
+    __slots__ = ("guid", "waiting", "received_ns", "reader", "_dds", "_context", "_kernel",
+                 "_params", "_from", "_from_id", "_receiver", "_to_id", "_to", "_transmit_frame",
                  "_record_frame", "_depth", "_history", "_unacked_bytes",
                  "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
-                 "_beating", "_bundling", "_noted", "_wanted", "_repeating", "_repeat_ns",
-                 "_greeted", "_smooth", "_quick", "_implied", "_steady", "_period_ns", "_riding",
+                 "_beating", "_bundling", "_coming", "_wanted", "_repeating", "_repeat_ns",
+                 "_greeted", "_smooth", "_quick", "_steady", "_period_ns", "_riding",
                  "_trains", "_long_trains")
 
-    def __init__(self, dds: Dds, offer: Offer, writer: Reliable, receiver: int, guid: Any,
-                 medium: Route) -> None:
+    def __init__(self, dds: Dds, offer: Offer, writer: Reliable, receiver: int,
+                 guid: Guid, medium: Route) -> None:
         context, source, topic = dds.context, offer.publisher.host, offer.publisher.topic
         self.guid = guid
         self.waiting = 0  # samples without a fate
-        self.heard_ns = 0  # the reader's acknowledgements, as far as taken note of
+        self.received_ns = 0  # the last acknowledgement that counts so far
         self._dds, self._context, self._params = dds, context, dds.params
         self._kernel = context.kernel
         self._from, self._from_id = source, context.host_ids[source]
@@ -74,25 +80,24 @@ class ReliableLink:
         self._transmit_frame = medium.transmit
         self._record_frame = context.record_frame
         self._depth, self._riding = writer.depth, writer.riding
-        self._history: deque[Sample] = deque()
+        self._history: deque[ReliableSample] = deque()
         self._unacked_bytes = self._last = self._beats = 0
-        self._beat_ns = -dds.params.heartbeat_asks_after_ns  # the first sample asks
+        self._beat_ns: int = -dds.params.heartbeat_asks_after_ns  # the first sample asks
         self._timer = Timer(dds.timers, self._from_id, self._tick)
-        self._implied = dds.params.acks == "implied"
         self._steady = dds.params.heartbeat_rides != "always"
-        self._period_ns = dds.params.heartbeat_period_ns + dds.params.timer_slip_ns
+        self._period_ns: int = dds.params.heartbeat_period_ns + dds.params.timer_slip_ns
         self._trains, self._long_trains = dds.trains, dds.long_trains
         self._smooth = True  # nothing was lost so far
         self._quick = False  # the last large sample was there soon, and nothing was asked for since
-        self._greeted = False  # its first heartbeat is still to come, and it says all
+        self._greeted = False  # its first heartbeat is still to come, which offers all
         self._closed: str | None = None
         self.ends = source, receiver, topic
         self._wanted = Wanted(dds.params, dds.wire)
-        self._repeating: Any = None
+        self._repeating: Handle | None = None
         self._repeat_ns = 0
         self._beating, self._bundling = Beating(self), Bundling(self, dds.wire)
-        self._noted: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
-        self.reader = Reader(self, dds, offer, receiver, medium)
+        self._coming: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
+        self.reader = self.read_by(self, dds, offer, receiver, medium)
         dds.linked(self)
 
     # The writer.
@@ -100,11 +105,11 @@ class ReliableLink:
     def offer(self, message: Message, beats: tuple[bool, ...]) -> None:
         """Send a new sample, with heartbeats on those of its messages."""
         history, params, now_ns = self._history, self._params, message.born_ns
-        if self._noted:
-            self.look(now_ns)
+        if self._coming:
+            self.take_acknowledgements(now_ns)
         self._last = number = self._last + 1
         trains = (self._long_trains if self._quick else self._trains)(message.size_bytes, beats)
-        sample = Sample(message, number, trains[-1].part.stop)
+        sample = ReliableSample(message, number, trains[-1].part.stop)
         self.waiting += 1
         history.append(sample)
         self._unacked_bytes += message.size_bytes
@@ -117,59 +122,61 @@ class ReliableLink:
                 or self._unacked_bytes >= params.high_water_bytes)
         self._beats = 0
         self._beat_ns = now_ns
-        foreseen = self._implied
-        beat = ASKS if asks else FINAL
-        for train in trains:
-            due_ns = self._transmit(sample, train, beat)
-            foreseen = foreseen and due_ns is not None and due_ns - now_ns <= _SOON_NS
-        if self._greeted and not foreseen:
-            self._expect(now_ns + self._period_ns)
+        self._transmit_new(sample, trains, ASKS if asks else FINAL)
 
-    def _transmit(self, sample: Sample, train: wire.Train, beat: int) -> int | None:
+    def _transmit_new(self, sample: ReliableSample, trains: tuple[wire.SampleTrain, ...],
+                      beat: int) -> None:
+        """Send all trains of a new sample, and expect to send a heartbeat."""
+        for train in trains:
+            self._transmit(sample, train, beat)
+        if self._greeted:
+            self._expect(self._beat_ns + self._period_ns)
+
+    def _transmit(self, sample: ReliableSample, train: wire.SampleTrain, beat: int) -> int | None:
         """Send some fragments of a sample; heartbeats that ride on them are of the kind ``beat``.
-        Returns when they will be there, where the medium says."""
+        Returns when they will arrive, where the medium knows."""
         self.leaves(sample, train.chunk.size_bytes)
         return self.send(train.chunk, self, (sample, train, self._history[0].number, beat))
 
-    def leaves(self, sample: Sample, size_bytes: int) -> None:
-        """A frame with some of a sample is sent now."""
+    def leaves(self, sample: ReliableSample, size_bytes: int) -> None:
+        """A frame with fragments of ``sample`` is sent now."""
         sample.sent_ns = self._kernel.now_ns
         sample.flying += 1
         self._record_frame(self._from_id, self._to_id, sample.message.seq, size_bytes)
 
-    def send(self, chunk: wire.Chunk, carrier: Carrier, token: Any) -> int | None:
+    def send(self, chunk: wire.Chunk, carrier: Carrier, token: object) -> int | None:
         """Send a frame to the reader."""
         size_bytes, packets = chunk
         return self._transmit_frame(self._from, self._to, size_bytes, packets, False, carrier,
                                     token)
 
     def _expect(self, due_ns: int) -> None:
-        """A heartbeat of its own then, or a steady one as was said."""
+        """Send a heartbeat alone then, or a steady one when it was due anyhow."""
         if not self._steady or self._timer.deadline_ns == NEVER:
             self._timer.expect(due_ns)
 
     def unacknowledged(self) -> int:
-        """How many samples the reader has not acknowledged."""
-        self.look(self._kernel.now_ns)
+        """The number of samples that the reader has not acknowledged."""
+        self.take_acknowledgements(self._kernel.now_ns)
         return len(self._history)
 
     def first(self) -> int:
-        """Number of the first sample that there is to be had."""
+        """The number of the first sample that it still has."""
         return self._history[0].number if self._history else self._last + 1
 
-    def acknowledged(self, token: tuple[int, Missing, bool], _: int) -> None:
-        """The reader has all before ``base`` and misses fragments of some; or asks what there is.
-        What it asks for more than once until it is repeated is repeated once."""
+    def acknowledged(self, token: Answer, _: int) -> None:
+        """An answer of the reader has arrived. Fragments that it requests more than once until they
+        are repeated are repeated once."""
         base, missing, asks = token
         if self._closed is not None:
             return
         now_ns = self._kernel.now_ns
-        self.look(now_ns)
+        self.take_acknowledgements(now_ns)
         self._acknowledge(now_ns, base)
         if missing:
             self._quick = False
             delay_ns = self._params.nack_response_ns
-            self._wanted.asked(missing)
+            self._wanted.request(missing)
             if delay_ns:
                 self._repeat_in(delay_ns)
             else:
@@ -177,29 +184,22 @@ class ReliableLink:
         elif asks:
             self._beat(self._dds.beat_chunk, DIRECTED)
 
-    def note(self, due_ns: int, base: int) -> None:
-        """The reader has all before ``base``, as it will be heard at ``due_ns``."""
+    def acknowledged_at(self, due_ns: int, base: int) -> None:
+        """An acknowledgement of all before ``base`` will arrive at ``due_ns``."""
         if self._closed is None:
-            self._noted.append((due_ns, base))
+            self._coming.append((due_ns, base))
             if base > self._last and due_ns < self._timer.deadline_ns and not self._steady:
                 self._timer.deadline_ns = NEVER
 
-    def has_all(self, base: int) -> None:
-        """The reader has all before ``base``, and the writer knows, without having heard it."""
-        if self._closed is None:
-            self._release(base)
-            if not self._history:
-                self._timer.deadline_ns = NEVER
-
-    def look(self, now_ns: int) -> None:
-        """Take note of what was heard before ``now_ns``."""
-        noted = self._noted
-        while noted and noted[0][0] < now_ns:
-            self._acknowledge(*noted.popleft())
+    def take_acknowledgements(self, now_ns: int) -> None:
+        """Apply the acknowledgements that have arrived before ``now_ns``."""
+        coming = self._coming
+        while coming and coming[0][0] < now_ns:
+            self._acknowledge(*coming.popleft())
 
     def _acknowledge(self, time_ns: int, base: int) -> None:
-        """The reader was heard at ``time_ns``, and has all before ``base``."""
-        self.heard_ns = time_ns
+        """The reader has acknowledged all before ``base``, at ``time_ns``."""
+        self.received_ns = time_ns
         self._release(base)
 
     def _release(self, base: int) -> None:
@@ -214,7 +214,7 @@ class ReliableLink:
             self._wanted.acknowledged(base)
 
     def _repeat_in(self, delay_ns: int) -> None:
-        """Repeat what is wanted then, or sooner if something will be anyhow."""
+        """Repeat wanted fragments then, or sooner if others are repeated anyhow."""
         due_ns = self._kernel.now_ns + delay_ns
         if self._repeating is not None:
             if self._repeat_ns <= due_ns:
@@ -223,16 +223,17 @@ class ReliableLink:
         self._repeat_ns = due_ns
         self._repeating = self._context.at(due_ns, self._from, self._repeat)
 
-    def _repeat(self, _: Any) -> None:
-        """Send again what was asked for, and a heartbeat at the end; where it is gone, say so."""
+    def _repeat(self, _: object) -> None:
+        """Send requested fragments again, and a heartbeat at the end, or a GAP for those that are
+        gone."""
         if self._repeating is not None:
             self._repeating.cancel()
             self._repeating = None
         if self._closed is not None:
             return
         now_ns = self._kernel.now_ns
-        self.look(now_ns)
-        parts, gone, next_ns = self._wanted.due(self._history, self.first(), now_ns)
+        self.take_acknowledgements(now_ns)
+        parts, gone, next_ns = self._wanted.take(self._history, self.first(), now_ns)
         if parts:
             self._send_again(parts)
             self._beats, self._beat_ns = 0, now_ns
@@ -240,60 +241,61 @@ class ReliableLink:
             self._beat(self._dds.wire.gap(), DIRECTED)
         if next_ns is not None:
             self._repeat_in(next_ns - now_ns)
-        self._watch()
+        self._expect_heartbeat()
 
-    def _send_again(self, parts: list[tuple[Sample, range]]) -> None:
-        """Each fragment of ``parts`` in a message of its own, or whole samples together."""
+    def _send_again(self, parts: list[tuple[ReliableSample, range]]) -> None:
+        """Send each fragment of ``parts`` in a message of its own, or whole samples together."""
         fragment_bytes, cut = self._params.fragment_bytes, self._dds.wire
         beats = iter(self._riding.again([
             min(fragment_bytes, sample.message.size_bytes) for sample, part in parts
             for _ in part]))
-        bundle: list[tuple[Sample, bool]] = []
-        room = cut.bundles_bytes
+        bundle: list[tuple[ReliableSample, bool]] = []
+        left_bytes = cut.bundles_bytes
         for sample, part in parts:
             size_bytes = sample.message.size_bytes
             if cut.bundles_bytes and sample.parts == 1:
-                if size_bytes > room:
+                if size_bytes > left_bytes:
                     self._bundling.send(bundle)
-                    bundle, room = [], cut.bundles_bytes
+                    bundle, left_bytes = [], cut.bundles_bytes
                 bundle.append((sample, next(beats)))
-                room -= size_bytes + wire.BUNDLED_BYTES
+                left_bytes -= size_bytes + wire.BUNDLED_BYTES
                 continue
             train = cut.repetition(size_bytes, fragment_bytes, part,
                                    tuple(next(beats) for _ in part))
             self._transmit(sample, train, DIRECTED)
         self._bundling.send(bundle)
 
-    def _watch(self) -> None:
-        """A heartbeat is due after a while if something is not acknowledged."""
+    def _expect_heartbeat(self) -> None:
+        """Send a heartbeat after a while if a sample is not acknowledged."""
         if self._history and self._greeted:
             self._expect(max(self._next_beat_ns(), self._kernel.now_ns))
 
     def greets(self) -> tuple[int, int]:
-        """Its first heartbeat goes now. Returns the samples that there are, from and to."""
+        """Its first heartbeat goes now. Returns the first and the last number that it offers."""
         now_ns = self._kernel.now_ns
-        self.look(now_ns)
+        self.take_acknowledgements(now_ns)
         self._greeted, self._beat_ns = True, now_ns
-        self._watch()
+        self._expect_heartbeat()
         return self.first(), self._last
 
     def _tick(self) -> None:
-        """A heartbeat is due if there was none meanwhile, and something is not acknowledged."""
+        """Send a heartbeat if there was none meanwhile and a sample is not acknowledged."""
         now_ns = self._kernel.now_ns
-        self.look(now_ns)
+        self.take_acknowledgements(now_ns)
         if not self._history:
             return
         if self._steady or self._next_beat_ns() <= now_ns:
             self._beats += 1
             self._beat(self._dds.beat_chunk, ASKS)
-        self._watch()
+        self._expect_heartbeat()
 
     def _next_beat_ns(self) -> int:
         if self._steady:
             return self._kernel.now_ns + self._period_ns
         params = self._params
-        return self._beat_ns + min(params.heartbeat_limit_ns, params.heartbeat_period_ns
-                                   << min(16, max(0, self._beats - 2)))
+        delay_ns: int = min(params.heartbeat_limit_ns, params.heartbeat_period_ns
+                            << min(16, max(0, self._beats - 2)))
+        return self._beat_ns + delay_ns
 
     def _beat(self, chunk: wire.Chunk, beat: int) -> None:
         context = self._context
@@ -308,10 +310,6 @@ class ReliableLink:
         if self._closed is None:
             self.reader.joined()
 
-    def forgotten(self) -> None:
-        """The reader's host has stopped, and what the reader held is gone."""
-        self.reader.drop("host_down")
-
     def close(self, reason: str) -> None:
         """Drop what waits. Frames that are on their way meet their own fate."""
         self._dds.unlinked(self)
@@ -325,40 +323,37 @@ class ReliableLink:
 
     # Fates.
 
-    def settle(self, sample: Sample, reason: str) -> None:
-        """If nothing can bring ``sample`` to the reader any more, it is dropped."""
+    def settle(self, sample: ReliableSample, reason: str) -> None:
+        """Drop ``sample`` if nothing can bring it to the reader any more."""
         if not (sample.kept or sample.flying or sample.state):
             sample.state = DONE
             self.waiting -= 1
             self._context.drop(sample.message, self._receiver, reason, sample.message.born_ns,
                              sample.sent_ns)
 
-    def arrived(self, token: tuple[Sample, wire.Train, int, int], receiver: int) -> None:
+    def arrived(self, token: DataToken, receiver: int) -> None:
         sample, train, first, beat = token
         if self._smooth and sample.message.size_bytes > wire.TRAIN_BYTES:
-            self._quick = self._kernel.now_ns - sample.sent_ns < _SOON_NS
-        self.came(sample, train.part, first, beat if train.beats else NO_HEARTBEAT)
+            self._quick = self._kernel.now_ns - sample.sent_ns < SOON_NS
+        self.received(sample, train.part, first, beat if train.beats else NO_HEARTBEAT)
 
-    def came(self, sample: Sample, part: range, first: int, beat: int) -> None:
-        """``part`` of a sample is there, with a heartbeat of this kind."""
+    def received(self, sample: ReliableSample, part: range, first: int, beat: int) -> None:
+        """``part`` of a sample has arrived, with a heartbeat of this kind."""
         sample.flying -= 1
         if self._closed == "link_closed" or not self.reader.take(sample, part, first, beat):
-            self._looked_at(sample, "unmatched")
+            self._after_arrival(sample, "unmatched")
         else:
-            self._looked_at(sample, "overwritten")
+            self._after_arrival(sample, "overwritten")
 
-    def _looked_at(self, sample: Sample, reason: str) -> None:
-        """The reader has seen what came of ``sample``: if it is of no use, for ``reason``."""
+    def _after_arrival(self, sample: ReliableSample, reason: str) -> None:
+        """The reader has taken some of ``sample``: drop it for ``reason`` if that was of no use."""
         closed = self._closed
         if sample.state == OPEN:
             self.settle(sample, closed or reason)
         elif closed and sample.state == HELD:
             self.reader.drop(closed)  # nobody will bring what it waits for
-        if self._implied:  # if it is still kept, something is missing
-            self._watch()
 
-    def arrived_in_part(self, token: tuple[Sample, wire.Train, int, int], receiver: int,
-                        lost: dict[int, str]) -> None:
+    def arrived_in_part(self, token: DataToken, receiver: int, lost: dict[int, str]) -> None:
         """A message is lost with any IP packet of it, and a heartbeat with its message."""
         sample, train, first, beat = token
         whole = train.without(lost)
@@ -366,29 +361,30 @@ class ReliableLink:
             self.lost(token, receiver, next(iter(lost.values())))
             return
         sample.flying -= 1
-        self._note_loss(sample, lost.values())
+        self._record_loss(sample, lost.values())
         for _, part, beats in whole:
             if not self.reader.take(sample, part, first, beat if beats else NO_HEARTBEAT):
-                self._looked_at(sample, "unmatched")
+                self._after_arrival(sample, "unmatched")
                 return
-        self._looked_at(sample, "overwritten")
+        self._after_arrival(sample, "overwritten")
 
-    def lost(self, token: tuple[Sample, wire.Train, int, int], receiver: int, reason: str) -> None:
-        self.went_missing(token[0], reason)
+    def lost(self, token: DataToken, receiver: int, reason: str) -> None:
+        self.lose(token[0], reason)
 
-    def went_missing(self, sample: Sample, reason: str) -> None:
-        """Some of a sample will not come."""
+    def lose(self, sample: ReliableSample, reason: str) -> None:
+        """A frame with fragments of ``sample`` is lost."""
         sample.flying -= 1
-        self._note_loss(sample, (reason,))
+        self._record_loss(sample, (reason,))
         self.settle(sample, reason if self._closed else "overwritten")
-        if self._implied and self._closed is None:
-            self._watch()
 
-    def _note_loss(self, sample: Sample, reasons: Iterable[str]) -> None:
+    def _record_loss(self, sample: ReliableSample, reasons: Iterable[str]) -> None:
         self._smooth = self._quick = False
         for reason in dict.fromkeys(reasons):
             self._context.record_loss(self._from, self._receiver, sample.message.seq, reason)
 
-    def repeated(self, token: tuple[Sample, wire.Train, int, int], receiver: int) -> None:
-        """A reader knows by its number what it has already, and throws it away."""
-        self._context.repeat(token[0].message, self._receiver)
+    def repeated(self, token: DataToken, receiver: int) -> None:
+        self.discard_copy(token[0])
+
+    def discard_copy(self, sample: ReliableSample) -> None:
+        """The reader recognises a sample that it has already by its number, and discards it."""
+        self._context.repeat(sample.message, self._receiver)

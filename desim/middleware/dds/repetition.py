@@ -1,4 +1,4 @@
-"""What a reader wants again, and when it gets it."""
+"""The requests of a reader, and when they are met."""
 
 from __future__ import annotations
 
@@ -9,47 +9,48 @@ from desim.middleware.dds import wire
 
 if TYPE_CHECKING:
     from desim.middleware.dds.parameters import DdsParams
-    from desim.middleware.dds.reader import Missing, Sample
+    from desim.middleware.dds.reader import Missing, ReliableSample
 
 
-class Due(NamedTuple):
-    """``parts`` of samples to send now, each in a frame; whether some are ``gone``; when there
-    will be more, if nothing changes (None: never)."""
+class Repetition(NamedTuple):
+    """``parts`` of samples to send now, each in a frame; whether some are ``gone``; when more are
+    due, if nothing changes (None: never)."""
 
-    parts: list[tuple[Sample, range]]
+    parts: list[tuple[ReliableSample, range]]
     gone: bool
     next_ns: int | None
 
 
 class Wanted:
-    """The last request of one reader; ``missing`` is what of it was not sent since then.
+    """The last request of one reader; ``missing`` are the fragments that were not sent since then.
 
-    A request that was on its way when a fragment was sent again says nothing of it, and how long
-    that takes grows with what waits in a medium. So the pause after a repetition of the same
-    fragment doubles each time.
+    A request that was on its way when a fragment was sent again tells nothing of that, and the way
+    takes longer the more waits in a medium. So the pause after a repetition of the same fragment
+    doubles each time.
     """
 
     __slots__ = ("_pause_ns", "_most_ns", "_fragment_bytes", "_message", "_cut", "missing")
 
-    def __init__(self, params: DdsParams, cut: wire.Wire) -> None:
+    def __init__(self, params: DdsParams, cut: wire.RtpsDialect) -> None:
         self._pause_ns, self._most_ns = params.nack_suppression_ns, params.heartbeat_limit_ns
         self._fragment_bytes, self._message = params.fragment_bytes, params.message_fragments
         self._cut = cut
         self.missing: dict[int, tuple[int, ...]] = {}
 
-    def asked(self, missing: Missing) -> None:
+    def request(self, missing: Missing) -> None:
         self.missing = dict(missing)
 
     def acknowledged(self, base: int) -> None:
-        """It has all before ``base``."""
+        """The reader has all before ``base``."""
         self.missing = {number: indices for number, indices in self.missing.items()
                         if number >= base}
 
-    def due(self, history: deque[Sample], first: int, now_ns: int) -> Due:
-        """What to send now of ``history``, which begins with number ``first``. A sample of several
-        messages of which the reader has nothing goes in trains once, all else by fragments."""
+    def take(self, history: deque[ReliableSample], first: int, now_ns: int) -> Repetition:
+        """Take the fragments of ``history``, which begins with number ``first``, that are to be
+        sent now. A sample of several messages of which the reader has nothing goes in trains once,
+        all others by fragments."""
         missing, self.missing = self.missing, {}
-        parts: list[tuple[Sample, range]] = []
+        parts: list[tuple[ReliableSample, range]] = []
         next_ns = None
         for number in sorted(missing):
             if not first <= number < first + len(history):
@@ -73,9 +74,9 @@ class Wanted:
                     parts.append((sample, range(index, index + 1)))
             if waits:
                 self.missing[number] = tuple(waits)
-        return Due(parts, any(number < first for number in missing), next_ns)
+        return Repetition(parts, any(number < first for number in missing), next_ns)
 
     def _after(self, now_ns: int, pause_ns: int) -> tuple[int, int]:
-        """Until when there is a pause, and how long that is, after one of ``pause_ns``."""
+        """The end and the length of the pause that follows one of ``pause_ns``."""
         pause_ns = min(self._most_ns, 2 * pause_ns) or self._pause_ns
         return now_ns + pause_ns, pause_ns

@@ -1,4 +1,4 @@
-"""On which messages of a writer a heartbeat rides."""
+"""The choice of the messages of a writer on which a heartbeat rides."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Protocol
 
 
 class Riding(Protocol):
-    """``new`` is asked about the messages of a sample that is new, of so many bytes each, ``again``
-    about those that are sent once more."""
+    """Chooses for each message, given by its bytes, whether a heartbeat rides on it: ``new`` for
+    those of a new sample, ``again`` for those that are sent once more."""
 
     def new(self, sizes: Sequence[int]) -> tuple[bool, ...]: ...
 
@@ -17,7 +17,7 @@ class Riding(Protocol):
 
 
 class Always:
-    """On the last message of each sample, and of what is sent once more (Cyclone DDS)."""
+    """A heartbeat on the last message of each sample, and of each repetition (Cyclone DDS)."""
 
     def new(self, sizes: Sequence[int]) -> tuple[bool, ...]:
         return _last(len(sizes))
@@ -31,11 +31,11 @@ def _last(count: int) -> tuple[bool, ...]:
 
 
 class Spent:
-    """What a writer of Fast DDS may still send without a heartbeat, of ``limit_bytes``.
+    """The bytes that a writer of Fast DDS may still send without a heartbeat, of ``limit_bytes``.
 
     As in Fast DDS 2.9.1 (StatefulWriter.cpp, send_heartbeat_piggyback_nts_): behind each message it
-    takes off what its sender has sent *so far*. For a new sample that is the sample up to there;
-    what is repeated has one sender for a whole participant, which counts since its start.
+    takes off all that its sender has sent *so far*. For a new sample that is the sample up to
+    there; repetitions have one sender for a whole participant, which counts since its start.
     """
 
     def __init__(self, limit_bytes: int) -> None:
@@ -51,15 +51,15 @@ class Spent:
 
 
 class Resent:
-    """Bytes that a participant has sent once more since its start."""
+    """The bytes that a participant has sent once more since its start."""
 
     def __init__(self) -> None:
         self.bytes = 0
 
 
 class WhenFull:
-    """On each message while the writer's history is full, else now and then (Fast DDS). ``full``
-    says whether it is, with so many samples more."""
+    """A heartbeat on each message while the writer's history is full, else now and then (Fast DDS).
+    ``full(count)``: whether it is full with ``count`` samples more."""
 
     def __init__(self, full: Callable[[int], bool], limit_bytes: int, resent: Resent) -> None:
         self._full, self._spent, self._resent = full, Spent(limit_bytes), resent
@@ -67,7 +67,8 @@ class WhenFull:
     def new(self, sizes: Sequence[int]) -> tuple[bool, ...]:
         if self._full(1):
             return (True,) * len(sizes)
-        so_far, out = 0, []
+        so_far = 0
+        out: list[bool] = []
         for size in sizes:
             so_far += size
             out.append(self._spent.over(so_far))

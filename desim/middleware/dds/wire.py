@@ -1,4 +1,4 @@
-"""How many bytes DDS says things in: RTPS 2.x messages over UDP over Ethernet.
+"""The bytes of DDS on the wire: RTPS 2.x messages over UDP over Ethernet.
 
 Lengths of submessages are those of the RTPS specification, with their 4 B headers. What differs
 between implementations is read off packets (see docs/middleware/dds.md): ``CYCLONEDDS`` 11.0.1 and
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 UDP_BYTES = 14 + 4 + 20 + 8  # Ethernet, its check sequence, IP, UDP
 FRAGMENT_BYTES = 14 + 4 + 20  # around each further IP fragment of a datagram
@@ -50,44 +50,54 @@ class Chunk(NamedTuple):
 
 
 class Letter(NamedTuple):
-    """A message of discovery, and how many endpoints it tells of."""
+    """A message of discovery, and the number of its items."""
 
     chunk: Chunk
-    told: int
+    items: int
 
 
-class Told(NamedTuple):
-    """A DATA that announces an endpoint: of which kind, ``writer`` or ``reader``; how many B; and
-    of which topic, if everybody has such an endpoint."""
+class EndpointAnnouncement(NamedTuple):
+    """A DATA that announces an endpoint: its kind, ``writer`` or ``reader``; its bytes; and its
+    topic, if every node has such an endpoint."""
 
     kind: str
     size_bytes: int
     shared: str = ""
 
 
-def is_reader(told: Told) -> bool:
-    """Whether the writer of subscriptions says it, and not the one of publications."""
-    return told.kind.endswith("reader")
+class Announced(Protocol):
+    """An endpoint that is announced."""
+
+    @property
+    def kind(self) -> str: ...
+
+    @property
+    def size_bytes(self) -> int: ...
 
 
-class Message(NamedTuple):
-    """One UDP message of a sample: its IP packets, which fragments it carries, and whether a
-    heartbeat rides on it."""
+def is_reader(item: Announced) -> bool:
+    """Whether the writer of subscriptions announces it, not the one of publications."""
+    return item.kind.endswith("reader")
+
+
+class DdsMessage(NamedTuple):
+    """One UDP message of a sample: its IP packets, the fragments in it, and whether a heartbeat
+    rides on it."""
 
     packets: int
     part: range
     beats: bool
 
 
-class Train(NamedTuple):
-    """Messages of a sample in one frame, and which fragments they carry together."""
+class SampleTrain(NamedTuple):
+    """Messages of a sample in one frame, and the fragments in them."""
 
     part: range
     chunk: Chunk
-    messages: tuple[Message, ...]
+    messages: tuple[DdsMessage, ...]
     beats: bool  # on any of them
 
-    def without(self, lost: Collection[int]) -> list[Message]:
+    def without(self, lost: Collection[int]) -> list[DdsMessage]:
         """The messages that are whole where these packets of the train are lost."""
         whole, start = [], 0
         for message in self.messages:
@@ -104,16 +114,17 @@ def together(chunks: Iterable[Chunk]) -> Chunk:
 
 
 @dataclass(frozen=True)
-class Wire:
+class RtpsDialect:
     """The dialect of one implementation.
 
-    A DATA that announces a participant has ``announcement_bytes``, one that announces a writer or a
-    reader so many and its names, and its ``qualities`` where only those are told that are not
-    default. A ``trailer`` stands behind each message. ``apart``: each heartbeat and acknowledgement
-    of discovery is a message of its own, as many as there are ``built_in_writers``. A sample begins
-    with an ``address``; a heartbeat of fragments follows all its messages but the last; a reader
-    asks for fragments of ``several`` samples in one message; whole samples that are repeated go
-    together in messages of up to ``bundles_bytes`` (0: each alone).
+    A DATA that announces a participant has ``announcement_bytes``. One that announces a writer or a
+    reader has its base bytes and its names; with ``qualities``, those of its qualities of service
+    that are not default come on top. ``trailer_bytes`` follow each message. ``apart``: each
+    heartbeat and acknowledgement of discovery is a message of its own; there are as many as
+    ``built_in_writers``. ``address_bytes`` precede each sample. ``fragment_beat_bytes`` follow all
+    of its messages but the last. ``several_nack_frags``: a reader asks for fragments of several
+    samples in one message. Whole samples that are repeated go together in messages of up to
+    ``bundles_bytes`` (0: each alone).
     """
 
     announcement_bytes: int
@@ -129,14 +140,14 @@ class Wire:
     bundles_bytes: int
 
     def udp(self, rtps_bytes: int) -> Chunk:
-        """An RTPS message of so many bytes. What does not fit one packet is cut by IP."""
+        """An RTPS message of so many bytes. IP cuts it if it does not fit one packet."""
         size_bytes = rtps_bytes + self.trailer_bytes
         packets = -(-(size_bytes + 8) // IP_PAYLOAD_BYTES)
         return Chunk(size_bytes + UDP_BYTES + (packets - 1) * FRAGMENT_BYTES, packets)
 
     @property
     def head_bytes(self) -> int:
-        """Of a message without what it says."""
+        """The bytes of a message without any submessage."""
         return HEADER_BYTES + self.trailer_bytes
 
     # Samples.
@@ -148,19 +159,20 @@ class Wire:
         head = HEADER_BYTES + self.address_bytes
         if payload <= fragment_bytes:
             return (head + TIME_BYTES + DATA_BYTES + payload,)
-        whole, out = most * fragment_bytes, []
+        whole = most * fragment_bytes
+        out: list[int] = []
         while payload > 0:
             part = min(payload, whole)
             payload -= part
-            timed = self.address_bytes or not out  # each message to one reader says the time again
+            timed = self.address_bytes or not out  # each message to one reader repeats the time
             out.append(head + TIME_BYTES * bool(timed) + DATA_FRAG_BYTES + part)
         return tuple(out)
 
     def trains(self, size_bytes: int, fragment_bytes: int, most: int, beats: Sequence[bool],
-               train_bytes: int = TRAIN_BYTES) -> tuple[Train, ...]:
-        """``messages`` as frames of up to ``train_bytes``; ``beats``: on which a heartbeat rides
-        (none: nobody answers any)."""
-        out: list[Train] = []
+               train_bytes: int = TRAIN_BYTES) -> tuple[SampleTrain, ...]:
+        """``messages`` as frames of up to ``train_bytes``. ``beats``: whether a heartbeat rides on
+        each (empty: on none)."""
+        out: list[SampleTrain] = []
         last = fragments(size_bytes, fragment_bytes)
         lengths = self.messages(size_bytes, fragment_bytes, most)
         for k, length in enumerate(lengths):
@@ -170,19 +182,19 @@ class Wire:
                 more += self.fragment_beat_bytes
             chunk = self.udp(length + more)
             part = range(k * most, min(last, (k + 1) * most))
-            message = Message(chunk.packets, part, rides)
+            message = DdsMessage(chunk.packets, part, rides)
             if out and out[-1].chunk.size_bytes + chunk.size_bytes <= train_bytes:
                 before = out.pop()
-                out.append(Train(range(before.part.start, part.stop),
+                out.append(SampleTrain(range(before.part.start, part.stop),
                                  together((before.chunk, chunk)), (*before.messages, message),
                                  before.beats or rides))
             else:
-                out.append(Train(part, chunk, (message,), rides))
+                out.append(SampleTrain(part, chunk, (message,), rides))
         return tuple(out)
 
     def repetition(self, size_bytes: int, fragment_bytes: int, part: range, beats: Sequence[bool]
-                   ) -> Train:
-        """``part`` of the fragments of a sample, counted from 0, each in a message of its own."""
+                   ) -> SampleTrain:
+        """The fragments ``part`` of a sample, counted from 0, each in a message of its own."""
         payload = size_bytes + ENCAPSULATION_BYTES
         head = HEADER_BYTES + TO_BYTES + (DATA_BYTES if payload <= fragment_bytes
                                           else DATA_FRAG_BYTES)
@@ -192,11 +204,11 @@ class Wire:
             chunk = self.udp(head + TIME_BYTES * bool(timed) + HEARTBEAT_BYTES * rides
                              + min(fragment_bytes, payload - index * fragment_bytes))
             chunks.append(chunk)
-            messages.append(Message(chunk.packets, range(index, index + 1), rides))
-        return Train(part, together(chunks), tuple(messages), any(beats))
+            messages.append(DdsMessage(chunk.packets, range(index, index + 1), rides))
+        return SampleTrain(part, together(chunks), tuple(messages), any(beats))
 
     def bundle(self, sizes: Sequence[int], beats: int) -> Chunk:
-        """Whole samples of these sizes in one message, with so many heartbeats."""
+        """One message of whole samples of these sizes, with so many heartbeats."""
         return self.udp(HEADER_BYTES + TO_BYTES + beats * HEARTBEAT_BYTES
                         + sum(TIME_BYTES + DATA_BYTES + ENCAPSULATION_BYTES + size
                               for size in sizes))
@@ -213,21 +225,21 @@ class Wire:
         return (self.reader_base_bytes + _padded(topic) + _padded(type_name)
                 + quality * self.qualities)
 
-    def built_in_endpoints(self, host: str) -> list[Told]:
-        """The endpoints that a ROS 2 node has anyway, in the order of making."""
+    def built_in_endpoints(self, host: str) -> list[EndpointAnnouncement]:
+        """The endpoints that every ROS 2 node has, in the order of their creation."""
         writer, reader = self.writer_bytes, self.reader_bytes
-        out = [Told("writer", writer(*_INFO, LATCHED), "info"),
-               Told("reader", reader(*_INFO, QUEUED + LATCHED), "info"),
-               Told("writer", writer(*_LOG, QUEUED + LATCHED)),
-               Told("writer", writer(*_EVENTS, QUEUED), "events"),
-               Told("reader", reader(*_EVENTS, QUEUED), "events")]
+        out = [EndpointAnnouncement("writer", writer(*_INFO, LATCHED), "info"),
+               EndpointAnnouncement("reader", reader(*_INFO, QUEUED + LATCHED), "info"),
+               EndpointAnnouncement("writer", writer(*_LOG, QUEUED + LATCHED)),
+               EndpointAnnouncement("writer", writer(*_EVENTS, QUEUED), "events"),
+               EndpointAnnouncement("reader", reader(*_EVENTS, QUEUED), "events")]
         for service in _SERVICES:
             snake = "".join(f"_{letter.lower()}" if letter.isupper() else letter
                             for letter in service)
-            out += [Told("reader", reader(f"rq/{host}/{snake[1:]}Request",
+            out += [EndpointAnnouncement("reader", reader(f"rq/{host}/{snake[1:]}Request",
                                           f"rcl_interfaces::srv::dds_::{service}_Request_",
                                           QUEUED)),
-                    Told("writer", writer(f"rr/{host}/{snake[1:]}Reply",
+                    EndpointAnnouncement("writer", writer(f"rr/{host}/{snake[1:]}Reply",
                                           f"rcl_interfaces::srv::dds_::{service}_Response_",
                                           QUEUED))]
         return out
@@ -238,7 +250,7 @@ class Wire:
         return self.udp(HEADER_BYTES + to + times * (TIME_BYTES + self.announcement_bytes))
 
     def _control(self, submessages: int, each_bytes: int, more_bytes: int = 0) -> Chunk:
-        """So many heartbeats or acknowledgements to one participant."""
+        """So many heartbeats or acknowledgements for one participant."""
         head = HEADER_BYTES + TO_BYTES
         if not self.apart:
             return self.udp(head + submessages * each_bytes + more_bytes)
@@ -246,15 +258,16 @@ class Wire:
         return together([first, *[self.udp(head + each_bytes)] * (submessages - 1)])
 
     def heartbeats(self, writers: int) -> Chunk:
-        """Of so many writers, to one participant."""
+        """Heartbeats of so many writers for one participant."""
         return self._control(writers, HEARTBEAT_BYTES)
 
     def heartbeat_to_all(self) -> Chunk:
-        """Of one writer, to nobody in particular."""
+        """The heartbeat of one writer for nobody in particular."""
         return self.udp(HEADER_BYTES + HEARTBEAT_BYTES)
 
     def acknacks(self, readers: int, asked: int = 0, fragments: Sequence[int] = ()) -> Chunk:
-        """``asked``: numbers that are asked for; ``fragments``: those of each sample more."""
+        """Acknowledgements of so many readers that request ``asked`` whole samples, and of further
+        samples so many ``fragments`` each."""
         parts = sum(NACK_FRAG_BYTES - (-count // 32) * 4 for count in fragments)
         return self._control(readers, ACKNACK_BYTES, -(-asked // 32) * 4 + parts)
 
@@ -263,58 +276,58 @@ class Wire:
         return self.udp(HEADER_BYTES + TO_BYTES + GAP_BYTES + HEARTBEAT_BYTES)
 
     def liveliness(self) -> Chunk:
-        """A message that says nothing else, and asks for an answer."""
+        """An assertion of liveliness, with a heartbeat that asks for an answer."""
         return self.udp(HEADER_BYTES + TIME_BYTES + LIVELINESS_BYTES + HEARTBEAT_BYTES)
 
-    def new_endpoints(self, told: Sequence[Told], addressed: bool) -> list[Letter]:
+    def new_endpoints(self, items: Sequence[Announced], addressed: bool) -> list[Letter]:
         """SEDP: each in a message of its own, which may be ``addressed`` to one participant."""
         head = HEADER_BYTES + TO_BYTES * addressed + TIME_BYTES
-        return [Letter(self.udp(head + each.size_bytes), 1) for each in told]
+        return [Letter(self.udp(head + item.size_bytes), 1) for item in items]
 
-    def known_endpoints(self, told: Sequence[Told], message_bytes: int, beats: bool
+    def known_endpoints(self, items: Sequence[Announced], message_bytes: int, beats: bool
                         ) -> list[Letter]:
-        """SEDP: what one participant asks for, as many in each message as fit ``message_bytes``;
-        ``beats``: the heartbeats of both writers ride on the last one. Where messages are apart,
-        those of writers and of readers are, and ``told`` is in this order."""
+        """SEDP: the items that one participant has requested, as many in each message as fit
+        ``message_bytes``; ``beats``: the heartbeats of both writers ride on the last one. Where
+        messages are apart, those of writers and of readers are; ``items`` are in this order."""
         sizes: list[int] = []
         counts: list[int] = []
-        room, before = 0, None
-        for each in told:
-            need = TIME_BYTES + each.size_bytes
-            if need > room or (self.apart and before != is_reader(each)):
+        left_bytes, before = 0, None
+        for item in items:
+            need = TIME_BYTES + item.size_bytes
+            if need > left_bytes or (self.apart and before != is_reader(item)):
                 sizes.append(HEADER_BYTES + TO_BYTES)
                 counts.append(0)
-                room = message_bytes - sizes[-1]
-            before = is_reader(each)
+                left_bytes = message_bytes - sizes[-1]
+            before = is_reader(item)
             sizes[-1] += need
             counts[-1] += 1
-            room -= need
+            left_bytes -= need
         sizes[-1] += 2 * HEARTBEAT_BYTES * beats
         return [Letter(self.udp(size), count) for size, count in zip(sizes, counts, strict=True)]
 
 
 def fragments(size_bytes: int, fragment_bytes: int) -> int:
-    """How many fragments a sample has."""
+    """The number of fragments of a sample."""
     return -(-(size_bytes + ENCAPSULATION_BYTES) // fragment_bytes)
 
 
 def _padded(name: str) -> int:
-    """A string of CDR: its characters and a NUL, up to a multiple of 4."""
+    """The bytes of a string in CDR: its characters and a NUL, up to a multiple of 4."""
     return (len(name) + 4) // 4 * 4
 
 
-# Measured: a ROS 2 node's 17 endpoints, AllowMulticast spdp. Best effort need not be said, so that
-# a reader takes 28 B more; built-in writers: publications, subscriptions, liveliness, type look-up
+# Measured: a ROS 2 node's 17 endpoints, AllowMulticast spdp. Best effort is the default, so that a
+# reader takes 28 B more; built-in writers: publications, subscriptions, liveliness, type look-up
 # and its replies.
-CYCLONEDDS = Wire(announcement_bytes=304, writer_base_bytes=196, reader_base_bytes=224,
+CYCLONEDDS = RtpsDialect(announcement_bytes=304, writer_base_bytes=196, reader_base_bytes=224,
                   qualities=True, trailer_bytes=0, built_in_writers=5, apart=False,
                   address_bytes=0, fragment_beat_bytes=HEARTBEAT_FRAG_BYTES,
                   several_nack_frags=False, bundles_bytes=0)
 # Its announcement names multicast addresses, too, where it uses them for everything.
 CYCLONEDDS_MULTICAST = replace(CYCLONEDDS, announcement_bytes=360)
-# Measured: all qualities are always told; behind each message stands the submessage 0x80 of the
-# statistics module.
-FASTDDS = Wire(announcement_bytes=356, writer_base_bytes=340, reader_base_bytes=340,
+# Measured: it always announces all qualities; the submessage 0x80 of the statistics module follows
+# each message.
+FASTDDS = RtpsDialect(announcement_bytes=356, writer_base_bytes=340, reader_base_bytes=340,
                qualities=False, trailer_bytes=60, built_in_writers=3, apart=True,
                address_bytes=TO_BYTES, fragment_beat_bytes=0,
                several_nack_frags=True, bundles_bytes=65_000)

@@ -1,9 +1,10 @@
-"""A reliable writer: what it says goes to each reader over a link of its own."""
+"""A reliable writer: its samples go to each reader over a link of its own."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from desim.middleware.dds.implied import ImpliedLink
 from desim.middleware.dds.reader import DIRECTED
 from desim.middleware.dds.reliable import ReliableLink
 from desim.middleware.dds.riding import Always, Riding, WhenFull
@@ -14,8 +15,8 @@ if TYPE_CHECKING:
     from desim.ports.middleware import Offer
 
 
-def _nothing(*_: Any) -> None:
-    """What a reader notes of a heartbeat that is for another one."""
+def _ignore(*_: object) -> None:
+    """A reader ignores a heartbeat that is for another one."""
 
 
 class Reliable:
@@ -28,34 +29,37 @@ class Reliable:
         params = dds.params
         self.depth = offer.queue if params.depth is None else params.depth
         self._written = 0
+        self._link_type = ImpliedLink if params.acks == "implied" else ReliableLink
         self.riding: Riding = Always()
         if params.heartbeat_rides != "always":
             full = self._many_written if params.heartbeat_rides == "written" else self._many_wait
             self.riding = WhenFull(full, params.heartbeat_after_bytes or 1 << 62,
                                    dds.participants[self._host].resent)
-        self._asked = False  # its publisher has, whom it leads to
+        self._connected = False  # its publisher has connected it
         self._fresh: list[int] = []
         self._links: dict[int, ReliableLink] = {}
         self._closed: list[ReliableLink] = []  # with frames that are still on their way
         self._unrouted: list[int] = []
 
     def connect(self, receivers: list[int]) -> list[int]:
-        self._asked = True
+        self._connected = True
         self._lead_to(receivers)
         fresh, self._fresh = self._fresh, []
         return [receiver for receiver in fresh if receiver in self._links]
 
     def matches(self) -> None:
-        """It greets those that it matches before anything is published."""
-        if not self._asked:
+        """Greet the readers that it matches before anything is published."""
+        if not self._connected:
             ends = self._dds.subscribers(self._offer.publisher)
             self._lead_to([end.host for end in ends if end.host != self._host])
 
     def _lead_to(self, receivers: list[int]) -> None:
-        """New links are to participants that were not known before, a host's new life too."""
+        """Lead to the readers on ``receivers``. A new participant, as a host's new life is, gets a
+        new link."""
         dds, old = self._dds, self._links
         context = dds.context
-        self._links, self._unrouted, new = {}, [], {}
+        self._links, self._unrouted = {}, []
+        new: dict[int, ReliableLink] = {}
         for receiver in receivers:
             medium = context.route(self._host, receiver)
             if medium is None:
@@ -64,7 +68,7 @@ class Reliable:
             guid = dds.reader(self._host, receiver, self._topic)
             link = old.get(receiver)
             if link is None or link.guid != guid:
-                link = ReliableLink(dds, self._offer, self, receiver, guid, medium)
+                link = self._link_type(dds, self._offer, self, receiver, guid, medium)
                 self._fresh.append(receiver)
                 new[receiver] = link
             self._links[receiver] = link
@@ -78,7 +82,7 @@ class Reliable:
                        new)
 
     def _greet(self, new: dict[int, ReliableLink]) -> None:
-        """The first heartbeat to readers that are new."""
+        """Send the first heartbeat to readers that are new."""
         dds, links = self._dds, self._links
         now = {receiver: (link, *link.greets()) for receiver, link in new.items()
                if links.get(receiver) is link}
@@ -90,12 +94,12 @@ class Reliable:
             multicast = dds.params.allow_multicast == "all"
         dds.context.send("heartbeat", self._host, to, chunk.size_bytes, self._greeted, now,
                          multicast=multicast,
-                         in_advance=lambda receiver: None if receiver in now else _nothing)
+                         in_advance=lambda receiver: None if receiver in now else _ignore)
 
     def _greeted(self, now: dict[int, tuple[ReliableLink, int, int]], receiver: int) -> None:
         if receiver in now:
             link, first, last = now[receiver]
-            link.reader.offered(first, last, DIRECTED)
+            link.reader.heartbeat(first, last, DIRECTED)
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
         links = self._links
@@ -109,10 +113,10 @@ class Reliable:
             for receiver in self._unrouted:
                 self._dds.context.drop(message, receiver, "no_route")
 
-    # When its history is full.
+    # Whether its history is full, with ``coming`` samples more.
 
     def _many_written(self, coming: int) -> bool:
-        """It keeps what was acknowledged, too."""
+        """It keeps acknowledged samples, too."""
         return 0 < self.depth <= self._written + coming
 
     def _many_wait(self, coming: int) -> bool:

@@ -8,7 +8,7 @@ from desim.middleware.multimaster.discovery import Beat, Discovery
 from desim.middleware.multimaster.parameters import MultimasterParams
 from desim.middleware.multimaster.sync import Sync, multicall
 from desim.middleware.ros.processes import Processes
-from desim.middleware.ros.xmlrpc import Call
+from desim.middleware.ros.xmlrpc import XmlRpcCall
 from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
 
 
@@ -40,7 +40,7 @@ class Multimaster:
         if up:
             sync = self._syncs[host] = Sync(self.processes, self._params, host)
             sync.discovery = self.discoveries[host] = Discovery(
-                self.processes, self._params, host, sync.told, self._hear)
+                self.processes, self._params, host, sync.notify, self._receive)
             self.processes.rpc.serve(host, "monitor", self._serve)
 
     def advertise(self, offer: Offer) -> None:
@@ -55,10 +55,10 @@ class Multimaster:
     def transport(self, offer: Offer) -> Transport:
         return self.processes.transport(offer)
 
-    def _hear(self, beat: Beat, host: int) -> None:
-        self.discoveries[host].heard(beat)
+    def _receive(self, beat: Beat, host: int) -> None:
+        self.discoveries[host].receive(beat)
 
-    def _serve(self, call: Call) -> None:
+    def _serve(self, call: XmlRpcCall) -> None:
         """Discovery's XML-RPC server."""
         if call.request[0] == "masterContacts":
             self.discoveries[call.server].serve(call)

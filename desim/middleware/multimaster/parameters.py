@@ -1,9 +1,9 @@
-"""What multimaster_fkie does when, as parameters: as in the paper's time or as it is now."""
+"""The parameters of multimaster_fkie: as in the paper's time, or as it is now."""
 
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
@@ -79,7 +79,7 @@ class MultimasterParams(RosParams):
 
     @model_validator(mode="before")
     @classmethod
-    def _filled(cls, given: Any) -> Any:
+    def _filled(cls, given: object) -> object:
         return filled(given, "preset", "fkie_1_3_groovy", PRESETS)
 
     @model_validator(mode="after")
@@ -90,9 +90,9 @@ class MultimasterParams(RosParams):
         return self
 
 
-class Watch(NamedTuple):
-    """How discovery meets and watches others: whether the heartbeats, at the rate that they tell,
-    are quick enough to be ``counted``, and how many are ``expected`` in a window."""
+class DiscoveryTiming(NamedTuple):
+    """The times of discovery. ``counted``: heartbeats are quick enough to be counted, at the rate
+    that they announce; ``expected``: the number of them in a window."""
 
     heartbeat_ns: int
     counted: bool
@@ -103,11 +103,12 @@ class Watch(NamedTuple):
     request_after_ns: int
 
 
-def watch(params: MultimasterParams) -> Watch:
-    """What follows from ``params``."""
+def timing(params: MultimasterParams) -> DiscoveryTiming:
+    """The times that follow from ``params``."""
     hz, factor = params.heartbeat_hz, params.timeout_factor
     window_ns = int(params.measurement_intervals * NS_PER_S / min(hz, Fraction(1)))
-    told_hz = Fraction(int(hz * 10), 10)  # as in the heartbeat: 0.02 Hz is 0
-    return Watch(int(NS_PER_S / hz), told_hz >= MIN_HZ, float(told_hz * window_ns / NS_PER_S),
-                 int(NS_PER_S / params.rosmaster_hz), window_ns, round(window_ns * factor),
-                 params.active_request_after_ns)
+    announced_hz = Fraction(int(hz * 10), 10)  # as in the heartbeat: 0.02 Hz is 0
+    return DiscoveryTiming(
+        int(NS_PER_S / hz), announced_hz >= MIN_HZ, float(announced_hz * window_ns / NS_PER_S),
+        int(NS_PER_S / params.rosmaster_hz), window_ns, round(window_ns * factor),
+        params.active_request_after_ns)

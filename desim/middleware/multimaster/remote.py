@@ -1,59 +1,71 @@
-"""Another master, as one host has it by its heartbeats: there, silent, gone."""
+"""Another master, as its heartbeats show it to one host: online, silent, gone."""
 
 from __future__ import annotations
 
 from collections import deque
+from enum import StrEnum
 
-from desim.middleware.multimaster.parameters import MultimasterParams, Watch
+from desim.middleware.multimaster.parameters import DiscoveryTiming, MultimasterParams
 
 
-class Remote:
-    """The master of ``host``. ``known``: it has said who it is. ``quality``: percent of the
-    heartbeats that should have come, 0 where these are too slow to tell."""
+class News(StrEnum):
+    """A change that discovery notices at a remote master, or the need to ask it."""
 
-    __slots__ = ("host", "known", "online", "changed_ns", "stirred_ns", "heard_ns", "offline_ns",
+    ONLINE = "online"  # new, or again
+    CHANGED = "changed"
+    OFFLINE = "offline"
+    REMOVED = "removed"
+    REQUEST = "request"
+
+
+class RemoteMaster:
+    """The master of ``host``. ``known``: its identity is known. ``quality``: percent of the
+    expected heartbeats that have arrived, 0 where these are too slow for that."""
+
+    __slots__ = ("host", "known", "online", "changed_ns", "stirred_ns", "received_ns", "offline_ns",
                  "requests", "quality", "_beats")
 
     def __init__(self, host: int) -> None:
         self.host = host
         self.known = False
         self.online = False
-        self.changed_ns = -1  # when its state did, as its last heartbeat said
-        self.stirred_ns = -1  # when anything in its master did
-        self.heard_ns = 0
+        self.changed_ns = -1  # the last change of its state, by its last heartbeat
+        self.stirred_ns = -1  # the last change of its master
+        self.received_ns = 0
         self.offline_ns = 0  # when it became so
         self.requests = 0  # unanswered
         self.quality = 0
         self._beats: deque[int] = deque()
 
-    def heard(self, now_ns: int) -> None:
-        self.heard_ns = now_ns
+    def receive(self, now_ns: int) -> None:
+        self.received_ns = now_ns
         self.requests = 0
         self._beats.append(now_ns)
 
-    def judged(self, now_ns: int, watch: Watch, params: MultimasterParams) -> str | None:
-        """What its silence means: offline, removed, time for a ``request`` (which is counted), or
-        None. Quick heartbeats tell by themselves; with slow ones it is asked first."""
-        silent_ns = now_ns - self.heard_ns
+    def verdict(self, now_ns: int, timing: DiscoveryTiming, params: MultimasterParams
+                ) -> News | None:
+        """The meaning of its silence: offline, removed, a request (which is counted), or None.
+        Quick heartbeats show it by themselves; with slow ones it is asked first."""
+        silent_ns = now_ns - self.received_ns
         if silent_ns > params.remove_after_ns:
-            return "removed"
-        if watch.counted:
-            return "offline" if silent_ns > watch.timeout_ns else None
-        if not watch.request_after_ns or silent_ns <= watch.request_after_ns:
+            return News.REMOVED
+        if timing.counted:
+            return News.OFFLINE if silent_ns > timing.timeout_ns else None
+        if not timing.request_after_ns or silent_ns <= timing.request_after_ns:
             return None
         if self.requests >= params.offline_after_requests:
-            return "offline"
+            return News.OFFLINE
         self.requests += 1
-        return "request"
+        return News.REQUEST
 
-    def measure(self, now_ns: int, watch: Watch) -> bool:
+    def measure(self, now_ns: int, timing: DiscoveryTiming) -> bool:
         """Whether the quality has changed: beats / (rate * window + unanswered requests)."""
         beats = self._beats
-        while beats and beats[0] <= now_ns - watch.window_ns:
+        while beats and beats[0] <= now_ns - timing.window_ns:
             beats.popleft()
-        if not watch.counted:
+        if not timing.counted:
             return False
-        quality = min(100, int(100 * len(beats) / (watch.expected + self.requests)))
+        quality = min(100, int(100 * len(beats) / (timing.expected + self.requests)))
         changed = quality != self.quality
         self.quality = quality
         return changed

@@ -1,21 +1,21 @@
-"""master_sync: what others' masters know of their own hosts, copied into one's own."""
+"""master_sync: registrations at the masters of other hosts are copied into the own master."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from desim.middleware.multimaster.discovery import Discovery, Registration, State
+from desim.middleware.lifetime import Lifetime
+from desim.middleware.multimaster.discovery import Discovery, MasterState, Registration, Side
 from desim.middleware.multimaster.parameters import MultimasterParams
-from desim.middleware.multimaster.remote import Remote
-from desim.middleware.multimaster.timers import Timers
+from desim.middleware.multimaster.remote import News, RemoteMaster
 from desim.middleware.ros.sizes import CALLS, Sizes
-from desim.middleware.ros.xmlrpc import Call
+from desim.middleware.ros.xmlrpc import Done, XmlRpcCall
 
 if TYPE_CHECKING:
     from desim.middleware.ros.master import Master, Uri
     from desim.middleware.ros.processes import Processes
+    from desim.ports.networks import Handle
 
 # masterInfoFiltered; estimated from getPublishedTopics, 306 B and 3585 B for 20 topics.
 MASTER_INFO = Sizes(306, 0, 345, 162)
@@ -25,11 +25,12 @@ MASTER_INFO = Sizes(306, 0, 345, 162)
 LIST_METHODS = Sizes(264, 0, 795, 0)
 MD5_SUMS = Sizes(360, 48, 278, 158)
 _ASKED = {"listMethods": LIST_METHODS, "md5Sums": MD5_SUMS}
-TELL_TIMEOUT_NS = 3_000_000_000  # sync_thread.py setdefaulttimeout
+UPDATE_TIMEOUT_NS = 3_000_000_000  # sync_thread.py setdefaulttimeout
 
 
 class Copy:
-    """Of one remote master: what of it stands in the own one, and as of which of its changes."""
+    """The registrations of one remote master that stand in the own one, as of ``changed_ns``.
+    ``known``: the methods of its server are known."""
 
     __slots__ = ("registrations", "changed_ns", "restarts", "timer", "asking", "known")
 
@@ -37,29 +38,29 @@ class Copy:
         self.registrations: dict[Registration, None] = {}
         self.changed_ns = -1
         self.restarts = 0
-        self.timer: Any = None
+        self.timer: Handle | None = None
         self.asking = False
-        self.known = False  # which methods its server has
+        self.known = False
 
 
 class Sync:
-    """On one host, from its start to its end."""
+    """The master_sync of one host, from its start to its end."""
 
     def __init__(self, processes: Processes, params: MultimasterParams, host: int) -> None:
         self._processes, self._params, self._host = processes, params, host
+        self.discovery: Discovery
         self._context = context = processes.context
-        self._luck = context.stream("sync", context.hosts[host], processes.on(host).uri.life)
+        self._stream = context.stream("sync", context.hosts[host], processes.on(host).uri.life)
         self._copies: dict[int, Copy] = {}
-        self._timers = Timers(context, host)
-        self.discovery: Discovery | None = None
-        self._timers.after(params.sync_poll_ns, self._poll)
+        self._life = Lifetime(context, host)
+        self._life.after(params.sync_poll_ns, self._poll)
 
     def stop(self) -> None:
         """The host has stopped."""
-        self._timers.stop()
+        self._life.end()
 
-    def serve(self, call: Call) -> None:
-        """masterInfoFiltered: what nodes of this host have registered; and what is only asked."""
+    def serve(self, call: XmlRpcCall) -> None:
+        """Answer masterInfoFiltered with the registrations of this host, others by bytes alone."""
         method, *arguments = call.request
         if method != "masterInfo":
             sizes = _ASKED[method]
@@ -68,35 +69,35 @@ class Sync:
         state = self.discovery.state
         call.reply(MASTER_INFO.answer + MASTER_INFO.answer_each * len(state.registrations), state)
 
-    def told(self, what: str, remote: Remote) -> None:
+    def notify(self, what: News, remote: RemoteMaster) -> None:
         """Discovery has news of a remote master."""
-        if what == "removed":
+        if what == News.REMOVED:
             copy = self._copies.pop(remote.host, None)
             if copy is not None:
                 self._rest(copy)
                 self._write(copy, ())
-        elif what != "offline":
+        elif what != News.OFFLINE:
             copy = self._copies.setdefault(remote.host, Copy())
-            if what == "online" and copy.registrations and self._to_redo(remote):
+            if what == News.ONLINE and copy.registrations and self._to_redo(remote):
                 self._write(copy, ())
                 copy.changed_ns = -1
             self._want(remote, copy)
 
-    def _to_redo(self, remote: Remote) -> bool:
+    def _to_redo(self, remote: RemoteMaster) -> bool:
         """Whether a master that comes back is copied afresh."""
         params = self._params
         offline_ns = self._context.now_ns - remote.offline_ns
         return params.resync_on_reconnect and offline_ns >= params.resync_on_reconnect_timeout_ns
 
-    def _poll(self, _: Any) -> None:
-        """Look whether something was left out."""
-        self._timers.after(self._params.sync_poll_ns, self._poll)
+    def _poll(self, _: object) -> None:
+        """Fetch states of masters that were left out."""
+        self._life.after(self._params.sync_poll_ns, self._poll)
         for remote in self.discovery.remotes.values():
             copy = self._copies.get(remote.host)
             if copy is not None and remote.online and copy.timer is None:
                 self._want(remote, copy)
 
-    def _want(self, remote: Remote, copy: Copy) -> None:
+    def _want(self, remote: RemoteMaster, copy: Copy) -> None:
         """Fetch its state after a while, unless it is known."""
         if copy.asking or copy.changed_ns >= remote.changed_ns:
             return
@@ -105,10 +106,10 @@ class Sync:
                 return
             copy.restarts += 1
             copy.timer.cancel()
-        delay_ns = int(self._luck.integers(self._params.sync_delay_ns + 1))
-        copy.timer = self._timers.after(delay_ns, self._fetch, (remote, copy))
+        delay_ns = int(self._stream.integers(self._params.sync_delay_ns + 1))
+        copy.timer = self._life.after(delay_ns, self._fetch, (remote, copy))
 
-    def _fetch(self, what: tuple[Remote, Copy]) -> None:
+    def _fetch(self, what: tuple[RemoteMaster, Copy]) -> None:
         remote, copy = what
         self._rest(copy)
         copy.asking = True
@@ -117,12 +118,12 @@ class Sync:
         else:
             self._ask("listMethods", remote, 0, lambda ok, _: self._fetch_state(remote, copy))
 
-    def _fetch_state(self, remote: Remote, copy: Copy) -> None:
+    def _fetch_state(self, remote: RemoteMaster, copy: Copy) -> None:
         self._call("masterInfo", remote, MASTER_INFO.call, (),
                    lambda ok, state: self._fetched(remote, copy, state))
 
-    def _fetched(self, remote: Remote, copy: Copy, state: State | None) -> None:
-        """What could not be fetched waits for the next change or poll."""
+    def _fetched(self, remote: RemoteMaster, copy: Copy, state: MasterState | None) -> None:
+        """A state that could not be fetched waits for the next change or poll."""
         copy.asking = False
         if state is None or self._copies.get(remote.host) is not copy:
             return
@@ -136,15 +137,16 @@ class Sync:
                       lambda ok, _: self._ask("md5Sums", remote, fresh, _done))
         self._want(remote, copy)
 
-    def _ask(self, method: str, remote: Remote, count: int,
-             done: Callable[[bool, Any], Any]) -> None:
-        """What makes no difference here but its bytes."""
+    def _ask(self, method: str, remote: RemoteMaster, count: int,
+             done: Done) -> None:
+        """Make a call of which only the bytes matter here."""
         sizes = _ASKED[method]
         self._call(method, remote, sizes.call + sizes.call_each * count, (count,), done)
 
-    def _call(self, method: str, remote: Remote, size_bytes: int, arguments: tuple[int, ...],
-              done: Callable[[bool, Any], Any]) -> None:
-        """Of the remote discovery's server, which speaks HTTP/1.0: a connection for each."""
+    def _call(self, method: str, remote: RemoteMaster, size_bytes: int, arguments: tuple[int, ...],
+              done: Done) -> None:
+        """Call the server of the remote discovery. It speaks HTTP/1.0: a connection for each call.
+        """
         self._processes.rpc.call(
             self._host, remote.host, "monitor", method, size_bytes, (method, *arguments), done,
             timeout_ns=self._params.sync_timeout_ns, fresh=True)
@@ -154,22 +156,22 @@ class Sync:
         return not any(fnmatchcase(topic, ignored) for ignored in self._params.ignore_topics)
 
     def _write(self, copy: Copy, wanted: tuple[Registration, ...]) -> int:
-        """One MultiCall to the own master: unregister what is gone, register what is new. Who
-        subscribes anew to what is published already is then told by whom, one after another.
-        Returns how many are new."""
+        """Make one MultiCall to the own master: unregister old registrations, register new ones.
+        New subscribers of published topics then get the publishers, one after another. Returns the
+        number of new registrations."""
         old, copy.registrations = copy.registrations, dict.fromkeys(wanted)
         gone = [one for one in old if one not in copy.registrations]
         new = [one for one in copy.registrations if one not in old]
         if gone or new:
             self._processes.rpc.call(self._host, self._host, "master", "multicall", 0,
                                      ("multicall", gone, new),
-                                     lambda ok, _: self._tell([one for one in new
-                                                               if one[0] == "subscriber"]))
+                                     lambda ok, _: self._update_publishers([one for one in new
+                                                               if one[0] == Side.SUBSCRIBER]))
         return len(new)
 
-    def _tell(self, subscribers: list[Registration]) -> None:
-        """publisherUpdate as if from the master (sync_thread.py 1.3.2; earlier versions made it
-        say so by a dummy publisher)."""
+    def _update_publishers(self, subscribers: list[Registration]) -> None:
+        """Call publisherUpdate as if from the master (sync_thread.py 1.3.2; earlier versions made
+        the master call by a dummy publisher)."""
         registry = self._processes.masters[self._host].registry
         while subscribers:
             _, topic, uri = subscribers.pop(0)
@@ -180,7 +182,8 @@ class Sync:
                     self._host, uri.host, uri.slave, "publisherUpdate",
                     sizes.call + sizes.call_each * len(publishers),
                     ("publisherUpdate", topic, publishers),
-                    lambda ok, _: self._tell(subscribers), timeout_ns=TELL_TIMEOUT_NS, fresh=True)
+                    lambda ok, _: self._update_publishers(subscribers),
+                    timeout_ns=UPDATE_TIMEOUT_NS, fresh=True)
                 return
 
     def _rest(self, copy: Copy) -> None:
@@ -192,19 +195,19 @@ class Sync:
 
 def multicall(master: Master, gone: list[Registration], new: list[Registration]
               ) -> tuple[Uri, ...]:
-    """What ``Sync`` wants of its own master: a method of this one."""
+    """The method of a master that ``Sync`` calls at its own."""
     for side, topic, uri in gone:
-        if side == "publisher":
+        if side == Side.PUBLISHER:
             master.unregister_publisher(topic, uri)
         else:
             master.unregister_subscriber(topic, uri)
     for side, topic, uri in new:
-        if side == "publisher":
+        if side == Side.PUBLISHER:
             master.register_publisher(topic, uri)
         else:
             master.register_subscriber(topic, uri)
     return ()
 
 
-def _done(ok: bool, _: Any) -> None:
-    """Whatever was answered."""
+def _done(ok: bool, _: object) -> None:
+    """Ignore the answer."""

@@ -1,1 +1,1 @@
-"""ROS 1: what its processes say to each other."""
+"""ROS 1: the messages between its processes."""

@@ -1,15 +1,15 @@
-"""A ROS 1 process: what it tells the master, and its ends of links."""
+"""A ROS 1 process: its registrations at the master, and its ends of links."""
 
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from desim.middleware.ros.links import Link
+from desim.middleware.ros.links import RosLink
 from desim.middleware.ros.looper import Looper
 from desim.middleware.ros.master import Uri
 from desim.middleware.ros.sizes import CALLS, REQUEST_TOPIC
-from desim.middleware.ros.xmlrpc import RemoteCall
+from desim.middleware.ros.xmlrpc import XmlRpcCall
 from desim.ports.middleware import Endpoint
 
 if TYPE_CHECKING:
@@ -17,29 +17,26 @@ if TYPE_CHECKING:
     from desim.middleware.tcp import Connection
 
 
-class Publication:
-    """One topic that a process publishes. ``links``: by subscribing host what leads there, a
-    connection or, with UDPROS, a link; whoever has a new one has to be served afresh."""
-
-    __slots__ = ("transport", "links", "ends")
+class RosPublication:
+    """One topic that a process publishes. ``connections`` lead to subscribing hosts; with UDPROS,
+    ``links`` have asked for it. A host with a new one is a new receiver."""
 
     def __init__(self, transport: str) -> None:
         self.transport = transport
-        self.links: dict[int, Any] = {}
+        self.connections: dict[int, Connection] = {}
+        self.links: dict[int, RosLink] = {}
         self.ends: dict[int, Endpoint] = {}
 
 
-class Subscription:
-    """One topic that a process subscribes to: by which of its nodes, what the master has said last,
-    who publishes it on other hosts by that, and the links to these."""
-
-    __slots__ = ("ends", "said", "publishers", "links")
+class RosSubscription:
+    """One topic that a process subscribes to: its subscribing nodes, the last answer of the master,
+    the publishers on other hosts in that, and the links to these."""
 
     def __init__(self) -> None:
         self.ends: list[Endpoint] = []
-        self.said: tuple[Uri, ...] = ()
+        self.answer: tuple[Uri, ...] = ()
         self.publishers: tuple[Uri, ...] = ()
-        self.links: dict[Uri, Link] = {}
+        self.links: dict[Uri, RosLink] = {}
 
 
 class Process:
@@ -47,7 +44,7 @@ class Process:
     they know."""
 
     __slots__ = ("uri", "host", "master", "all", "alive", "publications", "subscriptions",
-                 "looper", "_wanted", "_calls", "_held", "_met", "_ended", "_heard")
+                 "looper", "_wanted", "_calls", "_held", "_met", "_ended", "_links_up")
 
     def __init__(self, processes: Processes, uri: Uri, master: int) -> None:
         self.all = processes
@@ -55,18 +52,18 @@ class Process:
         self.host = uri.host
         self.master = master
         self.alive = True
-        self.publications: dict[str, Publication] = {}
-        self.subscriptions: dict[str, Subscription] = {}
+        self.publications: dict[str, RosPublication] = {}
+        self.subscriptions: dict[str, RosSubscription] = {}
         self._wanted: dict[tuple[str, str], None] = {}  # method, topic
         self._calls: deque[tuple[str, str]] = deque()  # those to come; the first is under way
-        self._held: list[RemoteCall] = []  # updates
+        self._held: list[XmlRpcCall] = []  # updates
         self._met = False  # the master, at least once
         self._ended = False  # rospy, because it did not
         schedules, context = processes.schedules, processes.context
         started_ns = schedules.poll_ns and int(context.stream(
             "ros", context.hosts[self.host], uri.life).integers(schedules.start_ns + 1))
         self.looper = Looper(schedules.poll_ns, context.now_ns - started_ns)
-        self._heard: dict[int, int] = {}  # links that are up, by publishing host
+        self._links_up: dict[int, int] = {}  # links that are up, by publishing host
         processes.rpc.serve(self.host, uri.slave, self._serve)
         processes.tcp.listen(self.host, uri.tcpros, _nothing)
 
@@ -77,11 +74,11 @@ class Process:
             for link in subscription.links.values():
                 link.drop()
 
-    # What its nodes want.
+    # Requests of its nodes.
 
-    def publication(self, topic: str, transport: str) -> Publication:
-        """That of ``topic``, whose first publisher wants ``transport``."""
-        return self.publications.setdefault(topic, Publication(transport))
+    def publication(self, topic: str, transport: str) -> RosPublication:
+        """The publication of ``topic``, whose first publisher wants ``transport``."""
+        return self.publications.setdefault(topic, RosPublication(transport))
 
     def advertise(self, topic: str) -> None:
         self._register("registerPublisher", topic)
@@ -89,7 +86,7 @@ class Process:
     def subscribe(self, end: Endpoint) -> bool:
         """Returns whether this node did not subscribe before."""
         if end.topic not in self.subscriptions:
-            self.subscriptions[end.topic] = Subscription()
+            self.subscriptions[end.topic] = RosSubscription()
             self._register("registerSubscriber", end.topic)
         ends = self.subscriptions[end.topic].ends
         if end in ends:
@@ -98,7 +95,7 @@ class Process:
         return True
 
     def subscribers(self, topic: str) -> list[Endpoint]:
-        """Those on this host, and the first one of each host that a link leads to."""
+        """The subscribers on this host, and the first one of each host that a link leads to."""
         local = self.subscriptions.get(topic)
         linked = self.publications.get(topic)
         return [*(local.ends if local else ()), *(linked.ends.values() if linked else ())]
@@ -117,14 +114,14 @@ class Process:
         if first:
             self._call()
 
-    def _call(self, _: Any = None) -> None:
+    def _call(self, _: object = None) -> None:
         if not self.alive:
             return
         method, topic = self._calls[0]
         self.all.rpc.call(self.host, self.master, "master", method, CALLS[method].call,
                           (method, topic, self.uri), self._registered)
 
-    def _registered(self, ok: bool, answer: Any) -> None:
+    def _registered(self, ok: bool, answer: tuple[Uri, ...]) -> None:
         context = self.all.context
         if not ok and self.all.schedules.client == "rospy" and not self._met:
             self._ended = True  # ROSInitException
@@ -143,9 +140,9 @@ class Process:
         if self._calls:
             self._call()
 
-    # What others want.
+    # Calls of others.
 
-    def _serve(self, call: RemoteCall) -> None:
+    def _serve(self, call: XmlRpcCall) -> None:
         self.looper.event(self.all.context.now_ns)
         method, *arguments = call.request
         if method == "requestTopic":
@@ -157,25 +154,27 @@ class Process:
                 self._held.append(call)
                 return
             self._publishers(*arguments)
-        # A shutdown comes to whom another one has taken the name: to nobody that runs, while a
-        # host is one process.
+        # A shutdown is for a process whose name another one has taken: none that runs, while a host
+        # is one process.
         call.reply(CALLS[method].answer)
 
-    def _requested(self, link: Link) -> str | None:
-        """By what transport the topic comes, None: not at all. UDPROS begins right away."""
+    def _requested(self, link: RosLink) -> str | None:
+        """The transport of its topic, None: it is not published. UDPROS begins right away."""
         publication = self.publications.get(link.topic)
-        transport = None if publication is None else publication.transport
-        if transport == "datagram":
-            self._serves(publication, link, link)
-        return transport
+        if publication is None:
+            return None
+        if publication.transport == "datagram":
+            publication.links[link.process.host] = link
+            self._serve_link(publication, link)
+        return publication.transport
 
     def _publishers(self, topic: str, uris: tuple[Uri, ...]) -> None:
-        """The master has said who publishes ``topic``."""
+        """Take the publishers of ``topic`` from the master."""
         subscription = self.subscriptions[topic]
         links = subscription.links
-        if uris == subscription.said and all(link.asked for link in links.values()):
+        if uris == subscription.answer and all(link.asked for link in links.values()):
             return
-        subscription.said = uris
+        subscription.answer = uris
         others = tuple(uri for uri in uris if uri.host != self.host)
         before = {uri.host: None for uri in subscription.publishers}
         subscription.publishers = others
@@ -190,44 +189,44 @@ class Process:
         for uri in others:
             link = links.get(uri)
             if link is None:
-                link = links[uri] = Link(self, topic, uri)
+                link = links[uri] = RosLink(self, topic, uri)
             if not link.asked:
                 link.ask()
 
     # Ends of links.
 
-    def linked(self, link: Link, by: Connection) -> None:
-        """At the publisher: the header of a connection is here. Messages go to this subscriber
-        over the one that it called last, which is the one that it listens to. The header of an
-        earlier one may come later, where it had to be sent again."""
+    def linked(self, link: RosLink, by: Connection) -> None:
+        """At the publisher: the header of a connection has arrived. Messages go to this subscriber
+        over the connection that it opened last, which is the one that it listens to. The header of
+        an earlier one may arrive later, where it had to be sent again."""
         if not link.process.alive:
             return  # its header was on its way when it died; its successor may be linked already
         publication = self.publications[link.topic]
-        newest = publication.links.get(link.process.host)
+        newest = publication.connections.get(link.process.host)
         if newest is None or newest.number < by.number:
-            self._serves(publication, link, by)
+            publication.connections[link.process.host] = by
+            self._serve_link(publication, link)
 
-    def _serves(self, publication: Publication, link: Link, by: Connection | Link) -> None:
+    def _serve_link(self, publication: RosPublication, link: RosLink) -> None:
         host = link.process.host
-        publication.links[host] = by
         publication.ends[host] = link.process.subscriptions[link.topic].ends[0]
         self.all.context.changed(link.topic)
 
-    def unlinked(self, link: Link, by: Connection) -> None:
+    def unlinked(self, link: RosLink, by: Connection) -> None:
         """At the publisher: ``by`` is closed."""
         publication = self.publications[link.topic]
         host = link.process.host
-        if publication.links.get(host) is by:
-            del publication.links[host], publication.ends[host]
+        if publication.connections.get(host) is by:
+            del publication.connections[host], publication.ends[host]
             self.all.context.changed(link.topic)
 
-    def hears(self, publisher: int, more: int) -> None:
-        """At the subscriber: so many links from this host have come up, or gone."""
-        count = self._heard.get(publisher, 0) + more
-        self._heard[publisher] = count
+    def count_links(self, publisher: int, more: int) -> None:
+        """At the subscriber: ``more`` links from this host have opened, or closed."""
+        count = self._links_up.get(publisher, 0) + more
+        self._links_up[publisher] = count
         if self.all.sees is not None and count == max(more, 0):
             self.all.sees(self.host, publisher, "online" if count else "offline")
 
 
-def _nothing(_: Any) -> None:
-    """The subscriber speaks first."""
+def _nothing(_: object) -> None:
+    """The subscriber sends first."""

@@ -1,10 +1,10 @@
-"""The subscriber's end of one link: requestTopic, connection, headers, and what the client library
-does when any of these fails."""
+"""The subscriber's end of one link: requestTopic, connection, headers, and the retries of the client
+library."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.middleware.ros.master import Uri
 from desim.middleware.ros.parameters import Retries
@@ -13,10 +13,11 @@ from desim.middleware.tcp import Connection
 
 if TYPE_CHECKING:
     from desim.middleware.ros.client import Process
-    from desim.middleware.ros.xmlrpc import RemoteCall
+    from desim.middleware.ros.xmlrpc import XmlRpcCall
+    from desim.ports.networks import Handle
 
 
-class Link:
+class RosLink:
     """From ``process``, which subscribes to ``topic``, to the publisher at ``uri``. It lives until
     ``drop``: what fails is tried again by the client library's schedule, always at the same
     address, or waits until the master lists the publisher once more (``asked`` is False then).
@@ -29,13 +30,13 @@ class Link:
         self.process, self.topic, self.uri = process, topic, uri
         self.asked = False
         self.up = False
-        self._call: RemoteCall | None = None
+        self._call: XmlRpcCall
         self._connection: Connection | None = None
-        self._timer: Any = None
+        self._timer: Handle | None = None
         self._period_ns = 0  # of the retry that was booked last; 0: none since all was well
         self._dropped = False
 
-    def ask(self, _: Any = None) -> None:
+    def ask(self, _: object = None) -> None:
         """requestTopic, over a connection of its own, which is called at once; the request waits
         for the end of the looper's round."""
         self.asked = True
@@ -50,7 +51,7 @@ class Link:
     def drop(self) -> None:
         """The publisher is no longer listed, or this process has ended."""
         self._dropped = True
-        self._rest()
+        self._cancel_timer()
         if self.process.alive:
             self._down()
             if self._connection is not None:
@@ -75,30 +76,30 @@ class Link:
     def _answered(self, ok: bool, transport: str | None) -> None:
         if self._dropped:
             return
-        self._rest()
+        self._cancel_timer()
         if transport is not None:
             self.process.looper.event(self.process.all.context.now_ns)
             self._at_the_end_of_the_round(
                 self._connect if transport == "stream" else self._established)
             return
         retries = self.process.all.schedules.requests
-        if retries is not None and self._call.reason in retries.reasons:
+        if retries is not None and retries.covers(self._call.reason):
             self._again(retries, self.ask)
         else:
             self.asked = False
 
-    def _connect(self, _: Any) -> None:
+    def _connect(self, _: object) -> None:
         self._timer = None
         all_ = self.process.all
         schedules = all_.schedules
         if schedules.connect_timeout_ns is not None:
-            self._book(all_.context.now_ns + schedules.connect_timeout_ns, self._hang_up)
+            self._set_timer(all_.context.now_ns + schedules.connect_timeout_ns, self._hang_up)
         self._connection = all_.tcp.connect(
             self.process.host, self.uri.host, self.uri.tcpros, "tcpros",
             opened=self._opened, closed=self._closed, nodelay=schedules.nodelay)
 
     def _opened(self, connection: Connection) -> None:
-        self._rest()
+        self._cancel_timer()
         connection.send(self.process.host, HEADER, self._accepted, connection, "tcpros_header")
 
     def _headed(self, connection: Connection) -> None:
@@ -106,26 +107,26 @@ class Link:
         if connection is self._connection:
             self._established()
 
-    def _established(self, _: Any = None) -> None:
+    def _established(self, _: object = None) -> None:
         self._timer = None
         self._period_ns = 0
         self.up = True
-        self.process.hears(self.uri.host, 1)
+        self.process.count_links(self.uri.host, 1)
 
-    def _hang_up(self, _: Any) -> None:
+    def _hang_up(self, _: object) -> None:
         """The connection takes too long."""
-        self._connection.close(self.process.host)
-        self._closed(self._connection, "timeout")
+        if self._connection is not None:
+            self._closed(self._connection, "timeout")
 
     def _closed(self, connection: Connection, reason: str) -> None:
         if connection is not self._connection:
             return
         connection.close(self.process.host)
         self._connection = None
-        self._rest()
+        self._cancel_timer()
         self._down()
         retries = self.process.all.schedules.connections
-        if retries.reasons is None or reason in retries.reasons:
+        if retries.covers(reason):
             self._again(retries, self._connect)
         else:
             self.asked = False
@@ -133,30 +134,30 @@ class Link:
     def _down(self) -> None:
         if self.up:
             self.up = False
-            self.process.hears(self.uri.host, -1)
+            self.process.count_links(self.uri.host, -1)
 
-    def _again(self, retries: Retries, step: Callable[[Any], Any]) -> None:
+    def _again(self, retries: Retries, step: Callable[..., object]) -> None:
         self._period_ns = retries.after(self._period_ns)
-        self._book(self.process.all.context.now_ns + self._period_ns, step)
+        self._set_timer(self.process.all.context.now_ns + self._period_ns, step)
 
-    def _book(self, time_ns: int, step: Callable[[Any], Any]) -> None:
+    def _set_timer(self, time_ns: int, step: Callable[..., object]) -> None:
         self._timer = self.process.all.context.at(time_ns, self.process.host, step)
 
-    def _at_the_end_of_the_round(self, step: Callable[[Any], Any]) -> None:
-        """``step`` when the looper looks; what comes meanwhile puts that off."""
+    def _at_the_end_of_the_round(self, step: Callable[..., object]) -> None:
+        """Call ``step`` when the looper's round ends, which events put off."""
         now_ns = self.process.all.context.now_ns
-        due_ns = self.process.looper.looks(now_ns)
+        due_ns = self.process.looper.round_end_ns(now_ns)
         if due_ns <= now_ns:
             self._timer = None
             step(None)
         else:
-            self._book(due_ns, lambda _: self._at_the_end_of_the_round(step))
+            self._set_timer(due_ns, lambda _: self._at_the_end_of_the_round(step))
 
-    def _request(self, _: Any) -> None:
+    def _request(self, _: object) -> None:
         self.process.looper.event(self.process.all.context.now_ns)  # the socket can be written
         self._call.release()
 
-    def _rest(self) -> None:
+    def _cancel_timer(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

@@ -1,7 +1,7 @@
-"""The ROS master: what it has been told, and how it tells the subscribers.
+"""The ROS master: its registry, and its calls to subscribers.
 
-It keeps what it was told for ever: nothing expires, so that the dead stay registered until somebody
-takes their name. All nodes of a host count as one, with the host's name.
+Nothing expires: dead nodes stay registered until another one takes their name. All nodes of a host
+count as one, with the host's name.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from desim.middleware.ros.naps import Naps
 
 
 class Uri(NamedTuple):
-    """Where a host's nodes are called: each time the host starts they listen on a new port, so
-    that nobody answers at an address of an earlier ``life``."""
+    """The address of a host's nodes: each time the host starts they listen on a new port, so that
+    nobody answers at an address of an earlier ``life``."""
 
     host: int
     life: int
@@ -32,10 +32,10 @@ class Uri(NamedTuple):
         return f"tcpros {self.life}"
 
 
-class Registry:
-    """What a master knows. ``nodes`` has the present address of each name (a host index);
-    ``publishers`` and ``subscribers`` have by topic and name who registered, first come first.
-    ``changes`` counts what happened to it."""
+class MasterRegistry:
+    """The registrations at a master. ``nodes`` has the present address of each name (a host index);
+    ``publishers`` and ``subscribers`` have addresses by topic and name, in order of registration.
+    ``changes`` counts its changes."""
 
     def __init__(self) -> None:
         self.nodes: dict[int, Uri] = {}
@@ -44,8 +44,8 @@ class Registry:
         self.changes = 0
 
     def register(self, side: dict[str, dict[int, Uri]], topic: str, uri: Uri) -> Uri | None:
-        """``uri`` is on this ``side`` of ``topic`` now. If another one had its name, all that this
-        one registered is dropped, and it is returned (rosmaster registrations.py)."""
+        """Register ``uri`` on this ``side`` of ``topic``. If another one had its name, all
+        registrations of that one are dropped, and it is returned (rosmaster registrations.py)."""
         old = self.nodes.get(uri.host)
         bumped = None if old in (None, uri) else old
         if bumped is not None:
@@ -56,8 +56,8 @@ class Registry:
         return bumped
 
     def unregister(self, side: dict[str, dict[int, Uri]], topic: str, uri: Uri) -> bool:
-        """``uri`` is no longer there. Returns whether it was. Who is nowhere any more has no name
-        to lose."""
+        """Unregister ``uri``. Returns whether it was registered. A node without registrations has no
+        name to lose."""
         known = side.get(topic, {})
         if known.get(uri.host) != uri:
             return False
@@ -69,18 +69,18 @@ class Registry:
         return True
 
     def forget(self, host: int) -> None:
-        """Drop all that goes by this name."""
+        """Drop all registrations of this name."""
         self.nodes.pop(host, None)
         for side in (self.publishers, self.subscribers):
             for known in side.values():
                 known.pop(host, None)
 
     def of(self, side: dict[str, dict[int, Uri]], topic: str) -> tuple[Uri, ...]:
-        """Who is on this ``side`` of ``topic``."""
+        """The addresses on this ``side`` of ``topic``."""
         return tuple(side.get(topic, {}).values())
 
 
-class Task(NamedTuple):
+class MasterCall(NamedTuple):
     """A call that the master has to make: ``method`` is publisherUpdate or shutdown."""
 
     uri: Uri
@@ -89,26 +89,26 @@ class Task(NamedTuple):
     publishers: tuple[Uri, ...]
 
 
-Call = Callable[[Task, Callable[[], Any]], Any]
+MakeCall = Callable[[MasterCall, Callable[[], object]], Any]
 
 
-class Workers:
+class MasterThreads:
     """The master's calls, made by threads in order, but never two at a time to the same node.
-    ``call(task, done)`` has no timeout: a thread is busy until it is done. Then it looks for more
-    at once, and else takes naps.
+    ``call(task, done)`` has no timeout: a thread is busy until it is done. Then it takes the next
+    call, or sleeps if there is none.
     """
 
-    def __init__(self, naps: Naps, call: Call) -> None:
-        self.waiting: deque[Task] = deque()
-        self.busy: dict[Uri, Task] = {}
+    def __init__(self, naps: Naps, call: MakeCall) -> None:
+        self.waiting: deque[MasterCall] = deque()
+        self.busy: dict[Uri, MasterCall] = {}
         self._naps, self._call = naps, call
 
-    def add(self, task: Task) -> None:
+    def add(self, task: MasterCall) -> None:
         self.waiting.append(task)
         self._naps.wake(self._work)
 
     def _work(self) -> bool:
-        """A thread takes the first task that may be done now. Whether there was one."""
+        """Let a thread take the first call that may be made now. Returns whether there was one."""
         waiting, busy = self.waiting, self.busy
         for i, task in enumerate(waiting):
             if task.uri not in busy:
@@ -129,16 +129,16 @@ class Workers:
 class Master:
     """One master process, from its start to its end. ``call(task, done)`` makes its calls."""
 
-    def __init__(self, naps: Naps, call: Call) -> None:
-        self.registry = Registry()
-        self.workers = Workers(naps, call)
+    def __init__(self, naps: Naps, call: MakeCall) -> None:
+        self.registry = MasterRegistry()
+        self.workers = MasterThreads(naps, call)
 
     def has_parameter(self, _: str, __: Uri) -> tuple[Uri, ...]:
         """None has been set."""
         return ()
 
     def register_publisher(self, topic: str, uri: Uri) -> tuple[Uri, ...]:
-        """Returns the subscribers; each of them is told all publishers."""
+        """Returns the subscribers; each of them gets all publishers."""
         registry = self.registry
         self._bump(registry.register(registry.publishers, topic, uri))
         self.notify(topic)
@@ -158,12 +158,12 @@ class Master:
         self.registry.unregister(self.registry.subscribers, topic, uri)
 
     def notify(self, topic: str) -> None:
-        """Tell each subscriber of ``topic`` all publishers."""
+        """Call each subscriber of ``topic`` with all publishers."""
         registry = self.registry
         publishers = registry.of(registry.publishers, topic)
         for subscriber in registry.of(registry.subscribers, topic):
-            self.workers.add(Task(subscriber, "publisherUpdate", topic, publishers))
+            self.workers.add(MasterCall(subscriber, "publisherUpdate", topic, publishers))
 
     def _bump(self, old: Uri | None) -> None:
         if old is not None:
-            self.workers.add(Task(old, "shutdown", "", ()))
+            self.workers.add(MasterCall(old, "shutdown", "", ()))

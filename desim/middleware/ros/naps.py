@@ -1,4 +1,4 @@
-"""How idle threads of a rosmaster sleep."""
+"""The sleep of idle threads of a rosmaster."""
 
 from __future__ import annotations
 
@@ -7,24 +7,25 @@ from typing import Any
 
 
 class Naps:
-    """Each looks for work every ``period_ns`` since it fell asleep (rosmaster threadpool.py,
-    threadSleepTime), of which ``asleep_ns`` has the instants. Without a period they never sleep.
-    ``at(time_ns, fn)`` calls ``fn()`` then.
+    """Each thread polls for work every ``period_ns`` since it fell asleep (rosmaster threadpool.py,
+    threadSleepTime), at the instants ``asleep_ns``. Without a period they never sleep. ``at(time_ns,
+    fn)`` calls ``fn()`` then.
     """
 
     def __init__(self, period_ns: int, asleep_ns: list[int], now: Callable[[], int],
-                 at: Callable[[int, Callable[[], Any]], Any]) -> None:
+                 at: Callable[[int, Callable[[], object]], Any]) -> None:
         self._period_ns = period_ns
         self._asleep_ns = asleep_ns
         self._now, self._at = now, at
         self._booked = False
 
     def begin(self) -> None:
-        """One has nothing to do any more."""
+        """A thread has nothing to do any more."""
         self._asleep_ns.append(self._now())
 
     def wake(self, works: Callable[[], bool]) -> None:
-        """There is work: ``works()`` when one looks, as long as it says that there is more."""
+        """There is work: a thread that polls calls ``works()``, again and again while that returns
+        that there was some."""
         if not self._asleep_ns or self._booked:
             return
         if not self._period_ns:
@@ -34,9 +35,9 @@ class Naps:
         waits_ns = [(asleep_ns - now_ns) % period_ns for asleep_ns in self._asleep_ns]
         first = waits_ns.index(min(waits_ns))
         self._booked = True
-        self._at(now_ns + waits_ns[first], lambda: self._look(first, works))
+        self._at(now_ns + waits_ns[first], lambda: self._poll(first, works))
 
-    def _look(self, thread: int, works: Callable[[], bool]) -> None:
+    def _poll(self, thread: int, works: Callable[[], bool]) -> None:
         self._booked = False
         self._take(thread, works)
 

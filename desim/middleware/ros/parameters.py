@@ -1,8 +1,8 @@
-"""What ROS 1 client libraries and masters do when, as parameters."""
+"""The parameters of ROS 1 client libraries and masters."""
 
 from __future__ import annotations
 
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
@@ -14,16 +14,20 @@ from desim.units import NS_PER_S, Duration, Pace, Period
 
 
 class Retries(NamedTuple):
-    """Try again after ``first_ns``, then after times that double up to ``most_ns``, when what
-    failed did so for one of these ``reasons`` (None: for any)."""
+    """Try again after ``first_ns``, then after times that double up to ``most_ns``, if the failure
+    had one of these ``reasons`` (None: any)."""
 
     first_ns: int
     most_ns: int
     reasons: tuple[str, ...] | None
 
     def after(self, period_ns: int) -> int:
-        """How long to wait when the last time it was ``period_ns`` (0: the first time)."""
+        """The time to wait after a wait of ``period_ns`` (0: the first time)."""
         return min(2 * period_ns, self.most_ns) if period_ns else self.first_ns
+
+    def covers(self, reason: str | None) -> bool:
+        """Whether a failure for ``reason`` is tried again."""
+        return self.reasons is None or reason in self.reasons
 
 
 CLIENTS: dict[str, Preset] = {"rospy": {
@@ -72,7 +76,7 @@ class RosParams(ports.Params):
 
     @model_validator(mode="before")
     @classmethod
-    def _of_client(cls, given: Any) -> Any:
+    def _of_client(cls, given: object) -> object:
         return filled(given, "client", "roscpp", CLIENTS)
 
     @model_validator(mode="after")
@@ -98,7 +102,7 @@ class Schedules(NamedTuple):
 
 
 def schedules(params: RosParams) -> Schedules:
-    """What follows from ``params``."""
+    """The schedules that follow from ``params``."""
     connections = Retries(params.reconnect_first_ns, params.reconnect_most_ns, None)
     requests = None
     if params.client == "rospy":

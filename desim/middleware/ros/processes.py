@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from desim.errors import InputError
 from desim.middleware.ros.client import Process
-from desim.middleware.ros.master import Master, Task, Uri
+from desim.middleware.ros.master import Master, MasterCall, Uri
 from desim.middleware.ros.naps import Naps
 from desim.middleware.ros.parameters import RosParams, schedules
 from desim.middleware.ros.sizes import CALLS
 from desim.middleware.ros.tcpros import Tcpros
 from desim.middleware.ros.udpros import Udpros
-from desim.middleware.ros.xmlrpc import RemoteCall, XmlRpc
+from desim.middleware.ros.xmlrpc import XmlRpc, XmlRpcCall
 from desim.middleware.tcp import Tcp
 from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
 
@@ -27,11 +26,12 @@ _METHODS: dict[str, Method] = {"registerPublisher": Master.register_publisher,
 
 class Processes:
     """One process on each host that runs. ``master_of`` says by host index whose master it knows;
-    a master lives as long as its host. ``sees`` is told what subscribers make of their links (None:
-    somebody else says who is there); ``more`` are methods of masters beside registration."""
+    a master lives as long as its host. ``sees(believer, other, state)`` is called as links open and
+    close (None: something else decides who is online); ``more`` are methods of masters beside
+    registration."""
 
     def __init__(self, context: MiddlewareContext, params: RosParams, master_of: list[int],
-                 sees: Callable[[int, int, str], Any] | None,
+                 sees: Callable[[int, int, str], object] | None,
                  more: dict[str, Method] | None = None) -> None:
         self.context = context
         self.sees = sees
@@ -46,7 +46,7 @@ class Processes:
         self._lives = [0] * len(context.hosts)
 
     def on(self, host: int) -> Process:
-        """What runs on ``host`` now."""
+        """The process that runs on ``host`` now."""
         process = self._processes.get(host)
         if process is None:
             uri = Uri(host, self._lives[host])
@@ -54,7 +54,7 @@ class Processes:
         return process
 
     def at(self, uri: Uri) -> Process:
-        """What runs at an address that has just been reached."""
+        """The process at an address that has just been reached."""
         return self._processes[uri.host]
 
     def switched(self, host: int, up: bool) -> None:
@@ -62,7 +62,7 @@ class Processes:
             self._lives[host] += 1
             if host in self._master_of:
                 self.masters[host] = Master(
-                    self._naps(host), lambda task, done: self._tell(host, task, done))
+                    self._naps(host), lambda task, done: self._make_call(host, task, done))
                 self.rpc.serve(host, "master", self._serve)
             self.on(host)
             return
@@ -73,7 +73,7 @@ class Processes:
         self.rpc.switched(host, False)
         self.tcp.switched(host, False)
 
-    # What a middleware is asked.
+    # For a middleware.
 
     def advertise(self, offer: Offer) -> None:
         topic = offer.publisher.topic
@@ -101,19 +101,19 @@ class Processes:
     def _naps(self, host: int) -> Naps:
         """Of a master's threads, each at times of its own."""
         context, params = self.context, self._params
-        luck = context.stream("rosmaster", context.hosts[host], self._lives[host])
-        asleep_ns = [context.now_ns + int(luck.integers(params.worker_poll_ns + 1))
+        stream = context.stream("rosmaster", context.hosts[host], self._lives[host])
+        asleep_ns = [context.now_ns + int(stream.integers(params.worker_poll_ns + 1))
                      for _ in range(params.workers)]
         return Naps(params.worker_poll_ns, asleep_ns, lambda: context.now_ns,
                     lambda time_ns, fn: context.at(time_ns, host, lambda _: fn()))
 
-    def _serve(self, call: RemoteCall) -> None:
+    def _serve(self, call: XmlRpcCall) -> None:
         method, *arguments = call.request
         known = self._methods[method](self.masters[call.server], *arguments)
         sizes = CALLS[method]
         call.reply(sizes.answer + sizes.answer_each * len(known), known)
 
-    def _tell(self, host: int, task: Task, done: Any) -> None:
+    def _make_call(self, host: int, task: MasterCall, done: Callable[[], object]) -> None:
         sizes = CALLS[task.method]
         self.rpc.call(host, task.uri.host, task.uri.slave, task.method,
                       sizes.call + sizes.call_each * len(task.publishers),

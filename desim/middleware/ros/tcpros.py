@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from desim.middleware.transports import LENGTH_BYTES
 
 if TYPE_CHECKING:
-    from desim.middleware.ros.client import Publication
+    from desim.middleware.ros.client import RosPublication
     from desim.middleware.tcp import Connection
     from desim.middleware.topics import Message
     from desim.ports.middleware import MiddlewareContext
@@ -18,7 +18,7 @@ class Tcpros:
     """One publisher's messages over the links of its process and topic. A host that has a new link
     is a new receiver: what it did not get over the old one is dropped as ``link_closed``."""
 
-    def __init__(self, context: MiddlewareContext, source: int, publication: Publication,
+    def __init__(self, context: MiddlewareContext, source: int, publication: RosPublication,
                  limit: int) -> None:
         self._context = context
         self._source = source
@@ -27,7 +27,7 @@ class Tcpros:
         self._outlets: dict[int, Outlet] = {}
 
     def connect(self, receivers: list[int]) -> list[int]:
-        old, links = self._outlets, self._publication.links
+        old, links = self._outlets, self._publication.connections
         self._outlets = {}
         fresh = []
         for receiver in receivers:
@@ -59,7 +59,7 @@ class Tcpros:
         return sum(outlet.waiting() for outlet in self._outlets.values())
 
 
-class Written:
+class WrittenMessage:
     """A message in a socket: TCP's ``Cargo``."""
 
     __slots__ = ("message", "seq", "first_ns", "last_ns")
@@ -85,24 +85,23 @@ class Outlet:
         self._receiver = receiver
         self._limit = limit
         self._outbox: deque[Message] = deque()
-        self._written: deque[Written] = deque()
+        self._written: deque[WrittenMessage] = deque()
         self._closed = False
 
     def offer(self, message: Message) -> None:
         outbox = self._outbox
         sender = self._sender
-        if not outbox and sender.room:
+        if not outbox and sender.writable:
             self._write(message)
             return
         outbox.append(message)
         if len(outbox) == 1:
-            sender.when_room(self._go_on)
+            sender.when_writable(self._go_on)
         elif 0 < self._limit < len(outbox):
             self._context.drop(outbox.popleft(), self._receiver, "outbox_full")
 
     def close(self, reason: str) -> None:
-        """Drop what waits, and what the peer has not got: whatever of it still comes there is
-        nothing to anybody."""
+        """Drop all messages that wait or have not arrived. Nobody takes those that still arrive."""
         self._closed = True
         drop, receiver = self._context.drop, self._receiver
         for written in self._written:
@@ -116,11 +115,11 @@ class Outlet:
         return len(self._written) + len(self._outbox)
 
     def _write(self, message: Message) -> None:
-        written = Written(message)
+        written = WrittenMessage(message)
         self._written.append(written)
         self._sender.send(message.size_bytes + LENGTH_BYTES, self._arrived, written, None)
 
-    def _arrived(self, written: Written) -> None:
+    def _arrived(self, written: WrittenMessage) -> None:
         if not self._closed:
             self._written.popleft()
             self._context.deliver(written.message, self._receiver, written.first_ns,
@@ -130,7 +129,7 @@ class Outlet:
         if self._closed:
             return
         outbox, sender = self._outbox, self._sender
-        while outbox and sender.room:
+        while outbox and sender.writable:
             self._write(outbox.popleft())
         if outbox:
-            sender.when_room(self._go_on)
+            sender.when_writable(self._go_on)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from desim.middleware.ros.client import Publication
+from desim.middleware.ros.client import RosPublication
 from desim.ports.middleware import Published, Transport
 
 
@@ -10,7 +10,7 @@ class Udpros:
     """Sends ``datagrams`` to the subscribers of ``publication``. The publisher never learns that
     one of these is gone. One that asks again is new."""
 
-    def __init__(self, datagrams: Transport, publication: Publication) -> None:
+    def __init__(self, datagrams: Transport, publication: RosPublication) -> None:
         self._datagrams = datagrams
         self._publication = publication
         self._asked: dict[int, object] = {}

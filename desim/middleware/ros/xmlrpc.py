@@ -3,53 +3,56 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from desim.middleware.tcp.connection import Connection
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.stack import Tcp
     from desim.ports.middleware import MiddlewareContext
+    from desim.ports.networks import Handle
 
 IDLE_NS = 30_000_000_000  # roscpp xmlrpc_manager: a cached client that rests is reaped
 
-Done = Callable[[bool, Any], Any]
+Request: TypeAlias = Any  # a tuple: a method and its arguments, for the two ends to understand
+Done = Callable[..., object]  # of: whether it was answered, the response
 
 Key = tuple[int, int, str]  # client, server, service
 
 
-class RemoteCall:
-    """One call under way. ``request`` and what ``reply`` gives are for the two ends to understand;
-    the network sees sizes: with the HTTP header, without TCP and IP."""
+class XmlRpcCall:
+    """One call under way. The two ends understand ``request`` and the response; the network sees
+    their sizes: with the HTTP header, without TCP and IP."""
 
     __slots__ = ("client", "server", "service", "kind", "request_bytes", "request", "done",
                  "connection", "response", "reason", "over", "held", "_fresh", "_rpc", "_timer",
                  "_reused")
 
     def __init__(self, rpc: XmlRpc, client: int, server: int, service: str, kind: str,
-                 request_bytes: int, request: Any, done: Done, fresh: bool, held: bool) -> None:
+                 request_bytes: int, request: Request, done: Done, fresh: bool, held: bool) -> None:
         self.client, self.server, self.service = client, server, service
         self.kind = kind
         self.request_bytes, self.request = request_bytes, request
         self.done = done
         self.connection: Connection | None = None
-        self.response: Any = None
+        self.response: object = None
         self.reason: str | None = None  # why its connection ended, if that is why it failed
         self.over = False  # nobody waits for the answer any more
         self.held = held
         self._fresh = fresh
         self._rpc = rpc
-        self._timer: Any = None
+        self._timer: Handle | None = None
         self._reused = False
 
-    def reply(self, response_bytes: int, response: Any = None) -> None:
+    def reply(self, response_bytes: int, response: object = None) -> None:
         """The server answers, once, now or later. Nothing happens where it has restarted, or the
         client has given up."""
         self.response = response
         if self.connection is None:
             self._rpc.soon(self.client, self._local_end)
         elif self.connection.holds(self.server):
-            self.connection.send(self.server, response_bytes, self._answered, None, self.kind)
+            self.connection.send(self.server, response_bytes, self._answered,
+                                 self.connection, self.kind)
 
     def wait(self, timeout_ns: int) -> None:
         context = self._rpc.context
@@ -90,26 +93,26 @@ class RemoteCall:
             self._timer = None
         self._rpc.calls[self.client].pop(self, None)
 
-    def _local_end(self, _: Any) -> None:
+    def _local_end(self, _: object) -> None:
         self.finish(True)
 
-    def _answered(self, _: Any) -> None:
+    def _answered(self, connection: Connection) -> None:
         if not self.over:
             if self._fresh:
-                self._hang_up()
+                self._hang_up(connection)
             else:
-                self._rpc.rest(self.connection)
+                self._rpc.rest(connection)
             self.finish(True)
 
-    def _timed_out(self, _: Any) -> None:
+    def _timed_out(self, _: object) -> None:
         self._timer = None
         if self.connection is not None:
-            self._hang_up()
+            self._hang_up(self.connection)
         self.finish(False)
 
-    def _hang_up(self) -> None:
-        self.connection.about = None
-        self.connection.close(self.client)
+    def _hang_up(self, connection: Connection) -> None:
+        connection.about = None
+        connection.close(self.client)
 
 
 class XmlRpc:
@@ -119,14 +122,14 @@ class XmlRpc:
     def __init__(self, context: MiddlewareContext, tcp: Tcp, idle_ns: int = IDLE_NS,
                  local_ns: int = 0) -> None:
         self.context = context
-        self.calls: dict[int, dict[RemoteCall, None]] = {}  # under way, by client
+        self.calls: dict[int, dict[XmlRpcCall, None]] = {}  # under way, by client
         self._tcp = tcp
         self._idle_ns, self._local_ns = idle_ns, local_ns
         self._idle: dict[Key, list[tuple[Connection, int]]] = {}  # and since when
-        self._reapers: dict[Key, Any] = {}
-        self._servers: dict[tuple[int, str], Callable[[RemoteCall], Any]] = {}
+        self._reapers: dict[Key, Handle] = {}
+        self._servers: dict[tuple[int, str], Callable[[XmlRpcCall], object]] = {}
 
-    def serve(self, host: int, service: str, answer: Callable[[RemoteCall], Any]) -> None:
+    def serve(self, host: int, service: str, answer: Callable[[XmlRpcCall], object]) -> None:
         """``answer(call)`` for each call to ``service`` on ``host``, until it stops; it answers by
         ``call.reply``."""
         self._servers[host, service] = answer
@@ -134,14 +137,14 @@ class XmlRpc:
             host, lambda connection, reason: connection.close(host)))
 
     def call(self, client: int, server: int, service: str, kind: str, request_bytes: int,
-             request: Any, done: Done, *, timeout_ns: int | None = None,
-             fresh: bool = False, held: bool = False) -> RemoteCall:
+             request: Request, done: Done, *, timeout_ns: int | None = None,
+             fresh: bool = False, held: bool = False) -> XmlRpcCall:
         """Call ``service`` on ``server``; ``done(ok, response)`` in the end, unless ``client``
         stops; never before this returns. Without ``timeout_ns`` it waits until TCP gives up, and
         for ever where the request was acknowledged: these connections are not kept alive. Bytes are
         discovery of ``kind``. ``fresh``: over a connection of its own, closed after the
-        answer (roscpp for requestTopic). ``held``: the request waits for ``RemoteCall.release``."""
-        call = RemoteCall(self, client, server, service, kind, request_bytes, request, done, fresh,
+        answer (roscpp for requestTopic). ``held``: the request waits for ``XmlRpcCall.release``."""
+        call = XmlRpcCall(self, client, server, service, kind, request_bytes, request, done, fresh,
                           held)
         self.calls.setdefault(client, {})[call] = None
         if timeout_ns is not None:
@@ -173,9 +176,9 @@ class XmlRpc:
         for server in [key for key in self._servers if key[0] == host]:
             del self._servers[server]
 
-    # What calls say.
+    # For calls.
 
-    def soon(self, host: int, fn: Callable[[Any], Any], arg: Any = None) -> None:
+    def soon(self, host: int, fn: Callable[..., object], arg: object = None) -> None:
         """In this instant, in the turn of ``host``."""
         self.context.at(self.context.now_ns, host, fn, arg)
 
@@ -188,11 +191,11 @@ class XmlRpc:
         if key not in self._reapers:
             self._reapers[key] = self.context.at(now_ns + self._idle_ns, key[0], self._reap, key)
 
-    def received(self, call: RemoteCall) -> None:
+    def received(self, call: XmlRpcCall) -> None:
         """The request is at the server."""
         self._servers[call.server, call.service](call)
 
-    def _local(self, call: RemoteCall) -> None:
+    def _local(self, call: XmlRpcCall) -> None:
         if call.over:
             return
         server = self._servers.get((call.server, call.service))
@@ -201,7 +204,7 @@ class XmlRpc:
         else:
             server(call)
 
-    def _connect(self, call: RemoteCall) -> None:
+    def _connect(self, call: XmlRpcCall) -> None:
         connection = self._tcp.connect(
             call.client, call.server, call.service, call.kind, opened=_nothing,
             closed=self._closed, nodelay=True, keepalive=False)
@@ -210,7 +213,7 @@ class XmlRpc:
         if not call.held:
             call.go(connection, False)
 
-    def connected(self, call: RemoteCall) -> None:
+    def connected(self, call: XmlRpcCall) -> None:
         """Its request need not wait any longer."""
         if call.connection is not None:
             call.go(call.connection, False)
@@ -238,5 +241,5 @@ class XmlRpc:
                 self._connect(call)
 
 
-def _nothing(_: Any) -> None:
+def _nothing(_: object) -> None:
     """The request is in the send buffer already."""

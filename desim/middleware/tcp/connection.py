@@ -1,19 +1,19 @@
-"""A connection as its users see it."""
+"""A connection, as its users see it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from desim.middleware.tcp.end import OPEN, End
-from desim.middleware.tcp.entries import FIN
+from desim.middleware.tcp.entries import FIN, Token
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.sender import Sender
     from desim.middleware.tcp.stack import Tcp
     from desim.ports.middleware import Route
 
-Closed = Callable[["Connection", str], Any]
+Closed = Callable[["Connection", str], object]
 
 
 class Cargo(Protocol):
@@ -31,7 +31,7 @@ class Connection:
     of all earlier ones.
 
     ``open`` from the moment that the client knows so, until one end closes it or finds it dead (a
-    host that stops says nothing) or both have stopped. ``about`` is for its owner. Hosts are given
+    host that stops sends nothing) or both have stopped. ``about`` is for its owner. Hosts are given
     as indices, each of them one of the two ends.
     """
 
@@ -48,15 +48,15 @@ class Connection:
         self.nodelay, self.keepalive = nodelay, keepalive
         self.medium = medium
         self.open = False
-        self.about: Any = None
+        self.about: Token = None
         self.ends = near, far = End(self, client, server), End(self, server, client)
         near.join(far)
         far.join(near)
 
-    def send(self, source: int, size_bytes: int, arrived: Callable[[Any], Any], token: Any = None,
-             kind: str | None = None, writes: int = 1) -> None:
-        """A message of ``size_bytes`` (above 0, with whatever frames it) from host ``source``.
-        ``arrived(token)`` at the other end when all of it is there, after all that was sent before.
+    def send(self, source: int, size_bytes: int, arrived: Callable[..., object],
+             token: Token = None, kind: str | None = None, writes: int = 1) -> None:
+        """Send a message of ``size_bytes`` (above 0, with its framing) from host ``source``.
+        ``arrived(token)`` is called when all of it is at the other end, after all earlier messages.
         Its bytes are discovery of ``kind``; without one they are data, ``token`` is a ``Cargo``.
         Before the connection is open, it waits. Without Nagle's algorithm each of several
         ``writes`` is a packet of its own."""
@@ -64,33 +64,33 @@ class Connection:
                                                      writes if self.nodelay else 1)
 
     def sender(self, source: int) -> Sender:
-        """The end that ``source`` writes to: ``send`` as above, ``room`` and ``when_room``."""
+        """The socket of ``source``: ``send`` as above, ``writable`` and ``when_writable``."""
         return self.ends[source != self.client].sender
 
     def on_closed(self, host: int, fn: Closed) -> None:
-        """``fn(connection, reason)`` when ``host`` learns that it is over: by ``fin`` (orderly, the
-        peer hears nothing more), ``reset``, ``timeout``, and at the client ``refused`` or
-        ``unreachable``. At most once, and not for what this host closed itself."""
+        """Call ``fn(connection, reason)`` when ``host`` learns of its end: by ``fin`` (orderly, the
+        peer takes nothing more), ``reset``, ``timeout``, and at the client ``refused`` or
+        ``unreachable``. At most once, and not if this host has closed it itself."""
         self.end(host).closed = fn
 
     def close(self, host: int) -> None:
-        """Close ``host``'s end: data it has written still goes, data that comes is refused."""
+        """Close ``host``'s end: written data is still sent, arriving data is refused."""
         self.end(host).close()
 
     def holds(self, host: int) -> bool:
         """Whether ``host`` takes the connection for open."""
         return self.end(host).state == OPEN
 
-    def unacked(self, source: int) -> list[Any]:
-        """Tokens of the messages of ``source`` whose arrival it does not know of."""
+    def unacked(self, source: int) -> list[Token]:
+        """Tokens of the messages of ``source`` that were not acknowledged."""
         sender = self.end(source).sender
         sender.join()
-        return [entry[2] for entry in sender.messages if entry[3] is not FIN]
+        return [entry[2] for entry in sender.transit.messages if entry[3] is not FIN]
 
-    def unheard(self, source: int) -> list[Any]:
+    def undelivered(self, source: int) -> list[Token]:
         """Those of them that have not arrived. When the connection is over at ``source``, none of
         these ever will; they are forgotten after ``on_closed``."""
-        return self.unacked(source)[self.end(source).sender.heard:]
+        return self.unacked(source)[self.end(source).sender.transit.delivered:]
 
     def end(self, host: int) -> End:
         return self.ends[host != self.client]

@@ -1,4 +1,5 @@
-"""CUBIC: how a window grows that was too large once (RFC 9438, as Linux net/ipv4/tcp_cubic.c)."""
+"""CUBIC: the growth of a window that was too large once (RFC 9438, as Linux
+net/ipv4/tcp_cubic.c)."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ _FRESH_TICKS = 7  # HZ / 32: as long as the window stays, its pace does
 
 
 class Cubic:
-    """CUBIC: how a window shrinks and grows after its last loss, in segments. Its pace is the
+    """The decrease and growth of a window after its last loss, in segments. Its pace is the
     number of acknowledged segments for which it grows by one. Linux computes the pace anew at most
     every 28 ms while the window does not grow, which limits growth at short round trips."""
 
@@ -36,12 +37,12 @@ class Cubic:
         return max(window * _BETA // _SCALE, 2)
 
     def rested(self, idle_ns: int) -> None:
-        """Time in which nothing was sent does not count."""
+        """Do not count a time in which nothing was sent."""
         if self._epoch_ms >= 0:
             self._epoch_ms += idle_ns // _MS
 
     def more(self, window: int, acked: int, now_ns: int, rtt_ns: int) -> int:
-        """By how much ``window`` grows as ``acked`` segments of it have arrived."""
+        """The segments that ``window`` grows by as ``acked`` segments of it have arrived."""
         self._acked += acked
         tick = now_ns // _MS // _TICK_MS
         if window != self._seen or tick - self._seen_tick > _FRESH_TICKS:

@@ -1,13 +1,13 @@
-"""One host's end of a connection: how it begins, how it ends, and how it finds that it is over."""
+"""One host's end of a connection, from its handshake to its close."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase, pair
 from desim.middleware.jiffies import fires_ns
-from desim.middleware.tcp.entries import FIN, parts
-from desim.middleware.tcp.express import Express
+from desim.middleware.tcp.entries import FIN, Token, parts
+from desim.middleware.tcp.implied import ImpliedReceiver
 from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver, Train
 from desim.middleware.tcp.sender import Sender
@@ -16,12 +16,13 @@ from desim.middleware.transports import SEGMENT_HEADER_BYTES
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Closed, Connection
+    from desim.ports.networks import Handle
 
 # States of an end. A NEW one knows nothing of the connection; a CLOSING one has been closed by its
-# owner and still sends; a DONE one has been heard out; a GONE one answers everything by a reset.
+# owner and still sends; the peer has all data of a DONE one; a GONE one answers by resets.
 NEW, CALLING, CALLED, OPEN, CLOSING, DONE, GONE = range(7)
 
-# Segments that carry no data: which, when sent, and the time that they echo.
+# Segments without data: the kind, when sent, and the time that they echo.
 Control = tuple[int, int, int]
 SYN, SYN_ACK, ACK, RESET, PROBE, ALIVE = range(6)
 
@@ -30,7 +31,7 @@ class End:
     """One host's end. It is the carrier of the segments without data that come to it."""
 
     __slots__ = ("connection", "host", "peer", "state", "closed", "sender", "receiver", "far",
-                 "heard_ns", "way", "_echo_ns", "_tries", "_timer", "_keeper", "_entity",
+                 "received_ns", "way", "_echo_ns", "_tries", "_timer", "_keeper", "_entity",
                  "_host_id", "_peer_id", "_kernel", "_params")
 
     def __init__(self, connection: Connection, host: int, peer: int) -> None:
@@ -44,11 +45,12 @@ class End:
         self.way = tcp.way(connection.medium, host, peer)
         self.closed: Closed | None = None
         self.sender = Sender(connection, self, self._entity)
-        self.receiver = Receiver(connection, self, self._entity)
-        self.heard_ns = self._echo_ns = 0
+        received_by = ImpliedReceiver if tcp.params.acks == "implied" else Receiver
+        self.receiver = received_by(connection, self, self._entity)
+        self.received_ns = self._echo_ns = 0
         self._tries = 0
-        self._timer: Any = None
-        self._keeper = Timer(tcp.keepers, self._entity, self._look)
+        self._timer: Handle | None = None
+        self._keeper = Timer(tcp.keepers, self._entity, self._keepalive_expired)
         self._kernel = tcp.context.kernel
         self._params = tcp.params
 
@@ -56,8 +58,9 @@ class End:
         self.far = far
         self.sender.peer, self.sender.back = far.receiver, self.receiver
         self.receiver.origin, self.receiver.back = far.sender, self.sender
+        self.receiver.transit = far.sender.transit
 
-    # How it begins.
+    # The handshake.
 
     def call(self) -> None:
         """The client sends its SYN."""
@@ -70,9 +73,9 @@ class End:
         self._timer = self._kernel.after(0, Phase.NETWORK, self._entity, self.fail, reason)
 
     def _shake(self, what: int) -> None:
-        """Send a SYN or SYN-ACK, and again after timeouts that double (for a SYN, after some that
-        do not)."""
-        self._tell(what)
+        """Send a SYN or SYN-ACK, and again after timeouts that double (for a SYN, after the linear
+        ones)."""
+        self._send_control(what)
         params = self._params
         doubled = max(self._tries - params.syn_linear, 0) if what == SYN else self._tries
         fires = fires_ns(self._kernel.now_ns, min(params.first_rto_ns << doubled,
@@ -94,16 +97,16 @@ class End:
     def _establish(self, rtt_ns: int) -> None:
         self.state = OPEN
         self._rest()
-        self.heard_ns = self._kernel.now_ns
+        self.received_ns = self._kernel.now_ns
         if rtt_ns >= 0:
-            self.sender.sample(rtt_ns, self.heard_ns)
+            self.sender.sample(rtt_ns, self.received_ns)
         sender = self.sender
         sender.open = self.receiver.open = True
-        if self._params.acks == "implied" and sender.near:
-            sender.express = Express(sender)
+        sender.express = self.receiver.express_for(sender)
+        if sender.express is not None:
             sender.express.ready = sender.written == sender.una and sender.peer.open
         if self.connection.keepalive:
-            self._watch(self._params.keepalive_idle_ns)
+            self._set_keepalive(self._params.keepalive_idle_ns)
 
     def _rest(self) -> None:
         self._tries = 0
@@ -112,11 +115,11 @@ class End:
             self._timer = None
         self._keeper.stop()
 
-    # What comes.
+    # Segments without data arrive.
 
     def arrived(self, segment: Control, receiver: int) -> None:
         what, sent_ns, echo_ns = segment
-        self.heard_ns = now_ns = self._kernel.now_ns
+        self.received_ns = now_ns = self._kernel.now_ns
         self._echo_ns = sent_ns
         _COMES[what](self, now_ns - echo_ns)
 
@@ -124,10 +127,10 @@ class End:
         """Cannot happen: a control segment is a single packet."""
 
     def lost(self, segment: Control, receiver: int, reason: str) -> None:
-        """Nobody is told."""
+        """Nobody learns of it."""
 
     def repeated(self, segment: Control, receiver: int) -> None:
-        """A copy says nothing new."""
+        """A copy changes nothing."""
 
     def unresolved(self, segment: Control) -> None:
         """The segment could not leave: a caller learns that the host is unreachable."""
@@ -142,28 +145,28 @@ class End:
             self.connection.tcp.hold(self)
             self._shake(SYN_ACK)
         elif self.state == CALLED:
-            self._tell(SYN_ACK)
+            self._send_control(SYN_ACK)
         elif self.state in (NEW, GONE):
-            self._tell(RESET)
+            self._send_control(RESET)
 
     def _syn_ack(self, rtt_ns: int) -> None:
         if self.state == CALLING:
             self._establish(rtt_ns)
-            self._tell(ACK)
+            self._send_control(ACK)
             self.connection.open = True
             self.sender.push()
             self.connection.tcp.opened(self.connection)
         elif self.state in (OPEN, CLOSING, DONE):
-            self._tell(ACK)
+            self._send_control(ACK)
         else:
-            self._tell(RESET)
+            self._send_control(RESET)
 
     def _ack(self, rtt_ns: int) -> None:
         if self.state == CALLED:
             self._establish(rtt_ns)
             self.connection.tcp.accepted(self.connection)
         elif self.state in (NEW, GONE):
-            self._tell(RESET)
+            self._send_control(RESET)
 
     def _reset(self, _: int) -> None:
         if self.state == CALLING:
@@ -174,19 +177,19 @@ class End:
             self.vanish()
 
     def _probe(self, _: int) -> None:
-        self._tell(ALIVE if self.state in (OPEN, CLOSING, DONE) else RESET)
+        self._send_control(ALIVE if self.state in (OPEN, CLOSING, DONE) else RESET)
 
     def _alive(self, _: int) -> None:
-        """A keepalive answer: only the time it was heard matters."""
+        """A keepalive answer: only the time of its arrival matters."""
 
-    def stray(self, half: Sender | Receiver, token: Any) -> None:
-        """Data or an acknowledgement has come to a half that is not open."""
+    def stray(self, half: Sender | Receiver, token: Token) -> None:
+        """Data or an acknowledgement has arrived at a half that is not open."""
         if self.state == CALLED:
             self._ack(-1)  # the ACK was lost, and with it the measurement
             if self.state == OPEN:
                 half.arrived(token, self.host)
         elif self.state in (NEW, GONE):
-            self._tell(RESET)
+            self._send_control(RESET)
         elif self.state in (CLOSING, DONE) and half is self.receiver:
             self._late(token)
 
@@ -198,16 +201,16 @@ class End:
         receiver = self.receiver
         if end > receiver.nxt and (start > receiver.nxt or not receiver.origin.finishing
                                    or receiver.nxt < receiver.origin.written - 1):
-            self._tell(RESET)
+            self._send_control(RESET)
             self.vanish()
             return
         if end > receiver.nxt:
             receiver.nxt = end
-            receiver.origin.heard += 1
+            receiver.transit.delivered += 1
         receiver.echo_ns = sent_ns
         receiver.acknowledge(1)
 
-    # How it ends.
+    # The close.
 
     def close(self) -> None:
         if self.state == CALLING:
@@ -219,19 +222,19 @@ class End:
             self.receiver.shut()
             self.sender.finish(self.far.finishes)
 
-    def finishes(self, _: Any) -> None:
-        """The peer's FIN is here, after all its data."""
+    def finishes(self, _: object) -> None:
+        """The peer's FIN has arrived, after all its data."""
         if self.state == OPEN:
             self.connection.open = False
-            self._tell_owner("fin")
+            self._notify_owner("fin")
 
     def finished(self) -> None:
-        """All that this end sent, its FIN too, is at the peer."""
+        """All that this end sent has arrived at the peer, its FIN too."""
         self.state = DONE
         self.connection.tcp.release(self)
 
     def fail(self, reason: str) -> None:
-        """End the connection here, and tell the owner."""
+        """End the connection here, and notify the owner."""
         owned = self.state in (CALLING, OPEN)
         self.state = GONE
         self.connection.open = False
@@ -239,11 +242,12 @@ class End:
         self.sender.open = False
         self.receiver.shut()
         if owned:
-            self._tell_owner(reason)
+            self._notify_owner(reason)
         self.vanish()
 
     def vanish(self) -> None:
-        """Without a word; the server's end of an unfinished handshake is as if it never was."""
+        """End without a segment; the server's end of an unfinished handshake is as if it never was.
+        """
         self.state = NEW if self.state in (NEW, CALLED) else GONE
         self._rest()
         self.sender.shut()
@@ -252,8 +256,8 @@ class End:
             self.connection.open = False
         self.connection.tcp.release(self)
 
-    def account(self, message: Any, kind: str | None, size_bytes: int) -> None:
-        """So many bytes of a message leave this end: a row of its frame, or bytes of discovery."""
+    def account(self, message: Token, kind: str | None, size_bytes: int) -> None:
+        """Record that so many bytes of a message leave: a frame of data, or bytes of discovery."""
         connection = self.connection
         context = connection.tcp.context
         if kind is None:
@@ -266,47 +270,47 @@ class End:
                                    self._peer_id, size_bytes)
 
     def lost_train(self, start: int, end: int, reason: str) -> None:
-        """The medium lost a train of this end, which does not know: a row for each of its messages
-        of data."""
+        """Record that the medium lost a train of this end, which does not know: a row for each of
+        its messages of data."""
         context, sender = self.connection.tcp.context, self.sender
-        for message, kind, _ in parts(sender.messages, sender.una, start, end):
+        for message, kind, _ in parts(sender.transit.messages, sender.una, start, end):
             if kind is None:
                 context.record_loss(self.host, self.peer, message.seq, reason)
 
-    def data_heard_ns(self) -> int:
-        """When data came to this end last."""
-        return max(self.receiver.heard_ns, self.far.sender.express_ns)
+    def last_data_ns(self) -> int:
+        """The time of the last arrival of data at this end."""
+        return max(self.receiver.received_ns, self.far.sender.express_ns)
 
-    def _tell_owner(self, reason: str) -> None:
+    def _notify_owner(self, reason: str) -> None:
         closed, self.closed = self.closed, None
         if closed is not None:
             closed(self.connection, reason)
 
     # Keepalive.
 
-    def _watch(self, delay_ns: int) -> None:
+    def _set_keepalive(self, delay_ns: int) -> None:
         self._keeper.expect(fires_ns(self._kernel.now_ns, delay_ns, self._params.tick_ns))
 
-    def _look(self) -> None:
+    def _keepalive_expired(self) -> None:
         """Probe a peer that was silent for so long; data under way has its own timer."""
         params, sender = self._params, self.sender
         idle_ns = self._kernel.now_ns - max(
-            self.heard_ns, sender.heard_ns, sender.express_ns, self.data_heard_ns())
+            self.received_ns, sender.received_ns, sender.express_ns, self.last_data_ns())
         if sender.pending:
             self._tries = 0
-            self._watch(params.keepalive_idle_ns)
+            self._set_keepalive(params.keepalive_idle_ns)
         elif idle_ns < params.keepalive_idle_ns:
             self._tries = 0
-            self._watch(params.keepalive_idle_ns - idle_ns)
+            self._set_keepalive(params.keepalive_idle_ns - idle_ns)
         elif self._tries < params.keepalive_probes:
             self._tries += 1
-            self._tell(PROBE)
-            self._watch(params.keepalive_interval_ns)
+            self._send_control(PROBE)
+            self._set_keepalive(params.keepalive_interval_ns)
         else:
-            self._tell(RESET)
+            self._send_control(RESET)
             self.fail("timeout")
 
-    def _tell(self, what: int) -> None:
+    def _send_control(self, what: int) -> None:
         """Send a segment without data."""
         connection = self.connection
         size_bytes = SYN_BYTES if what in (SYN, SYN_ACK) else SEGMENT_HEADER_BYTES

@@ -1,18 +1,18 @@
-"""A message over a connection at rest, in one step: without sequence numbers, and without a timer
+"""A shortcut for a message over a connection at rest: without sequence numbers, and without a timer
 if it will arrive in time.
 
 Between near hosts and with implied acknowledgements most messages go this way: nothing else is
-under way, the network says at once when the message will arrive, and its sender knows it then.
-Anything else that happens first (another message, a loss, a stop) moves the message into the
-ordinary stream (``join``), as if it had been sent there.
+under way, the network tells at once when the message will arrive, and its sender knows it then.
+Any other event before that (another message, a loss, a stop) moves the message into the ordinary
+stream (``join``), as if it had been sent there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from desim.middleware.tcp.entries import FIN
+from desim.middleware.tcp.entries import FIN, Token
 from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.timers import NEVER
 from desim.middleware.transports import MSS_BYTES
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from desim.middleware.tcp.sender import Sender
 
 # Its bytes, arrived, token, kind, and when it was sent.
-Flight = tuple[int, Callable[[Any], Any], Any, "str | None", int]
+Flight = tuple[int, Callable[..., object], Token, "str | None", int]
 
 
 class Express:
     """The one-step path of one sender. ``ready``: nothing is under way except ``flight``, and
     ``more`` behind it."""
 
-    __slots__ = ("ready", "flight", "more", "heard_ns", "_sender", "_kernel", "_context", "_way",
+    __slots__ = ("ready", "flight", "more", "received_ns", "_sender", "_kernel", "_context", "_way",
                  "_transmit", "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_large_bytes",
                  "_patience_ns", "_timed", "_since_ns", "_nodelay", "_joined", "_record_frame")
 
@@ -39,7 +39,7 @@ class Express:
         self.flight: Flight | None = None
         self.more: list[Flight] = []
         self._joined: list[tuple[Flight, int]] = []  # since all was at rest, and where they begin
-        self.heard_ns = 0
+        self.received_ns = 0
         self._sender = sender
         self._nodelay = sender.nodelay
         self._context = context = end.connection.tcp.context
@@ -55,7 +55,7 @@ class Express:
         self._timed = False  # the timer runs
         self._since_ns = 0  # from when it does, or would
 
-    def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
+    def send(self, size_bytes: int, arrived: Callable[..., object], token: Token,
              kind: str | None, writes: int) -> bool:
         """Send a message, or return False: the ordinary stream has to (what is under way joins)."""
         if not self.ready or size_bytes > self._most_bytes or kind is FIN or writes > 1 \
@@ -91,7 +91,7 @@ class Express:
         return True
 
     def flying(self) -> int:
-        """Bytes that are on their way."""
+        """The bytes on their way."""
         if self.flight is None:
             return 0
         return self.flight[0] + sum(flight[0] for flight in self.more)
@@ -107,7 +107,7 @@ class Express:
             if flying * 2 > sender.cwnd:
                 sender.grow(flight[0], flying, self._kernel.now_ns)
         self.flight = self.more.pop(0) if self.more else None
-        self.heard_ns = self._since_ns = now_ns = self._kernel.now_ns
+        self.received_ns = self._since_ns = now_ns = self._kernel.now_ns
         self._way.confirmed_ns = now_ns
         sender.sample(now_ns - flight[4], now_ns)
         if self._timed:
@@ -129,7 +129,7 @@ class Express:
         self._sender.peer.lost(self._train(flight), receiver, reason)
 
     def unresolved(self, flight: Flight) -> None:
-        """Nothing is to be done: only a retransmission that could not leave counts (``Watch``)."""
+        """Only a retransmission that could not leave counts (``RetransmissionTimer``)."""
 
     def repeated(self, flight: Flight, receiver: int) -> None:
         """A copy, which is a train like any other."""
@@ -149,8 +149,8 @@ class Express:
         self._sender.timer.expect(self._since_ns + self._sender.rto_ns)
 
     def _train(self, flight: Flight) -> tuple[int, int, int, int, int]:
-        """As the receiver knows one that has joined, or one of which all is there already. It says
-        nothing of the other direction."""
+        """The train of a flight that has joined, or of one of which all has arrived already. It
+        acknowledges nothing of the other direction."""
         size_bytes, *_, sent_ns = flight
         for other, start in self._joined:
             if other is flight:
@@ -158,6 +158,6 @@ class Express:
         return -1, -1, 0, sent_ns, -1
 
     def _follows(self, size_bytes: int) -> bool:
-        """Whether it may be sent before what is on its way is there."""
+        """Whether a message may be sent before those on their way have arrived."""
         return (self._nodelay and size_bytes <= MSS_BYTES
                 and self.flying() + size_bytes <= self._sender.cwnd)

@@ -96,11 +96,12 @@ class TcpParams(ports.Params):
 
     @property
     def silence_ns(self) -> int:
-        """How long data is sent again without an answer (Linux tcp_model_timeout)."""
-        most = (self.rto_max_ns // self.rto_min_ns).bit_length() - 1  # doublings up to the longest
+        """The time for which data is sent again without an answer (Linux tcp_model_timeout)."""
+        most_ns: int = self.rto_max_ns
+        least_ns: int = self.rto_min_ns
+        most = (most_ns // least_ns).bit_length() - 1  # doublings up to the longest
         doubled = min(self.retries, most)
-        return (((2 << doubled) - 1) * self.rto_min_ns
-                + (self.retries - doubled) * self.rto_max_ns)
+        return ((2 << doubled) - 1) * least_ns + (self.retries - doubled) * most_ns
 
     @model_validator(mode="after")
     def _timeouts_in_order(self) -> TcpParams:

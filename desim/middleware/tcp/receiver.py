@@ -1,9 +1,9 @@
-"""The receiving half of one direction of a connection: order, and when to acknowledge."""
+"""The receiving half of one direction of a connection: order, and acknowledgements."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
 from desim.middleware.context import ACKS
@@ -14,31 +14,34 @@ from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
     from desim.middleware.tcp.end import End
+    from desim.middleware.tcp.entries import Transit
+    from desim.middleware.tcp.express import Express
     from desim.middleware.tcp.sender import Sender
+    from desim.ports.networks import Handle
 
 _CONTROL = Phase.CONTROL  # of an instant, after what comes in it
 _NEVER_NS = -1 << 62
 _FIRST_MSS_BYTES = 536  # what Linux takes for a full segment before it has seen a larger one
 
-# What a data train carries beside its bytes: first byte, end, what its sender has received, when it
-# was sent, the time that it echoes (-1: none, for what it acknowledges was so before).
+# The header of a data train: first byte, end, the first byte that its sender has not received, when
+# it was sent, the time that it echoes (-1: none, for it acknowledges nothing new).
 Train = tuple[int, int, int, int, int]
 
 
 class Receiver:
-    """Hears the trains that ``origin``, the sender at the other end, has sent; ``back`` is the
-    sender at this end, with whose data an acknowledgement may travel.
+    """Receives the trains of ``origin``, the sender at the other end; ``back`` is the sender at
+    this end, with whose data an acknowledgement may travel; ``transit`` is shared with the origin.
 
-    Up to byte ``nxt`` all is here; ``ranges`` holds what came out of order, sorted and disjoint.
-    The origin was told up to ``said``; it will be told more with the next data of this end, or at
-    ``due_ns`` (0: there is no more). It waits so only in ``pingpong`` mode, where this end answers
-    what it hears; else the reader, who is always waiting, has it acknowledged at once (Linux
-    tcp_cleanup_rbuf).
+    All before byte ``nxt`` has arrived; ``ranges`` are the bytes behind a gap, sorted and disjoint.
+    All before ``acknowledged`` was acknowledged; the rest will be with the next data of this end,
+    or at ``due_ns`` (0: there is no rest). It waits so only in ``pingpong`` mode, where this end
+    answers each message; else the reader, which is always waiting, has data acknowledged at once
+    (Linux tcp_cleanup_rbuf).
     """
 
-    __slots__ = ("end", "origin", "back", "open", "nxt", "ranges", "due_ns", "echo_ns", "heard_ns",
-                 "said", "pingpong", "_full", "_implied", "_every", "_delay_ns", "_tick_ns",
-                 "_timer", "_kernel", "_transmit", "_counts", "_frames", "_up", "_host", "_to",
+    __slots__ = ("end", "origin", "back", "transit", "open", "nxt", "ranges", "due_ns", "echo_ns",
+                 "received_ns", "acknowledged", "pingpong", "_full", "_every", "_delay_ns",
+                 "_tick_ns", "_timer", "_kernel", "_transmit", "_counts", "_frames", "_host", "_to",
                  "_entity")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
@@ -46,21 +49,20 @@ class Receiver:
         self.end = end
         self.origin: Sender
         self.back: Sender
+        self.transit: Transit
         self.open = False
         self.nxt = 0
         self.ranges: list[tuple[int, int]] = []
         self.due_ns = 0
         self.echo_ns = 0
-        self.heard_ns = _NEVER_NS
-        self.said = 0
+        self.received_ns = _NEVER_NS
+        self.acknowledged = 0
         self.pingpong = False
         self._full = _FIRST_MSS_BYTES  # bytes of the largest segment seen
-        self._up = context.up
-        self._implied = connection.tcp.params.acks == "implied"
         self._every = connection.tcp.params.ack_every
         self._delay_ns = connection.tcp.params.delayed_ack_ns
         self._tick_ns = connection.tcp.params.tick_ns
-        self._timer: Any = None
+        self._timer: Handle | None = None
         self._kernel = context.kernel
         self._transmit = end.way.transmit
         self._counts, self._frames = context.discovery_bytes, context.discovery_frames
@@ -72,7 +74,7 @@ class Receiver:
         if not self.open:
             self.end.stray(self, train)
             return
-        self.heard_ns = now_ns = self._kernel.now_ns
+        self.received_ns = now_ns = self._kernel.now_ns
         if ack > self.back.una:
             self.back.acked(ack, echo_ns)
         if start != self.nxt or self.ranges:
@@ -82,58 +84,52 @@ class Receiver:
         if not self.due_ns:
             self.echo_ns = sent_ns
             self.due_ns = now_ns + self._delay_ns
-        origin = self.origin
-        messages, heard = origin.messages, origin.heard
-        if len(messages) > heard and messages[heard][0] == end:  # as nearly always: it is complete
-            origin.heard = heard + 1
-            _, arrived, token, _ = messages[heard]
-            if self._implied:
-                self.acknowledge(1)
-                arrived(token)
-                return
+        transit = self.transit
+        messages, delivered = transit.messages, transit.delivered
+        if len(messages) > delivered and messages[delivered][0] == end:  # as nearly always: whole
+            transit.delivered = delivered + 1
+            _, arrived, token, _ = messages[delivered]
             arrived(token)
         else:
             self._deliver()
-            if self._implied and self.open:
-                self.acknowledge(1)
         if not self.due_ns:  # it was acknowledged by an answer, or all is over
             return
         if end - start > self._full:
             self._full = min(end - start, MSS_BYTES)
-        unsaid = self.nxt - self.said
-        if unsaid > self._full or not self.pingpong:
-            self.acknowledge(unsaid // MSS_BYTES // self._every or 1)
+        pending = self.nxt - self.acknowledged
+        if pending > self._full or not self.pingpong:
+            self.acknowledge(pending // MSS_BYTES // self._every or 1)
         elif self._timer is None:
             self._wait()
 
     def arrived_in_part(self, train: Train, receiver: int, lost: dict[int, str],
                         bounds: Sequence[int] = ()) -> None:
-        """The acknowledgement says which runs of its segments are here. ``bounds``: where each of
-        these begins, and where the last one ends (default: they are full)."""
+        """Some segments have arrived, which the acknowledgement tells. ``bounds``: where each of
+        them begins, and where the last one ends (default: they are full)."""
         start, end, ack, sent_ns, echo_ns = train
         bounds = bounds or [*range(start, end, MSS_BYTES), end]
         origin = self.origin
         for number, reason in lost.items():
             origin.end.lost_train(bounds[number], bounds[number + 1], reason)
         pieces = [(bounds[first], bounds[last]) for first, last in runs(len(bounds) - 1, lost)]
-        origin.watch.hide(end)
+        origin.retransmission.hide(end)
         if not self.open:
             self.end.stray(self, (*pieces[0], ack, sent_ns, echo_ns))
             return
-        self.heard_ns = self._kernel.now_ns
+        self.received_ns = self._kernel.now_ns
         if ack > self.back.una:
             self.back.acked(ack, echo_ns)
         if self.open:
             self._take(pieces, sent_ns)
 
     def lost(self, train: Train, receiver: int, reason: str) -> None:
-        """The medium lost it. The sender does not know; the trace does."""
+        """The medium lost it, which the sender does not know."""
         self.origin.end.lost_train(train[0], train[1], reason)
-        self.origin.watch.hide(train[1])
+        self.origin.retransmission.hide(train[1])
 
     def unresolved(self, train: Train) -> None:
-        """The train could not leave: only a retransmission counts (``Watch``)."""
-        self.origin.watch.unresolved(train[0])
+        """The train could not leave: only a retransmission counts (``RetransmissionTimer``)."""
+        self.origin.retransmission.unresolved(train[0])
 
     def repeated(self, train: Train, receiver: int) -> None:
         """A copy that the network made is a segment like any other."""
@@ -142,13 +138,8 @@ class Receiver:
     def acknowledge(self, segments: int) -> None:
         """Send so many acknowledgements as one train of them."""
         self.due_ns = 0
-        self.said = nxt = self.nxt
+        self.acknowledged = nxt = self.nxt
         ack = nxt, self.echo_ns, tuple(self.ranges)
-        if self._implied:
-            peer = self.end.peer
-            if self._up(peer):
-                self.origin.arrived(ack, peer)
-            return
         size_bytes = segments * SEGMENT_HEADER_BYTES
         self._counts[ACKS] += size_bytes
         self._frames[ACKS] += 1
@@ -156,21 +147,24 @@ class Receiver:
 
     def answer(self, now_ns: int) -> int:
         """Data goes the other way, and an acknowledgement with it. Returns the time that it echoes,
-        -1 if it tells no news. Who answers soon is taken to do so again (pingpong mode)."""
-        if now_ns - self.heard_ns < self._delay_ns:
+        -1 if it acknowledges nothing new. An end that answers soon is taken to do so again
+        (pingpong mode)."""
+        if now_ns - self.received_ns < self._delay_ns:
             self.pingpong = True
-        self.said = self.nxt
+        self.acknowledged = self.nxt
         if not self.due_ns:
             return -1
         self.due_ns = 0
         return self.echo_ns
 
+    def express_for(self, _: Sender) -> Express | None:
+        """The shortcut for the sender at this end, if it has one."""
+        return None
+
     def shut(self) -> None:
-        """Hear nothing more."""
+        """Take nothing more."""
         self.origin.join()
-        heard, self.open = self.open, False
-        if heard and self._implied:  # in the midst of what is arriving
-            self.acknowledge(1)
+        self.open = False
         self.due_ns = 0
         if self._timer is not None:
             self._timer.cancel()
@@ -178,9 +172,9 @@ class Receiver:
 
     def _wait(self) -> None:
         fires = fires_ns(self.due_ns - self._delay_ns, self._delay_ns, self._tick_ns)
-        self._timer = self._kernel.at(fires, _CONTROL, self._entity, self._due)
+        self._timer = self._kernel.at(fires, _CONTROL, self._entity, self._delay_over)
 
-    def _due(self, _: Any) -> None:
+    def _delay_over(self, _: object) -> None:
         self._timer = None
         if self.due_ns > self._kernel.now_ns:
             self._wait()
@@ -190,27 +184,26 @@ class Receiver:
 
     def _deliver(self) -> None:
         """Hand over each message that is complete now."""
-        origin = self.origin
-        messages, nxt = origin.messages, self.nxt
-        while len(messages) > (heard := origin.heard):
-            entry = messages[heard]
+        transit = self.transit
+        messages, nxt = transit.messages, self.nxt
+        while len(messages) > (delivered := transit.delivered):
+            entry = messages[delivered]
             if entry[0] > nxt:
                 return
-            origin.heard = heard + 1
+            transit.delivered = delivered + 1
             entry[1](entry[2])
-            if not self.open:  # closed by what it heard: the rest is refused
+            if not self.open:  # closed by this message: the rest is refused
                 self.nxt = entry[0]
                 return
 
     def _take(self, pieces: list[tuple[int, int]], sent_ns: int) -> None:
-        """Take in data that is not simply the next: with a gap before it, before data that is
-        here already, or nothing new. It is answered at once, each segment behind a gap by
-        itself."""
+        """Take data that is not simply the next: behind a gap, before data that has arrived, or a
+        copy. It is acknowledged at once, each segment behind a gap by itself."""
         self.pingpong = False
         before = self.nxt
         answers = 0
         for start, end in pieces:
-            if start <= self.said:
+            if start <= self.acknowledged:
                 self.echo_ns = sent_ns
             if end <= self.nxt:
                 answers += 1

@@ -1,4 +1,4 @@
-"""How a sender repairs what the network has lost, from the first sign of it until all is well."""
+"""The repair of losses by a sender, from the first sign of one until all has arrived."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ class Repair:
         self._sender = sender
         self.board = board
         self.state = DISORDER
-        self._end = 0  # what had been sent when a loss was noticed
-        self._news = 0  # bytes that the last acknowledgement told of
+        self._end = 0  # end of the bytes that had been sent when a loss was noticed
+        self._news = 0  # bytes that the last acknowledgement was the first to cover
         self._window = 0  # when recovery began, and since then:
         self._arrived = self._sent = 0
         self._began_ns = 0
         self._before = 0, 0  # window and threshold
 
-    def hear(self, una: int, ranges: tuple[tuple[int, int], ...], now_ns: int) -> None:
-        """An acknowledgement has come."""
-        self._news = self.board.hear(una, ranges, now_ns, self._sender.least_rtt_ns)
+    def acknowledge(self, una: int, ranges: tuple[tuple[int, int], ...], now_ns: int) -> None:
+        """Take an acknowledgement."""
+        self._news = self.board.acknowledge(una, ranges, now_ns, self._sender.least_rtt_ns)
 
     def react(self, advanced: bool, echo_ns: int, now_ns: int) -> None:
         """Act on the acknowledgement, after the sender has taken its ``una``."""
@@ -55,7 +55,7 @@ class Repair:
         if self.state == DISORDER and not board.bytes[ARRIVED] and not board.bytes[LOST]:
             sender.repair = None
 
-    def look_again(self, now_ns: int) -> None:
+    def give_up_late(self, now_ns: int) -> None:
         """The wait for late ranges is over: those that have not come are lost."""
         self._news = 0
         if self._notice(now_ns) and self.state == RECOVERY and not self._sent:
@@ -63,25 +63,25 @@ class Repair:
         self._sender.push()
 
     def time_out(self, now_ns: int) -> None:
-        """All that is on its way is lost, but for what was sent just now."""
+        """The timer went off: all bytes on their way are lost, but for the latest."""
         sender, board = self._sender, self.board
         if self.state == DISORDER or sender.una >= self._end:
             self._begin(now_ns)
         sender.forget()
         self.state = LOSS
         self._end = sender.nxt
-        board.lose(now_ns - max(board.newest_rtt_ns, sender.srtt_ns))
+        board.mark_lost(now_ns - max(board.newest_rtt_ns, sender.srtt_ns))
         sender.cwnd = board.flying + MSS_BYTES
 
     def push(self) -> None:
-        """Send again what is lost and the window has room for."""
+        """Send lost bytes again, as far as the window allows."""
         sender, board = self._sender, self.board
         most = sender.params.train * MSS_BYTES
         while (run := board.first_lost()) is not None:
-            room = sender.cwnd - board.flying
-            if room <= 0 or room < MSS_BYTES and board.flying:
+            free = sender.cwnd - board.flying
+            if free <= 0 or free < MSS_BYTES and board.flying:
                 return
-            end = min(run.end, run.start + min(max(room - room % MSS_BYTES, MSS_BYTES), most))
+            end = min(run.end, run.start + min(max(free - free % MSS_BYTES, MSS_BYTES), most))
             board.send_again(run, end, sender.now_ns)
             self._sent += end - run.start
             sender.send_again(run.start, end)
@@ -103,7 +103,8 @@ class Repair:
         self._arrived = self._sent = 0
 
     def _notice(self, now_ns: int) -> int:
-        """Find what is lost; wait for what may only be late. Returns the bytes lost."""
+        """Find lost bytes; wait for those that may be late. Returns the number of lost bytes.
+        """
         sender, board = self._sender, self.board
         patience_ns = 0
         if self.state == DISORDER \
@@ -111,7 +112,7 @@ class Repair:
             patience_ns = min(sender.least_rtt_ns >> 2, sender.srtt_ns)
         lost, wait_ns = board.overtaken(patience_ns, now_ns)
         if wait_ns:
-            sender.watch.await_late(wait_ns + _LATE_TICKS * sender.params.tick_ns)
+            sender.retransmission.await_late(wait_ns + _LATE_TICKS * sender.params.tick_ns)
         if lost and self.state == DISORDER:
             self._begin(now_ns)
             self.state = RECOVERY
@@ -123,18 +124,18 @@ class Repair:
             return
         sender, flying = self._sender, self.board.flying
         self._arrived += self._news
-        room = sender.ssthresh - flying
-        if room < 0:
+        free = sender.ssthresh - flying
+        if free < 0:
             count = -(-sender.ssthresh * self._arrived // self._window) - self._sent
         else:
             count = max(self._arrived - self._sent, self._news)
             if advanced and not lost:
                 count += MSS_BYTES
-            count = min(room, count)
+            count = min(free, count)
         sender.cwnd = flying + max(count, 0 if self._sent else MSS_BYTES)
 
     def _over(self) -> None:
-        """All that had been sent when the loss was noticed is there."""
+        """All bytes that had been sent when the loss was noticed have arrived."""
         if self.state == RECOVERY:
             self._sender.cwnd = self._sender.ssthresh
         self.state = DISORDER
@@ -144,6 +145,6 @@ class Repair:
         sender = self._sender
         window, threshold = self._before
         self.state = DISORDER
-        self.board.find()
+        self.board.unmark_lost()
         sender.cwnd = max(sender.cwnd, window)
         sender.ssthresh = max(sender.ssthresh, threshold)

@@ -1,4 +1,4 @@
-"""What has become of the bytes that a sender has on their way, as far as it knows."""
+"""The state of the bytes that a sender has on their way, as far as it knows."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable
 FLYING, ARRIVED, LOST = range(3)
 
 
-class Run:
+class SentRange:
     """Bytes ``start`` to ``end``, sent at ``sent_ns`` for the last time, ``again`` if not for the
     first."""
 
@@ -28,7 +28,7 @@ class Scoreboard:
     __slots__ = ("runs", "bytes", "newest", "newest_rtt_ns")
 
     def __init__(self, una: int, trains: Iterable[tuple[int, int]]) -> None:
-        self.runs: list[Run] = []
+        self.runs: list[SentRange] = []
         self.bytes = [0, 0, 0]  # by state
         self.newest = -1, -1  # when the last of them was sent, and where it ends
         self.newest_rtt_ns = 0
@@ -42,30 +42,30 @@ class Scoreboard:
 
     def send(self, start: int, end: int, now_ns: int) -> None:
         """New bytes are on their way."""
-        self.runs.append(Run(start, end, now_ns))
+        self.runs.append(SentRange(start, end, now_ns))
         self.bytes[FLYING] += end - start
 
-    def send_again(self, run: Run, end: int, now_ns: int) -> None:
+    def send_again(self, run: SentRange, end: int, now_ns: int) -> None:
         """Lost bytes from the start of ``run`` are on their way again."""
         if end < run.end:
-            self._split(self.runs.index(run), end)
-        self._become(run, FLYING)
+            self._cut(self.runs.index(run), end)
+        self._set_state(run, FLYING)
         run.sent_ns = now_ns
         run.again = True
 
-    def hear(self, una: int, ranges: Iterable[tuple[int, int]], now_ns: int,
+    def acknowledge(self, una: int, ranges: Iterable[tuple[int, int]], now_ns: int,
              least_rtt_ns: int) -> int:
-        """An acknowledgement says that all before ``una`` has arrived, and ``ranges``. Returns how
-        many bytes of it are news."""
+        """Take an acknowledgement: all before ``una`` has arrived, and ``ranges``. Returns the
+        number of bytes that were not known to have arrived."""
         runs, news, done = self.runs, 0, 0
         for run in runs:
             if run.start >= una:
                 break
             if run.end > una:
-                self._split(done, una)
+                self._cut(done, una)
             if run.state != ARRIVED:
                 news += run.end - run.start
-                self._came(run, now_ns, least_rtt_ns)
+                self._mark_newest(run, now_ns, least_rtt_ns)
             self.bytes[run.state] -= run.end - run.start
             done += 1
         del runs[:done]
@@ -77,55 +77,55 @@ class Scoreboard:
                 run = runs[at]
                 if run.state != ARRIVED:
                     if run.start < start:
-                        self._split(at, start)
+                        self._cut(at, start)
                         at += 1
                         run = runs[at]
                     if run.end > end:
-                        self._split(at, end)
+                        self._cut(at, end)
                     news += run.end - run.start
-                    self._came(run, now_ns, least_rtt_ns)
-                    self._become(run, ARRIVED)
+                    self._mark_newest(run, now_ns, least_rtt_ns)
+                    self._set_state(run, ARRIVED)
                 at += 1
         return news
 
-    def tail(self, most: int, now_ns: int) -> Run:
+    def tail(self, most: int, now_ns: int) -> SentRange:
         """The last segment, of ``most`` bytes at most, goes again."""
         run = self.runs[-1]
         start = run.start + (run.end - 1 - run.start) // most * most
         if start > run.start:
-            self._split(len(self.runs) - 1, start)
+            self._cut(len(self.runs) - 1, start)
         run = self.runs[-1]
         self.send_again(run, run.end, now_ns)
         return run
 
     def overtaken(self, patience_ns: int, now_ns: int) -> tuple[int, int]:
-        """Take for lost what was sent before something that has arrived, and is ``patience_ns``
-        later than that was. Returns how many bytes these are, and how long (ns) to wait for what is
-        not that late yet."""
+        """Mark ranges as lost that were sent before one that has arrived, and are ``patience_ns``
+        later than that was. Returns the number of their bytes, and how long (ns) to wait for ranges
+        that are not that late yet."""
         lost = wait_ns = 0
         late_ns = now_ns - self.newest_rtt_ns - patience_ns
         for run in self.runs:
             if run.state == FLYING and (run.sent_ns, run.end) < self.newest:
                 if run.sent_ns <= late_ns:
                     lost += run.end - run.start
-                    self._become(run, LOST)
+                    self._set_state(run, LOST)
                 else:
                     wait_ns = max(wait_ns, run.sent_ns - late_ns)
         return lost, wait_ns
 
-    def lose(self, late_ns: int) -> None:
-        """Take for lost what was sent up to ``late_ns``, and the first bytes in any case."""
+    def mark_lost(self, late_ns: int) -> None:
+        """Mark ranges as lost that were sent up to ``late_ns``, and the first one in any case."""
         for number, run in enumerate(self.runs):
             if run.state == FLYING and (not number or run.sent_ns <= late_ns):
-                self._become(run, LOST)
+                self._set_state(run, LOST)
 
-    def find(self) -> None:
-        """Undo: take all that was marked lost for in flight again (a false timeout)."""
+    def unmark_lost(self) -> None:
+        """Take all lost ranges for in flight again (a false timeout)."""
         for run in self.runs:
             if run.state == LOST:
-                self._become(run, FLYING)
+                self._set_state(run, FLYING)
 
-    def first_lost(self) -> Run | None:
+    def first_lost(self) -> SentRange | None:
         """The first run that is to be sent again."""
         if self.bytes[LOST]:
             for run in self.runs:
@@ -133,20 +133,20 @@ class Scoreboard:
                     return run
         return None
 
-    def _came(self, run: Run, now_ns: int, least_rtt_ns: int) -> None:
+    def _mark_newest(self, run: SentRange, now_ns: int, least_rtt_ns: int) -> None:
         """A run has arrived. Of one that was sent again, it may have been the first copy."""
         rtt_ns = now_ns - run.sent_ns
         if (run.sent_ns, run.end) > self.newest and not (run.again and rtt_ns < least_rtt_ns):
             self.newest = run.sent_ns, run.end
             self.newest_rtt_ns = rtt_ns
 
-    def _become(self, run: Run, state: int) -> None:
+    def _set_state(self, run: SentRange, state: int) -> None:
         size_bytes = run.end - run.start
         self.bytes[run.state] -= size_bytes
         self.bytes[state] += size_bytes
         run.state = state
 
-    def _split(self, number: int, at: int) -> None:
+    def _cut(self, number: int, at: int) -> None:
         run = self.runs[number]
-        self.runs.insert(number + 1, Run(at, run.end, run.sent_ns, run.state, run.again))
+        self.runs.insert(number + 1, SentRange(at, run.end, run.sent_ns, run.state, run.again))
         run.end = at

@@ -1,18 +1,18 @@
-"""The sending half of one direction of a connection: what may go when, and what goes again."""
+"""The sending half of one direction of a connection: when data may go, and when it goes again."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from desim.middleware.tcp.entries import FIN, Entry, parts
+from desim.middleware.tcp.entries import FIN, Token, Transit, parts
 from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.tcp.repair import Repair
+from desim.middleware.tcp.retransmission import RetransmissionTimer
 from desim.middleware.tcp.scoreboard import Scoreboard
-from desim.middleware.tcp.watch import Watch
-from desim.middleware.tcp.window import Window
+from desim.middleware.tcp.window import CongestionWindow
 from desim.middleware.tcp.writes import Writes
 from desim.middleware.timers import NEVER
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
@@ -22,25 +22,25 @@ if TYPE_CHECKING:
     from desim.middleware.tcp.end import End
     from desim.middleware.tcp.receiver import Receiver
 
-# What an acknowledgement says: all before this byte is here; when the segment was sent that it
-# answers; which ranges behind it are here, too.
+# An acknowledgement: all before this byte has arrived; when the segment was sent that it answers;
+# the ranges behind that byte that have arrived, too.
 Ack = tuple[int, int, tuple[tuple[int, int], ...]]
 
 _BATCH_BYTES = 26 * MSS_BYTES  # half of the window that a peer offers at first (measured)
 _PIECE_BYTES = 832  # of memory beside the bytes (SKB_TRUESIZE(0), measured)
 
 
-class Sender(Window):
+class Sender(CongestionWindow):
     """Bytes ``una`` to ``nxt`` are on their way, up to ``written`` they are to be sent. ``peer`` is
-    the receiver at the other end, ``back`` the one at this end. ``messages`` are those not
-    acknowledged, or refused after that, of which the first ``heard`` have arrived. ``repair`` is
-    there as long as something seems to be lost.
+    the receiver at the other end, ``back`` the one at this end. ``transit`` has the messages that
+    were not acknowledged, or were refused after that. ``repair`` exists as long as some bytes seem
+    to be lost.
     """
 
-    __slots__ = ("end", "peer", "back", "open", "nodelay", "messages", "heard", "una", "nxt",
-                 "written", "finishing", "heard_ns", "repair", "watch", "timer", "_waiters",
-                 "_small", "_trains", "sent_ns", "_context", "_kernel", "_way", "_transmit",
-                 "_host", "_to", "_host_id", "_to_id", "_record_frame", "express")
+    __slots__ = ("end", "peer", "back", "open", "nodelay", "transit", "_messages", "una", "nxt",
+                 "written", "finishing", "received_ns", "repair", "retransmission", "timer",
+                 "_waiters", "_small", "_trains", "sent_ns", "_context", "_kernel", "_way",
+                 "_transmit", "_host", "_to", "_host_id", "_to_id", "_record_frame", "express")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         super().__init__(connection.tcp.params)
@@ -50,21 +50,21 @@ class Sender(Window):
         self.open = False
         self.nodelay = connection.nodelay
         self.express: Express | None = None
-        self.messages: deque[Entry] = deque()
-        self.heard = 0
+        self.transit = Transit()
+        self._messages = self.transit.messages
         self.una = self.nxt = self.written = 0
         self.repair: Repair | None = None
-        self._waiters: list[Callable[[], Any]] = []
+        self._waiters: list[Callable[[], object]] = []
         self.finishing = False
-        self.heard_ns = 0
+        self.received_ns = 0
         self._small = 0  # end of the last segment that was not full
         self._trains: deque[tuple[int, int]] = deque()  # end, sent_ns of all but the last one
         self.sent_ns = 0
         self._context = context = connection.tcp.context
         self._kernel = context.kernel
         self._record_frame = context.record_frame
-        self.watch = Watch(self, connection.tcp.timers, entity)
-        self.timer = self.watch.timer
+        self.retransmission = RetransmissionTimer(self, connection.tcp.timers, entity)
+        self.timer = self.retransmission.timer
         self._way = end.way
         self._transmit = end.way.transmit
         self._host, self._to = end.host, (end.peer,)
@@ -76,22 +76,22 @@ class Sender(Window):
 
     @property
     def head_ns(self) -> int:
-        """When the first bytes in flight were sent."""
+        """The time when the first bytes in flight were sent."""
         if self.repair is not None:
             return self.repair.board.runs[0].sent_ns
         return self._trains[0][1] if self._trains else self.sent_ns
 
-    # What its user does.
+    # The socket.
 
-    def send(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any,
+    def send(self, size_bytes: int, arrived: Callable[..., object], token: Token,
              kind: str | None, writes: int = 1) -> None:
-        """As ``Connection.send`` of this end. Writes that may not go at once, TCP cuts as usual."""
+        """See ``Connection.send``. TCP cuts writes that may not go at once as usual."""
         express = self.express
         if express is not None and express.send(size_bytes, arrived, token, kind, writes):
             return
         start = self.written
         self.written = end = start + size_bytes
-        self.messages.append((end, arrived, token, kind))
+        self._messages.append((end, arrived, token, kind))
         small_may_go = self._small <= self.una or self.nodelay
         if self.nxt == start and small_may_go and size_bytes <= writes * MSS_BYTES \
                 and kind is not FIN and end - self.una <= self.cwnd and self.open \
@@ -100,14 +100,14 @@ class Sender(Window):
         elif small_may_go or end - self.nxt >= MSS_BYTES:
             self.push()
 
-    def sent(self, size_bytes: int, arrived: Callable[[Any], Any], token: Any, kind: str | None,
+    def sent(self, size_bytes: int, arrived: Callable[..., object], token: Token, kind: str | None,
              sent_ns: int) -> int:
         """A message was sent by express, and is on its way. Returns where it begins."""
         start = self.written
         if start > self.una:
             self._trains.append((start, self.sent_ns))
         self.written = self.nxt = end = start + size_bytes
-        self.messages.append((end, arrived, token, kind))
+        self._messages.append((end, arrived, token, kind))
         if size_bytes % MSS_BYTES:
             self._small = end
         self.sent_ns = sent_ns
@@ -122,7 +122,7 @@ class Sender(Window):
         if self.express is not None:
             self.express.join()
 
-    def finish(self, finishes: Callable[[Any], Any]) -> None:
+    def finish(self, finishes: Callable[..., object]) -> None:
         """Send all that was written, without delay, and a FIN behind it: one byte of the sequence,
         which the network carries as one byte, too."""
         self.finishing = True
@@ -130,28 +130,27 @@ class Sender(Window):
         self.push()
 
     def shut(self) -> None:
-        """Send nothing more. What was not heard will not be."""
+        """Send nothing more. Messages that have not arrived never will."""
         self.join()
         self.open = False
-        self.messages.clear()
+        self.transit.clear()
         self._waiters.clear()
-        self.heard = 0
         self.timer.stop()
 
     @property
     def express_ns(self) -> int:
-        """When the last express message reached the peer; 0: none has."""
-        return 0 if self.express is None else self.express.heard_ns
+        """The time when the last express message reached the peer; 0: none has."""
+        return 0 if self.express is None else self.express.received_ns
 
     @property
     def pending(self) -> int:
-        """Bytes that were written and may not be there."""
+        """The bytes that were written and may not have arrived."""
         express = self.express
         flying = 0 if express is None or express.flight is None else express.flying()
         return self.written + flying - self.una
 
     @property
-    def room(self) -> bool:
+    def writable(self) -> bool:
         """Whether poll() reports the socket as writable: a third of the send buffer is free (Linux
         sk_stream_is_writeable). A writer that has waited for that may go on while it ``takes``."""
         pending = self.pending
@@ -160,10 +159,10 @@ class Sender(Window):
 
     @property
     def takes(self) -> bool:
-        """Whether write() takes something. Linux collects waiting data in pieces of up to
+        """Whether write() takes data. Linux collects waiting data in pieces of up to
         ``_BATCH_BYTES``, and begins another piece as long as memory is left (tcp_sendmsg,
         tcp_xmit_size_goal)."""
-        if self.room:
+        if self.writable:
             return True
         flying = self.nxt - self.una
         left = self.memory_bytes - flying - _PIECE_BYTES * self._pieces()
@@ -171,38 +170,38 @@ class Sender(Window):
         return self.pending < flying + pieces * _BATCH_BYTES
 
     def _pieces(self) -> int:
-        """Roughly how many pieces are in flight."""
+        """Roughly the number of pieces in flight."""
         return len(self._trains) + 1
 
-    def when_room(self, fn: Callable[[], Any]) -> None:
-        """Call ``fn()`` once, when an acknowledgement has made room (now, if there is some)."""
-        if self.room:
+    def when_writable(self, fn: Callable[[], object]) -> None:
+        """Call ``fn()`` once, as soon as the socket is writable, maybe now."""
+        if self.writable:
             fn()
         else:
             self.join()
             self._waiters.append(fn)
 
-    # What it hears.
+    # Acknowledgements.
 
     def arrived(self, ack: Ack, receiver: int) -> None:
         """An acknowledgement without data."""
         if not self.open:
             self.end.stray(self, ack)
             return
-        self.heard_ns = self._kernel.now_ns
+        self.received_ns = self._kernel.now_ns
         number, echo_ns, ranges = ack
         if number > self.una or ranges and number == self.una:
             self.acked(number, echo_ns, ranges)
         elif number == self.una:
-            self.watch.heard_again()
+            self.retransmission.acknowledged_twice()
 
     def arrived_in_part(self, ack: Ack, receiver: int, lost: dict[int, str]) -> None:
         """Acknowledgements are cumulative: those that arrive stand for those that do not."""
         self.arrived(ack, receiver)
 
     def lost(self, ack: Ack, receiver: int, reason: str) -> None:
-        """A lost acknowledgement: nobody is told, but the peer's probe or timeout may come."""
-        self.watch.hide(ack[0])
+        """A lost acknowledgement: nobody learns of it, but a probe or timeout may follow."""
+        self.retransmission.hide(ack[0])
 
     def repeated(self, ack: Ack, receiver: int) -> None:
         """A copy of an acknowledgement that is known."""
@@ -212,7 +211,7 @@ class Sender(Window):
 
     def acked(self, number: int, echo_ns: int,
               ranges: tuple[tuple[int, int], ...] = ()) -> None:
-        """All before byte ``number`` is there, and ``ranges``: more than was known before."""
+        """All before byte ``number`` has arrived, and ``ranges``: more than was known before."""
         una, nxt = self.una, self.nxt
         now_ns = self._kernel.now_ns
         repair = self.repair
@@ -222,12 +221,12 @@ class Sender(Window):
             elif (nxt - una) * 2 > self.cwnd:
                 self.grow(number - una, nxt - una, now_ns)
         if repair is not None:
-            repair.hear(number, ranges, now_ns)
+            repair.acknowledge(number, ranges, now_ns)
         if number > una:
             self._advance(number, echo_ns, now_ns)
         if repair is not None:
             repair.react(number > una, echo_ns, now_ns)
-        messages, left = self.messages, self.written - number
+        messages, left = self._messages, self.written - number
         if left:
             if left <= MSS_BYTES and number == nxt and len(messages) == 1 \
                     and messages[0][3] is not FIN and self.repair is None:
@@ -235,16 +234,15 @@ class Sender(Window):
             else:
                 self.push()
         elif self.finishing:
-            messages.clear()
-            self.heard = 0
+            self.transit.clear()
             self.end.finished()
         elif self.express is not None:
             self.express.ready = self.near and self.peer.open and self.repair is None
         if self._waiters:
-            self._tell_waiters()
+            self._notify_waiters()
 
     def _advance(self, number: int, echo_ns: int, now_ns: int) -> None:
-        """All before ``number`` is there."""
+        """All before ``number`` has arrived."""
         self.una = number
         self._way.confirmed_ns = now_ns
         if echo_ns >= 0:
@@ -257,22 +255,23 @@ class Sender(Window):
         else:
             self.timer.deadline_ns = NEVER
             self._trains.clear()
-        if self.watch.uneasy:
-            self.watch.heard(number, now_ns)
-        messages, heard = self.messages, self.heard
-        if number < self.written or heard < len(messages):
-            while heard and messages[0][0] <= number:  # what was refused unheard stays
+        if self.retransmission.uneasy:
+            self.retransmission.advanced(number, now_ns)
+        messages, transit = self._messages, self.transit
+        delivered = transit.delivered
+        if number < self.written or delivered < len(messages):
+            while delivered and messages[0][0] <= number:  # refused messages stay
                 messages.popleft()
-                heard -= 1
-            self.heard = heard
+                delivered -= 1
+            transit.delivered = delivered
         else:
             messages.clear()
-            self.heard = 0
+            transit.delivered = 0
 
-    # What goes.
+    # Data.
 
     def push(self) -> None:
-        """Send what may go now, if the connection is open."""
+        """Send all data that may go now, if the connection is open."""
         if not self.open:
             return
         params, repair = self.params, self.repair
@@ -304,9 +303,9 @@ class Sender(Window):
             self._train(start, start + size)
 
     def send_again(self, start: int, end: int) -> None:
-        """Bytes that seem to be lost."""
+        """Send bytes again that seem to be lost."""
         if start == self.una:
-            self.watch.restart()
+            self.retransmission.restart()
         self._frame(start, end)
 
     def probe(self) -> bool:
@@ -323,7 +322,7 @@ class Sender(Window):
         return False
 
     def begin_repair(self) -> Repair:
-        """Something seems to be lost."""
+        """Some bytes seem to be lost: repair them."""
         trains = [*self._trains, (self.nxt, self.sent_ns)]
         self.repair = repair = Repair(self, Scoreboard(self.una, trains))
         return repair
@@ -332,13 +331,13 @@ class Sender(Window):
         """Nagle's algorithm as Linux has it: one segment that is not full may be on its way."""
         return self._small <= self.una or self.nodelay or self.finishing
 
-    def _tell_waiters(self) -> None:
-        while self._waiters and self.room:
+    def _notify_waiters(self) -> None:
+        while self._waiters and self.writable:
             self._waiters.pop(0)()
 
-    # How it goes.
+    # Frames.
 
-    def _lone(self, start: int, end: int, message: Any, kind: str | None,
+    def _lone(self, start: int, end: int, message: Token, kind: str | None,
               segments: int = 1) -> None:
         """Send one message in one segment, or one a write: the common case, without loops."""
         now_ns = self._kernel.now_ns
@@ -348,8 +347,8 @@ class Sender(Window):
             self.timer.expect(now_ns + self.rto_ns)
         else:
             self._trains.append((start, self.sent_ns))
-            if self.watch.uneasy:
-                self.watch.postpone()
+            if self.retransmission.uneasy:
+                self.retransmission.postpone()
         self.sent_ns = now_ns
         self.nxt = end
         size_bytes = end - start
@@ -369,14 +368,14 @@ class Sender(Window):
                        (start, end, back.nxt, now_ns, back.answer(now_ns)))
 
     def _train(self, start: int, end: int) -> None:
-        """New bytes as one train, whatever they are."""
+        """Send new bytes as one train."""
         now_ns = self._kernel.now_ns
         if start == self.una:
             self.timer.expect(now_ns + self.rto_ns)
         else:
             self._trains.append((start, self.sent_ns))
-            if self.watch.uneasy:
-                self.watch.postpone()
+            if self.retransmission.uneasy:
+                self.retransmission.postpone()
         self.nxt = end
         if (end - start) % MSS_BYTES:
             self._small = end
@@ -386,11 +385,11 @@ class Sender(Window):
         self._frame(start, end)
 
     def _frame(self, start: int, end: int) -> None:
-        """Bytes ``start`` to ``end`` as one train, whether new or not."""
+        """Send bytes ``start`` to ``end`` as one train, whether new or not."""
         now_ns = self._kernel.now_ns
         size_bytes, segments = on_wire(end - start)
         headers = size_bytes - (end - start)
-        for message, kind, payload_bytes in parts(self.messages, self.una, start, end):
+        for message, kind, payload_bytes in parts(self._messages, self.una, start, end):
             self.end.account(message, kind, payload_bytes + headers)
             headers = 0  # its first message bears them
         back = self.back

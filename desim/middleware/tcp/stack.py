@@ -1,9 +1,9 @@
-"""All TCP connections of a run: who listens, and what a host that stops takes with it."""
+"""All TCP connections of a run: its listeners, and the ends that stop with their host."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.middleware.context import ACKS
 from desim.middleware.tcp.connection import Closed, Connection
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 class Known:
     """The entry of a peer whose address is configured (``arp: static``)."""
-
-    __slots__ = ("transmit", "confirmed_ns")
 
     def __init__(self, transmit: Callable[..., int | None]) -> None:
         self.transmit = transmit
@@ -40,22 +38,23 @@ class Tcp:
         self._tables: AddressTables | None = None  # None: addresses are configured
         if params.arp == "natural":
             self._tables = context.resolve_addresses(params.tick_ns)
-        self._listeners: dict[tuple[int, str], Callable[[Connection], Any]] = {}
-        self._opened: dict[Connection, Callable[[Connection], Any]] = {}
+        self._listeners: dict[tuple[int, str], Callable[[Connection], object]] = {}
+        self._opened: dict[Connection, Callable[[Connection], object]] = {}
         self._ends: dict[int, dict[End, None]] = {}
 
-    def listen(self, host: int, service: str, accepted: Callable[[Connection], Any]) -> None:
-        """``accepted(connection)`` for each connection to ``service`` that ``host`` takes, until it
-        stops."""
+    def listen(self, host: int, service: str, accepted: Callable[[Connection], object]) -> None:
+        """Call ``accepted(connection)`` for each connection to ``service`` that ``host`` takes,
+        until it stops."""
         self._listeners[host, service] = accepted
 
     def connect(self, client: int, server: int, service: str, kind: str, *,
-                opened: Callable[[Connection], Any], closed: Closed, nodelay: bool = False,
+                opened: Callable[[Connection], object], closed: Closed, nodelay: bool = False,
                 keepalive: bool = True) -> Connection:
-        """Call ``service`` on ``server``: ``opened(connection)`` when it has answered,
-        ``closed(connection, reason)`` when it did not, or later (``Connection.on_closed``).
+        """Connect to ``service`` on ``server``. ``opened(connection)`` is called when it has
+        answered, ``closed(connection, reason)`` when it has not, or later: see
+        ``Connection.on_closed``.
 
-        ``kind``: what the bytes of its control segments are counted under. ``nodelay``: both ends
+        The bytes of control segments are counted under ``kind``. ``nodelay``: both ends
         do without Nagle's algorithm. ``keepalive``: both ends probe a silent peer.
         """
         medium = self.context.route(client, server)
@@ -73,7 +72,7 @@ class Tcp:
         return connection
 
     def switched(self, host: int, up: bool) -> None:
-        """A stopped host forgets its connections and who listened; nobody is told."""
+        """A stopped host forgets its connections and listeners; nobody learns of it."""
         if not up:
             for end in list(self._ends.get(host, ())):
                 end.vanish()
@@ -82,7 +81,7 @@ class Tcp:
             for listener in [key for key in self._listeners if key[0] == host]:
                 del self._listeners[listener]
 
-    # What ends say and ask.
+    # For ends.
 
     def way(self, medium: Route | None, host: int, peer: int) -> AddressEntry:
         """What takes frames from ``host`` to ``peer``."""

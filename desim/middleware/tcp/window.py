@@ -1,4 +1,4 @@
-"""How much may be on its way, and how long to wait for an answer."""
+"""The congestion window, the round trip and the timeout of a sender."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from desim.middleware.transports import MSS_BYTES
 _LONG_NS = 1 << 62
 
 
-class Window:
+class CongestionWindow:
     """Congestion control of RFC 5681 with CUBIC's growth, in bytes, and Linux's timeout; only a
     window that is used grows. ``memory_bytes``: the send buffer, which grows with the window."""
 
@@ -21,8 +21,8 @@ class Window:
         self.params = params
         self.cwnd = self.initial = params.initial_window * MSS_BYTES
         self.ssthresh = params.window_bytes
-        self.rto_ns = params.first_rto_ns
-        self.memory_bytes = 2 * params.initial_window * params.segment_bytes
+        self.rto_ns: int = params.first_rto_ns
+        self.memory_bytes: int = 2 * params.initial_window * params.segment_bytes
         self.srtt_ns = -1  # no round trip has been measured
         self.least_rtt_ns = _LONG_NS
         self.near = False  # the first round trip was below ``near_ns``, and nothing was lost since
@@ -85,7 +85,7 @@ class Window:
         """The size of one train: the bytes that ``burst_ns`` brings at twice the window per round
         trip, two full segments at least."""
         params = self.params
-        segments = 2 * self.cwnd * params.burst_ns // (max(self.srtt_ns, 1) * MSS_BYTES)
+        segments: int = 2 * self.cwnd * params.burst_ns // (max(self.srtt_ns, 1) * MSS_BYTES)
         return min(max(segments, 2), params.train) * MSS_BYTES
 
     def less(self, flying: int) -> None:

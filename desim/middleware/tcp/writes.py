@@ -1,4 +1,4 @@
-"""A train of small packets: what was written piece by piece, without Nagle's algorithm."""
+"""A train of small packets: pieces that were written one by one, without Nagle's algorithm."""
 
 from __future__ import annotations
 

@@ -1,50 +1,48 @@
-"""How a router finds others: by scouting, at configured endpoints, by gossip."""
+"""The search of a router for others: by scouting, at configured endpoints, by gossip."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 from desim.middleware.zenoh.sizes import HELLO_BYTES, SCOUT_BYTES
 
 if TYPE_CHECKING:
     from desim.middleware.zenoh.parameters import ZenohParams
-    from desim.middleware.zenoh.router import Router
+    from desim.middleware.zenoh.router import ZenohRouter
     from desim.ports.middleware import MiddlewareContext
+    from desim.ports.networks import Handle
 
 
 class Finder:
-    """Of one router in one life; a leaf, which does not listen, keeps one link only.
+    """The search of one router in one life; a leaf, which does not listen, keeps one link only.
 
-    Scouting never ends, and who is greeted calls, once each time (autoconnect_strategy "always"),
-    one after another (orchestrator.rs awaits connect_peer).
-    Of two routers that hear of each other by gossip the one of the higher index (zid) calls
-    ("greater-zid"). An ``endpoint`` is called again until there is a link, and when a link is lost.
+    Scouting never ends. A router dials each other one that answers, once for each hello
+    (autoconnect_strategy "always"), one after another (orchestrator.rs awaits connect_peer). Of two
+    routers that learn of each other by gossip the one of the higher index (zid) dials
+    ("greater-zid"). An ``endpoint`` is dialled again until there is a link, and when it is lost.
     """
 
-    __slots__ = ("listens", "_host", "_context", "_params", "_routers", "_endpoints", "_router",
-                 "_step_ns", "_pauses_ns", "_timers", "_greeters", "_calling")
-
     def __init__(self, host: int, listens: bool, endpoints: list[int], context: MiddlewareContext,
-                 params: ZenohParams, routers: Mapping[int, Router]) -> None:
+                 params: ZenohParams, routers: Mapping[int, ZenohRouter]) -> None:
         self.listens = listens
         self._host = host
         self._context, self._params = context, params
         self._routers = routers
         self._endpoints = endpoints
-        self._router: Router
+        self._router: ZenohRouter
         self._step_ns = params.scout_first_ns
         self._pauses_ns: dict[int, int] = {}  # before the next call of an endpoint
         self._greeters: dict[int, int] = {}  # to be called, and in which of their lives they are
         self._calling: int | None = None  # a greeter
-        self._timers: dict[int, Any] = {}  # by endpoint, that of scouting by the own host
+        self._timers: dict[int, Handle] = {}  # by endpoint, that of scouting by the own host
 
-    def begin(self, router: Router) -> None:
+    def begin(self, router: ZenohRouter) -> None:
         self._router = router
         if self._params.discovery == "multicast":
             most_ns = self._params.scout_jitter_ns
-            luck = self._context.stream("zenoh", "scouts", self._host, router.life)
-            self._book(self._host, int(luck.integers(most_ns + 1)), self._scout)
+            stream = self._context.stream("zenoh", "scouts", self._host, router.life)
+            self._book(self._host, int(stream.integers(most_ns + 1)), self._scout)
         for endpoint in self._endpoints if self.listens else self._endpoints[:1]:
             self._book(endpoint, 0, self._call)
 
@@ -52,14 +50,14 @@ class Finder:
         for timer in self._timers.values():
             timer.cancel()
 
-    # What the router says.
+    # Events of the router.
 
     def linked(self, peer: int) -> None:
         self._pauses_ns.pop(peer, None)
         self._called(peer)
 
     def unlinked(self, peer: int, was_up: bool) -> None:
-        """A link is lost, or did not come up."""
+        """A link is lost, or did not open."""
         self._called(peer)
         endpoints, params = self._endpoints, self._params
         if peer not in endpoints:
@@ -73,23 +71,23 @@ class Finder:
             peer = endpoints[(endpoints.index(peer) + 1) % len(endpoints)]
         self._book(peer, pause_ns, self._call)
 
-    def heard_of(self, peer: int) -> None:
-        """It is in the network."""
+    def gossiped(self, peer: int) -> None:
+        """``peer`` is in the network."""
         if self._params.gossip and self.listens and self._host > peer \
                 and peer in self._listening() and not self._router.has_link(peer):
             self._router.dial(peer)
 
     # Scouting.
 
-    def _scout(self, _: Any) -> None:
+    def _scout(self, _: object) -> None:
         context = self._context
         others = [host for host in range(len(context.hosts)) if host != self._host]
         context.send("scout", self._host, others, SCOUT_BYTES, self._scouted, multicast=True)
         self._book(self._host, self._step_ns, self._scout)
         self._step_ns = min(2 * self._step_ns, self._params.scout_last_ns)
 
-    def _scouted(self, _: Any, host: int) -> None:
-        """The scout is at ``host``, whose router says hello."""
+    def _scouted(self, _: object, host: int) -> None:
+        """The scout has arrived at ``host``, whose router answers with a hello."""
         router = self._routers.get(host)
         if router is not None and router.finder.listens:
             self._context.send("hello", host, [self._host], HELLO_BYTES, self._greeted,
@@ -124,7 +122,7 @@ class Finder:
     def _listening(self) -> list[int]:
         return [host for host, router in self._routers.items() if router.finder.listens]
 
-    def _book(self, what: int, delay_ns: int, fn: Any) -> None:
+    def _book(self, what: int, delay_ns: int, fn: Callable[[int], object]) -> None:
         if what in self._timers:
             self._timers[what].cancel()
         self._timers[what] = self._context.at(self._context.now_ns + delay_ns, self._host, fn, what)

@@ -4,10 +4,10 @@ alive or found dead."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.middleware.tcp import Connection
-from desim.middleware.zenoh.line import Line, Parcel
+from desim.middleware.zenoh.link_queue import LinkQueue, Parcel
 from desim.middleware.zenoh.sizes import (
     INIT_ACK_BYTES,
     INIT_SYN_BYTES,
@@ -17,42 +17,43 @@ from desim.middleware.zenoh.sizes import (
 )
 
 if TYPE_CHECKING:
-    from desim.middleware.zenoh.router import Router
-    from desim.middleware.zenoh.topology import State
+    from desim.middleware.zenoh.router import ZenohRouter
+    from desim.middleware.zenoh.topology import LinkState
+    from desim.ports.networks import Handle
 
 SERVICE = "zenoh"  # port 7447
 
 
-class Link:
-    """One end. The client says InitSyn and OpenSyn, the server acknowledges each.
+class RouterLink:
+    """One end of a link. The client sends InitSyn and OpenSyn, the server acknowledges each.
 
-    ``life``: which of the peer's lives it is with (0: not known yet). ``expired``: it is only
-    waited for what is written; what comes over a link beside such a one stays ``unread``, for its
-    router takes it for the same and does not tell its keys again. What has gone over it:
-    ``named``, the routers whose identity has, as bits; ``told``, of each router, its life and how
-    many of its declarations have. ``fresh``: link states that it has told when it was new and that
-    its router is still to pass on to others.
+    ``life``: the life of the peer that it is with (0: not known yet). ``expired``: it only drains
+    what is written; data over a link beside such a one stays ``unread``, for its router takes the
+    two for one and does not declare its keys again. ``named``: the routers whose identity has gone
+    over it, as bits; ``declared``: by router, its life and the number of its declarations that
+    have. ``fresh``: link states that it has carried when it was new, and that its router has yet to
+    pass on to others.
     """
 
     __slots__ = ("router", "host", "peer", "life", "connection", "far", "up", "over", "expired",
-                 "unread", "named", "told", "fresh", "line", "sent_ns", "_opened_ns", "_timers",
+                 "unread", "named", "declared", "fresh", "line", "sent_ns", "_opened_ns", "_timers",
                  "_context")
 
-    def __init__(self, router: Router, peer: int) -> None:
+    def __init__(self, router: ZenohRouter, peer: int) -> None:
         self.router = router
         self.host, self.peer = router.host, peer
         self.life = 0
         self.connection: Connection
-        self.far: Link
+        self.far: RouterLink
         self.up = False
         self.over = False
         self.expired = self.unread = False
         self.named = 0
-        self.told: dict[int, tuple[int, int]] = {}
-        self.fresh: dict[int, State] = {}
-        self.line: Line
+        self.declared: dict[int, tuple[int, int]] = {}
+        self.fresh: dict[int, LinkState] = {}
+        self.line: LinkQueue
         self.sent_ns = self._opened_ns = 0
-        self._timers: dict[str, Any] = {}
+        self._timers: dict[str, Handle] = {}
         self._context = router.context
 
     def dial(self) -> None:
@@ -70,33 +71,33 @@ class Link:
         self.far, connection.about.far = connection.about, self
         connection.on_closed(self.host, self._hung_up)
 
-    def say(self, kind: str, size_bytes: int, hears: Callable[[Link, Any], Any],
-            what: Any = None, writes: int = 1) -> None:
-        """``hears(link, what)`` at the other end, when it has come. It goes to the socket in so
-        many ``writes``."""
+    def send(self, kind: str, size_bytes: int, arrived: Callable[..., object],
+             what: object = None, writes: int = 1) -> None:
+        """Send a message in so many ``writes``; ``arrived(link, what)`` is called at the other end.
+        """
         self.sent_ns = self._context.now_ns
-        self.connection.send(self.host, size_bytes, self._said, (hears, what), kind, writes)
+        self.connection.send(self.host, size_bytes, self._received, (arrived, what), kind, writes)
 
     def carried(self, parcel: Parcel) -> None:
-        """It is at the other end."""
+        """A parcel has arrived at the other end."""
         if self.unread:
             parcel.drop("unknown_key")
         elif not parcel.gone:
             self.far.router.received(parcel)
 
-    def shares(self, other: Link) -> None:
-        """What has gone over ``other``, the first with the same peer, need not go over this one."""
-        self.named, self.told = other.named, other.told
+    def shares(self, other: RouterLink) -> None:
+        """Nothing that has gone over ``other``, the first link with this peer, need go over it."""
+        self.named, self.declared = other.named, other.declared
 
     def close(self) -> None:
-        """Nothing more goes or comes over it: what is on it is lost."""
+        """End it: all messages on it are lost."""
         if not self.over:
             self.vanish("link_closed")
             self.connection.close(self.host)
             self.router.unlinked(self)
 
     def vanish(self, reason: str) -> None:
-        """It is over, and nobody is told."""
+        """End it without a message to the peer."""
         self.over = True
         for timer in self._timers.values():
             timer.cancel()
@@ -104,44 +105,44 @@ class Link:
 
     def _take(self, connection: Connection) -> None:
         self.connection = connection
-        self.line = Line(self)
+        self.line = LinkQueue(self)
 
-    def _said(self, token: tuple[Callable[[Link, Any], Any], Any]) -> None:
-        hears, what = token
+    def _received(self, token: tuple[Callable[..., object], object]) -> None:
+        arrived, what = token
         if not self.far.over:
-            hears(self.far, what)
+            arrived(self.far, what)
 
     def _hung_up(self, connection: Connection, reason: str) -> None:
         self.close()
 
-    # How it opens.
+    # The handshake.
 
     def _watch_opening(self) -> None:
         self._book("opening", self._context.now_ns + self.router.params.open_timeout_ns,
                    self._too_slow)
 
-    def _too_slow(self, _: Any) -> None:
+    def _too_slow(self, _: object) -> None:
         self.close()
 
     def _dialled(self, connection: Connection) -> None:
-        self.say("link", INIT_SYN_BYTES, Link._init_syn, self.router.life)
+        self.send("link", INIT_SYN_BYTES, RouterLink._init_syn, self.router.life)
 
     def _init_syn(self, life: int) -> None:
         self.life = life
         if self.router.welcomes(self):
-            self.say("link", INIT_ACK_BYTES, Link._init_ack, self.router.life)
+            self.send("link", INIT_ACK_BYTES, RouterLink._init_ack, self.router.life)
         else:
             self.close()
 
     def _init_ack(self, life: int) -> None:
         self.life = life
-        self.say("link", OPEN_SYN_BYTES, Link._open_syn)
+        self.send("link", OPEN_SYN_BYTES, RouterLink._open_syn)
 
-    def _open_syn(self, _: Any) -> None:
-        self.say("link", OPEN_ACK_BYTES, Link._open_ack)
+    def _open_syn(self, _: object) -> None:
+        self.send("link", OPEN_ACK_BYTES, RouterLink._open_ack)
         self._establish()
 
-    def _open_ack(self, _: Any) -> None:
+    def _open_ack(self, _: object) -> None:
         self._establish()
 
     def _establish(self) -> None:
@@ -152,36 +153,36 @@ class Link:
         if not self.over:
             params = self.router.params
             self._book("beat", now_ns + params.lease_ns // params.keep_alive, self._beat)
-            self._book("lease", now_ns + params.lease_ns, self._look)
+            self._book("lease", now_ns + params.lease_ns, self._check_lease)
 
-    # How it is kept, and when it ends.
+    # The lease.
 
-    def _beat(self, _: Any) -> None:
-        """Say something when nothing was said for a while, if the socket takes it."""
+    def _beat(self, _: object) -> None:
+        """Send a keep-alive when nothing was sent for a while, if the socket takes it."""
         params, now_ns = self.router.params, self._context.now_ns
         pause_ns = params.lease_ns // params.keep_alive
         due_ns = self.sent_ns + pause_ns
         if due_ns <= now_ns:
             due_ns = now_ns + pause_ns
-            if self.connection.sender(self.host).room:
-                self.say("keepalive", KEEP_ALIVE_BYTES, Link._alive)
+            if self.connection.sender(self.host).writable:
+                self.send("keepalive", KEEP_ALIVE_BYTES, RouterLink._alive)
         self._book("beat", due_ns, self._beat)
 
-    def _alive(self, _: Any) -> None:
-        """To have heard it is all."""
+    def _alive(self, _: object) -> None:
+        """Its arrival is all that matters."""
 
-    def _look(self, _: Any) -> None:
-        """Give up a link that nothing came over for a lease. Where the socket does not take what
-        is written its end lives for another keep-alive (zenoh tx_task: drain)."""
-        heard_ns = max(self._opened_ns, self.connection.end(self.host).data_heard_ns())
+    def _check_lease(self, _: object) -> None:
+        """Give up a link over which nothing arrived for a lease. Where the socket does not take all
+        data its end lives for another keep-alive (zenoh tx_task: drain)."""
+        received_ns = max(self._opened_ns, self.connection.end(self.host).last_data_ns())
         params, now_ns = self.router.params, self._context.now_ns
-        due_ns = heard_ns + params.lease_ns
+        due_ns = received_ns + params.lease_ns
         if due_ns > now_ns:
-            self._book("lease", due_ns, self._look)
+            self._book("lease", due_ns, self._check_lease)
             return
         self.expired = True
         self._book("drain", now_ns + params.lease_ns // params.keep_alive, self._too_slow)
         self.line.flush(self.close)
 
-    def _book(self, name: str, time_ns: int, fn: Callable[[Any], Any]) -> None:
+    def _book(self, name: str, time_ns: int, fn: Callable[..., object]) -> None:
         self._timers[name] = self._context.at(time_ns, self.host, fn)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field, model_validator
 
@@ -89,5 +89,5 @@ class ZenohParams(ports.Params):
 
     @model_validator(mode="before")
     @classmethod
-    def _from_preset(cls, values: Any) -> Any:
+    def _from_preset(cls, values: object) -> object:
         return filled(values, "preset", "rmw_zenoh", PRESETS)

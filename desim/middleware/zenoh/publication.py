@@ -9,11 +9,11 @@ from desim.ports.middleware import MiddlewareContext, Offer
 
 if TYPE_CHECKING:
     from desim.middleware.topics import Message
-    from desim.middleware.zenoh.line import Parcel
-    from desim.middleware.zenoh.router import Router
+    from desim.middleware.zenoh.link_queue import Parcel
+    from desim.middleware.zenoh.router import ZenohRouter
 
 
-class Publication:
+class ZenohPublication:
     """A ``Transport``. ``blocks``: where a link has no room a message waits until there is some
     (congestion control "block"), else it is soon dropped ("drop"). rmw_zenoh blocks for what is
     reliable and keeps all, which is a stream without a limit (queue 0)."""
@@ -21,7 +21,7 @@ class Publication:
     __slots__ = ("source", "blocks", "_context", "_router", "_receivers", "_pending")
 
     def __init__(self, offer: Offer, context: MiddlewareContext,
-                 router: Callable[[int], Router]) -> None:
+                 router: Callable[[int], ZenohRouter]) -> None:
         self.source = offer.publisher.host
         self.blocks = offer.transport == "stream" and offer.queue == 0
         self._context = context
@@ -46,7 +46,7 @@ class Publication:
     def waiting(self) -> int:
         return self._pending
 
-    # What routers say.
+    # Fates, from routers.
 
     def arrived(self, parcel: Parcel, receiver: int) -> None:
         self._pending -= 1

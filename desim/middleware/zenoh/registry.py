@@ -1,4 +1,4 @@
-"""What a router knows of subscribers: those that each router has declared, and which count now."""
+"""The subscribers that a router knows: those that each router has declared, while it is online."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Declaration(NamedTuple):
-    """Of a subscriber, with the topic that it listens to, or of a liveliness token (no topic)."""
+    """The declaration of a subscriber to ``topic``, or of a liveliness token (no topic)."""
 
     size_bytes: int
     topic: str | None
@@ -26,11 +26,10 @@ class Part(NamedTuple):
     declarations: list[Declaration]
 
 
-class Registry:
-    """On one host. Nothing is ever undeclared: in desim what a host has lasts until it stops. What
-    a router has declared counts while it is online, that is, while there is a way to it."""
-
-    __slots__ = ("_own", "_context", "_declared", "_online", "_published", "_listeners")
+class DeclarationRegistry:
+    """The declarations that one host knows. Nothing is ever undeclared: in desim, a host's endpoints
+    last until it stops. Declarations of a router count while it is online, that is, while there is
+    a way to it."""
 
     def __init__(self, own: int, life: int, context: MiddlewareContext) -> None:
         self._own = own
@@ -41,11 +40,11 @@ class Registry:
         self._listeners: dict[str, list[int]] = {}  # of those online, ascending
 
     def listeners(self, topic: str) -> Sequence[int]:
-        """Hosts that are known to listen to it now, ascending, the own one among them."""
+        """The hosts that are known to subscribe to it now, ascending, maybe with the own one."""
         return self._listeners.get(topic, ())
 
     def publishes(self, topic: str) -> bool:
-        """The own host publishes ``topic`` from now on. Whether that is new."""
+        """The own host publishes ``topic`` from now on. Returns whether that is new."""
         if topic in self._published:
             return False
         self._published[topic] = None
@@ -53,17 +52,17 @@ class Registry:
             self._knows(listener, topic, True)
         return True
 
-    def hears(self, topic: str) -> None:
-        """The own host listens to ``topic``, and knows so before it is declared."""
+    def listens(self, topic: str) -> None:
+        """The own host subscribes to ``topic``, and knows that before it is declared."""
         self._gain(self._own, [Declaration(0, topic)])
 
     def declare(self, declarations: list[Declaration]) -> None:
-        """Of the own host, beside what it has declared before."""
+        """Add declarations of the own host."""
         self._declared[self._own][1].extend(declarations)
         self._gain(self._own, declarations)
 
     def learn(self, part: Part) -> None:
-        """What a neighbour tells, which begins within what is known or right behind it."""
+        """Take declarations from a neighbour. They begin within the known ones or right behind."""
         router, life, first, declarations = part
         self.begins(router, life)
         known_life, known = self._declared[router]
@@ -73,29 +72,29 @@ class Registry:
             if router in self._online:
                 self._gain(router, fresh)
 
-    def beyond(self, router: int, told: tuple[int, int]) -> Part | None:
-        """What ``router`` has declared and a neighbour was not told: up to now so many in that
-        life."""
+    def beyond(self, router: int, sent: tuple[int, int]) -> Part | None:
+        """The declarations of ``router`` that a neighbour lacks. ``sent``: the life and the number of
+        those that it was sent."""
         if router not in self._declared:
             return None
         life, declarations = self._declared[router]
-        first = told[1] if told[0] == life else 0
+        first = sent[1] if sent[0] == life else 0
         return Part(router, life, first, declarations[first:]) if declarations[first:] else None
 
     def begins(self, router: int, life: int) -> None:
-        """It is in that life now: what it declared in an earlier one is void."""
+        """``router`` is in that life now: its declarations of an earlier one are void."""
         known_life, declarations = self._declared.get(router, (0, []))
         if known_life < life:
             self._lose(router, declarations)
             self._declared[router] = life, []
 
-    def comes(self, router: int) -> None:
+    def came_online(self, router: int) -> None:
         """There is a way to ``router``."""
         self._online[router] = None
         self._context.sees(self._own, router, "online")
         self._gain(router, self._declared.get(router, (0, []))[1])
 
-    def goes(self, router: int) -> None:
+    def went_offline(self, router: int) -> None:
         """There is no way to ``router`` any more."""
         del self._online[router]
         self._context.sees(self._own, router, "offline")
@@ -103,8 +102,10 @@ class Registry:
 
     def _gain(self, router: int, declarations: list[Declaration]) -> None:
         for _, topic in declarations:
-            listeners = self._listeners.setdefault(topic, []) if topic else None
-            if listeners is not None and router not in listeners:
+            if not topic:
+                continue
+            listeners = self._listeners.setdefault(topic, [])
+            if router not in listeners:
                 insort(listeners, router)
                 self._knows(router, topic, True)
                 self._context.changed(topic)

@@ -1,14 +1,13 @@
-"""A host's router: what it has learnt from the others, what it tells them, and how it passes
-messages on."""
+"""A host's router: it exchanges link states and declarations with others, and forwards messages."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from desim.middleware.zenoh.line import Parcel
-from desim.middleware.zenoh.link import SERVICE, Link
-from desim.middleware.zenoh.registry import Declaration, Part, Registry
+from desim.middleware.zenoh.link import SERVICE, RouterLink
+from desim.middleware.zenoh.link_queue import Parcel
+from desim.middleware.zenoh.registry import Declaration, DeclarationRegistry, Part
 from desim.middleware.zenoh.sizes import (
     DECLARATIONS_BYTES,
     IDENTITY_BYTES,
@@ -18,71 +17,71 @@ from desim.middleware.zenoh.sizes import (
     STATES_BYTES,
     STUB_BYTES,
 )
-from desim.middleware.zenoh.topology import State, Topology, bits
+from desim.middleware.zenoh.topology import LinkState, Topology, bits
 
 if TYPE_CHECKING:
     from desim.middleware.tcp import Connection, Tcp
     from desim.middleware.topics import Message
     from desim.middleware.zenoh.finder import Finder
     from desim.middleware.zenoh.parameters import ZenohParams
-    from desim.middleware.zenoh.publication import Publication
+    from desim.middleware.zenoh.publication import ZenohPublication
     from desim.ports.middleware import MiddlewareContext
+    from desim.ports.networks import Handle
+
+_NO_WAY = -1  # in place of a neighbour
 
 
 class News:
-    """How a router's link state has changed, to be passed on: it is ``state`` now; before, it had
-    changed ``serial`` times and named ``named`` routers. ``known``: to whom so many of the changes,
-    with so many names, need not be told."""
+    """The changes of a router's link state that are to be passed on: it is ``state`` now; before, it
+    had changed ``serial`` times and named ``named`` routers. ``known``: by peer, the number of
+    changes that it knows already, and of the names in these."""
 
     __slots__ = ("state", "serial", "named", "known")
 
-    def __init__(self, state: State, serial: int, named: int) -> None:
+    def __init__(self, state: LinkState, serial: int, named: int) -> None:
         self.state, self.serial, self.named = state, serial, named
         self.known: dict[int, tuple[int, int]] = {}
 
-    def add(self, before: State, state: State, knowing: Iterable[int]) -> None:
-        """It was ``before``, and is ``state``, as those ``knowing`` know."""
+    def add(self, before: LinkState, state: LinkState, knowing: Iterable[int]) -> None:
+        """The state was ``before`` and is ``state``, which those ``knowing`` know."""
         self.state = state
         for peer in knowing:
             changes, named = self.known.get(peer, (0, 0))
             self.known[peer] = (changes + state.serial - before.serial,
                                 named + state.named - before.named)
 
-    def until(self, state: State) -> tuple[int, int]:
-        """How many changes it had until it was ``state``, and how many they named."""
+    def until(self, state: LinkState) -> tuple[int, int]:
+        """The number of changes until it was ``state``, and of the names in these."""
         if state.serial <= self.serial or state.life < self.state.life:
             return 0, 0
         return state.serial - self.serial, state.named - self.named
 
 
-class Router:
+class ZenohRouter:
     """From its host's start to its stop, which is its ``life``. Nodes declare as soon as it has
     opened.
 
-    Link states are flooded: each router passes what is news to its neighbours. Declarations of a
-    router go along its tree of shortest ways, some time after the topology has changed. What there
-    is no way to any more is offline, and nothing that it declared counts.
+    Link states are flooded: each router passes new ones to its neighbours. Declarations of a router
+    go along its tree of shortest ways, some time after the topology has changed. A router without a
+    way to it is offline, and its declarations do not count.
     """
-
-    __slots__ = ("host", "life", "context", "params", "tcp", "links", "topology", "finder",
-                 "registry", "_most_hops", "_online", "_news", "_free_ns", "_ends", "_timers",
-                 "_wishes")
 
     def __init__(self, host: int, life: int, context: MiddlewareContext, params: ZenohParams,
                  tcp: Tcp, finder: Finder) -> None:
         self.host, self.life = host, life
         self.context, self.params, self.tcp = context, params, tcp
-        self.links: dict[int, Link] = {}  # open ones, by peer
+        self.links: dict[int, RouterLink] = {}  # open ones, by peer
         self.topology = Topology(host, len(context.hosts), life)
         self.finder = finder
-        self.registry = Registry(host, life, context)
+        self.registry = DeclarationRegistry(host, life, context)
         self._most_hops = len(context.hosts)
         self._online = 1 << host  # as bits
         self._news: dict[int, News] = {}  # by router
         self._free_ns = 0  # when it has passed on what it was busy with
-        self._ends: dict[Link, None] = {}  # opening ones too
-        self._wishes: list[list[Declaration]] | None = []  # of nodes, until it opens
-        self._timers: dict[Callable[[], Any], Any] = {}
+        self._ends: dict[RouterLink, None] = {}  # opening ones too
+        self._held_back: list[list[Declaration]] = []  # of nodes, until it opens
+        self._opened = False
+        self._timers: dict[Callable[[], object], Handle] = {}
         self._book(self._open, params.open_wait_ns)
         if finder.listens:
             tcp.listen(host, SERVICE, self._called)
@@ -99,23 +98,24 @@ class Router:
     # Links.
 
     def has_link(self, peer: int | None = None, life: int | None = None) -> bool:
-        """Whether there is one, or one is opening: to ``peer``, in that life of it."""
+        """Whether there is a link, or one is opening: to ``peer``, in that life of it."""
         return any(peer in (None, link.peer) and (life is None or link.life in (0, life))
                    for link in self._ends)
 
     def dial(self, peer: int) -> None:
-        link = Link(self, peer)
+        link = RouterLink(self, peer)
         self._ends[link] = None
         link.dial()
 
-    def welcomes(self, link: Link) -> bool:
-        """Not who has called before, in the same life (zenoh: one inbound link of a transport)."""
+    def welcomes(self, link: RouterLink) -> bool:
+        """Whether the peer has no other link that it opened in the same life (zenoh: one inbound
+        link of a transport)."""
         return not any(other.up and not other.expired and other.life == link.life
                        and other.connection.client == link.peer for other in self._beside(link))
 
-    def linked(self, link: Link) -> None:
-        """It is open. Of two that called each other the second link is a spare. Beside one that
-        has expired and waits for its end, it shares this end."""
+    def linked(self, link: RouterLink) -> None:
+        """``link`` has opened. If two routers dialled each other, the second link is a spare. A link
+        beside one that has expired ends with it."""
         peer = link.peer
         others = [other for other in self._beside(link) if other.up]
         link.unread = any(other.expired for other in others)
@@ -130,11 +130,11 @@ class Router:
             other.close()
         self.registry.begins(peer, link.life)
         self._relink(peer, True)
-        self._tell_all(link)
+        self._send_all_states(link)
         self._topology_changed()
         self.finder.linked(peer)
 
-    def unlinked(self, link: Link) -> None:
+    def unlinked(self, link: RouterLink) -> None:
         """It is over."""
         del self._ends[link]
         if link.expired:
@@ -149,26 +149,26 @@ class Router:
         self.finder.unlinked(link.peer, link.up)
 
     def part(self, peer: int) -> None:
-        """Close all links with it."""
+        """Close all links with ``peer``."""
         for link in [link for link in self._ends if link.peer == peer]:
             link.close()
 
-    def _beside(self, link: Link) -> list[Link]:
-        """Others with the same peer."""
+    def _beside(self, link: RouterLink) -> list[RouterLink]:
+        """The other links with the same peer."""
         return [other for other in self._ends if other.peer == link.peer and other is not link]
 
     def _called(self, connection: Connection) -> None:
-        link = Link(self, connection.client)
+        link = RouterLink(self, connection.client)
         self._ends[link] = None
         link.accept(connection)
 
-    # Who is linked to whom.
+    # Link states.
 
-    def hear_states(self, link: Link, states: dict[int, State]) -> None:
+    def receive_states(self, link: RouterLink, states: dict[int, LinkState]) -> None:
         known = self.topology.states
-        heard = [router for router, state in states.items() if known.get(router) is not state]
+        received = [router for router, state in states.items() if known.get(router) is not state]
         news = False
-        for router in heard:
+        for router in received:
             before, state = known.get(router), states[router]
             if self.topology.learn(router, state):
                 self._pass_on(router, before, state, link.peer)
@@ -177,16 +177,17 @@ class Router:
             self._topology_changed()
 
     def _relink(self, peer: int, up: bool) -> None:
-        """An own link has come up or gone."""
+        """An own link has opened or closed."""
         topology, own = self.topology, self.host
         before = topology.states[own]
         topology.link(peer, up)
         self._pass_on(own, before, topology.states[own], own)
 
-    def _pass_on(self, router: int, before: State | None, state: State, source: int) -> None:
-        """With the next flood to all who do not know it, ``source`` and the router itself: its link
-        state, which was ``before`` (None: unknown; zenoh network.rs tells all of such a one). It
-        was said by itself each time that it changed."""
+    def _pass_on(self, router: int, before: LinkState | None, state: LinkState,
+                 source: int) -> None:
+        """Pass a router's link state on with the next flood, but not to ``source`` and the router
+        itself, which know it. It was ``before`` (None: unknown; zenoh network.rs sends all changes
+        of such a one). Each change is a message of its own."""
         if before is None or before.life < state.life:
             self.registry.begins(router, state.life)
             self._news[router] = News(state, state.serial - 1,
@@ -201,22 +202,22 @@ class Router:
         self._book(self._spread_all, self.params.trees_ns)
         self._review()
 
-    def _book(self, what: Callable[[], Any], delay_ns: int) -> None:
-        """Once, however often it is asked for meanwhile."""
+    def _book(self, what: Callable[[], object], delay_ns: int) -> None:
+        """Call ``what`` once after a delay, however often it is booked meanwhile."""
         if what not in self._timers:
             self._timers[what] = self.context.at(self.context.now_ns + delay_ns, self.host,
-                                                 self._due, what)
+                                                 self._run_timer, what)
 
-    def _due(self, what: Callable[[], Any]) -> None:
+    def _run_timer(self, what: Callable[[], object]) -> None:
         del self._timers[what]
         what()
 
     def _flood(self) -> None:
-        """Pass the news on, each change as a message of its own. That takes time, and what is heard
-        meanwhile has to wait (zenoh: the lock of its tables)."""
+        """Pass the news on, each change as a message of its own. That takes time, in which other
+        messages wait (zenoh: the lock of its tables)."""
         news, self._news = self._news, {}
         near = 1 << self.host | self.topology.states[self.host].links
-        states: dict[int, State] = {}
+        states: dict[int, LinkState] = {}
         known: dict[int, list[tuple[int, int]]] = {}  # by peer: changes and their bytes
         changes = size_bytes = named = 0
         for router, item in news.items():
@@ -231,21 +232,21 @@ class Router:
         messages = 0
         for peer, link in self.links.items():
             left, left_bytes = changes, size_bytes
-            for less, less_bytes in known.get(peer, ()):
-                left -= less
-                left_bytes -= less_bytes
+            for count, count_bytes in known.get(peer, ()):
+                left -= count
+                left_bytes -= count_bytes
             for router, state in link.fresh.items():
-                less, names = news[router].until(state)
-                left -= less
-                left_bytes -= _changes_bytes(less, names, near >> router & 1)
+                count, names = news[router].until(state)
+                left -= count
+                left_bytes -= _changes_bytes(count, names, near >> router & 1)
             link.fresh = {}
             if left:
                 messages += left
-                self._tell(link, states, left_bytes, left, named)
+                self._send_states(link, states, left_bytes, left, named)
         self._free_ns = self.context.now_ns + messages * self.params.flood_ns
 
-    def _tell_all(self, link: Link) -> None:
-        """Over a new link: all link states in one message."""
+    def _send_all_states(self, link: RouterLink) -> None:
+        """Send all link states over a new link, in one message."""
         states = dict(self.topology.states)
         link.fresh = {router: states[router] for router in self._news}
         for item in self._news.values():
@@ -256,92 +257,93 @@ class Router:
             named |= state.links
             size_bytes += (STATE_BYTES + LOCATOR_BYTES * (near >> router & 1)
                            + NEIGHBOUR_BYTES * state.links.bit_count())
-        self._tell(link, states, size_bytes, 1, named)
+        self._send_states(link, states, size_bytes, 1, named)
 
-    def _tell(self, link: Link, states: dict[int, State], size_bytes: int, writes: int,
-              named: int) -> None:
-        """``size_bytes`` without the identities of those among ``states`` and their neighbours
-        (``named``) that the link has not seen yet."""
+    def _send_states(self, link: RouterLink, states: dict[int, LinkState], size_bytes: int,
+                     writes: int, named: int) -> None:
+        """Send ``states`` of ``size_bytes``, and the identities of those among them and their
+        neighbours (``named``) that have not gone over the link yet."""
         routers = 0
         for router in states:
             routers |= 1 << router
         identities = (routers & ~link.named).bit_count()
         stubs = named & ~(routers | link.named)
         link.named |= routers | stubs
-        link.say("linkstate", size_bytes + IDENTITY_BYTES * identities
-                 + STUB_BYTES * stubs.bit_count(), _states_came, states, writes)
+        link.send("linkstate", size_bytes + IDENTITY_BYTES * identities
+                 + STUB_BYTES * stubs.bit_count(), _states_received, states, writes)
 
     def _review(self) -> None:
-        """Who is online now."""
+        """Find the routers that are online now."""
         before, self._online = self._online, self.topology.online()
         for router in bits(before & ~self._online):
-            self.registry.goes(router)
+            self.registry.went_offline(router)
             for link in self.links.values():
-                link.told.pop(router, None)
+                link.declared.pop(router, None)
         for router in bits(self._online & ~before):
-            self.registry.comes(router)
-            self.finder.heard_of(router)
+            self.registry.came_online(router)
+            self.finder.gossiped(router)
 
-    # Who has declared what.
+    # Declarations.
 
-    def hear_declared(self, link: Link, parts: list[Part]) -> None:
+    def receive_declarations(self, link: RouterLink, parts: list[Part]) -> None:
         for part in parts:
             there = part.life, part.first + len(part.declarations)
-            link.told[part.router] = max(link.told.get(part.router, there), there)
+            link.declared[part.router] = max(link.declared.get(part.router, there), there)
             self.registry.learn(part)
         self.spread([part.router for part in parts])
 
     def _open(self) -> None:
-        """The first wish wakes who writes, and what has come meanwhile goes together."""
-        wishes, self._wishes = self._wishes, None
-        for together in (wishes[:1], wishes[1:]):
+        """Send the first declaration, which wakes the writing task, and then the others together.
+        """
+        self._opened = True
+        for together in (self._held_back[:1], self._held_back[1:]):
             for declarations in together:
                 self.registry.declare(declarations)
             self.spread([self.host], len(together))
 
     def declare(self, declarations: list[Declaration]) -> None:
-        """What a node of its own host wants known. Each wish is a message of its own."""
-        if self._wishes is not None:
-            self._wishes.append(declarations)
-        else:
+        """Declare for a node of its own host, in a message of its own."""
+        if self._opened:
             self.registry.declare(declarations)
             self.spread([self.host])
+        else:
+            self._held_back.append(declarations)
 
     def _spread_all(self) -> None:
         self.spread(list(self.topology.reached()))
 
-    def spread(self, routers: list[int], wishes: int = 1) -> None:
-        """Tell the neighbours what these have declared, those whom it reaches through here, and
-        only what they were not told yet; so many ``wishes``, each a message of its own."""
-        told: dict[int, list[Part]] = {}
+    def spread(self, routers: list[int], batches: int = 1) -> None:
+        """Send declarations of these routers to the neighbours that get them from here, as far as
+        they lack them, in so many ``batches``, each a message of its own."""
+        missing: dict[int, list[Part]] = {}
         for router in routers:
             for child in self.topology.children(router):
                 link = self.links[child]
-                part = self.registry.beyond(router, link.told.get(router, (0, 0)))
+                part = self.registry.beyond(router, link.declared.get(router, (0, 0)))
                 if part is not None:
-                    link.told[router] = part.life, part.first + len(part.declarations)
-                    told.setdefault(child, []).append(part)
-        for child, parts in told.items():
-            size_bytes = wishes * DECLARATIONS_BYTES + sum(
+                    link.declared[router] = part.life, part.first + len(part.declarations)
+                    missing.setdefault(child, []).append(part)
+        for child, parts in missing.items():
+            size_bytes = batches * DECLARATIONS_BYTES + sum(
                 declaration.size_bytes for part in parts for declaration in part.declarations)
-            self.links[child].say("declare", size_bytes, _declared_came, parts, wishes)
+            self.links[child].send("declare", size_bytes, _declarations_received, parts, batches)
 
     # Messages.
 
-    def forward(self, message: Message, publication: Publication, to: Sequence[int],
+    def forward(self, message: Message, publication: ZenohPublication, to: Sequence[int],
                 first_ns: int, last_ns: int, hops: int) -> None:
-        """One copy to each neighbour that is on the way from the publisher to some of ``to``, after
+        """Send one copy to each neighbour on the way from the publisher to some of ``to``, after
         ``hops`` links on which its first and last frame left at these instants (-1: none did)."""
         ways = self.topology.hops(publication.source)
         if len(to) == 1 and hops < self._most_hops:  # as nearly always
-            link = self.links.get(ways.get(to[0]))
+            link = self.links.get(ways.get(to[0], _NO_WAY))
             if link is not None:
                 link.line.offer(Parcel(message, publication, (to[0],), first_ns, last_ns,
                                        hops + 1))
                 return
-        groups: dict[int | None, list[int]] = {}
+        groups: dict[int, list[int]] = {}
         for receiver in to:
-            groups.setdefault(ways.get(receiver), []).append(receiver)
+            groups.setdefault(ways.get(receiver, _NO_WAY), []).append(receiver)
         for neighbour, group in groups.items():
             link = self.links.get(neighbour)
             if link is not None and hops < self._most_hops:
@@ -363,8 +365,8 @@ class Router:
             self.forward(parcel.message, parcel.publication, to, parcel.first_ns, parcel.last_ns,
                          parcel.hops)
 
-    def discard(self, publication: Publication, reason: str) -> None:
-        """A publisher of its host is gone, and what waits with it."""
+    def discard(self, publication: ZenohPublication, reason: str) -> None:
+        """A publisher of its host is gone, and its waiting messages with it."""
         for link in self.links.values():
             for parcel in link.line.parcels():
                 if parcel.publication is publication:
@@ -372,15 +374,15 @@ class Router:
 
 
 def _changes_bytes(changes: int, named: int, near: int) -> int:
-    """Of so many changes that name so many routers, each in a message of its own; ``near`` 1: with
-    the address."""
+    """The bytes of so many changes that name so many routers, each in a message of its own;
+    ``near`` 1: with the address."""
     return (changes * (STATES_BYTES + STATE_BYTES + near * LOCATOR_BYTES)
             + named * NEIGHBOUR_BYTES)
 
 
-def _states_came(link: Link, states: dict[int, State]) -> None:
-    link.router.hear_states(link, states)
+def _states_received(link: RouterLink, states: dict[int, LinkState]) -> None:
+    link.router.receive_states(link, states)
 
 
-def _declared_came(link: Link, parts: list[Part]) -> None:
-    link.router.hear_declared(link, parts)
+def _declarations_received(link: RouterLink, parts: list[Part]) -> None:
+    link.router.receive_declarations(link, parts)

@@ -1,4 +1,4 @@
-"""Who is linked to whom, as one router has it from the others, and the ways through."""
+"""The links between routers, as one of them knows them, and the ways over them."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 
-class State(NamedTuple):
-    """A router's link state: in which of its lives it said so, the how maniest time, its neighbours
-    as bits, and how many it has named in this life up to now, all times together."""
+class LinkState(NamedTuple):
+    """A router's link state: the life in which it announced it, the number of the announcement, its
+    neighbours as bits, and the number of routers that it has named in all its announcements."""
 
     life: int
     serial: int
@@ -45,8 +45,8 @@ def tree(edges: tuple[int, ...], root: int) -> dict[int, int]:
 
 @lru_cache(maxsize=1 << 10)
 def next_hops(edges: tuple[int, ...], root: int, own: int) -> dict[int, int]:
-    """Where router ``own`` sends on what comes from ``root``, by destination: those behind it in
-    the tree of ``root``."""
+    """The neighbours to which router ``own`` forwards messages of ``root``, by destination: those
+    behind it in the tree of ``root``."""
     parents = tree(edges, root)
     hops = {}
     for destination in parents:
@@ -59,27 +59,27 @@ def next_hops(edges: tuple[int, ...], root: int, own: int) -> dict[int, int]:
 
 
 class Topology:
-    """All link states that router ``own`` of ``routers`` has heard of. They are never forgotten: a
-    link counts only while both of its ends say so, and one's own links count at once."""
+    """All link states that router ``own`` of ``routers`` has received. They are never forgotten: a
+    link counts only while both of its ends announce it, and own links count at once."""
 
-    __slots__ = ("own", "states", "_said", "_linked", "_edges", "_hops")
+    __slots__ = ("own", "states", "_announced", "_linked", "_edges", "_hops")
 
     def __init__(self, own: int, routers: int, life: int) -> None:
         self.own = own
-        self.states = {own: State(life, 0, 0, 0)}
-        self._said = [0] * routers  # each one's neighbours, as it says itself
-        self._linked = [0] * routers  # as both ends say
+        self.states = {own: LinkState(life, 0, 0, 0)}
+        self._announced = [0] * routers  # each one's neighbours, as it announces them
+        self._linked = [0] * routers  # as both ends announce them
         self._edges: tuple[int, ...] | None = None
         self._hops: dict[int, dict[int, int]] = {}  # by root, until the links change
 
     def link(self, peer: int, up: bool) -> None:
-        """An own link has come up or gone."""
+        """An own link has opened or closed."""
         life, serial, links, named = self.states[self.own]
         links = links | 1 << peer if up else links & ~(1 << peer)
-        self._take(self.own, State(life, serial + 1, links, named + links.bit_count()))
+        self._take(self.own, LinkState(life, serial + 1, links, named + links.bit_count()))
 
-    def learn(self, router: int, state: State) -> bool:
-        """Whether this is news."""
+    def learn(self, router: int, state: LinkState) -> bool:
+        """Take a link state. Returns whether it is newer than the known one."""
         known = self.states.get(router)
         if router == self.own or known is not None and known[:2] >= state[:2]:
             return False
@@ -94,7 +94,7 @@ class Topology:
         return self._edges
 
     def reached(self) -> dict[int, int]:
-        """The routers that there is a way to, itself among them, nearest first."""
+        """The routers with a way to them, itself among them, nearest first."""
         return tree(self.edges, self.own)
 
     def online(self) -> int:
@@ -117,22 +117,22 @@ class Topology:
         return hops
 
     def children(self, root: int) -> list[int]:
-        """Neighbours that get from here what comes from ``root``."""
+        """The neighbours that get messages of ``root`` from here."""
         own = self.own
         return [router for router, parent in tree(self.edges, root).items()
                 if parent == own and router != own]
 
-    def _take(self, router: int, state: State) -> None:
+    def _take(self, router: int, state: LinkState) -> None:
         self.states[router] = state
-        said, linked, own = self._said, self._linked, self.own
-        changed = said[router] ^ state.links
-        said[router] = state.links
+        announced, linked, own = self._announced, self._linked, self.own
+        changed = announced[router] ^ state.links
+        announced[router] = state.links
         bit = 1 << router
         for other in bits(changed):
             if own in (router, other):
-                up = said[own] >> (other if own == router else router) & 1
+                up = announced[own] >> (other if own == router else router) & 1
             else:
-                up = said[router] >> other & said[other] >> router & 1
+                up = announced[router] >> other & announced[other] >> router & 1
             if up:
                 linked[router] |= 1 << other
                 linked[other] |= bit

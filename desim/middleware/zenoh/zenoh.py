@@ -6,9 +6,9 @@ from desim.errors import InputError, did_you_mean
 from desim.middleware.tcp import Tcp
 from desim.middleware.zenoh.finder import Finder
 from desim.middleware.zenoh.parameters import ZenohParams
-from desim.middleware.zenoh.publication import Publication
+from desim.middleware.zenoh.publication import ZenohPublication
 from desim.middleware.zenoh.registry import Declaration
-from desim.middleware.zenoh.router import Router
+from desim.middleware.zenoh.router import ZenohRouter
 from desim.middleware.zenoh.sizes import node_bytes, subscriber_bytes, token_bytes
 from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
 
@@ -26,9 +26,9 @@ class Zenoh:
 
     def __init__(self, params: ZenohParams | None = None) -> None:
         self._params = params or ZenohParams()
-        self._routers: dict[int, Router] = {}
+        self._routers: dict[int, ZenohRouter] = {}
         self._lives: dict[int, int] = {}
-        self._nodes: dict[tuple[int, str], None] = {}  # whose tokens are declared
+        self._nodes: dict[tuple[int, str], None] = {}  # with declared tokens
 
     def start(self, context: MiddlewareContext) -> None:
         self._context = context
@@ -49,7 +49,8 @@ class Zenoh:
             finder = Finder(host, host in self._with_router, endpoints, self._context,
                             self._params, self._routers)
             self._tcp.switched(host, True)
-            self._routers[host] = Router(host, life, self._context, self._params, self._tcp, finder)
+            self._routers[host] = ZenohRouter(host, life, self._context, self._params, self._tcp,
+                                              finder)
         else:
             router = self._routers.pop(host, None)
             if router is not None:
@@ -71,7 +72,7 @@ class Zenoh:
             tokens = self._tokens(subscriber)
             registry = self._routers[host].registry
             if host not in registry.listeners(topic):
-                registry.hears(topic)
+                registry.listens(topic)
                 tokens += [Declaration(subscriber_bytes(topic), topic),
                            Declaration(token_bytes(node, topic), None)]
             self._routers[host].declare(tokens)
@@ -85,7 +86,7 @@ class Zenoh:
     def transport(self, offer: Offer) -> Transport:
         if offer.via != "unicast":
             raise InputError(f".via: zenoh has no {offer.via}; allowed: unicast")
-        return Publication(offer, self._context, self._routers.__getitem__)
+        return ZenohPublication(offer, self._context, self._routers.__getitem__)
 
     def _tokens(self, end: Endpoint) -> list[Declaration]:
         """The token of its node, if that is not declared yet."""

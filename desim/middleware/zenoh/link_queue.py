@@ -1,17 +1,18 @@
-"""What waits to go over a link: messages of all topics in one order, behind one TCP connection."""
+"""The queue of a link: messages of all topics in one order, behind one TCP connection."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.middleware.zenoh.sizes import push_bytes
 
 if TYPE_CHECKING:
     from desim.middleware.topics import Message
-    from desim.middleware.zenoh.link import Link
-    from desim.middleware.zenoh.publication import Publication
+    from desim.middleware.zenoh.link import RouterLink
+    from desim.middleware.zenoh.publication import ZenohPublication
+    from desim.ports.networks import Handle
 
 
 class Parcel:
@@ -21,7 +22,7 @@ class Parcel:
 
     __slots__ = ("message", "publication", "to", "seq", "first_ns", "last_ns", "hops", "gone")
 
-    def __init__(self, message: Message, publication: Publication, to: tuple[int, ...],
+    def __init__(self, message: Message, publication: ZenohPublication, to: tuple[int, ...],
                  first_ns: int, last_ns: int, hops: int) -> None:
         self.message = message
         self.publication = publication
@@ -37,16 +38,16 @@ class Parcel:
             self.publication.dropped(self, reason)
 
 
-class Line:
-    """While the socket takes nothing one batch is being written and further ones fill. What these
-    have no room for waits with its publisher, blocks this and closes the link when nothing moves
-    for too long, or is dropped after a moment."""
+class LinkQueue:
+    """While the socket takes nothing one batch is being written and further ones fill. A message
+    that does not fit either waits, blocks its publisher and closes the link without progress for
+    too long; or it is dropped after a moment."""
 
     __slots__ = ("_link", "_connection", "_sender", "_host", "_context", "_kernel", "_params",
                  "_writing", "_filling", "_bytes", "_most_bytes", "_waiting", "_moved_ns",
                  "_closer", "_asked", "_flushed")
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: RouterLink) -> None:
         self._link = link
         self._connection, self._host = link.connection, link.host
         self._sender = link.connection.sender(link.host)
@@ -58,9 +59,9 @@ class Line:
         self._most_bytes = (self._params.batches - 1) * self._params.batch_bytes
         self._waiting: deque[Parcel] = deque()
         self._moved_ns = 0
-        self._closer: Any = None
+        self._closer: Handle | None = None
         self._asked = False
-        self._flushed: Callable[[], Any] | None = None
+        self._flushed: Callable[[], object] | None = None
 
     def offer(self, parcel: Parcel) -> None:
         size_bytes = self._size(parcel)
@@ -77,14 +78,15 @@ class Line:
             self._wait(parcel, size_bytes)
 
     def parcels(self) -> list[Parcel]:
-        """All that have not arrived."""
-        flying = [token for token in self._connection.unheard(self._host) if type(token) is Parcel]
+        """All parcels that have not arrived."""
+        flying = [token for token in self._connection.undelivered(self._host)
+                  if type(token) is Parcel]
         written = [parcel for parcel, _ in (*self._writing, *self._filling)]
         return flying + written + list(self._waiting)
 
-    def flush(self, flushed: Callable[[], Any]) -> None:
-        """Nothing more is taken; ``flushed()`` when the socket has all that was. Whoever is blocked
-        stays so."""
+    def flush(self, flushed: Callable[[], object]) -> None:
+        """Take nothing more; call ``flushed()`` when the socket has all parcels that were written.
+        Those that are blocked stay so."""
         self._flushed = flushed
         if not self._writing:
             flushed()
@@ -114,9 +116,9 @@ class Line:
     def _ask(self) -> None:
         if not self._asked:
             self._asked = True
-            self._sender.when_room(self._room)
+            self._sender.when_writable(self._writable)
 
-    def _room(self) -> None:
+    def _writable(self) -> None:
         """The socket takes more."""
         self._asked = False
         while self._writing and self._sender.takes:
@@ -129,7 +131,7 @@ class Line:
             self._flushed()
 
     def _next_batch(self) -> None:
-        """What has filled first is written next, and makes room for what waits."""
+        """The batch that has filled first is written next; waiting parcels fill others."""
         most_bytes = self._params.batch_bytes
         while self._filling and (not self._writing or self._filling[0][1] <= most_bytes):
             parcel, size_bytes = self._filling.popleft()
@@ -166,12 +168,12 @@ class Line:
                                       self._host, self._stuck)
 
     def _late(self, parcel: Parcel) -> None:
-        """It has waited long enough, if it waits still."""
+        """Drop a parcel that still waits."""
         if parcel in self._waiting:
             self._waiting.remove(parcel)
             parcel.drop("congested")
 
-    def _stuck(self, _: Any) -> None:
+    def _stuck(self, _: object) -> None:
         self._closer = None
         context = self._context
         due_ns = self._moved_ns + self._params.wait_before_close_ns

@@ -1,4 +1,4 @@
-"""What a sender does when it hears nothing: probe, send again, give up."""
+"""A sender without acknowledgements: it probes, sends again, gives up."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 AGAIN, PROBE, LATE = range(3)
 
 
-class Watch:
+class RetransmissionTimer:
     """One timer, as in Linux (icsk_retransmit_timer). First comes a probe (RFC 8985, tail loss
     probe), one a flight, then the timeout, which doubles.
 
     As long as all goes well the timer is set in passing, for a timeout after the first bytes on
     their way were sent; Linux sets it for a probe, and each acknowledgement moves it on. The model
-    has one acknowledgement for a train. So it lets the probe come only after the network has lost
-    something (``hide``): a probe that is false, because nothing was lost, is left out.
+    has one acknowledgement for a train. So the probe is set only after a loss in the network
+    (``hide``): a false probe, where nothing was lost, is left out.
 
-    ``uneasy``: something was lost (known or not) or a timer is aimed, and no news has come since.
-    Only then does the sender call this object with each message that it sends.
+    ``uneasy``: a loss has happened (known or not) or a timer is aimed, and there was no progress
+    since. Only then does the sender call this object with each message that it sends.
     """
 
     __slots__ = ("timer", "uneasy", "_sender", "_params", "_backoff", "_silent_ns", "_probed",
@@ -43,12 +43,12 @@ class Watch:
         self._silent_ns = -1  # when it went off first, without an answer since
         self._probed = 0  # what had been sent when a probe went that was not answered (0: none)
         self._doubtful = False  # it was an old segment
-        self._hidden = 0  # up to there the network has lost something, or the word that it came
+        self._hidden = 0  # up to there the network has lost data, or their acknowledgement
         self._aim, self._aim_ns = AGAIN, -1  # of the timer, if it goes off then
 
     def hide(self, end: int) -> None:
-        """The network has lost something of what was sent up to ``end``, or the word that it came.
-        The sender does not know."""
+        """The network has lost data before ``end``, or their acknowledgement. The sender does not
+        know."""
         sender = self._sender
         if end > sender.una and sender.open:
             self.uneasy = True
@@ -56,12 +56,12 @@ class Watch:
             if not self._probed:
                 self._probe_soon(sender.sent_ns)
 
-    def heard(self, number: int, now_ns: int) -> None:
-        """All before ``number`` is there, which is news."""
+    def advanced(self, number: int, now_ns: int) -> None:
+        """All before ``number`` was acknowledged, for the first time."""
         self._backoff = 0
         self._silent_ns = -1
         if self._probed and number >= self._probed:
-            self._probe_heard(number)
+            self._end_probe(number)
         if self._hidden > number and not self._probed:
             self._probe_soon(now_ns)
         elif not self._probed:
@@ -73,8 +73,9 @@ class Watch:
         if self._probed:
             self._probe_soon(self._sender.now_ns)
 
-    def heard_again(self) -> None:
-        """No news: both copies of a probe have come, so that nothing had been lost."""
+    def acknowledged_twice(self) -> None:
+        """A second acknowledgement of a byte: both copies of a probe have arrived, so that nothing
+        had been lost."""
         self._probed = 0
 
     def unresolved(self, start: int) -> None:
@@ -96,7 +97,7 @@ class Watch:
         self._aim_at(AGAIN, self._patience_ns())
 
     def await_late(self, delay_ns: int) -> None:
-        """Look again whether what is late has come."""
+        """Wait for late ranges before they count as lost."""
         self._aim_at(LATE, delay_ns)
 
     def _probe_soon(self, since_ns: int) -> None:
@@ -111,7 +112,7 @@ class Watch:
         self._aim_at(PROBE, left_ns if 0 < left_ns < delay_ns else delay_ns, since_ns)
 
     def _left_ns(self, since_ns: int) -> int:
-        """Until the timeout of the first bytes (Linux tcp_rto_delta_us)."""
+        """The time until the timeout of the first bytes (Linux tcp_rto_delta_us)."""
         sender = self._sender
         return sender.head_ns + whole_ticks(sender.rto_ns, self._params.tick_ns) - since_ns
 
@@ -123,8 +124,9 @@ class Watch:
     def _patience_ns(self) -> int:
         """The timeout, as often as it was doubled."""
         params = self._params
+        most_ns: int = params.rto_max_ns
         return min(whole_ticks(self._sender.rto_ns, params.tick_ns) << self._backoff,
-                   params.rto_max_ns)
+                   most_ns)
 
     def _aim_at(self, what: int, delay_ns: int, since_ns: int | None = None) -> None:
         """Set the timer."""
@@ -147,7 +149,7 @@ class Watch:
                 return
         if self._aim == LATE and sender.repair is not None:
             self.timer.expect(now_ns + sender.rto_ns)
-            sender.repair.look_again(now_ns)
+            sender.repair.give_up_late(now_ns)
         elif self._aim == PROBE and self._probed:
             self._aim_at(AGAIN, max(self._left_ns(now_ns), 1))
         elif not self._probed and not self._backoff and sender.srtt_ns >= 0 and self._orderly():
@@ -157,7 +159,7 @@ class Watch:
         else:
             self._time_out(now_ns)
 
-    def _probe_heard(self, number: int) -> None:
+    def _end_probe(self, number: int) -> None:
         """The end of a probe (Linux tcp_process_tlp_ack). A segment that went again and was not
         answered twice had been lost, which is as if the window had been too large."""
         sender = self._sender
