@@ -145,8 +145,8 @@ class Walk(Pair):
 
     def check(self):
         """All is over."""
-        assert not any(connection.undelivered(host) for connection in self.calls for host in (0, 1)), \
-            "everything is heard or given up"
+        assert not any(connection.undelivered(host) for connection in self.calls
+                       for host in (0, 1)), "everything is heard or given up"
         for connection in self.calls:
             assert connection.holds(0) == connection.holds(1) == connection.open
         for seqs in self.said.values():

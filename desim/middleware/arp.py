@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from desim.engine.kernel import Phase, pair
 from desim.middleware.jiffies import fires_ns
-from desim.network.carrier import Carrier
+from desim.network.carrier import Carrier, T_contra
 
 if TYPE_CHECKING:
     from desim.ports.middleware import MiddlewareContext, Route
@@ -29,14 +29,14 @@ NONE, INCOMPLETE, FAILED, STALE, DELAY, PROBE, REACHABLE = range(7)
 QUESTION, ANSWER = range(2)
 
 
-class AddressedCarrier(Carrier, Protocol):
+class AddressedCarrier(Carrier[T_contra], Protocol[T_contra]):
     """A carrier of unicast frames that cares whether they could leave."""
 
-    def unresolved(self, token: Any) -> None:
+    def unresolved(self, token: T_contra) -> None:
         """A frame is lost because nobody has answered for the receiver's address."""
 
 # The arguments of ``transmit``.
-Frame = tuple[int, tuple[int, ...], int, int, bool, AddressedCarrier, object]
+Frame = tuple[int, tuple[int, ...], int, int, bool, AddressedCarrier[Any], object]
 
 
 class Neighbours:
@@ -97,7 +97,8 @@ class Neighbour:
         self._tick_ns = all_.tick_ns
 
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
-                 broadcast: bool, carrier: AddressedCarrier, token: object) -> int | None:
+                 broadcast: bool, carrier: AddressedCarrier[T_contra],
+                 token: T_contra) -> int | None:
         """As ``Medium.transmit``. (``*frame`` would cost a thousand instructions more.)"""
         if self._state <= STALE:
             if self._state < STALE:

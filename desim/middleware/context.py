@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -187,8 +187,7 @@ class _Arrivals:
 
     def __init__(self, arrived: Callable[..., object],
                  in_part: Callable[..., object] | None) -> None:
-        self.arrived: Callable[..., Any] = arrived  # as a carrier's, which returns nothing
-        self.repeated: Callable[..., Any] = arrived
+        self.arrived = self.repeated = arrived
         self._in_part = in_part
 
     def arrived_in_part(self, token: object, receiver: int, lost: dict[int, str]) -> None:

@@ -32,8 +32,8 @@ _DRAWN = 1024  # gaps at a time
 
 def play(setup: Setup, seed: int = 1, watch: Watch | None = None) -> Measures:
     """Play ``setup`` and measure. Every key is there in every case; None: it has no meaning there.
-    Raises ``InputError`` for a setup that cannot be played. ``watch`` is called with each kernel and
-    the time until which it will run.
+    Raises ``InputError`` for a setup that cannot be played. ``watch`` is called with each kernel
+    and the time until which it will run.
 
     ``goodput_mbps``, ``throughput_mbps``: payloads, and frames with their headers, that arrived,
     each copy of a broadcast | ``offered_mbps``: payloads sent, for each receiver (None: saturated)

@@ -32,8 +32,8 @@ from desim.units import NS_PER_S
 
 
 class Pace(NamedTuple):
-    """Messages of ``size_bytes`` at ``rate_hz``. ``turn``: a sensor keeps the common grid of time, at
-    this place among those of one instant; None: its node's timer decides."""
+    """Messages of ``size_bytes`` at ``rate_hz``. ``turn``: a sensor keeps the common grid of time,
+    at this place among those of one instant; None: its node's timer decides."""
 
     rate_hz: Fraction
     size_bytes: int
@@ -62,8 +62,8 @@ class Talk(NamedTuple):
 
 
 def paces(scenario: Scenario, grid: GridSpec, map_bytes: int | None) -> dict[str, Pace]:
-    """The rates and sizes of the messages of robots, by ``kind_of``, while they all drive and always
-    have news. Scans come before poses, as from ``WorldClock``."""
+    """The rates and sizes of the messages of robots, by ``kind_of``, while they all drive and
+    always have news. Scans come before poses, as from ``WorldClock``."""
     robot, exchange = scenario.robot, scenario.coordination.exchange
     pose = Pace(robot.odometry.rate_hz, ODOMETRY_BYTES, turn=2)
     monitor_hz = Fraction(NS_PER_S, scenario.testbed.monitor_period_ns)

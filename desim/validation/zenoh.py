@@ -73,9 +73,10 @@ def discovery() -> Iterator[Check]:
 def floods(only: slice = slice(None)) -> Iterator[Check]:
     """Routers that start in one instant, medians of three (16 alone: one run). Bytes alone where
     the machine could not keep up: its routers put several messages into one frame."""
-    fleets = (("12 hosts", _fleet(12), 1_870_562, 12_435), ("16 hosts", _fleet(16), 4_804_174, 0),
-              ("16 routers alone", _quiet(16), 3_581_760, 33_449),
-              ("24 hosts", _fleet(24), 18_795_758, 0))
+    fleets: tuple[tuple[str, Lives, int, int], ...] = (
+        ("12 hosts", _fleet(12), 1_870_562, 12_435), ("16 hosts", _fleet(16), 4_804_174, 0),
+        ("16 routers alone", _quiet(16), 3_581_760, 33_449),
+        ("24 hosts", _fleet(24), 18_795_758, 0))
     for what, lives, bytes_, frames in fleets[only]:
         tap = Laboratory(lives, _zenoh("zenoh")).run(15).tap
         what = f"Zenoh: {what} that start at once, first 15 s"
@@ -86,7 +87,7 @@ def floods(only: slice = slice(None)) -> Iterator[Check]:
 
 def _first_15_s(lives: Lives) -> int:
     return Laboratory(lives, _zenoh("zenoh"),
-                 starts_s=[0.05 * k for k in range(len(lives))]).run(15).tap.bytes
+                      starts_s=[0.05 * k for k in range(len(lives))]).run(15).tap.bytes
 
 
 def _quiet(hosts: int) -> Lives:
@@ -114,8 +115,8 @@ def at_rest() -> Iterator[Check]:
 
 
 def received_again(cells: Sequence[tuple[str, int]] = tuple(RUNS)) -> Iterator[Check]:
-    """1 kB at 10 Hz one way and at 1 Hz the other way, over one cut; messages without room are dropped.
-    """
+    """1 kB at 10 Hz one way and at 1 Hz the other way, over one cut; messages without room are
+    dropped."""
     for preset, cut_s in cells:
         runs = RUNS[preset, cut_s]
         simulated = [_again(preset, cut_s, *run[:2]) for run in runs]
@@ -124,8 +125,8 @@ def received_again(cells: Sequence[tuple[str, int]] = tuple(RUNS)) -> Iterator[C
 
 
 def blocked() -> Iterator[Check]:
-    """A blocked publisher closes the link after a minute without progress (wait_before_close), which
-    is after the end of the lease, the later the more the socket takes."""
+    """A blocked publisher closes the link after a minute without progress (wait_before_close),
+    which is after the end of the lease, the later the more the socket takes."""
     yield from alike("rmw_zenoh, publishers that block: heard again after 60 s",
                      [_again("rmw_zenoh", 60, *run[:2], queue=0) for run in BLOCKED],
                      [run[2] for run in BLOCKED], "s")

@@ -6,7 +6,7 @@ from rosnets import GIVEN_UP_S, SYNS_S, apart, beliefs, control, seen, stop
 from rosnets import one_master as net
 
 from desim.middleware.ros.looper import Looper
-from desim.middleware.ros.master import Master, MasterRegistry, Uri, MasterThreads
+from desim.middleware.ros.master import Master, MasterRegistry, MasterThreads, Uri
 from desim.middleware.ros.naps import Naps
 from desim.middleware.ros.sizes import CALLS
 from netmodels.rules.outage import Outage
@@ -99,7 +99,8 @@ def test_three_unreachable_subscribers_block_all_updates():
 
 def test_updates_are_not_blocked_where_no_worker_waits(monkeypatch):
     """A twin: each call is made at once."""
-    monkeypatch.setattr(MasterThreads, "add", lambda workers, task: workers._call(task, lambda: None))
+    monkeypatch.setattr(MasterThreads, "add",
+                        lambda threads, task: threads._call(task, lambda: None))
     assert updates(3) == told(3, 10.03)
 
 
@@ -159,7 +160,7 @@ def test_a_round_of_roscpp_ends_a_period_after_its_last_event():
     looper.event(30)
     assert looper.round_end_ns(31) == 130
     looper.event(110)
-    assert looper.round_end_ns(110) == 110 and looper.looks(111) == 210
+    assert looper.round_end_ns(110) == 110 and looper.round_end_ns(111) == 210
     looper.event(410)
     assert looper.round_end_ns(411) == 510
 

@@ -10,7 +10,7 @@ from tcphosts import Pair, Word, link
 from tcpwalk import DEEDS, Walk
 
 from desim.middleware.tcp.express import Express
-from desim.middleware.tcp.receiver import Receiver
+from desim.middleware.tcp.implied import ImpliedReceiver
 from desim.ports import Deliver
 from netmodels.ideal import Ideal
 from netmodels.link import AccessLink
@@ -281,7 +281,8 @@ def test_what_goes_by_express():
     pair.call(nodelay=True)
     for k in range(50):
         pair.at(S + k * MS, pair.say, k, 800).at(S + k * MS, pair.say, 100 + k, 800)
-    with patch.object(Receiver, "arrived", autospec=True, side_effect=Receiver.arrived) as arrived:
+    with patch.object(ImpliedReceiver, "arrived", autospec=True,
+                      side_effect=ImpliedReceiver.arrived) as arrived:
         pair.run(2 * S)
     assert len(pair.heard()) == 100 and arrived.call_count == 2
     assert pair.connection.sender(0).express is not None

@@ -8,8 +8,8 @@ import pytest
 
 from desim.middleware.tcp.cubic import Cubic
 from desim.middleware.tcp.receiver import Receiver
-from desim.middleware.tcp.scoreboard import Scoreboard
 from desim.middleware.tcp.retransmission import RetransmissionTimer
+from desim.middleware.tcp.scoreboard import Scoreboard
 from desim.middleware.tcp.window import CongestionWindow
 from desim.validation import tcp
 

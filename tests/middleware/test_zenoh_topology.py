@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim.middleware.zenoh.registry import Declaration, Part, DeclarationRegistry
+from desim.middleware.zenoh.registry import Declaration, DeclarationRegistry, Part
 from desim.middleware.zenoh.topology import LinkState, Topology, next_hops, tree
 
 PATH = (0b0010, 0b0101, 0b1010, 0b0100)  # 0 - 1 - 2 - 3
@@ -74,7 +74,7 @@ def test_what_was_declared_in_an_earlier_life_is_void():
 
     registry = DeclarationRegistry(0, 1, Context())
     registry.publishes("/talk")
-    registry.comes(1)
+    registry.came_online(1)
     registry.learn(Part(1, 1, 0, [Declaration(9, None), Declaration(9, "/talk")]))
     assert registry.listeners("/talk") == [1]
     registry.begins(1, 2)
@@ -85,5 +85,5 @@ def test_what_was_declared_in_an_earlier_life_is_void():
     registry.learn(Part(1, 2, 0, [Declaration(9, "/talk")]))
     assert registry.beyond(1, (1, 2)) == Part(1, 2, 0, [Declaration(9, "/talk")])
     assert registry.beyond(1, (2, 1)) is None
-    registry.goes(1)
+    registry.went_offline(1)
     assert not registry.listeners("/talk")

@@ -204,7 +204,8 @@ class DdsParams(ports.Params):
     @property
     def message_fragments(self) -> int:
         """Fragments in one UDP message."""
-        return self.data_message_bytes // self.fragment_bytes
+        count: int = self.data_message_bytes // self.fragment_bytes
+        return count
 
     def announcing_ns(self, lease_ns: int) -> int:
         """The time between two announcements of a participant with this lease."""

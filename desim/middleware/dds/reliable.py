@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from desim.middleware.dds import wire
 from desim.middleware.dds.carriers import Beating, Bundling
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from desim.network.carrier import Carrier
     from desim.ports.middleware import Offer, Route
     from desim.ports.networks import Handle
+
+T = TypeVar("T")
 
 # Of an arrival: well before a heartbeat could overtake it (80 ms at least), or a lease end.
 SOON_NS = 50_000_000
@@ -144,7 +146,7 @@ class ReliableLink:
         sample.flying += 1
         self._record_frame(self._from_id, self._to_id, sample.message.seq, size_bytes)
 
-    def send(self, chunk: wire.Chunk, carrier: Carrier, token: object) -> int | None:
+    def send(self, chunk: wire.Chunk, carrier: Carrier[T], token: T) -> int | None:
         """Send a frame to the reader."""
         size_bytes, packets = chunk
         return self._transmit_frame(self._from, self._to, size_bytes, packets, False, carrier,

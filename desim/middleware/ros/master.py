@@ -56,8 +56,8 @@ class MasterRegistry:
         return bumped
 
     def unregister(self, side: dict[str, dict[int, Uri]], topic: str, uri: Uri) -> bool:
-        """Unregister ``uri``. Returns whether it was registered. A node without registrations has no
-        name to lose."""
+        """Unregister ``uri``. Returns whether it was registered. A node without registrations has
+        no name to lose."""
         known = side.get(topic, {})
         if known.get(uri.host) != uri:
             return False

@@ -8,9 +8,8 @@ from typing import Any
 
 class Naps:
     """Each thread polls for work every ``period_ns`` since it fell asleep (rosmaster threadpool.py,
-    threadSleepTime), at the instants ``asleep_ns``. Without a period they never sleep. ``at(time_ns,
-    fn)`` calls ``fn()`` then.
-    """
+    threadSleepTime), at the instants ``asleep_ns``. Without a period they never sleep.
+    ``at(time_ns, fn)`` calls ``fn()`` then."""
 
     def __init__(self, period_ns: int, asleep_ns: list[int], now: Callable[[], int],
                  at: Callable[[int, Callable[[], object]], Any]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from desim.middleware.ros.client import RosPublication
+from desim.middleware.ros.links import RosLink
 from desim.ports.middleware import Published, Transport
 
 
@@ -13,7 +14,7 @@ class Udpros:
     def __init__(self, datagrams: Transport, publication: RosPublication) -> None:
         self._datagrams = datagrams
         self._publication = publication
-        self._asked: dict[int, object] = {}
+        self._asked: dict[int, RosLink] = {}
 
     def connect(self, receivers: list[int]) -> list[int]:
         links = self._publication.links

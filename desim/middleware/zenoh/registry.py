@@ -27,9 +27,9 @@ class Part(NamedTuple):
 
 
 class DeclarationRegistry:
-    """The declarations that one host knows. Nothing is ever undeclared: in desim, a host's endpoints
-    last until it stops. Declarations of a router count while it is online, that is, while there is
-    a way to it."""
+    """The declarations that one host knows. Nothing is ever undeclared: in desim, a host's
+    endpoints last until it stops. Declarations of a router count while it is online, that is, while
+    there is a way to it."""
 
     def __init__(self, own: int, life: int, context: MiddlewareContext) -> None:
         self._own = own
@@ -73,8 +73,8 @@ class DeclarationRegistry:
                 self._gain(router, fresh)
 
     def beyond(self, router: int, sent: tuple[int, int]) -> Part | None:
-        """The declarations of ``router`` that a neighbour lacks. ``sent``: the life and the number of
-        those that it was sent."""
+        """The declarations of ``router`` that a neighbour lacks. ``sent``: the life and the number
+        of those that it was sent."""
         if router not in self._declared:
             return None
         life, declarations = self._declared[router]

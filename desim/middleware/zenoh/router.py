@@ -32,8 +32,8 @@ _NO_WAY = -1  # in place of a neighbour
 
 
 class News:
-    """The changes of a router's link state that are to be passed on: it is ``state`` now; before, it
-    had changed ``serial`` times and named ``named`` routers. ``known``: by peer, the number of
+    """The changes of a router's link state that are to be passed on: it is ``state`` now; before,
+    it had changed ``serial`` times and named ``named`` routers. ``known``: by peer, the number of
     changes that it knows already, and of the names in these."""
 
     __slots__ = ("state", "serial", "named", "known")
@@ -114,8 +114,8 @@ class ZenohRouter:
                        and other.connection.client == link.peer for other in self._beside(link))
 
     def linked(self, link: RouterLink) -> None:
-        """``link`` has opened. If two routers dialled each other, the second link is a spare. A link
-        beside one that has expired ends with it."""
+        """``link`` has opened. If two routers dialled each other, the second link is a spare. A
+        link beside one that has expired ends with it."""
         peer = link.peer
         others = [other for other in self._beside(link) if other.up]
         link.unread = any(other.expired for other in others)
