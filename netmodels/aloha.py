@@ -14,8 +14,6 @@ from desim.units import BitRate, Period, airtime_ns
 class _Transmission:
     """A frame on the air: the ends of its packets, and those that others have spoilt."""
 
-    __slots__ = ("frame", "begin_ns", "ends_ns", "spoilt")
-
     def __init__(self, frame: ports.Frame, begin_ns: int, rate_bps: int) -> None:
         self.frame, self.begin_ns = frame, begin_ns
         sizes = accumulate(ports.packet_sizes(frame.size_bytes, frame.segments))

@@ -21,6 +21,8 @@ class Disk:
     the frame is given to the sender; propagation (0.7 us over 200 m) is left out. A host without
     a place is in reach of everybody. A broadcast's receivers out of range make one ``out_of_reach``
     row, a unicast frame's receiver is ``out_of_range``.
+
+    Capabilities: LimitsReach, KnowsLinks.
     """
 
     class Params(ports.Params):

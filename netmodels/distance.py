@@ -23,6 +23,8 @@ class Distance:
 
     Each sender's frames go out one after another at ``rate``, and nobody hinders anybody else:
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency.
+
+    Capabilities: LimitsReach.
     """
 
     class Params(ports.Params):

@@ -10,8 +10,6 @@ from desim import ports
 class DropTailQueue:
     """A finite queue: packets leave it one by one as they are sent."""
 
-    __slots__ = ("_begins", "_limit")
-
     def __init__(self, limit: int) -> None:
         self._begins: deque[int] = deque()
         self._limit = limit

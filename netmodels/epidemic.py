@@ -17,14 +17,12 @@ from netmodels.multihop.hops import Hops
 _ARRIVED, _EXPIRED = ports.Deliver(0), ports.Drop("expired")
 _FULL, _DOWN = ports.Drop("buffer_full"), ports.Drop("relay_down")
 _TOO_LARGE = ports.Drop("too_large")
-_PACKET_BYTES = 1518  # IEEE 802.3: what a longer summary is cut into
+_PACKET_BYTES = 1518  # of packets that a longer summary is cut into (IEEE 802.3)
 
 
 class _Bundle:
     """A unicast frame that hosts carry: ``copies`` are held or on the air. ``lost``: the reason why
     the last holder gave one up."""
-
-    __slots__ = ("frame", "dies_ns", "copies", "settled", "lost")
 
     def __init__(self, frame: ports.Frame, dies_ns: int) -> None:
         self.frame, self.dies_ns = frame, dies_ns
@@ -34,8 +32,6 @@ class _Bundle:
 class _Store:
     """The messages that one host holds, the oldest first; the numbers of all that it has had, and
     until when it waits for those that it has asked for."""
-
-    __slots__ = ("held", "size_bytes", "had", "asked", "announcing")
 
     def __init__(self) -> None:
         self.announcing = False  # whether a summary is booked
@@ -69,6 +65,9 @@ class Epidemic:
     (``too_large``). A copy that lacks a packet is none, and asked for again. A broadcast goes one
     hop. Left out: the limit of hops, and messages that clean up behind one that has arrived. A
     stream on top repeats what is late; datagrams are what this is for.
+
+    Capabilities: Refuses, FollowsHosts, CountsControl; if its hop has them, CountsBusyTime,
+    Retransmits.
     """
 
     class Params(HopChoice):

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.units import BitRate, Length, airtime_ns
-from netmodels.neighbourhood import Neighbourhood, checked_reaches, mask, settle
+from netmodels.neighbourhood import Neighbourhood, check_reaches, mask, settle
 
 
 class _Sending(NamedTuple):
@@ -32,6 +32,8 @@ class IdealMac:
     A frame arrives within ``range`` after size * 8 / ``rate``, and hinders hosts within
     ``interference`` that listen to another one. A train is one long frame. Places are those at the
     beginning of a frame. A host without a place hears nobody, and nobody hears it.
+
+    Capabilities: LimitsReach, Refuses, KnowsLinks.
     """
 
     class Params(ports.Params):
@@ -45,7 +47,8 @@ class IdealMac:
 
         @model_validator(mode="after")
         def _reaches(self) -> IdealMac.Params:
-            return checked_reaches(self)
+            check_reaches(self.range_m, self.interference_m)
+            return self
 
     reasons = ("out_of_range", "out_of_reach", "queue_full")
     refuses = ("queue_full",)

@@ -19,6 +19,8 @@ class AccessLink:
     free: where several senders meet at one receiver's port, ``switch`` is the model. A broadcast
     takes the link once and is copied behind it. Of a train those packets are dropped for which
     the queue has no place.
+
+    Capabilities: Refuses, CountsBusyTime.
     """
 
     class Params(ports.Params):

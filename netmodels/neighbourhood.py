@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -93,23 +92,9 @@ def settle_train(context: ports.Context, frame: ports.Frame, sent: Sequence[tupl
         context.settle_many(frame, None, ports.Drop(beyond))
 
 
-class Reaches(Protocol):
-    """Parameters with a range and an interference."""
-
-    @property
-    def range_m(self) -> float: ...
-
-    @property
-    def interference_m(self) -> float: ...
-
-
-P = TypeVar("P", bound=Reaches)
-
-
-def checked_reaches(params: P) -> P:
-    """These parameters. Raises ValueError for interference that ends within the range."""
-    if params.interference_m < params.range_m:
-        raise ValueError(f"interference ({params.interference_m:g} m) is less than range "
-                         f"({params.range_m:g} m); who is near enough to get a frame is near "
+def check_reaches(range_m: float, interference_m: float) -> None:
+    """Raises ValueError for interference that ends within the range."""
+    if interference_m < range_m:
+        raise ValueError(f"interference ({interference_m:g} m) is less than range "
+                         f"({range_m:g} m); who is near enough to get a frame is near "
                          "enough to be disturbed")
-    return params

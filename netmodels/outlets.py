@@ -10,8 +10,6 @@ class Outlets:
     """Each host's frames go out one after another at ``rate_bps``, and nobody hinders anybody else:
     delay = wait behind the sender's own earlier frames + size * 8 / rate."""
 
-    __slots__ = ("_free_ns", "_rate_bps")
-
     def __init__(self, hosts: int, rate_bps: int) -> None:
         self._free_ns = [0] * hosts
         self._rate_bps = rate_bps

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -11,17 +12,14 @@ from pydantic import Field, model_validator
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Length, Period, airtime_ns
-from netmodels.neighbourhood import Neighbourhood, checked_reaches, mask, settle_train
+from netmodels.neighbourhood import Neighbourhood, check_reaches, mask, settle_train
 
 
-class _QueuedTrain:
+class _QueuedTrain(NamedTuple):
     """A frame in a queue; of each packet that was sent, who got it and where it was spoilt."""
 
-    __slots__ = ("frame", "sent")
-
-    def __init__(self, frame: ports.Frame) -> None:
-        self.frame = frame
-        self.sent: list[tuple[int, int]] = []
+    frame: ports.Frame
+    sent: list[tuple[int, int]]
 
 
 class Tdma:
@@ -34,6 +32,8 @@ class Tdma:
     slots as it has packets, each with a fate of its own. Clocks are in step; nothing is
     acknowledged. Places are those at the end of a slot. A host without a place hears nobody,
     and nobody hears it.
+
+    Capabilities: LimitsReach, Refuses, KnowsLinks.
     """
 
     class Params(ports.Params):
@@ -52,7 +52,8 @@ class Tdma:
 
         @model_validator(mode="after")
         def _reaches(self) -> Tdma.Params:
-            return checked_reaches(self)
+            check_reaches(self.range_m, self.interference_m)
+            return self
 
     reasons = ("collision", "out_of_range", "out_of_reach", "queue_full", "too_long")
     refuses = ("queue_full", "too_long")
@@ -88,7 +89,7 @@ class Tdma:
         elif len(queue) == params.queue:
             self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
         else:
-            queue.append(_QueuedTrain(frame))
+            queue.append(_QueuedTrain(frame, []))
             if len(queue) == 1:
                 self._book(frame.source, -(-self._context.now_ns // params.slot_ns))
 

@@ -30,6 +30,8 @@ class Bus:
 
     A packet that finds ``queue_packets`` waiting is dropped, and of a train all those for which the
     queue has no place.
+
+    Capabilities: Refuses, CountsAttempts, CountsBusyTime.
     """
 
     class Params(ports.Params):

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from netmodels.bus.stations import BusStation, BusStations
 
-# ns-3 Backoff: slots of 1 us, 1 to 1000 of them, doubled ten times, given up after 1000 times.
+# ns-3's class Backoff: slots of 1 us, 1 to 1000 of them, doubled ten times, given up after 1000
+# times.
 _SLOT_NS = 1000
 _MOST_SLOTS = 1000
 _CEILING = 10

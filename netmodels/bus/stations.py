@@ -36,8 +36,6 @@ class Packet(NamedTuple):
 class BusStation:
     """A sender: the packets that wait, and the one that it is sending or wants to send."""
 
-    __slots__ = ("attempts", "idle", "lost", "packet", "queue", "random")
-
     def __init__(self, random: Callable[[], float]) -> None:
         self.random = random  # uniform in [0, 1)
         self.queue: deque[Packet] = deque()

@@ -14,7 +14,7 @@ from netmodels.cases.packets import MOST_UDP_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import flows, measured_span, numbered
 from netmodels.ethernet import ETHERNET_BYTES
 
-_PACKETS = 20_000  # to measure
+_PACKETS = 20_000  # to measure: loss within 0.01 of ns-3, throughput within 1 % (validation)
 
 
 class SharedBus:

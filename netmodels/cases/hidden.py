@@ -15,7 +15,7 @@ from netmodels.cases.senders import flows
 from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio import Radio
 
-_WARM_UP_NS = 500_000_000
+_WARM_UP_NS = 500_000_000  # some hundred packets at 6 Mb/s
 
 
 class Hidden:

@@ -14,7 +14,7 @@ from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio import Radio
 
-_WARM_UP_NS = 500_000_000
+_WARM_UP_NS = 500_000_000  # some hundred packets at 6 Mb/s
 
 
 class TwoPairs:

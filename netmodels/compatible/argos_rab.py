@@ -27,6 +27,8 @@ class ArgosRab:
     Left out: robots that block the sight, distance and bearing that a receiver is told, with their
     noise, and that ARGoS repeats a message in every tick until there is another one. A host without
     a place gets and sends nothing.
+
+    Capabilities: LimitsReach, Refuses.
     """
 
     class Params(ports.Params):

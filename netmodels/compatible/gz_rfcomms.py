@@ -22,10 +22,14 @@ class GzRfComms:
     A train has one power, and each of its packets errors of its own: all of it arrives with the
     chance of one message of all its bytes. Nobody waits, and nobody hinders anybody else. Left out:
     heights, Gazebo's own headers (the frame's count), and the power that a receiver reads. A host
-    without a place, as a radio without a model, gets and sends nothing. """
+    without a place, as a radio without a model, gets and sends nothing.
+
+    Capabilities: LimitsReach.
+    """
 
     Params = RfParams
     reasons = REASONS
+    _stream = "gz_rfcomms"  # of random numbers
 
     def __init__(self, params: RfParams) -> None:
         self._params = params
@@ -33,7 +37,7 @@ class GzRfComms:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._rf = Rf(self._params, context, "gz_rfcomms", hosts)
+        self._rf = Rf(self._params, context, self._stream, hosts)
 
     def send(self, frame: ports.Frame) -> None:
         places = self._context.positions(self._context.now_ns)

@@ -19,7 +19,7 @@ REASONS = ("channel_error", "out_of_range", "out_of_reach", "rate_limited", "rec
 
 Sigma = Literal["deviation", "variance"]
 
-_NEAREST_M = 1e-9
+_NEAREST_M = 1e-9  # so that log10 of a distance of 0 is a number
 
 
 class RfParams(ports.Params):
@@ -48,8 +48,6 @@ class RfParams(ports.Params):
 
 class CapacityWindow:
     """The bytes that a host has sent or received in the last epoch."""
-
-    __slots__ = ("_bytes", "_epoch_ns", "_most_bits", "_past")
 
     def __init__(self, capacity_bps: int, epoch_ns: int) -> None:
         self._most_bits, self._epoch_ns = capacity_bps * epoch_ns // NS_PER_S, epoch_ns

@@ -7,11 +7,12 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import BitRate, Length, Level
+from netmodels.compatible.gz_rfcomms import GzRfComms
 from netmodels.compatible.obstruction import walls_between
-from netmodels.compatible.rf import REASONS, Rf, RfParams, Sigma
+from netmodels.compatible.rf import RfParams, Sigma
 
 
-class Subt:
+class Subt(GzRfComms):
     """The communication model of the SubT Challenge, visibility_range (osrf/subt): Gazebo's radio,
     of which this is the origin, with an exponent that grows with what is in the way.
 
@@ -22,6 +23,8 @@ class Subt:
 
     Left out: breadcrumbs (relays that robots drop), and the later scaling of the distance by hops
     over them (scaling_factor, range_per_hop). A host without a place gets and sends nothing.
+
+    Capabilities: LimitsReach.
     """
 
     class Params(RfParams):
@@ -37,15 +40,8 @@ class Subt:
         wall_cost: float = Field(1.0, ge=0, description="of one wall (a guess: SubT's costs are "
                                                         "those of its tiles)")
 
-    reasons = REASONS
-
-    def __init__(self, params: Params) -> None:
-        self._params = params
-        self.reach_m = params.range_m
-
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        self._context = context
-        self._rf = Rf(self._params, context, "subt", hosts)
+    _stream = "subt"
+    _params: Params
 
     def send(self, frame: ports.Frame) -> None:
         context, params = self._context, self._params

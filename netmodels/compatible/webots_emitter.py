@@ -30,6 +30,8 @@ class WebotsEmitter:
     ``infra-red`` (a network does not know where hosts look), bodies that block its sight, channels
     (media are), and the receiver's buffer, which our hosts empty at once. A host without a place
     gets and sends something only if the range is infinite.
+
+    Capabilities: Refuses, PredictsSignal; with ``range``, LimitsReach.
     """
 
     class Params(ports.Params):

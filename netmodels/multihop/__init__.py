@@ -29,8 +29,6 @@ def _relayed(hop: type[ports.NetworkModel] | ports.NetworkModel) -> set[str]:
 class _Journey:
     """A frame on its way: the number of hops so far, and the packets that are left."""
 
-    __slots__ = ("frame", "made", "left")
-
     def __init__(self, frame: ports.Frame) -> None:
         self.frame, self.made = frame, 0
         self.left: Sequence[int] = range(frame.segments)
@@ -63,6 +61,9 @@ class Multihop:
     sender (``no_path``) or a host on the way (``relay_no_path``) knows no route, where that one is
     down (``relay_down``) or its queue is full (``relay_queue_full``), and after ``hop_limit`` hops.
     A broadcast goes one hop, as an IP router's does.
+
+    Capabilities: Refuses, Separates, FollowsHosts, CountsControl; if its hop has them,
+    CountsAttempts, CountsBusyTime, Retransmits.
     """
 
     class Params(HopChoice):

@@ -54,8 +54,6 @@ class OriginatorMessage(NamedTuple):
 class BatmanNode:
     """The state of one host: its neighbours, and the routes to each originator."""
 
-    __slots__ = ("number", "neighbours", "routes", "draw")
-
     def __init__(self, draw: Callable[[], float]) -> None:
         self.number = 0  # of its own last message
         self.draw = draw  # its own random numbers

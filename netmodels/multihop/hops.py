@@ -18,8 +18,6 @@ class _Leg:
     """A frame of our own on the air: the function to call with its fate, the receivers at which it
     is settled, and the packets that are lost, of a broadcast by receiver."""
 
-    __slots__ = ("report", "settled", "lost", "lacking")
-
     def __init__(self, report: Report) -> None:
         self.report = report
         self.settled: list[int] = []

@@ -8,9 +8,6 @@ class LinkQuality:
     came straight from it, and ``echoed``, this host's that it passed on. Windows are bit masks, bit
     0 for the last number."""
 
-    __slots__ = ("_window", "_whole", "_heard", "_first_heard", "_last_heard", "_echoed",
-                 "_last_echoed")
-
     def __init__(self, window: int) -> None:
         self._window = window
         self._whole = (1 << window) - 1
@@ -47,9 +44,6 @@ class Routes:
     """The routes to one originator, by their first hop. ``best``: the neighbour to take |
     ``heard_ns``: when anything was heard last | ``passed_on``: number of the last message that this
     host passed on as the best route's."""
-
-    __slots__ = ("best", "heard_ns", "passed_on", "_memory", "_first", "_newest",
-                 "_heard")
 
     def __init__(self, memory: int) -> None:
         self._memory = memory

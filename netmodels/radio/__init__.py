@@ -54,6 +54,9 @@ class Radio:
     Received powers are those of the places at a moment at most ``update`` ago, and of the present
     walls and doors; they are updated when a frame is sent or settled. A host without a place
     hears nobody, and nobody hears it, unless the path loss is ``fixed``.
+
+    Capabilities: LimitsReach, Retransmits, Refuses, CountsAttempts, CountsBusyTime, KnowsLinks,
+    PredictsSignal; with ``channels``, Separates.
     """
 
     class Params(ports.Params):

@@ -67,7 +67,10 @@ class Clear:
     moment when a frame is given to the sender: of unicast frames where a full packet (1518 B with
     Ethernet's headers) arrives at 90 % within its ``retries``, of broadcasts the same at once.
     Rules of loss and jamming, asked at that moment too, act on each transmission: of unicast
-    packets they are repeated, and take the sender's time. """
+    packets they are repeated, and take the sender's time.
+
+    Capabilities: LimitsReach, Separates, Retransmits, Refuses, PredictsSignal.
+    """
 
     reasons = ("expired", "out_of_range", "out_of_reach", "queue_full", "retry_limit")
     refuses = ("expired", "queue_full")

@@ -31,7 +31,7 @@ _SCHEMES = {  # by rate in Mb/s: coded bits per subcarrier, code
     48: (6, "2/3"), 54: (6, "3/4"),
 }
 
-_CHIPS = 22  # bandwidth in MHz that the noise of DSSS is measured in
+_CHIPS = 22  # bandwidth in MHz that the noise of DSSS is measured in (Pei and Henderson 2009)
 
 
 def _ofdm(rate_mbps: float, ratio: np.ndarray) -> np.ndarray:

@@ -16,8 +16,6 @@ class QueuedFrame:
     """A frame in a sender's queue. ``given_up`` are a unicast frame's packets. Of a broadcast by
     receiver, bit k for packet k: those ``got``, and those ``lost`` for a reason."""
 
-    __slots__ = ("frame", "given_up", "got", "lost")
-
     def __init__(self, frame: ports.Frame) -> None:
         self.frame = frame
         self.given_up: list[int] = []

@@ -37,8 +37,6 @@ class Pair:
     """The state of one sender for one receiver. ``step``: the index of the present rate among those
     allowed, the slowest first."""
 
-    __slots__ = ("step", "acknowledged", "failed", "attempts", "probing")
-
     def __init__(self, step: int) -> None:
         self.step = step
         self.acknowledged = self.failed = self.attempts = 0
@@ -54,12 +52,11 @@ class Arf:
 
     def acknowledged(self, sender: int, receiver: int) -> int:
         """An attempt was acknowledged; returns the rate of the next one."""
-        pair, params = self._pair(sender, receiver), self._params
+        pair = self._pair(sender, receiver)
         pair.attempts += 1
         pair.acknowledged += 1
         pair.failed, pair.probing = 0, False
-        if pair.step < len(self._rates) - 1 and (pair.acknowledged >= params.up_after
-                                                 or pair.attempts >= params.timer):
+        if pair.step < len(self._rates) - 1 and self._rises(pair):
             self._change(pair, 1)
             pair.probing = True
         return self._rates[pair.step]
@@ -73,6 +70,11 @@ class Arf:
         if pair.probing or pair.failed >= self._params.down_after:
             self._change(pair, -1)
         return self._rates[pair.step]
+
+    def _rises(self, pair: Pair) -> bool:
+        """Whether it is time to try the next faster rate, after an acknowledgement."""
+        return (pair.acknowledged >= self._params.up_after
+                or pair.attempts >= self._params.timer)
 
     def _pair(self, sender: int, receiver: int) -> Pair:
         pair = self._pairs.get((sender, receiver))
@@ -93,16 +95,9 @@ class ArfOfNs3(Arf):
     lowers the rate; further failures do not until something gets through. A timer that ends with a
     failed attempt has no effect, and each failure but the first in a row starts it anew."""
 
-    def acknowledged(self, sender: int, receiver: int) -> int:
-        pair, params = self._pair(sender, receiver), self._params
-        pair.attempts += 1
-        pair.acknowledged += 1
-        pair.failed, pair.probing = 0, False
-        if pair.step < len(self._rates) - 1 and (pair.acknowledged == params.up_after
-                                                 or pair.attempts == params.timer):
-            self._change(pair, 1)
-            pair.probing = True
-        return self._rates[pair.step]
+    def _rises(self, pair: Pair) -> bool:
+        return (pair.acknowledged == self._params.up_after
+                or pair.attempts == self._params.timer)
 
     def failed(self, sender: int, receiver: int) -> int:
         pair, down_after = self._pair(sender, receiver), self._params.down_after

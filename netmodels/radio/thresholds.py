@@ -10,7 +10,7 @@ from desim import ports
 from desim.units import Decibels, Level
 from netmodels.radio.dcf.stations import Reception
 
-_THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K
+_THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K (Johnson and Nyquist 1928; ns-3)
 
 
 class Thresholds(ports.Params):

@@ -34,6 +34,8 @@ class Replay:
 
     Each sender's frames go out one after another at ``rate``, and nobody hinders anybody else:
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency.
+
+    Capabilities: Separates.
     """
 
     class Params(ports.Params):

@@ -31,9 +31,9 @@ _PLAIN = {"time_s": "time", "source": "source", "destination": "destination", "c
 _K7 = {"datetime": "time", "src": "source", "dst": "destination", "channel": "channel",
        "mean_rssi": "rssi_dbm", "pdr": "delivery_ratio", "tx_count": "", "transaction_id": ""}
 
-_LONGEST_S = 1e9
-_LOUDEST_DBM = 1000.0
-_SILENT_DBM = -300.0
+_LONGEST_S = 1e9  # 32 years: a larger number is no time in seconds
+_LOUDEST_DBM = 1000.0  # either way: a larger number is no power
+_SILENT_DBM = -300.0  # far below all noise: never received
 _INSTANT = re.compile(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d{1,9})?)Z?")
 
 

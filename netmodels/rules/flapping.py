@@ -37,7 +37,10 @@ class OnOffProcess:
 class Flapping:
     """The ``hosts``' interfaces and the ``links`` are up and down for exponentially distributed
     times. Each draws them from its own stream, and is available for up / (up + down) of the time. A
-    link is down in both directions at once."""
+    link is down in both directions at once.
+
+    Capabilities: Separates.
+    """
 
     class Params(Targets):
         up_ns: Pace = Field(examples=["1 min"],

@@ -19,6 +19,8 @@ class GilbertElliott:
     (p * loss_bad + r * loss_good) / (p + r) are lost; the bad state lasts for 1 / r packets on the
     average. The first packet finds either state with these chances. The states change with packets,
     not with time.
+
+    Capabilities: JudgesTransmissions.
     """
 
     class Params(ports.Params):

@@ -16,7 +16,10 @@ class Jamming:
     """From ``from`` until ``until`` each packet whose sender or receiver stands no farther than
     ``radius`` from ``at`` is lost with ``probability``. Walls do not matter, and a host without a
     place is nowhere near. Each ordered pair of hosts draws from its own stream for each packet,
-    jammed or not: with a larger disc only more is lost."""
+    jammed or not: with a larger disc only more is lost.
+
+    Capabilities: Separates, JudgesTransmissions.
+    """
 
     class Params(TimeWindow):
         at_m: tuple[Position, Position] = Field(

@@ -12,7 +12,10 @@ from netmodels.rules.streams import PairStreams
 
 class Loss:
     """Each packet is lost with ``probability``, independently of all others (Bernoulli). Each
-    ordered pair of hosts draws from its own stream, once for each packet."""
+    ordered pair of hosts draws from its own stream, once for each packet.
+
+    Capabilities: JudgesTransmissions.
+    """
 
     class Params(ports.Params):
         probability: Ratio = Field(description="of one packet at one receiver")

@@ -9,7 +9,10 @@ from netmodels.rules.window import TimeWindow
 
 class Outage:
     """From ``from`` until ``until`` nothing gets out of or into the ``hosts``, and nothing over the
-    ``links``. The hosts themselves go on; ``faults`` stop them."""
+    ``links``. The hosts themselves go on; ``faults`` stop them.
+
+    Capabilities: Separates.
+    """
 
     class Params(TimeWindow, Targets):
         pass

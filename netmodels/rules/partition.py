@@ -16,7 +16,10 @@ Group = Annotated[list[str], Field(min_length=1)]
 
 class Partition:
     """From ``from`` until ``until`` hosts reach only those of their own group. Hosts that no
-    pattern names are one more group."""
+    pattern names are one more group.
+
+    Capabilities: Separates.
+    """
 
     class Params(TimeWindow):
         groups: list[Group] = Field(min_length=1, description="host names or patterns with * "

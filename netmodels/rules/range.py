@@ -13,7 +13,10 @@ _FAR = ports.Drop("out_of_range")
 
 class Range:
     """Drops frames to receivers farther away than ``distance``, measured when a frame is sent,
-    through walls. A host without a place is in reach of everybody."""
+    through walls. A host without a place is in reach of everybody.
+
+    Capabilities: LimitsReach.
+    """
 
     class Params(ports.Params):
         distance_m: Length = Field("200 m", description="(the paper)")

@@ -15,7 +15,7 @@ from desim.ports.kernels import lean
 from netmodels.kernels import pointer
 
 QUANTUM_BYTES = 1514  # fq_codel: MTU and Ethernet header
-NEVER = np.int64(1) << 62
+NEVER = 1 << 62
 
 # The interface of a port: when the packet that is being sent ends, and its frame; the lists of
 # flows that are new and of those that are not.

@@ -10,12 +10,11 @@ from collections import deque
 from collections.abc import Hashable, Iterable
 from typing import Generic, NamedTuple, TypeVar
 
+from netmodels.switch.kernels import NEVER, QUANTUM_BYTES
 from netmodels.switch.trains import PacketTrain
 
 T = TypeVar("T")  # the sender's token of a frame
 
-QUANTUM_BYTES = 1514  # fq_codel: MTU and Ethernet header
-NEVER = 1 << 62
 
 
 class ExitFate(NamedTuple):
@@ -32,8 +31,6 @@ Load = tuple[int, int, int]
 class _QueuedTrain(Generic[T]):
     """A frame that waits in a line or is being sent."""
 
-    __slots__ = ("begun", "exits", "lost", "outs", "token", "train")
-
     def __init__(self, token: T, train: PacketTrain, exits: tuple[int, ...]) -> None:
         self.token, self.train, self.exits = token, train, exits
         self.begun = 0  # packets
@@ -43,8 +40,6 @@ class _QueuedTrain(Generic[T]):
 
 class _FlowQueue(Generic[T]):
     """The frames of one flow."""
-
-    __slots__ = ("deficit", "frames")
 
     def __init__(self) -> None:
         self.frames: deque[_QueuedTrain[T]] = deque()

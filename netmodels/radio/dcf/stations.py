@@ -18,12 +18,11 @@ from netmodels.radio.dcf.kernels.records import (
     FAILED,
     HEARD,
     MISSED,
+    NEVER,
     RECEIVED,
 )
 from netmodels.radio.errors import ErrorTable
 from netmodels.radio.standards import ACK_BYTES, CTS_BYTES, RTS_BYTES, Standard
-
-NEVER = int(records.NEVER)
 
 __all__ = ["ACKED", "DONE", "DROPPED", "EXPIRED", "FAILED", "HEARD", "MISSED", "NEVER", "RECEIVED",
            "Counts", "Outcome", "Reception", "Stations"]

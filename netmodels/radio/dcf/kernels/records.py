@@ -10,7 +10,7 @@ from numba import carray, float64, from_dtype, int8, int64, njit, types, void
 from desim.ports.kernels import lean, uniform_half_open
 from netmodels.kernels import pointer
 
-NEVER = np.int64(1) << 62
+NEVER = 1 << 62
 
 # Kinds of events, in the order in which they are carried out in one instant. Fields that end in
 # ``_due`` hold a time and a kind in one number, ``time_ns * KINDS + kind``: the least comes next.
