@@ -15,7 +15,7 @@ from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio import Radio
 
-_FAR_M = 1e6  # the farthest place: a float still resolves 1e-10 m there
+_FAR_M = 1e6  # the farthest place: floats resolve 1e-9 m there
 
 
 class FlowParams(ports.Params):

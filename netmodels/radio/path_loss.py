@@ -19,7 +19,7 @@ from desim import ports
 from desim.units import Carrier, Decibels, Length
 
 LIGHT_MPS = 299_792_458.0
-_NEAREST_M = 1e-3  # antennas are no nearer: no formula here loses more than 0 dB there
+_NEAREST_M = 1e-3  # antennas are no nearer
 _FARTHEST_M = 1e9  # a reach beyond this is infinite
 
 

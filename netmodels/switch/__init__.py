@@ -17,8 +17,8 @@ from netmodels.switch.packets import ExitFate, Load, Packets
 from netmodels.switch.queues import Compiled
 from netmodels.switch.trains import PacketTrain, cut
 
-# A frame that will be in the switch so soon is settled when it is sent. Tuned on eight hosts at full
-# load: the mean delay is then 1.3e-4 off, and +-20 % of this changes it by 1.3e-5 at most.
+# A frame that will be in the switch so soon is settled when it is sent. Tuned on eight hosts at
+# full load: the mean delay is 1.3e-4 off, and +-20 % changes it by 1.3e-5 at most.
 _AHEAD_NS = 100_000
 
 _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle exit gives the same delays again
