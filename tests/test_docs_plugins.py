@@ -1,6 +1,9 @@
 """The plug-ins in docs/writing-plugins.md run, and their commands print what stands there."""
 
+import os
 import shutil
+import subprocess
+import sys
 
 import pytest
 import regolden  # a tool
@@ -34,3 +37,21 @@ def test_each_command_prints_what_the_page_shows(page, folder):
             assert_as_shown(shown, output)
     assert {"desim run fenced.yaml", "desim run orbit.yaml", "desim run spreading.yaml",
             "desim run muddy.yaml", "desim run rooms.yaml", "python test_mine.py"} <= set(played)
+
+
+def type_errors(repository, folder):
+    """The complaints of mypy about the page's plug-ins beside the contracts."""
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--follow-imports=silent", "--ignore-missing-imports",
+         "test_mine.py"], cwd=folder, env={**os.environ, "MYPYPATH": str(repository)}, text=True,
+        capture_output=True, check=False)
+    return [line for line in done.stdout.splitlines() if ": error:" in line]
+
+
+def test_a_type_checker_holds_plug_ins_against_their_contracts(repository, folder, tmp_path):
+    pytest.importorskip("mypy")
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True, ignore=lambda *_: ["results"])
+    assert not type_errors(repository, tmp_path)
+    fence = tmp_path / "fence.py"
+    fence.write_text(fence.read_text().replace("def judge(", "def judges("))
+    assert len(type_errors(repository, tmp_path)) == 1
