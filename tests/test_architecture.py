@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
@@ -16,14 +16,14 @@ from rooms import STORY
 ROOT = Path(__file__).resolve().parent.parent
 MAX_LINES = 400
 
-# Who may look at the wall clock: what reports on a run or its cost, never what happens in it.
+# Files that may read the wall clock: they report on a run or its cost, and never change it.
 WALL_CLOCK = {"desim/campaign/running/probes.py", "desim/campaign/running/crew.py",
               "desim/campaign/running/driver.py",
               "desim/commands/compiling.py", "desim/api.py", "desim/results/folder.py",
               "desim/commands/views/progress.py", "desim/commands/views/sweep.py"}
 # Who may name the global generators: the makers of streams, and the check that a plug-in draws
 # nothing from them.
-GLOBAL_LUCK = {"desim/engine/streams.py", "desim/testing/checks.py"}
+GLOBAL_GENERATORS = {"desim/engine/streams.py", "desim/testing/checks.py"}
 TRANSCENDENTAL = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "arcsin", "arccos",
                   "arctan", "arctan2", "sinh", "cosh", "tanh", "exp", "exp2", "expm1", "log",
                   "log2", "log10", "log1p", "pow", "power", "hypot"}
@@ -208,8 +208,8 @@ def only_the_surface_prints(source: Source) -> Complaints:
             yield line, f"calls {name}; only commands/ and report/ may"
 
 
-def luck_comes_by_name(source: Source) -> Complaints:
-    if str(source.path) in GLOBAL_LUCK:
+def random_numbers_come_by_name(source: Source) -> Complaints:
+    if str(source.path) in GLOBAL_GENERATORS:
         return
     for line, name in source.imports():
         if inside(name, "random", "secrets", "uuid", "numpy.random"):
@@ -219,7 +219,7 @@ def luck_comes_by_name(source: Source) -> Complaints:
             yield line, f"calls {name}; ask for a stream by name"
 
 
-def only_reports_look_at_the_wall_clock(source: Source) -> Complaints:
+def only_reports_read_the_wall_clock(source: Source) -> Complaints:
     if str(source.path) not in WALL_CLOCK:
         for line, name in source.imports():
             if inside(name, "time", "datetime"):
@@ -290,8 +290,8 @@ RULES: list[Callable[[Source], Complaints]] = [
     kernels_are_compiled_at_import_cached_and_exact,
     kernels_take_transcendentals_from_one_module,
     only_the_surface_prints,
-    luck_comes_by_name,
-    only_reports_look_at_the_wall_clock,
+    random_numbers_come_by_name,
+    only_reports_read_the_wall_clock,
     nothing_depends_on_the_process,
     sets_are_never_iterated,
     a_file_holds_one_idea,
@@ -327,9 +327,9 @@ TWINS = [
      "from numpy import exp"),
     (only_the_surface_prints, "desim/world/a.py", "print('hello')"),
     (only_the_surface_prints, "desim/experiment/a.py", "from rich.table import Table"),
-    (luck_comes_by_name, "desim/a.py", "import random"),
-    (luck_comes_by_name, "desim/a.py", "x = np.random.default_rng(3)"),
-    (only_reports_look_at_the_wall_clock, "desim/robot/a.py", "from time import perf_counter"),
+    (random_numbers_come_by_name, "desim/a.py", "import random"),
+    (random_numbers_come_by_name, "desim/a.py", "x = np.random.default_rng(3)"),
+    (only_reports_read_the_wall_clock, "desim/robot/a.py", "from time import perf_counter"),
     (nothing_depends_on_the_process, "desim/a.py", "order = hash('name')"),
     (sets_are_never_iterated, "desim/a.py", "for x in {1, 2}:\n    y = x"),
     (sets_are_never_iterated, "desim/a.py", "peers: set[int] = f()\nz = [x for x in peers]"),
@@ -355,6 +355,33 @@ def test_a_longer_way_to_the_world_is_seen_too(monkeypatch):
 
 def test_every_rule_has_a_twin():
     assert {rule for rule, _, _ in TWINS} == set(RULES)
+
+
+# ------------------------------------------------------------------------------------ class names
+
+# Names that two rooms still share.
+STILL_TWICE = {"News", "Number"}
+
+
+def class_names_used_twice(files: Iterable[Source]) -> dict[str, list[str]]:
+    """The files of each name that several public classes at the top level of a file have."""
+    found: dict[str, list[str]] = {}
+    for source in files:
+        for node in source.tree.body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found.setdefault(node.name, []).append(str(source.path))
+    return {name: paths for name, paths in found.items() if len(paths) > 1}
+
+
+def test_no_public_class_name_is_used_twice():
+    found = class_names_used_twice(sources().values())
+    assert not found.keys() - STILL_TWICE, found
+
+
+def test_a_class_name_that_is_used_twice_is_found():
+    one, other = (Source.of(f"desim/{name}.py", "class Link:\n    class Params: ...\nclass _A: ...")
+                  for name in "ab")
+    assert class_names_used_twice([one, other]) == {"Link": ["desim/a.py", "desim/b.py"]}
 
 
 # ---------------------------------------------------------------------------------- starting time

@@ -34,5 +34,5 @@ def test_the_nearest_word_is_suggested():
 @pytest.mark.parametrize("error, expected", [
     (ValueError("oh no"), "ValueError: oh no"), (ValueError("oh\r\nno"), "ValueError: oh"),
     (ValueError(), "ValueError"), (SystemExit("bye"), "SystemExit: bye")])
-def test_what_others_raise_is_told_in_one_line(error, expected):
+def test_foreign_errors_are_described_in_one_line(error, expected):
     assert told(error) == expected

@@ -1,4 +1,4 @@
-"""What the package says of itself agrees: its versions, its files, its type information."""
+"""The package's descriptions of itself agree: its versions, its files, its type information."""
 
 import tomllib
 

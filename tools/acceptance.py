@@ -1,4 +1,4 @@
-"""Acceptance tests of many runs: terrains, seeds, the paper's figure, range, real maps.
+"""Do whole fleets explore as they should? Terrains, seeds, the paper's figure, range, real maps.
 
     python tools/acceptance.py [--json] [--workers N] [part ...]
 
@@ -18,7 +18,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from matter import Ticks
+from collisions import Ticks
 from rich.console import Console
 from rich.table import Table
 

@@ -1,4 +1,4 @@
-"""Measures how fast desim is on this machine: `python tools/bench.py [--json] [part ...]`.
+"""How fast is desim on this machine? `python tools/bench.py [--json] [part ...]`.
 
 `python tools/bench.py compare REV [--turns N] [part ...]` runs this tree and a commit in turns and
 prints what this tree costs as a share of that commit, with 95 % intervals.
@@ -23,12 +23,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import airload
-import campaignload
-import compare
-import messageload
 import simpy
-import workload
+from benchmarks import air, revisions
+from benchmarks.campaign import finished, overhead
+from benchmarks.message import messages
+from benchmarks.wander import Wander, build, raster_maze
 from rich.console import Console
 from rich.table import Table
 
@@ -151,7 +150,7 @@ LASER_S = 1.0  # of CPU time a figure
 
 def _walls() -> list[tuple[str, object]]:
     """The two kinds of walls: the maze as geometry, and as an image of 0.2 m a cell."""
-    return [("geometric", "maze"), ("raster", workload.raster_maze(Path(_scratch.name)))]
+    return [("geometric", "maze"), ("raster", raster_maze(Path(_scratch.name)))]
 
 
 def laser() -> list[Row]:
@@ -159,12 +158,12 @@ def laser() -> list[Row]:
     rows = []
     for walls, terrain in _walls():
         for robots in (1, 30):
-            wander = workload.Wander(workload.build(robots, terrain))
-            wander.seconds(20)
-            snapshot, scans, spent_s = wander.world.snapshot(), 0, 0.0
+            fleet = Wander(build(robots, terrain))
+            fleet.seconds(20)
+            snapshot, scans, spent_s = fleet.world.snapshot(), 0, 0.0
             start = time.process_time()
             while spent_s < LASER_S:
-                ranges = wander.world.scan(snapshot, wander.all, scans)
+                ranges = fleet.world.scan(snapshot, fleet.all, scans)
                 scans += 1
                 spent_s = time.process_time() - start
             rows.append({"what": f"{walls}, {robots} robots", "Mray/s": round(
@@ -179,10 +178,10 @@ def w() -> list[Row]:
     for walls, terrain in _walls():
         row: Row = {"what": walls}
         for robots in FLEETS:
-            wander = workload.Wander(workload.build(robots, terrain))
-            wander.seconds(5)
+            fleet = Wander(build(robots, terrain))
+            fleet.seconds(5)
             simulated_s = max(2, 600 // robots)
-            factors = [simulated_s / wander.seconds(simulated_s) for _ in range(5)]
+            factors = [simulated_s / fleet.seconds(simulated_s) for _ in range(5)]
             row[f"N={robots}"] = round(statistics.median(factors), 1)
         rows.append(row)
     return rows
@@ -196,8 +195,8 @@ NS3 = {"30 saturated 802.11g stations": 0.88, "30 x 20 kB at 2/s": 4.31}  # refe
 def network() -> list[Row]:
     """Radio: simulated seconds per CPU second through the whole medium, the best of three runs;
     hosts with beacons stand 1000 to the square kilometre."""
-    runs = {"30 saturated 802.11g stations": (lambda: airload.saturated(30, 5), 5),
-            "30 x 20 kB at 2/s": (lambda: airload.messages(30, 2, 20), 20)}
+    runs = {"30 saturated 802.11g stations": (lambda: air.saturated(30, 5), 5),
+            "30 x 20 kB at 2/s": (lambda: air.messages(30, 2, 20), 20)}
     rows = []
     for name, (run, simulated_s) in runs.items():
         factor = simulated_s / min(run() for _ in range(3))
@@ -206,7 +205,7 @@ def network() -> list[Row]:
                      "times ns-3": round(factor / NS3[name], 1)})
     for hosts in (100, 1000, 4000):
         simulated_s = 500 / hosts
-        cpu_s, frames, audience = min(airload.beacons(hosts, simulated_s) for _ in range(3))
+        cpu_s, frames, audience = min(air.beacons(hosts, simulated_s) for _ in range(3))
         rows.append({"what": f"{hosts} beacons at 10 Hz",
                      "simulated s per CPU s": round(simulated_s / cpu_s, 2),
                      "us a frame": round(1e6 * cpu_s / frames, 1),
@@ -270,8 +269,8 @@ def middleware() -> list[Row]:
 def campaign() -> list[Row]:
     """Cost of a campaign beside its runs: CPU of it and its workers, start included."""
     scratch = Path(_scratch.name)
-    return [campaignload.overhead(scratch), *campaignload.finished(scratch, 200, 500),
-            *campaignload.finished(scratch, 10_000, 10)]
+    return [overhead(scratch), *finished(scratch, 200, 500),
+            *finished(scratch, 10_000, 10)]
 
 
 def manifest_of(what: list[str], repetition: int) -> dict[str, Any]:
@@ -292,7 +291,7 @@ def output_of(*arguments: str) -> str:
 # Scenarios early: a process that is started reports no less memory than the one that starts it.
 PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "scenarios": scenarios,
                                              "middleware": middleware,
-                                             "message": messageload.messages, "laser": laser,
+                                             "message": messages, "laser": laser,
                                              "w": w, "network": network, "campaign": campaign}
 
 
@@ -308,14 +307,14 @@ def show(title: str, rows: list[Row]) -> None:
 
 def compare_with(arguments: list[str]) -> None:
     """``compare REV [part ...]``."""
-    parser = argparse.ArgumentParser(prog="bench.py compare", description=compare.__doc__)
+    parser = argparse.ArgumentParser(prog="bench.py compare", description=revisions.__doc__)
     parser.add_argument("revision", metavar="REV", help="a commit, as git names it")
     parser.add_argument("parts", nargs="*", metavar="part",
                         help=f"of {', '.join(PARTS)}; default: scenarios, message")
     parser.add_argument("--turns", type=int, default=5, help="pairs of measurements (default 5)")
     wanted = parser.parse_intermixed_args(arguments)
     refuse_unknown(parser, wanted.parts)
-    for part, ratios in compare.compare(wanted.revision, wanted.parts or ["scenarios", "message"],
+    for part, ratios in revisions.compare(wanted.revision, wanted.parts or ["scenarios", "message"],
                                         wanted.turns):
         show(f"{part}: CPU time here / CPU time at {wanted.revision}", [
             {"what": ratio.what, "ratio": f"{ratio.mean:.3f}",

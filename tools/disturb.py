@@ -1,4 +1,4 @@
-"""Kills a campaign again and again: `python tools/disturb.py [--times 20] [--seed 1]`.
+"""Does a campaign survive being killed? `python tools/disturb.py [--times 20] [--seed 1]`.
 
 At a random moment, in turns: the campaign is killed (SIGKILL), one of its workers is killed, or its
 disk is filled up to a few kilobytes (a small tmpfs; left out where none can be mounted). Then the

@@ -1,4 +1,4 @@
-"""Fuzzes the commands: damaged scenarios, designs, run folders and campaign folders.
+"""Do the commands survive damage? Fuzzes scenarios, designs, run folders and campaign folders.
 
     python tools/fuzz.py [--count 500] [--seed 1] [--only KIND]
 

@@ -1,9 +1,9 @@
-"""Measures how often the intervals of desim/statistics hold what they should, by simulation.
+"""How often do the intervals of desim/statistics hold the truth? Measured by simulation.
 
     python tools/interval_coverage.py [--experiments 2000]
 
-One line for each interval: what is drawn, the share of intervals (nominally 95 %) that contain the
-truth, the standard error of that share. This is the table of docs/statistics.md.
+One line for each interval: the distribution, the share of intervals (nominally 95 %) that contain
+the truth, the standard error of that share. This is the table of docs/statistics.md.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def held(truth: float, bounds: Bounds) -> bool:
 
 
 def cases() -> Iterator[tuple[str, float, Callable[[int], Bounds]]]:
-    """What is drawn, the truth, and a function that gives the bounds of experiment k."""
+    """The distribution, the truth, and a function that gives the bounds of experiment k."""
     draws = {"normal": (0.0, np.random.Generator.standard_normal),
              "exponential": (1.0, np.random.Generator.standard_exponential),
              "lognormal": (np.exp(0.5), lambda draw, n: draw.lognormal(size=n)),

@@ -1,4 +1,4 @@
-"""Shows where the CPU time of a run goes: `python tools/profile_run.py scenarios/maze_30.yaml`.
+"""Where does the CPU time of a run go? `python tools/profile_run.py scenarios/maze_30.yaml`.
 
 Samples the innermost frame that is desim's own about every millisecond of CPU time. A sample
 weighs the CPU time since the last one, so that a long kernel call counts in full although Python

@@ -1,11 +1,11 @@
-"""Checks the words of docstrings, pages and names.
+"""Are docstrings, pages and names in plain English? Checks their words.
 
     python tools/prose.py [file or folder ...]
 
 The first line of a docstring is a sentence with a subject and a verb, or a noun phrase of the
-field. It does not open with a relative clause that has no head ("What is sent later ..."). Words of
-a private dialect are not used at all. A name in the code has no word that docs/glossary.md rules
-out in its last column. Exit code 1 if anything is found.
+field, or a question. It does not open with a relative clause that has no head ("What is sent later
+..."). Words of a private dialect are not used at all. A name in the code has no word that
+docs/glossary.md rules out in its last column. Exit code 1 if anything is found.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ GLOSSARY = ROOT / "docs" / "glossary.md"
 WORD = re.compile(r"[A-Z]?[a-z]+")
 EVERYTHING = ("desim", "netmodels", "tools", "docs", "README.md", "CONTRIBUTING.md")
 
-# No docstring opens with these.
+# No docstring opens with these, unless it asks a question.
 HEADLESS = re.compile(r"(What|Who|Whom|Whose|Which|Where|When|How|Why|That|Luck)\b")
+QUESTION = re.compile(r"[^.:]*\?")
 # Words that the field does not use, and what it says instead.
 DIALECT = {"maniest": "number", "whoever": "the one that", "hardly ever": "rarely",
            "by luck": "at random"}
@@ -68,7 +69,7 @@ def in_python(file: Path) -> Iterator[Finding]:
         if text is None:
             continue
         line = node.body[0].lineno
-        if HEADLESS.match(text):
+        if HEADLESS.match(text) and not QUESTION.match(text):
             yield Finding(file, line, f"a docstring opens with {text.split()[0]!r}: "
                                       f"{text.partition(chr(10))[0]}")
         yield from dialect(file, line, text)

@@ -1,4 +1,4 @@
-"""Writes the digests of tests/golden/fingerprints.csv anew, and says which changed.
+"""Which digests have changed? Writes those of tests/golden/fingerprints.csv anew.
 
     python tools/regolden.py [--check] [scenario ...]
 

@@ -1,4 +1,4 @@
-"""Prints the rooms of the house: each package with the first line of its docstring.
+"""Where does a thing belong? Prints each package with the first line of its docstring.
 
     python tools/rooms.py [--modules | --counts]
 

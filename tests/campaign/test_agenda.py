@@ -1,4 +1,4 @@
-"""Which runs are made, and in which order."""
+"""The runs of an agenda, and their order."""
 
 from collections import deque
 
@@ -15,7 +15,7 @@ UNTIL = ROBOTS + "iterations: {metric: explored, width: %s, at_least: 3, at_most
 
 
 def played(plan, jobs, picks=(), value=lambda row: row["metrics"]["explored"],
-           luck=lambda vector, iteration: 0.0, rows=None):
+           draw=lambda vector, iteration: 0.0, rows=None):
     """All runs that an agenda asks for, with ``jobs`` at once that end as ``picks`` say."""
     agenda = Agenda(plan, {} if rows is None else rows, (), value)
     picks, busy, asked = deque(picks), [], []
@@ -26,10 +26,10 @@ def played(plan, jobs, picks=(), value=lambda row: row["metrics"]["explored"],
         if not busy:
             return agenda, [(vector.number, iteration) for vector, iteration, _ in asked]
         vector, iteration, run_id = busy.pop((picks.popleft() if picks else 0) % len(busy))
-        agenda.add(row(run_id, explored=luck(vector, iteration)))
+        agenda.add(row(run_id, explored=draw(vector, iteration)))
 
 
-def luck(vector, iteration):
+def draw(vector, iteration):
     """Vector 0 hardly varies, 1 does somewhat, 2 a lot."""
     return 100 + (0.1, 4, 50)[vector.number] * (-1) ** iteration
 
@@ -43,7 +43,7 @@ def test_the_whole_design_first_then_again(tmp_path):
 
 def test_sequential_stopping(tmp_path):
     """The 95 % interval of n values m + d, m - d, m + d, ...: see statistics/test_sequential."""
-    agenda, asked = played(planned(tmp_path, UNTIL % "10 %"), 1, luck=luck)
+    agenda, asked = played(planned(tmp_path, UNTIL % "10 %"), 1, draw=draw)
     counts = [sum(number == vector for number, _ in asked) for vector in range(3)]
     assert counts[0] == 3  # enough at once
     assert 3 < counts[1] < 12
@@ -56,10 +56,10 @@ def test_sequential_stopping(tmp_path):
        known=some.sets(some.integers(0, 20)))
 def test_what_is_run_depends_neither_on_workers_nor_on_interruptions(tmp_path, jobs, picks, known):
     plan = planned(tmp_path, UNTIL % "10 %")
-    alone, _ = played(plan, 1, luck=luck)
+    alone, _ = played(plan, 1, draw=draw)
     expected = sorted(run_id for _, _, run_id in alone.runs)
     rows = {run_id: found for i, (run_id, found) in enumerate(alone.rows.items()) if i in known}
-    some_workers, asked = played(plan, jobs, picks, luck=luck, rows=dict(rows))
+    some_workers, asked = played(plan, jobs, picks, draw=draw, rows=dict(rows))
     assert sorted(run_id for _, _, run_id in some_workers.runs) == expected
     assert len(asked) == len(expected) - len(rows)
     assert some_workers.progress == (len(expected), 0, len(expected))
@@ -82,9 +82,9 @@ def test_a_run_that_two_vectors_ask_for_is_made_once(tmp_path):
     assert agenda.progress == (4, 0, 4)
 
 
-def test_what_is_not_known_well_enough_in_the_end_is_told(tmp_path):
+def test_vectors_that_stay_too_wide_are_reported(tmp_path):
     plan = planned(tmp_path, UNTIL % "10 %")
-    agenda, asked = played(plan, jobs=2, luck=luck)
+    agenda, asked = played(plan, jobs=2, draw=draw)
     assert [vector.number for vector in agenda.wide] == [2]
     assert asked.count((2, 11)) == 1
     assert not played(planned(tmp_path, ROBOTS), jobs=1)[0].wide

@@ -1,4 +1,4 @@
-"""Campaigns on Dask: the same bytes as from this machine's processes, whoever dies."""
+"""Campaigns on Dask: the same bytes as from this machine's processes, whatever dies."""
 
 from __future__ import annotations
 
@@ -212,7 +212,7 @@ def test_ctrl_c_ends_everybody(repository, folder):
 
 @pytest.fixture
 def silent():
-    """Where somebody listens who is no Dask scheduler."""
+    """An address at which a server listens that is no Dask scheduler."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         threading.Thread(target=_refuse, args=(server,), daemon=True).start()
         yield f"tcp://127.0.0.1:{server.getsockname()[1]}"

@@ -1,4 +1,4 @@
-"""What the metrics of a campaign are worth for one run."""
+"""The values of a campaign's metrics for one run."""
 
 import pytest
 from designs import planned

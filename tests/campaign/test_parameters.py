@@ -1,4 +1,4 @@
-"""What the values of a parameter are, and what they set."""
+"""The levels of a parameter, and the settings of each."""
 
 import pytest
 from designs import labels, loaded, planned

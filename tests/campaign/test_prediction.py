@@ -1,4 +1,4 @@
-"""How long a campaign takes, from what is known of its runs."""
+"""The predicted cost of a campaign, from its known runs."""
 
 import pytest
 from designs import planned, row

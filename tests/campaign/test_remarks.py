@@ -1,4 +1,4 @@
-"""What is said of metrics at the end of a campaign."""
+"""Remarks about metrics at the end of a campaign."""
 
 import json
 
@@ -48,7 +48,7 @@ def swept(tmp_path):
     return done
 
 
-def test_a_function_that_raises_leaves_the_run_and_is_told(swept):
+def test_a_function_that_raises_leaves_the_run_and_is_reported(swept):
     said, raised = swept("iterations: 2\nmetrics: {a: 'mine:late', "
                          "b: 'mine:leaves'}\n")
     assert said == ["metric b raised in 4 of 4 runs: SystemExit: 3",
@@ -56,13 +56,13 @@ def test_a_function_that_raises_leaves_the_run_and_is_told(swept):
     assert raised == {"b": [4, "SystemExit: 3"], "a": [2, "ValueError: boom"]}
 
 
-def test_a_metric_without_a_value_is_told(swept):
+def test_a_metric_without_a_value_is_reported(swept):
     assert swept("iterations: 1\nmetrics: {a: 'mine:nothing', "
                  "b: exploration_time_s / 2, c: explored / 2}\n") \
         == (["no run has a value of a, b"], {})
 
 
-def test_widths_that_were_not_reached_are_told(swept):
+def test_widths_that_were_not_reached_are_reported(swept):
     assert swept("iterations: {metric: luck, width: 0.1, at_least: 2, at_most: 3}\n"
                  "metrics: {luck: 'mine:luck'}\n")[0] == [
         "the 95 % interval of luck is still wider than 0.1 in 2 of 2 vectors after 3 runs each"]

@@ -1,4 +1,4 @@
-"""What others leave in a campaign's folder: a file browser, an editor, a user."""
+"""Stray files in a campaign's folder: of a file browser, an editor, a user."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""What is said while a campaign runs."""
+"""The output while a campaign runs."""
 
 import pytest
 from designs import Here, written
@@ -58,7 +58,7 @@ def test_brackets_in_labels_are_text(tmp_path, monkeypatch):
     assert "robots=[red]many, iteration 1" in done.output
 
 
-def test_a_cause_is_told_once_and_runs_that_failed_are_no_success(sweep):
+def test_a_cause_is_printed_once_and_runs_that_failed_are_no_success(sweep):
     """Equal causes at other times and hosts are one."""
     asked = []
 
@@ -75,7 +75,7 @@ def test_a_cause_is_told_once_and_runs_that_failed_are_no_success(sweep):
         "--retry-failed runs them again"]
 
 
-def test_damage_is_told(sweep, tmp_path):
+def test_damage_is_printed(sweep, tmp_path):
     code, _ = sweep(work)
     folders = sorted((tmp_path / "results" / "d" / "runs" / "small").iterdir())
     (folders[0] / "summary.json").unlink()

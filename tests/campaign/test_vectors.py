@@ -1,4 +1,4 @@
-"""Which combinations are run."""
+"""The combinations that a design runs."""
 
 import sys
 from types import SimpleNamespace

@@ -34,7 +34,7 @@ def hello(repository):
 
 
 def desim_(*words, code: int = 0) -> str:
-    """What the command prints; the test fails if it exits with another code."""
+    """The output of a command; the test fails if it exits with another code."""
     done = CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)
     assert done.exit_code == code, done.output
     return done.output
@@ -440,7 +440,7 @@ def test_net_complains_once_and_exits_with_2(words, says):
     (("validat",), "No such command 'validat'", "desim"),
 ])
 def test_a_wrong_command_line_takes_a_line(words, wrong, command):
-    """What is wrong in the words of typer."""
+    """The complaint is in the words of typer."""
     said, = desim_(*words, code=2).splitlines()
     assert said.startswith(wrong) and said.endswith(f"; allowed: see {command} --help")
 

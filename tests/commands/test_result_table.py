@@ -1,4 +1,4 @@
-"""What a run prints of its middleware."""
+"""The rows about middleware in a run's table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What comes in where: the picture's numbers, and what it says to wrong questions."""
+"""The picture of a radio's reach: its numbers, and its answers to wrong options."""
 
 import numpy as np
 import pytest

@@ -45,7 +45,7 @@ def test_ways_are_bent_as_robots_turn():
     assert len(run_figure.bent(np.ones(1), np.ones(1), np.ones(1))[0]) == 1
 
 
-def test_a_split_is_shaded_and_named(run, tmp_path, monkeypatch):
+def test_a_partition_is_shaded_and_named(run, tmp_path, monkeypatch):
     found = []
     monkeypatch.setattr(run_figure, "save", lambda drawn, path: found.append(drawn))
     split = {"count": 2, "total_s": 3.0, "longest_s": 2.0, "most_parts": 2,

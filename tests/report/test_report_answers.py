@@ -1,5 +1,5 @@
-"""What the report says first: an answer with its uncertainty, intervals of what can be, and no more
-certainty than the seeds give."""
+"""The first sentences of a report: an answer with its uncertainty, intervals within the possible
+values, and no more certainty than the seeds give."""
 
 import re
 
@@ -45,7 +45,7 @@ def test_the_question_is_answered_with_uncertainty(tmp_path):
     assert "<details open><summary>Comparisons (1)" in html
 
 
-def test_what_cannot_be_told_apart_is_not(tmp_path):
+def test_settings_that_cannot_be_distinguished_are_not(tmp_path):
     _, text = page_of(study_of(tmp_path, STRATEGIES, 6, by_strategy(0.0)))
     assert "of strategy = far cannot be told from near: difference 0, 95 % interval" in text
 

@@ -1,4 +1,4 @@
-"""How much memory the report of a campaign with many vectors takes."""
+"""The memory that the report of a campaign with many vectors takes."""
 
 import subprocess
 import sys

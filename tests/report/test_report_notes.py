@@ -1,4 +1,4 @@
-"""What the page says of metrics that raised, are not there, or are not known well enough."""
+"""The page's warnings about metrics that raised, are absent, or are not known well enough."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What the page says, and that it needs nothing but itself."""
+"""The text of the page, which needs nothing but itself."""
 
 import re
 from html.parser import HTMLParser
@@ -161,7 +161,7 @@ def test_strategies_are_compared_run_by_run_and_corrected(whole):
         min(1.0, len(raw) * raw[smallest]))
 
 
-def test_methods_tell_seeds_levels_and_statistics(whole):
+def test_methods_name_seeds_levels_and_statistics(whole):
     text = whole[1].text
     assert "rate (fleet.rate): 1 Mb/s, 3 Mb/s, 10 Mb/s, 30 Mb/s, 100 Mb/s, 300 Mb/s" in text
     assert "seeds 1 to 6" in text
@@ -194,7 +194,7 @@ def starving(levels, iteration):
     return timed(100.0 + iteration)
 
 
-def test_censored_runs_do_not_make_starvation_look_good(tmp_path):
+def test_censored_runs_do_not_make_starvation_seem_good(tmp_path):
     robots = {"robots": [1, 2, 4]}
     page = made(campaign(tmp_path, robots, 4, starving), design(robots, iterations=4))
     rows = [line.split(",") for line in (tmp_path / "report" / "tables" / "exploration_time_s.csv")
@@ -392,7 +392,7 @@ def test_a_saltelli_design_shows_its_indices(tmp_path):
     assert "a (fleet.a): between 0.0 and 1.0; b" in page.text  # not as far as they were drawn
 
 
-def test_samples_tell_the_range_of_the_design_and_a_shared_run_once(tmp_path):
+def test_samples_name_the_range_of_the_design_and_a_shared_run_once(tmp_path):
     """Three vectors with two runs: two of them coincide."""
     rows = [{"run_id": run_id, "vector": i, "iteration": 0, "seed": 1, "status": "finished",
              "error": None, "digest": None, "noise": f"{noise} mm", "kind": kind,

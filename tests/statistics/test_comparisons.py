@@ -10,15 +10,15 @@ from desim.statistics.comparisons import benjamini_hochberg, holm, paired, paire
 from desim.statistics.intervals import t_interval
 
 
-def luck(seeds=12, gain=0.3):
-    """Two settings that share most of their luck."""
+def draw(seeds=12, gain=0.3):
+    """Two settings that share most of their random numbers."""
     draw = np.random.default_rng(4)
     shared = draw.normal(10.0, 3.0, seeds)
     return shared + draw.normal(gain, 0.4, seeds), shared + draw.normal(0.0, 0.4, seeds)
 
 
 def test_p_values_are_scipys():
-    first, second = luck()
+    first, second = draw()
     found = paired(first, second)
     t, w = stats.ttest_rel(first, second), stats.wilcoxon(first, second)
     assert found.t_p == pytest.approx(t.pvalue, rel=1e-9)
@@ -28,7 +28,7 @@ def test_p_values_are_scipys():
 
 
 def test_the_twin_that_forgets_the_pairs_sees_nothing():
-    first, second = luck(30)
+    first, second = draw(30)
     assert paired(first, second).t_p < 0.01
     assert stats.ttest_ind(first, second).pvalue > 0.2
     assert paired(first, np.roll(second, 1)).t_p > 0.2
@@ -44,7 +44,7 @@ def test_ranks_by_hand():
 
 
 def test_turned_round_it_says_the_same():
-    first, second = luck()
+    first, second = draw()
     one, other = paired(first, second), paired(second, first)
     assert one.t_p == pytest.approx(other.t_p)
     assert one.wilcoxon_p == other.wilcoxon_p

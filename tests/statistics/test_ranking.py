@@ -34,7 +34,7 @@ def test_a_flip_is_found_and_significant():
     assert found[0].p < 0.05
 
 
-def test_a_flip_on_one_side_only_is_luck():
+def test_a_flip_on_one_side_only_is_chance():
     """The second side knows no difference between the first two settings."""
     found = flips(measured([1.0, 3.0, 5.0]), [[2.0, 2.1, 1.9, 2.2], [2.1, 1.9, 2.0, 2.1],
                                               [9.0, 9.2, 9.1, 8.9]])

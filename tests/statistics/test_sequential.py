@@ -1,4 +1,4 @@
-"""When to stop, and how often the interval holds the mean then."""
+"""Sequential stopping: the rule, and how often the interval holds the mean."""
 
 import numpy as np
 import pytest

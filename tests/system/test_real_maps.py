@@ -2,7 +2,7 @@
 
 import acceptance
 import pytest
-from matter import Ticks
+from collisions import Ticks
 from runs import MAZE_8, built, finished
 
 from desim.errors import InputError

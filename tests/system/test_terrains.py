@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from matter import Ticks, room
+from collisions import Ticks, room
 from runs import MAZE_30, built, finished
 
 ALLOWED_M = 0.01

@@ -1,6 +1,6 @@
-"""What the fidelity of the radio makes of thirty robots: ``field_30`` on every rung.
+"""Does the radio's fidelity change the results of thirty robots? ``field_30`` on every rung.
 
-    python tools/ladder.py [--seeds N] [--set KEY=VALUE ...]
+    python tools/fidelity.py [--seeds N] [--set KEY=VALUE ...]
 
 Prints the tables of docs/studies/ladder.md. The load is what the robots send, with headers and
 repetitions of the transport, but without those of the radio.

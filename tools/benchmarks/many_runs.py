@@ -1,8 +1,10 @@
-"""A campaign of runs that nobody made: `python tools/manyruns.py DESIGN OUT [--damaged]`.
+"""How does desim cope with many runs? Makes a finished campaign without its runs.
+
+    python tools/benchmarks/many_runs.py DESIGN OUT [--damaged]
 
 One run of the design is real. All others get its manifest and summary, with other numbers in them,
-in folders of their own, and a line in the index: what a campaign looks like when all its runs are
-finished. It shows how desim copes with many. ``--damaged`` leaves the index out.
+in folders of their own, and a line in the index.
+``--damaged`` leaves the index out.
 """
 
 from __future__ import annotations
@@ -32,8 +34,8 @@ def main() -> None:
 
 
 def make(plan: Plan, out: Path, with_index: bool = True) -> int:
-    """The folder of the plan's campaign; how many runs there are in it."""
-    loaded, luck = plan.scenario(plan.vectors[0], 0), random.Random(1)
+    """Make the folder of the plan's campaign; returns the number of its runs."""
+    loaded, draw = plan.scenario(plan.vectors[0], 0), random.Random(1)
     with tempfile.TemporaryDirectory() as folder:
         run = api.run(loaded, out=folder)
         manifest, summary, row = run.manifest, run.metrics, row_of(run, ())
@@ -44,7 +46,7 @@ def make(plan: Plan, out: Path, with_index: bool = True) -> int:
         for iteration in range(plan.least_iterations):
             for vector in plan.vectors:
                 run_id = plan.run_id(vector, iteration)
-                other = {"exploration_time_s": luck.gauss(100.0, 10.0), "explored": luck.random()}
+                other = {"exploration_time_s": draw.gauss(100.0, 10.0), "explored": draw.random()}
                 folder = runs / run_id
                 folder.mkdir()
                 (folder / SUMMARY).write_text(json.dumps({**summary, **other}))

@@ -1,4 +1,4 @@
-"""Cost of campaigns beside their runs, for `tools/bench.py campaign`."""
+"""What does a campaign cost besides its runs? For `tools/bench.py campaign`."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ import sys
 import time
 from pathlib import Path
 
-import manyruns
-
+from benchmarks.many_runs import make
 from desim.campaign.design.design import load_design
 from desim.campaign.design.plan import Plan
 
-HELLO = Path(__file__).resolve().parent.parent / "scenarios" / "hello.yaml"
+HELLO = Path(__file__).resolve().parents[2] / "scenarios" / "hello.yaml"
 TINY = """\
 name: tiny
 base: {base}
@@ -49,7 +48,7 @@ def finished(scratch: Path, vectors: int, iterations: int) -> list[dict[str, obj
     design = scratch / "many.yaml"
     design.write_text(MANY.format(base=HELLO, ranges=vectors // 2, iterations=iterations))
     out = scratch / f"many_{vectors}"
-    count = manyruns.make(Plan(load_design(design)), out)
+    count = make(Plan(load_design(design)), out)
     return [_row(f"{what} {count} finished runs of {vectors} vectors", *measured) for what, measured
             in (("resume", _swept(design, out)), ("report", _used("report", str(out))))]
 

@@ -1,4 +1,4 @@
-"""CPU time of a small message: fifteen pairs of hosts, 797 B at 25 Hz over a switch."""
+"""What does a small message cost? Fifteen pairs of hosts, 797 B at 25 Hz over a switch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Workload W: a fleet that only senses and wanders, without messages, maps or recording.
+"""What do laser and physics cost? Workload W: a fleet that only senses and wanders.
 
 N robots in the paper's 80 m maze, laser 180 beams over 190 degrees, 26 m, 25 Hz, odometry 10 Hz,
 physics 60 Hz, no noise, other robots visible and collidable. Each robot steers by its own scan.

@@ -1,4 +1,4 @@
-"""The load of the network benchmark: hosts on one radio channel, through the whole medium."""
+"""What does a frame on a radio cost? Hosts on one channel, through the whole medium."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Air(Bench):
         return time.process_time() - start
 
     def audience(self) -> tuple[float, float]:
-        """How many hosts hear another one, and how many of these can receive its frames (means)."""
+        """The mean number of hosts that hear another one, and of those that receive its frames."""
         medium, hosts = self.medium, len(self._everybody)
         links = self.radio.budget.links(medium.positions(medium.now_ns), medium.obstacles)
         return len(links.hearer) / hosts, len(links.finder) / hosts

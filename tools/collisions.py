@@ -1,5 +1,5 @@
-"""Checks that bodies stay out of walls and out of each other: every tick of a run, afterwards, with
-nothing but distances of points from segments."""
+"""Do bodies stay out of walls and of each other? Checks every tick of a run afterwards, only with
+distances of points from segments."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-CHUNK = 600  # ticks looked at together: 10 s, in which a robot stays near a few walls
+CHUNK = 600  # ticks checked together: 10 s, in which a robot stays near a few walls
 NEAR_M = 1.0
 
 
@@ -20,8 +20,8 @@ class Depth(NamedTuple):
 
 
 class Ticks:
-    """Notes the poses after every world tick of ``simulation``, a ``Simulation`` that has not run
-    yet. Doors and moving obstacles are not looked at."""
+    """Records the poses after every world tick of ``simulation``, a ``Simulation`` that has not run
+    yet. Doors and moving obstacles are not checked."""
 
     def __init__(self, simulation: Any) -> None:
         self._world = world = simulation.world
@@ -80,7 +80,7 @@ def room(points: np.ndarray, walls: np.ndarray, solids: np.ndarray,
 
 
 def _about(boxes: np.ndarray, low: np.ndarray, high: np.ndarray, margin_m: float) -> np.ndarray:
-    """Which of ``boxes`` [n, 4], opposite corners, come near the box from ``low`` to ``high``."""
+    """A mask of the ``boxes`` [n, 4], opposite corners, near the box from ``low`` to ``high``."""
     x, y = boxes[:, 0::2], boxes[:, 1::2]
     return ((x.max(axis=1) >= low[0] - margin_m) & (x.min(axis=1) <= high[0] + margin_m)
             & (y.max(axis=1) >= low[1] - margin_m) & (y.min(axis=1) <= high[1] + margin_m))

@@ -1,4 +1,4 @@
-"""Two commits in turns: what one costs as a share of the other, with an interval.
+"""Is this tree slower than another commit? Both in turns, with an interval of their ratio.
 
     python tools/bench.py compare REV [--turns N] [part ...]
 
@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 from desim.statistics.intervals import t_interval
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 _MAZE = ["scenarios/maze_30.yaml", "--until", "30s"]
 RUNS = {
     "scenarios": {"hello": ["scenarios/hello.yaml"],
