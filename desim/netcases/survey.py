@@ -8,7 +8,7 @@ import numpy as np
 from desim.engine.streams import Streams
 from desim.middleware.messages import LaserScan
 from desim.monitor.coverage import EXPLORED, Ground
-from desim.robot.map_message import MapCodec
+from desim.robot.map_message import MapFormat
 from desim.robot.tiles import FREE, Belief, TilePool, raster
 from desim.scenario.schema.communication import Exchange
 from desim.simulation.simulation import Simulation
@@ -29,7 +29,7 @@ def whole_map_bytes(parts: Simulation, exchange: Exchange, streams: Streams) -> 
             if np.count_nonzero(known & ground.reachable) >= wanted:
                 break
         _scan(parts, belief, streams, number)
-    return MapCodec.of(ground.grid, exchange).size_bytes(belief.own.snapshot())
+    return MapFormat.of(ground.grid, exchange).size_bytes(belief.own.snapshot())
 
 
 def free_place(ground: Ground, streams: Streams, *name: str | int) -> tuple[float, float]:

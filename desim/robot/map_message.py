@@ -22,7 +22,7 @@ import numpy as np
 
 from desim.middleware.messages import MAP_FRAME_BYTES
 from desim.ports import GridSpec
-from desim.robot.tiles import CELLS, LayerSnapshot, raster, tiles_across, tiles_of
+from desim.robot.tiles import CELLS, LayerSnapshot, raster
 from desim.scenario.schema.communication import Exchange
 from desim.units import NS_PER_S
 
@@ -50,7 +50,7 @@ class MapUpdate(NamedTuple):
     size_bytes: int
 
 
-class MapCodec(NamedTuple):
+class MapFormat(NamedTuple):
     """One form of map updates on the wire: ``content`` full or changed_tiles, ``encoding`` raw or
     zlib, on a grid that both sides know."""
 
@@ -59,7 +59,7 @@ class MapCodec(NamedTuple):
     encoding: str
 
     @classmethod
-    def of(cls, spec: GridSpec, exchange: Exchange) -> MapCodec:
+    def of(cls, spec: GridSpec, exchange: Exchange) -> MapFormat:
         """The form that a complete scenario names."""
         return cls(spec, cast(str, exchange.content), cast(str, exchange.encoding))
 
@@ -86,27 +86,6 @@ class MapCodec(NamedTuple):
                                   update.layer.complete)
         return header + (zlib.compress(body, ZLIB_LEVEL) if self.encoding == "zlib" else body)
 
-    def decode(self, data: bytes) -> DecodedUpdate:
-        """The values that ``encode`` was given."""
-        header = _GRID if self.content == "full" else _HEADER
-        body = data[header.size:]
-        if self.encoding == "zlib":
-            body = zlib.decompress(body)
-        values = header.unpack_from(data)
-        if self.content == "full":
-            cells = np.frombuffer(body, np.int8).reshape(self.spec.height, self.spec.width)
-            x_m, y_m, yaw_rad = values[10:13]
-            return DecodedUpdate(values[1] * NS_PER_S + values[2], x_m, y_m, yaw_rad,
-                                 _all_tiles(self.spec), tiles_of(self.spec, cells))
-        version, x_m, y_m, yaw_rad, _, complete = values
-        entries = np.frombuffer(body, _TILE)
-        tiles, cells = entries["number"].astype(np.int32), entries["cells"]
-        if complete:
-            filled, tiles = tiles, _all_tiles(self.spec)
-            cells = np.zeros((len(tiles), CELLS), np.int8)
-            cells[filled] = entries["cells"]
-        return DecodedUpdate(version, x_m, y_m, yaw_rad, tiles, cells)
-
     def _body(self, layer: LayerSnapshot) -> bytes:
         if self.content == "full":
             return raster(self.spec, layer.cells()).tobytes()
@@ -114,19 +93,3 @@ class MapCodec(NamedTuple):
         entries = np.empty(np.count_nonzero(kept), _TILE)
         entries["number"], entries["cells"] = layer.tiles[kept], layer.cells()[kept]
         return entries.tobytes()
-
-
-class DecodedUpdate(NamedTuple):
-    """An update read from the wire: ``cells`` [k, 1024] int8 of the ``tiles`` [k]."""
-
-    version: int
-    x_m: float
-    y_m: float
-    yaw_rad: float
-    tiles: np.ndarray
-    cells: np.ndarray
-
-
-def _all_tiles(spec: GridSpec) -> np.ndarray:
-    across, up = tiles_across(spec)
-    return np.arange(across * up, dtype=np.int32)

@@ -9,7 +9,7 @@ from desim.middleware.graph import Host, Message, Node
 from desim.middleware.messages import Empty, Pose
 from desim.middleware.topics import Latest
 from desim.ports import Peer
-from desim.robot.map_message import MapCodec, MapUpdate
+from desim.robot.map_message import MapFormat, MapUpdate
 from desim.robot.tiles import Belief, LayerSnapshot
 from desim.scenario.schema.communication import Exchange
 from desim.units import NS_PER_S
@@ -45,7 +45,7 @@ class MapSharing(Node):
         self._complete_at = 0  # the period in which everything was sent last
         self._heard = heard
         if exchange is not None:
-            self._codec = MapCodec.of(belief.spec, exchange)
+            self._codec = MapFormat.of(belief.spec, exchange)
 
     def start(self) -> None:
         if self._exchange is None:

@@ -12,7 +12,6 @@ grey value. All greys that count as occupied look alike to a laser, there as her
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -138,9 +137,10 @@ def _values(path: Path) -> np.ndarray:
 
 
 def _number(path: Path, facts: dict[str, object], key: str) -> float:
-    with suppress(TypeError, ValueError):
+    try:
         return _float(facts[key])
-    raise InputError(f"{path}: {key} must be a number, got {facts[key]!r}")
+    except (TypeError, ValueError):
+        raise InputError(f"{path}: {key} must be a number, got {facts[key]!r}") from None
 
 
 def _float(value: object) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -43,19 +42,11 @@ _WALKING, _SQUEEZING = _toll(False), _toll(True)
 _NO_DISCS = np.zeros((0, 3), np.int64)
 
 
-class _Done(NamedTuple):
-    """A search whose result can be read: all cells up to the cost ``settled`` are."""
-
-    costmap: GlobalCostmap
-    version: int
-    start: int
-    settled: int
-
-
 class _Arrays:
     """The arrays that one search at a time works in, shared by all robots with maps of one size.
 
-    ``last`` is the search whose result they hold, if it can be read."""
+    ``last`` is the search whose result they hold, if it can be read: the costmap, its version, the
+    start, and the cost up to which all cells are settled."""
 
     def __init__(self, cells: int) -> None:
         self.search = kernels.Search(
@@ -64,7 +55,7 @@ class _Arrays:
             np.array([0, cells]), np.empty((MOST_FRONTIERS, 2), np.int64))
         self.way = np.empty(cells, np.int32)
         self.points = np.empty((cells, 2))
-        self.last: _Done | None = None
+        self.last: tuple[GlobalCostmap, int, int, int] | None = None
 
 
 _arrays = lru_cache(maxsize=4)(_Arrays)
@@ -152,16 +143,15 @@ class GlobalPlanner:
         count, settled = kernels.spread(
             costmap.flat, costmap.across, toll, start, goal, limit, smallest, inward, discs,
             arrays.search)
-        arrays.last = _Done(costmap, costmap.seen, start, settled) if toll is _WALKING else None
+        arrays.last = (costmap, costmap.seen, start, settled) if toll is _WALKING else None
         return count
 
     def _settled(self, start: int, goal: int) -> bool:
         """Whether the last search of all was this robot's from here, and got as far as ``goal``: as
         when it has just searched for frontiers. The path is the same as a new search would find."""
         last = self._arrays.last
-        return (last is not None and last.costmap is self.costmap
-                and last.version == self.costmap.seen and last.start == start
-                and bool(self._arrays.search.distance[goal] <= last.settled))
+        return (last is not None and last[:3] == (self.costmap, self.costmap.seen, start)
+                and bool(self._arrays.search.distance[goal] <= last[3]))
 
     def _read(self, toll: np.ndarray, cell: int, cells: int) -> tuple[Frontier, int]:
         """The frontier of a cluster just found, and the cell to drive to: back from its ``cell`` to

@@ -7,9 +7,9 @@ import math
 from numba import njit, types
 
 from desim.ports.kernels import TWO_PI, cos, lean, sin
-from desim.world.kernels.contact import deepest
+from desim.world.kernels.contact import Fixed, deepest
 
-_FIXED = types.Array(types.float64, 2, "C", readonly=True)
+_ROWS = types.Array(types.float64, 2, "C", readonly=True)
 # Columns of ``limits`` [n, 6] and of ``clocks`` [n, 3].
 RADIUS, SPEED, TURN, ACCELERATION, TURN_ACCELERATION, HOLONOMIC = range(6)
 COMMANDED, TIMEOUT, WALL_CONTACT = range(3)
@@ -168,8 +168,8 @@ def settle(poses, velocities, before, travelled, dt_s):
 
 @njit(types.int64(*[types.float64[:, ::1]] * 4, types.int64[:, ::1], types.int64[::1],
                   types.int64[:, ::1], types.float64[:, ::1], types.int64[:, ::1],
-                  types.float64[::1], _FIXED, types.int64[:, ::1], types.int64[::1],
-                  types.float64[::1], types.int64, types.uint8[:, ::1], types.float64[::1], _FIXED,
+                  types.float64[::1], _ROWS, types.int64[:, ::1], types.int64[::1],
+                  types.float64[::1], types.int64, types.uint8[:, ::1], types.float64[::1], _ROWS,
                   types.int64, types.float64, types.int64, types.int64[:, ::1]), cache=True)
 def advance(poses, velocities, commands, limits, clocks, order, pairs, before, last,
             travelled, walls, tile_start, tile_items, tile_frame, indexed, near, near_frame, discs,
@@ -179,8 +179,11 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
 
     Contacts are resolved one after the other, in rounds: pairs first, then walls, so that no robot
     ends up in a wall. Robots far away have no part in it, neither in a sum nor in the order.
+
+    Arrays are plain arguments, as there are 60 ticks a second: in a NamedTuple, 12 arrays cost
+    2.4 us at a call from Python instead of 1.1 us.
     """
-    n = poses.shape[0]
+    n, fixed = poses.shape[0], Fixed(tile_start, tile_items, tile_frame, near, near_frame)
     before[:, :MARK] = poses
     before[:, MARK] = _UNTOUCHED
     drive(velocities, commands, limits, clocks, now_ns, dt_s)
@@ -197,8 +200,7 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
         for r in range(n):
             for _ in range(3):  # a corner takes two pushes
                 depth, nx, ny = deepest(poses[r, 0], poses[r, 1], limits[r, RADIUS], walls,
-                                        tile_start, tile_items, tile_frame, indexed, near,
-                                        near_frame, discs)
+                                        indexed, fixed, discs)
                 if depth <= SLOP_M:
                     break
                 acted = True
@@ -213,8 +215,8 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
         acted = False
         for r in range(n):
             if before[r, MARK] == _PUSHED and deepest(
-                    poses[r, 0], poses[r, 1], limits[r, RADIUS], walls, tile_start, tile_items,
-                    tile_frame, indexed, near, near_frame, discs)[0] > TOLERANCE_M:
+                    poses[r, 0], poses[r, 1], limits[r, RADIUS], walls, indexed, fixed,
+                    discs)[0] > TOLERANCE_M:
                 put_back(poses, before, r)
                 acted = True
         for p in range(count):

@@ -3,13 +3,30 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
+import numpy as np
 from numba import njit, types
 
 from desim.ports.kernels import lean
 
-_FIXED = types.Array(types.float64, 2, "C", readonly=True)
+_ROWS = types.Array(types.float64, 2, "C", readonly=True)
 _DEPTH = types.UniTuple(types.float64, 3)
+
+
+class Fixed(NamedTuple):
+    """What does not move: the tiles of walls (``wall_index.TileIndex``), and ``near`` [rows, cols]
+    of ``Bodies`` with its frame."""
+
+    tile_start: np.ndarray
+    tile_items: np.ndarray
+    tile_frame: np.ndarray
+    near: np.ndarray
+    near_frame: np.ndarray
+
+
+FIXED = types.NamedTuple([types.int64[:, ::1], types.int64[::1], types.float64[::1],
+                          types.uint8[:, ::1], types.float64[::1]], Fixed)
 
 
 @njit(_DEPTH(types.float64, types.float64, types.float64, _DEPTH), cache=True, inline="always")
@@ -26,7 +43,7 @@ def deeper(dx, dy, radius, worst):
     return radius - distance, dx / distance, dy / distance
 
 
-@lean(_DEPTH(types.float64, types.float64, types.float64, _FIXED, types.int64, _DEPTH))
+@lean(_DEPTH(types.float64, types.float64, types.float64, _ROWS, types.int64, _DEPTH))
 def against_wall(x, y, radius, walls, w, worst):
     """The deeper of ``worst`` and the contact with wall w of walls [n, 4]."""
     x1, y1 = walls[w, 0], walls[w, 1]
@@ -55,16 +72,14 @@ def against_raster(x, y, radius, near, frame, worst):
     return worst
 
 
-@lean(_DEPTH(types.float64, types.float64, types.float64, _FIXED, types.int64[:, ::1],
-             types.int64[::1], types.float64[::1], types.int64, types.uint8[:, ::1],
-             types.float64[::1], _FIXED))
-def deepest(x, y, radius, walls, tile_start, tile_items, tile_frame, indexed, near, near_frame,
-            discs):
+@lean(_DEPTH(*[types.float64] * 3, _ROWS, types.int64, FIXED, _ROWS))
+def deepest(x, y, radius, walls, indexed, fixed, discs):
     """The deepest contact of a disc with fixed matter and ``discs``; depth 0 if there is none.
 
     walls [n, 4], the first ``indexed`` of them in the tiles | discs [d, 3] x, y, radius
     """
     worst = (0.0, 0.0, 0.0)
+    tile_start, tile_items, tile_frame, near, near_frame = fixed
     row = min(max(int((y - tile_frame[1]) * tile_frame[2]), 0), tile_start.shape[0] - 1)
     col = min(max(int((x - tile_frame[0]) * tile_frame[2]), 0), tile_start.shape[1] - 2)
     for j in range(tile_start[row, col], tile_start[row, col + 1]):
