@@ -14,7 +14,7 @@ _ROWS = types.Array(types.float64, 2, "C", readonly=True)
 _DEPTH = types.UniTuple(types.float64, 3)
 
 
-class Fixed(NamedTuple):
+class FixedMatter(NamedTuple):
     """What does not move: the tiles of walls (``wall_index.TileIndex``), and ``near`` [rows, cols]
     of ``Bodies`` with its frame."""
 
@@ -26,7 +26,7 @@ class Fixed(NamedTuple):
 
 
 FIXED = types.NamedTuple([types.int64[:, ::1], types.int64[::1], types.float64[::1],
-                          types.uint8[:, ::1], types.float64[::1]], Fixed)
+                          types.uint8[:, ::1], types.float64[::1]], FixedMatter)
 
 
 @njit(_DEPTH(types.float64, types.float64, types.float64, _DEPTH), cache=True, inline="always")
