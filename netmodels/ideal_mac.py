@@ -24,8 +24,8 @@ class _Sending(NamedTuple):
 
 
 class IdealMac:
-    """Radios that share the air without collisions, backoff or acknowledgements, as if somebody
-    told them when: a frame begins as soon as it hinders no other one and no other one hinders it
+    """Radios that share the air without collisions, backoff or acknowledgements, as if a scheduler
+    knew everything: a frame begins as soon as it hinders no other one and no other one hinders it
     (the protocol model of Gupta and Kumar 2000), and of the waiting hosts the one that has been
     silent for longest goes first.
 

@@ -48,10 +48,7 @@ def _masks(near: np.ndarray) -> list[int]:
 
 def mask(hosts: Iterable[int]) -> int:
     """The bit mask of these hosts."""
-    found = 0
-    for host in hosts:
-        found |= 1 << host
-    return found
+    return sum(1 << host for host in hosts)
 
 
 def settle(context: ports.Context, frame: ports.Frame, got: int, spoilt: int) -> None:

@@ -36,7 +36,7 @@ class RandomLoss:
 
     def settle(self, frame: ports.Frame, chances: Iterable[float], delay_ns: int) -> None:
         """``chances`` that one packet arrives, receiver by receiver; where it is 0 the receiver is
-        out of range. What arrives does so after ``delay_ns``."""
+        out of range. Packets arrive after ``delay_ns``."""
         arrived, lost, far = [], [], []
         context, source, segments = self._context, frame.source, frame.segments
         for receiver, chance in zip(frame.receivers, chances, strict=True):

@@ -1,4 +1,4 @@
-"""A shared bus: all hosts on one cable, one packet at a time."""
+"""A shared bus, one cable for all hosts: its model, ``Bus``, and its arbitrations."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Packet(NamedTuple):
     frame: ports.Frame
     wire_ns: int
     number: int  # in its frame, from 0
-    last: bool  # of those that found room
+    last: bool  # of those that were let in
 
 
 class BusStation:

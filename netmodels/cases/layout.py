@@ -1,4 +1,4 @@
-"""Radios at places that somebody chose, and who sends what to whom."""
+"""Radios at chosen places, and their flows."""
 
 from __future__ import annotations
 

@@ -20,11 +20,11 @@ class ArgosRab:
     sender has for all, unless it is dropped by chance.
 
     A message is of a fixed size: what is larger than ``size`` without its headers is ``too_long``.
-    A sender has one at a time: what it says again before the tick is over takes the place of what
-    it said (``overwritten``), to whomever it was. At the end of the tick it is there, with the
+    A sender has one at a time: another message before the tick is over takes its place
+    (``overwritten``), whatever its receivers. At the end of the tick it is there, with the
     places and walls of that moment. Walls block the sight; a train is one message.
 
-    Left out: robots that block the sight, distance and bearing that a receiver is told, with their
+    Left out: robots that block the sight, distance and bearing that a receiver measures, with their
     noise, and that ARGoS repeats a message in every tick until there is another one. A host without
     a place gets and sends nothing.
 

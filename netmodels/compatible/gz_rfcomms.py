@@ -16,7 +16,7 @@ class GzRfComms:
     BER = erfc(sqrt(power / noise)), and the message arrives with (1 - BER)^bytes. That is Gazebo's,
     and too good: a message has eight times as many bits (``errors: bits``). The capacity counts
     bits: a sender's message that would make more than capacity * epoch of the last epoch is lost
-    (``rate_limited``), and so it is at a receiver (``receiver_limited``). What is sent counts for
+    (``rate_limited``), and so it is at a receiver (``receiver_limited``). Sent bytes count for
     each receiver, arrived or not.
 
     A train has one power, and each of its packets errors of its own: all of it arrives with the

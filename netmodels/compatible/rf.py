@@ -78,7 +78,7 @@ class Rf:
 
     def send(self, frame: ports.Frame, distances_m: np.ndarray, exponents: np.ndarray) -> None:
         """Settle ``frame``: ``distances_m`` and ``exponents`` [n] of its receivers, NaN where
-        nothing gets. What arrives is there at the end of the step."""
+        nothing gets. Messages arrive at the end of the step."""
         fates: dict[tuple[str | None, tuple[int, ...]], list[int]] = {}
         context, step_ns = self._context, self._params.step_ns
         now_ns = context.now_ns

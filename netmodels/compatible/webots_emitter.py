@@ -21,8 +21,8 @@ class WebotsEmitter:
 
     A packet takes bytes * ``byte_size`` / ``baud_rate`` behind those before it, at least a basic
     time step, and is there at the end of a step. One that would make more bytes wait than the
-    buffer holds, what is being sent included, is refused (``queue_full``). Who is in range, and of
-    ``infra-red`` emitters in sight, is seen when the packet has been sent; ``radio`` goes through
+    buffer holds, what is being sent included, is refused (``queue_full``). Range, and
+    for ``infra-red`` sight, are those when the packet has been sent; ``radio`` goes through
     walls. Nothing else is lost, nobody hinders anybody else. A train is one packet; all bytes are
     the frame's, headers included.
 

@@ -1,4 +1,4 @@
-"""Routing over several hops."""
+"""Routing over several hops: the model, ``Multihop``, its routing protocols and its hops."""
 
 from __future__ import annotations
 

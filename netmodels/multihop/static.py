@@ -25,8 +25,8 @@ class StaticParams(ports.Params):
         "back) a hop (De Couto et al. 2003)"))
     usable: Ratio = Field("50 %", description="the least delivery of a hop either way, of a packet "
                                               "sent once (below that two good hops are better)")
-    update_ns: Period | None = Field("1 s", description="between looks at where everybody is, "
-                                                        "while somebody moves (as batman's "
+    update_ns: Period | None = Field("1 s", description="between updates of the hosts' places, "
+                                                        "while any moves (as batman's "
                                                         "interval; null: never again)")
 
 

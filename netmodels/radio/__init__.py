@@ -1,4 +1,4 @@
-"""Radios of IEEE 802.11a, b or g, without an access point."""
+"""Radios of IEEE 802.11a, b or g without an access point: the model, ``Radio``, and its parts."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Radio:
     of one is for the other. Radios on other channels hear nothing of it.
 
     A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
-    or listening to somebody else or found it under others (``collision``), or that made out its
+    or listening to another one or found it under others (``collision``), or that made out its
     beginning but not all of it (``channel_error``). Signals arrive without delay (really 0.7 us
     over 200 m); with ``reception.unaware`` the distances decide which of two frames that were sent
     in one slot comes first.
@@ -105,7 +105,7 @@ class Radio:
         rts_bytes: ByteSize | None = Field(None, description=(
             "packets on the air above this size ask first, those of a train if its first one does "
             "(null: none)"))
-        update_ns: Period = Field("100 ms", description="between looks at where everybody is "
+        update_ns: Period = Field("100 ms", description="between updates of the hosts' places "
                                                         "(0.12 m at 1.2 m/s)")
 
         @model_validator(mode="before")

@@ -32,7 +32,7 @@ _COSINES = np.cos(2 * np.pi * (np.arange(4096) + 0.5) / 4096)
 
 
 class Fading(ports.Params):
-    """Beside path loss, walls and shadowing, which say what the mean is."""
+    """Parameters of fading, around the mean by path loss, walls and shadowing."""
 
     rician_k_db: Decibels | None = Field(None, description=(
         "power of the steady wave to that of the scattered ones (null: no steady wave, Rayleigh; "

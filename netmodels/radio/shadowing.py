@@ -27,11 +27,11 @@ _WAVES = 128
 _CHUNK = 128  # links at a time, whose cosines and sines (262 kB an end) stay in a cache
 _POINTS = 4096  # places at a time, of many: at most 17 MB
 _FAR_M = 1e6  # hosts without a place are so far from all others, and from each other
-LIMIT = 3  # sigmas; so that there is a distance beyond which nobody is heard
+LIMIT = 3  # sigmas; so that there is a distance beyond which no signal is heard
 
 
 class Shadowing(ports.Params):
-    """Beside path loss and walls: at most three times sigma better or worse than they say."""
+    """Parameters of shadowing, a gain or loss of at most three sigma beside path loss and walls."""
 
     sigma_db: Decibels = Field("4.3 dB", description="standard deviation (Gudmundson 1991, urban)")
     correlation_m: Length = Field("8.3 m", gt=0, description=(
@@ -71,7 +71,7 @@ class Shadows:
         return self._loss_db(places, one, other)
 
     def between_db(self, from_m: np.ndarray, to_m: np.ndarray) -> np.ndarray:
-        """[n] dB between somebody at ``from_m`` [2] m and at ``to_m`` [n, 2] m."""
+        """[n] dB between places ``from_m`` [2] m and ``to_m`` [n, 2] m."""
         loss_db = np.empty(len(to_m))
         for k in range(0, len(to_m), _POINTS):
             places = np.vstack([from_m, to_m[k:k + _POINTS]])

@@ -1,4 +1,4 @@
-"""Links as somebody has measured them."""
+"""Measured links: the model, ``Replay``, and the traces that it reads."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from netmodels.replay.traces import LinkTraces, MeasuredLink, Quantity, read
 
 class Replay:
     """Links as a trace has them, wherever the hosts are: packets get lost by chance, as many as
-    were lost when somebody measured.
+    were lost during the measurement.
 
     ``file`` is a K7 file, or a CSV with the columns time_s, source, destination and delivery_ratio
     or rssi_dbm. A value holds until the next one of that link, the last one to the end; before its

@@ -28,8 +28,8 @@ class Latency:
 
     As with netem, ``uniform`` goes from delay - jitter to delay + jitter. ``exponential`` begins at
     delay - jitter, ``gamma`` at 0 with the shape (delay / jitter)^2, and ``pareto`` has the
-    exponent 3 (netem's; its table is 4/3 * 0.866 = 1.155 times as wide). What would be earlier than
-    at once is at once.
+    exponent 3 (netem's; its table is 4/3 * 0.866 = 1.155 times as wide). A delay is
+    never negative.
 
     Each frame at each receiver draws its own delay, each ordered pair of hosts from its own stream:
     frames overtake each other by their jitter.

@@ -1,4 +1,4 @@
-"""A store-and-forward Ethernet switch, and the interfaces of the hosts at its ports."""
+"""A store-and-forward Ethernet switch: its model, ``Switch``, and the queues of its ports."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ Waiting = tuple[ports.Frame, Exits, int, PacketTrain]
 
 class Switch:
     """Full-duplex ports of one rate. Hosts that share a port (virtual machines on one node) share
-    its rate in both directions; what they say to each other stays inside the node. A broadcast is
+    its rate in both directions; frames between them stay inside the node. A broadcast is
     copied to the exits of its receivers only.
 
     Two queues are in a packet's way. The interface of its sender serves the flows of its port in
     turn (``fq_codel``: deficit round robin by packets, flows that have just begun first) or all in
-    order (``pfifo``). What waits there stays in the sockets and is never lost. Left out: CoDel's
-    drops and the packet limits; Linux's TCP small queues keep both away from streams. The switch's
-    exit serves packets in order of arrival, and drops those for which it has no room.
+    order (``pfifo``). Packets that wait there stay in the sockets and are never lost. Left out:
+    CoDel's drops and the packet limits; Linux's TCP small queues keep both away from streams. The
+    switch's exit serves packets in order of arrival, and drops those for which it has no room.
 
-    Frames that meet nobody skip the packet queues (``_is_alone``, ``_foresee``); ``_join`` moves
-    one back into the queues when another frame turns up.
+    Frames that meet no other frame skip the packet queues (``_is_alone``, ``_foresee``); ``_join``
+    moves one back into the queues when another frame turns up.
 
     Capabilities: CountsBusyTime.
     """

@@ -1,6 +1,6 @@
 """The queues of a switch, packet by packet: ``packets.py`` in compiled form, to the nanosecond.
 
-The state is handed over as ``netmodels.kernels`` says. Lists are chains of record numbers, -1 at
+State: see ``netmodels.kernels``. Lists are chains of record numbers, -1 at
 their ends.
 """
 
@@ -132,8 +132,8 @@ def _next(queues, line, begin_ns):
 def put(rows, port, begin_ns, k, f):
     """Queue frame f, of flow k, at a port's interface; it may begin at ``begin_ns``."""
     queues = _arrays_at(rows[0])
-    flows, frames = queues.flows, queues.frames
-    line, flow = queues.interfaces[port], flows[k]
+    flows, frames, line = queues.flows, queues.frames, queues.interfaces[port]
+    flow = flows[k]
     frames[f].next = -1
     if flow.first < 0:
         flow.first = f

@@ -93,8 +93,8 @@ OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("posi
 # ``signal_mw`` on, and from a ratio of ``capture_ratio`` to noise and interference; above the ratio
 # ``clear_ratio`` no bit has an error; the table of errors begins at ``table_first_db``.
 # ``unaware``: see ``arrive``, ``gives_up``: ``read_header``, ``eifs_at_end``: ``start_slots``.
-# ``pause_ns``: the wait of a packet that comes while the medium is idle. ``judged``: somebody
-# judges each unicast transmission. ``outcomes``: how many were noted.
+# ``pause_ns``: the wait of a packet that comes while the medium is idle. ``judged``: the
+# caller judges each unicast transmission. ``outcomes``: how many were noted.
 SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("difs_ns", "i8"), ("eifs_ns", "i8"),
                   ("detection_ns", "i8"), ("cw_min", "i8"), ("cw_max", "i8"),
                   ("try_limit", "i8"), ("reset_at", "i8"), ("noise_mw", "f8"),
