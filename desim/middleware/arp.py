@@ -1,5 +1,5 @@
-"""How a host finds the address of another one on its subnet, and how it loses it: ARP, with the
-states and times of Linux (net/core/neighbour.c, net/ipv4/arp.c)."""
+"""ARP: hosts find and lose the addresses of others on their subnet, with the states and times of
+Linux (net/core/neighbour.c, net/ipv4/arp.c)."""
 
 from __future__ import annotations
 
@@ -76,8 +76,8 @@ class Neighbours:
 
 class Neighbour:
     """One host's ARP entry for another host. All frames to that host go through ``transmit``. While
-    the address is being resolved they wait; if nobody answers they are lost, and each sender is
-    told (``unresolved``). TCP sets ``confirmed_ns`` when an acknowledgement arrives. A peer's
+    the address is being resolved they wait; if nobody answers they are lost, and each carrier is
+    notified (``unresolved``). TCP sets ``confirmed_ns`` when an acknowledgement arrives. A peer's
     question also confirms its address here."""
 
     __slots__ = ("confirmed_ns", "used_ns", "_state", "_queue", "_probes", "_call", "_all",
@@ -116,7 +116,7 @@ class Neighbour:
         self._rest()
         self._lose("host_down")
 
-    # Questions and answers, of which it is the carrier.
+    # The carrier of questions and answers.
 
     def arrived(self, what: int, receiver: int) -> None:
         if what == QUESTION:
@@ -131,7 +131,7 @@ class Neighbour:
         self._send(ANSWER)
 
     def found(self, state: int) -> None:
-        """The address of the peer is known: what waited is sent."""
+        """The address of the peer is known: send the frames that waited."""
         self._rest()
         self._state = state
         if state == REACHABLE:
@@ -145,15 +145,15 @@ class Neighbour:
         """Cannot happen: an ARP frame is a single packet."""
 
     def lost(self, what: int, receiver: int, reason: str) -> None:
-        """Nobody is told."""
+        """Nobody learns of it."""
 
     def repeated(self, what: int, receiver: int) -> None:
-        """A copy says nothing new."""
+        """A copy changes nothing."""
 
     def missed(self, what: int, receivers: object, reason: str, medium: object) -> None:
-        """Nobody is told."""
+        """Nobody learns of it."""
 
-    # Time goes by.
+    # Timers.
 
     def _expired(self, _: object) -> None:
         """Linux neigh_timer_handler."""

@@ -1,9 +1,9 @@
 """The beliefs of hosts about each other, beside the truth.
 
-The truth is who runs: a *match* is a publisher and a subscriber of one topic on two hosts that are
-both up. Of its two ends one has to learn of the other before messages flow; a match that this end
-has not learnt is *missing*, and what it believes of a match that there is not is a *ghost*. Whether
-frames get from one to the other is not asked here: an unreachable host that runs is no ghost.
+In truth, a *match* is a publisher and a subscriber of one topic on two hosts that are both up. One
+of its ends has to learn of the other before messages flow. A match that this end has not learnt of
+is *missing*; a match that it believes in and that does not exist is a *ghost*. Reachability does
+not matter here: an unreachable host that runs is no ghost.
 
 Each change is a trace row: ``advertises`` and ``subscribes`` (entity: the host; a: the topic),
 ``believes`` (entity: the believer; a: the other host, b: the topic, c: 1 or 0), ``sees`` (a: the
@@ -24,17 +24,17 @@ OnSees = Callable[[int, int, str], object]
 class Beliefs:
     """``informed`` is the end that has to learn, ``"subscriber"`` or ``"publisher"``.
     ``note(kind, host, a, b, c)`` writes a row; hosts are indices, ``ids`` their trace ids, ``name``
-    gives the id of a name. Those in ``watchers`` are called with each change of ``sees``.
+    gives the id of a name. The functions in ``watchers`` are called with each change of ``sees``.
 
-    ``true`` has the matches that there are, ``believed`` those that somebody believes in, ``seen``
-    what a believer takes another host for; all are to be read only."""
+    ``true`` has the matches that exist, ``believed`` those that a host believes in, ``seen`` the
+    state in which a believer sees another host; all are to be read only."""
 
     def __init__(self, informed: str, note: Callable[..., object], ids: list[int],
                  name: Callable[[str], int]) -> None:
         self.watchers: list[OnSees] = []
         self._note, self._ids, self._name = note, ids, name
         self._informed = 0 if informed == "subscriber" else 1
-        # By topic, who subscribes and who publishes; all as dictionaries without values, because
+        # By topic, subscribing and publishing hosts; all as dictionaries without values, because
         # these keep their order.
         self._ends: dict[str, tuple[dict[int, None], dict[int, None]]] = {}
         self.true: dict[Match, None] = {}
@@ -43,22 +43,22 @@ class Beliefs:
 
     @property
     def matches(self) -> int:
-        """How many there are now."""
+        """The number of matches that exist."""
         return len(self.true)
 
     @property
     def missing(self) -> int:
-        """Matches that one end should have learnt of and has not."""
+        """The number of matches that one end has yet to learn of."""
         return len(self.true.keys() - self.believed.keys())
 
     @property
     def ghosts(self) -> int:
-        """Beliefs in matches that there are not."""
+        """The number of beliefs in matches that do not exist."""
         return len(self.believed.keys() - self.true.keys())
 
     @property
     def divergence(self) -> float:
-        """Missing matches and ghosts, as a share of matches and ghosts; 0 where there are none."""
+        """Missing matches and ghosts, as a share of matches and ghosts; 0 without any."""
         ghosts = self.ghosts
         return (self.missing + ghosts) / max(1, self.matches + ghosts)
 
@@ -88,7 +88,7 @@ class Beliefs:
         self.true |= {(host, other, topic) if learns else (other, host, topic): None
                       for other in ends[1 - side] if other != host}
 
-    # What is believed.
+    # Beliefs.
 
     def knows(self, believer: int, other: int, topic: str, holds: bool) -> None:
         belief = believer, other, topic

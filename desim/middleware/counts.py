@@ -1,4 +1,4 @@
-"""What is counted of messages, as they go: fates by topic, latencies in logarithmic bins."""
+"""The counts of messages: fates by topic, latencies in logarithmic bins."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ EDGES_NS = np.unique(np.ceil(10.0 ** (np.arange(1, _DECADES * BINS_PER_DECADE + 
 class LatencyHistogram:
     """Latencies in bins of a twentieth of a decade; bin i is [EDGES_NS[i-1], EDGES_NS[i]).
 
-    ``add(latency_ns)`` only notes; ``flush`` is to be called now and then, or the notes pile up.
+    ``add(latency_ns)`` only appends; call ``flush`` now and then to empty the list.
     """
 
     __slots__ = ("add", "_bins", "_new", "_folded")
@@ -29,7 +29,7 @@ class LatencyHistogram:
 
     @property
     def count(self) -> int:
-        """How many latencies there are."""
+        """The number of latencies."""
         return self._folded + len(self._new)
 
     def bins(self) -> np.ndarray:
@@ -38,7 +38,7 @@ class LatencyHistogram:
         return self._bins.copy()
 
     def flush(self) -> None:
-        """Sort what was noted into the bins if it is enough."""
+        """Sort new latencies into the bins if there are many."""
         if len(self._new) >= _BATCH:
             self._fold()
 
@@ -54,10 +54,10 @@ class TopicCounts:
     """The fates of one topic's messages.
 
     Between hosts, one per message and receiving host: published = intended + unmatched, intended =
-    delivered + dropped + in flight. Unmatched is what was published while a host listened of which
-    the publisher did not know; a latched message that it gets later is taken back. Delivered means
-    that the receiving host has it. What becomes of it there is a second account,
-    one per message and subscription, loopback included: queued = called + overwritten (the queue
+    delivered + dropped + in flight. A message is unmatched at a host that listened and that the
+    publisher did not know; if that gets a latched message later, this is taken back. Delivered
+    means that the receiving host has it. Its fate there is a second account, one per message and
+    subscription, loopback included: queued = called + overwritten (the queue
     was full, its oldest went) + discarded (the host stopped) + still waiting. ``repeated`` counts
     copies that came after a delivery, which are not in the first account; those of datagrams are in
     the second one, streams throw theirs away.

@@ -1,10 +1,11 @@
 """Hosts, their nodes, and the topics between them.
 
-``publish`` makes a ``Message``; the registries say which hosts listen; the publisher's transport
-takes it to them; each of them puts it into its subscriptions' queues and runs the callbacks in
-phase CONTROL of the same instant. Every message between hosts leaves rows in the trace: ``sent``
-(entity: the source), ``frame`` for each frame (the source), ``lost`` for each frame that a stream
-will send again (the destination), ``delivered`` or ``dropped`` (the destination), ``callback``.
+``publish`` makes a ``Message``; the registries name the hosts that listen; the publisher's
+transport takes it to them; each of them puts it into its subscriptions' queues and runs the
+callbacks in phase CONTROL of the same instant. Every message between hosts leaves rows in the
+trace: ``sent`` (entity: the source), ``frame`` for each frame (the source), ``lost`` for each frame
+that a stream will send again (the destination), ``delivered`` or ``dropped`` (the destination),
+``callback``.
 
 A message is dropped for what a datagram's frame was dropped for, or as ``outbox_full``,
 ``link_closed`` (its receiver stopped or no longer listens), ``sender_down``, ``no_route`` (no
@@ -36,7 +37,7 @@ __all__ = ["Graph", "Host", "Message", "Node"]
 
 MAX_CALLBACKS = 100_000  # on one host in one instant
 
-_SELDOM = (1 << 8) - 1  # a look at what gathers, after so many messages: a mask of their number
+_SELDOM = (1 << 8) - 1  # rows and latencies are flushed after so many messages: a mask
 
 _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
@@ -48,9 +49,9 @@ OnFate = Callable[[Message, int, int, "str | None", int, int], object]
 class Host:
     """A computer: interfaces to media, and nodes that run while it is up.
 
-    ``software`` makes the nodes, afresh at every start. ``received_ns`` says by host index when it
-    heard last of each other host since its start (0: never); whoever is in ``awaited``, by host
-    index too, is called when the next message of that host is here, once.
+    ``software`` makes the nodes, afresh at every start. ``received_ns`` has by host index the time
+    of the last message of each other host since its start (0: none); the function in ``awaited``,
+    by host index too, is called once, when the next message of that host arrives.
     """
 
     __slots__ = ("graph", "name", "index", "id", "media", "software", "nodes", "published",
@@ -100,8 +101,8 @@ class Host:
             node.start()
 
     def stop(self) -> None:
-        """Its memory is gone: timers, queues, outboxes, subscriptions. Frames that it has sent go
-        on; frames on their way to it are dropped as ``host_down``."""
+        """Stop, and lose all memory: timers, queues, outboxes, subscriptions. Frames that it has
+        sent go on; frames on their way to it are dropped as ``host_down``."""
         if not self.up:
             return
         graph = self.graph
@@ -188,7 +189,7 @@ class Host:
         return True
 
     def _overwrite(self, subscription: Subscription) -> None:
-        """The queue is full: its oldest message goes."""
+        """Drop the oldest message of a full queue."""
         oldest = next(i for i, entry in enumerate(self._inbox) if entry[0] is subscription)
         message = self._inbox[oldest][1]
         del self._inbox[oldest]
@@ -199,8 +200,8 @@ class Host:
                         message.seq, message.about.id)
 
     def _drain(self, _: object) -> None:
-        """Run the callbacks of all that waits, in order of arrival, and of what they publish to
-        their own host meanwhile."""
+        """Run the callbacks of all waiting messages, in order of arrival, and of those that they
+        publish to their own host meanwhile."""
         inbox = self._inbox
         graph, own = self.graph, self.id
         now_ns, put, callback = graph.kernel.now_ns, graph.put, graph.CALLBACK
@@ -223,10 +224,9 @@ class Graph:
 
     ``hosts``: names in any order; their indices follow the natural order. ``payloads`` says when a
     lazy content is read: ``lazy`` (by the callback that wants it), ``birth`` or ``delivery``; no
-    result depends on it. ``on_fate(message, receiver, time_ns, reason, first_ns, last_ns)`` is told
-    each message's fate at each receiving host: ``reason`` None for delivered, the instants of its
-    first and last frame, -1 for a message that never became a frame.
-    """
+    result depends on it. ``on_fate(message, receiver, time_ns, reason, first_ns, last_ns)`` is
+    called with each message's fate at each receiving host: ``reason`` None for delivered, the
+    instants of its first and last frame, -1 for a message that never became a frame."""
 
     __slots__ = ("kernel", "names", "trace", "streams", "put", "middleware", "context",
                  "read_at_birth", "_read_at_delivery", "_on_fate", "SENT", "FRAME", "LOST",

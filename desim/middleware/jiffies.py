@@ -1,4 +1,4 @@
-"""When Linux's timers fire: a little late, the later the longer they run."""
+"""The timers of Linux: they fire a little late, the later the longer they run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _STARTS = tuple(63 << 3 * level for level in range(_LEVELS))  # LVL_START of the
 
 
 def fires_ns(now_ns: int, delay_ns: int, tick_ns: int) -> int:
-    """When a timer fires that is set now for ``delay_ns``.
+    """The time at which a timer fires that is set now for ``delay_ns``.
 
     A timer of less than 63 ticks fires on the tick after its delay. Longer ones are checked only
     every 8, 64, ... ticks (below 504, 4032, ...), so they may be up to an eighth late (Linux

@@ -1,7 +1,7 @@
-"""What nodes say to each other, and how many bytes that is in ROS 1.
+"""The contents of messages, and their bytes in ROS 1.
 
 A content is any object with ``size_bytes``: the serialized size of its ROS message, without the
-4 bytes that TCPROS puts in front. ``Lazy`` is content that is computed when somebody reads it.
+4 bytes that TCPROS puts in front. ``Lazy`` is content that is computed when it is read.
 Frame ids count as the names on the paper's robots (``/p3dx0_tf/odom``); the sizes are the message
 definitions' own arithmetic, e.g. 797 B for a scan of 180 beams and 738 B for an odometry message.
 """
@@ -118,7 +118,7 @@ class Goal:
 
 @dataclass(frozen=True, slots=True)
 class GoalResult:
-    """How the drive to a goal ended (actionlib_msgs/GoalStatus in size)."""
+    """The end of the drive to a goal (actionlib_msgs/GoalStatus in size)."""
 
     x_m: float
     y_m: float

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 class Node:
-    """Subclasses call ``super().__init__(host, name)`` and say in ``start`` what they advertise,
-    subscribe to and tick at. Nothing of a stopped node runs any more."""
+    """Subclasses call ``super().__init__(host, name)``; in ``start`` they advertise, subscribe and
+    set timers. Nothing of a stopped node runs any more."""
 
     __slots__ = ("host", "name", "_graph", "_publishers", "_tickers", "_alive")
 
@@ -49,21 +49,21 @@ class Node:
     def advertise(self, topic: str, *, transport: str = "stream", latch: bool = False,
                   queue: int = 1, via: str = "unicast") -> Publisher:
         """``topic`` may be published from now on. ``transport``: stream or datagram; ``via``:
-        unicast, or broadcast, which is by datagram whatever ``transport`` says. ``queue`` bounds
-        the outbox of each stream link (0: no bound). Returns what ``publish`` looks up."""
+        unicast, or broadcast, which is always by datagram. ``queue`` bounds
+        the outbox of each stream link (0: no bound). Returns the publisher."""
         publisher = self._publishers[topic] = self.host.advertise(self.name, topic, transport, via,
                                                                   queue, latch)
         return publisher
 
     def publish(self, topic: str, content: Content) -> None:
-        """Send ``content`` to whoever subscribes to ``topic`` now."""
+        """Send ``content`` to the present subscribers of ``topic``."""
         publisher = self._publishers.get(topic)
         if publisher is None:
             raise InputError(f"node {self.name!r} publishes {topic!r} without advertising it")
         publisher.publish(content)
 
     def has_subscribers(self, topic: str) -> bool:
-        """Whether anybody would get what this node publishes on ``topic``."""
+        """Whether a message that this node publishes on ``topic`` would have a receiver."""
         return self._publishers[topic].has_subscribers()
 
     def subscribe(self, topic: str, callback: Callable[[Message], object], queue: int = 1) -> None:
@@ -72,8 +72,8 @@ class Node:
         self.host.subscribe(self.name, topic, callback, queue)
 
     def latest(self, topic: str) -> Latest:
-        """Subscribe to ``topic`` without a callback: ``.message`` of what this returns is the last
-        one that came, or None."""
+        """Subscribe to ``topic`` without a callback: ``.message`` of the result is the last one
+        that has arrived, or None."""
         return self.host.latest(self.name, topic)
 
     def timer(self, frequency_hz: Fraction | int, callback: Callable[[int], object],

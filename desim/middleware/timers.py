@@ -1,4 +1,4 @@
-"""Timers that are moved with every answer, and hardly ever go off."""
+"""Timers that are moved with every answer, and rarely go off."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NEVER = 1 << 62  # ns
 
 
 class Timers:
-    """One look at all of them costs less than an event for each. It takes place before the first
+    """One sweep over all timers costs less than an event for each. It takes place before the first
     deadline, and finds most of them moved or met; those that are due within ``ahead_ns`` get an
     event of their own, at their own time and in their own place of that instant."""
 
@@ -27,12 +27,12 @@ class Timers:
         self._call: Handle | None = None
 
     def wait(self, timer: Timer) -> None:
-        """Look after ``timer``."""
+        """Include ``timer`` in the next sweep."""
         self._waiting.append(timer)
 
     def sweep_before(self, deadline_ns: int) -> None:
-        """The next look must not be later than ``deadline_ns``, which is more than ``ahead_ns``
-        away."""
+        """Make the next sweep no later than ``deadline_ns``, which is more than ``ahead_ns`` away.
+        """
         sweep_ns = deadline_ns - self.ahead_ns // 2  # the other half is for what follows it closely
         if sweep_ns < self._sweep_ns:
             if self._call is not None:
@@ -88,14 +88,14 @@ class _Together:
 
 
 class Timer:
-    """Calls ``fired`` at ``deadline_ns``, the one that ``expect`` has set last. Whoever has got
-    what it waited for sets it to ``NEVER``."""
+    """Calls ``fired`` at ``deadline_ns``, the one that ``expect`` has set last. After the awaited
+    event its owner sets it to ``NEVER``."""
 
     __slots__ = ("deadline_ns", "waits", "_timers", "entity", "_fired", "call", "booked_ns")
 
     def __init__(self, timers: Timers, entity: int, fired: Callable[[], object]) -> None:
         self.deadline_ns = NEVER
-        self.waits = False  # among those that are looked at together
+        self.waits = False  # for the next sweep
         self._timers = timers
         self.entity = entity
         self._fired = fired
@@ -103,7 +103,7 @@ class Timer:
         self.booked_ns = NEVER
 
     def expect(self, deadline_ns: int) -> None:
-        """Something has to happen before ``deadline_ns``."""
+        """Set the deadline."""
         self.deadline_ns = deadline_ns
         if deadline_ns < self.booked_ns:
             timers = self._timers

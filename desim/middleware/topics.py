@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 class Topic:
     """A name that messages are published under, its trace id and its counts. ``listening``: hosts
-    that subscribe, whoever knows."""
+    that subscribe, known or not."""
 
     __slots__ = ("name", "id", "counts", "publishers", "listening")
 
@@ -42,7 +42,7 @@ class Topic:
 
 
 class Message:
-    """What a node says. ``seq`` counts what its host has published; ``number`` counts the messages
+    """A message of a node. ``seq`` counts the messages of its host; ``number`` counts the messages
     between hosts of the whole run (0: it never left its host) and is in no digest."""
 
     __slots__ = ("origin", "about", "seq", "size_bytes", "born_ns", "number", "_content")
@@ -86,8 +86,8 @@ class Subscription:
 
 
 class Latest:
-    """A subscription that runs nothing: the newest message waits here for its node to look, as in
-    a node that spins at its own rate (ros::spinOnce with a queue of one)."""
+    """A subscription without a callback: the newest message waits here until its node reads it, as
+    in a node that spins at its own rate (ros::spinOnce with a queue of one)."""
 
     __slots__ = ("message",)
 
@@ -98,7 +98,7 @@ class Latest:
 class Publisher:
     """One node's right to publish one topic, with its connections to the hosts that listen.
 
-    The registries are asked again only after they said that the topic changed.
+    It asks the registries again only after a change of the topic.
     """
 
     __slots__ = ("host", "topic", "offer", "transport", "latch", "_last", "_local", "_stale",
@@ -150,19 +150,19 @@ class Publisher:
         return self._has_subscribers
 
     def changed(self) -> None:
-        """The registries answer differently now; look at them in this host's own turn."""
+        """The registries answer differently now: ask them again in this host's own turn."""
         if not self._stale:
             self._stale = True
             self.host.graph.kernel.after(0, Phase.CONTROL, self.host.id, self._refresh_if_stale)
 
     def count_unmatched(self) -> None:
-        """Who listens has changed, or who is known to."""
+        """The hosts that listen have changed, or those that are known to."""
         own, receivers = self.host.index, self._receivers
         self._unmatched = [host for host in self.topic.listening
                            if host not in receivers and host != own]
 
     def close(self, reason: str) -> None:
-        """The host stopped: what waits is dropped for ``reason``."""
+        """The host stopped: drop waiting messages for ``reason``."""
         self._stale = False
         self._local = self.latch = self._has_subscribers = False
         self._receivers = {}

@@ -288,7 +288,9 @@ def test_a_header_that_comes_late_does_not_take_the_link_from_a_younger_connecti
 
     def linked(process, link, by):
         if link.process.alive:
-            process._serves(process.publications[link.topic], link, by)
+            publication = process.publications[link.topic]
+            publication.connections[link.process.host] = by
+            process._serve_link(publication, link)
 
     monkeypatch.setattr(Process, "linked", linked)
     assert late_header() != [(310, "0.3"), (360, "0.35"), (410, "0.4"), (510, "0.5")]

@@ -13,7 +13,7 @@ NOBODY: Guid = (-1, 0)
 
 
 class ItemKind(StrEnum):
-    """What an item of discovery announces."""
+    """The subject of an item of discovery."""
 
     WRITER = "writer"
     READER = "reader"

@@ -84,7 +84,7 @@ class Tcp:
     # For ends.
 
     def way(self, medium: Route | None, host: int, peer: int) -> AddressEntry:
-        """What takes frames from ``host`` to ``peer``."""
+        """The address entry that takes frames from ``host`` to ``peer``."""
         if medium is None:
             return Known(_nowhere)
         return Known(medium.transmit) if self._tables is None else self._tables.of(
