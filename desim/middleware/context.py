@@ -120,12 +120,12 @@ class GraphContext:
 
     def record(self, kind: str, host: int, a: int = 0, b: int = 0, c: int = 0) -> None:
         graph = self._graph
-        graph.trace.row(self.kernel.now_ns, graph.names.id(kind), self.host_ids[host], a, b, c)
+        graph.put(pack(self.kernel.now_ns, graph.names.id(kind), self.host_ids[host], a, b, c))
 
     def record_loss(self, source: int, receiver: int, seq: int, reason: str) -> None:
         graph, ids = self._graph, self.host_ids
-        graph.trace.row(self.kernel.now_ns, graph.LOST, ids[receiver], ids[source], seq,
-                        graph.names.id(reason))
+        graph.put(pack(self.kernel.now_ns, graph.LOST, ids[receiver], ids[source], seq,
+                       graph.names.id(reason)))
 
     def record_control(self, kind: str, source: int, to: int, size_bytes: int) -> None:
         self._count(kind, 1, size_bytes)

@@ -85,7 +85,7 @@ class Walk(RuleBasedStateMachine):
         since = len(fleet.said)
         fleet.talk(3 * S)
         fleet.run(self.patience.arrive_ns)
-        assert not fleet.undelivered(since)
+        assert not fleet.unheard(since)
         for host in fleet.hosts:
             fleet.stop(host.index)
         fleet.run(self.patience.again_ns)
