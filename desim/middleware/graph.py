@@ -228,11 +228,6 @@ class Graph:
     called with each message's fate at each receiving host: ``reason`` None for delivered, the
     instants of its first and last frame, -1 for a message that never became a frame."""
 
-    __slots__ = ("kernel", "names", "trace", "streams", "put", "middleware", "context",
-                 "read_at_birth", "_read_at_delivery", "_on_fate", "SENT", "FRAME", "LOST",
-                 "DELIVERED", "DROPPED", "CALLBACK", "OVERWRITTEN", "listeners", "topics", "media",
-                 "messages", "hosts", "up", "_by_name")
-
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, payloads: str = "lazy",
                  on_fate: OnFate | None = None) -> None:

@@ -134,7 +134,7 @@ class Empty:
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class Float64:
     """std_msgs/Float64: a travelled distance, say."""
 
     value: float

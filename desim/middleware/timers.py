@@ -17,8 +17,6 @@ class Timers:
     deadline, and finds most of them moved or met; those that are due within ``ahead_ns`` get an
     event of their own, at their own time and in their own place of that instant."""
 
-    __slots__ = ("kernel", "ahead_ns", "_waiting", "_sweep_ns", "_call")
-
     def __init__(self, kernel: Clock, ahead_ns: int) -> None:
         self.kernel = kernel
         self.ahead_ns = ahead_ns

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from desim.middleware.graph import Host, Message, Node
-from desim.middleware.messages import Lazy, Number, Pose, occupancy_grid_bytes
+from desim.middleware.messages import Float64, Lazy, Pose, occupancy_grid_bytes
 from desim.ports import GridSpec
 from desim.robot.poses import step
 from desim.robot.tiles import FREE, OCCUPIED, Belief, LayerSnapshot, fuse, raster
@@ -44,7 +44,7 @@ class MonitorFeed(Node):
         if self.has_subscribers("explored_map"):
             self.publish("explored_map", Lazy(self._size_bytes, partial(
                 _occupancy, self.belief.spec, self.belief.layers())))
-        self.publish("distance", Number(self._travelled_m))
+        self.publish("distance", Float64(self._travelled_m))
 
 
 def _occupancy(spec: GridSpec, layers: tuple[LayerSnapshot, ...]) -> np.ndarray:

@@ -54,8 +54,8 @@ def short_tokens(monkeypatch):
 
 def changes_together(monkeypatch):
     """What has changed several times meanwhile is passed on as it is now."""
-    whole = router.News.until
-    monkeypatch.setattr(router.News, "until", lambda news, state: tuple(
+    whole = router.LinkStateNews.until
+    monkeypatch.setattr(router.LinkStateNews, "until", lambda news, state: tuple(
         -(-part // max(whole(news, state)[0], 1)) for part in whole(news, state)))
 
 

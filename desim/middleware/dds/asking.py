@@ -13,8 +13,6 @@ class Asking:
     shows that they were sent again, unless the last request was due to the delay.
     """
 
-    __slots__ = ("_end", "_asked_ns", "_by_delay", "directed")
-
     def __init__(self) -> None:
         self._end: Place = (0, 0)
         self._asked_ns = 0

@@ -20,8 +20,6 @@ class Bundling:
 
     socket = "rtps"  # a participant sends all by one
 
-    __slots__ = ("_link", "_wire")
-
     def __init__(self, link: ReliableLink, wire: RtpsDialect) -> None:
         self._link, self._wire = link, wire
 
@@ -57,8 +55,6 @@ class Beating:
     """The carrier of heartbeats to one reader."""
 
     socket = "rtps"  # a participant sends all by one
-
-    __slots__ = ("_link",)
 
     def __init__(self, link: ReliableLink) -> None:
         self._link = link

@@ -29,8 +29,6 @@ class Wanted:
     doubles each time.
     """
 
-    __slots__ = ("_pause_ns", "_most_ns", "_fragment_bytes", "_message", "_cut", "missing")
-
     def __init__(self, params: DdsParams, cut: wire.RtpsDialect) -> None:
         self._pause_ns, self._most_ns = params.nack_suppression_ns, params.heartbeat_limit_ns
         self._fragment_bytes, self._message = params.fragment_bytes, params.message_fragments

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from desim.middleware.lifetime import Lifetime
 from desim.middleware.multimaster.parameters import MultimasterParams, timing
-from desim.middleware.multimaster.remote import News, RemoteMaster
+from desim.middleware.multimaster.remote import MasterNews, RemoteMaster
 from desim.middleware.ros.sizes import Sizes
 from desim.middleware.ros.xmlrpc import XmlRpcCall
 
@@ -64,7 +64,7 @@ class Discovery:
     remote)``; ``receive(beat, host)`` is called with heartbeats that arrive at a host."""
 
     def __init__(self, processes: Processes, params: MultimasterParams, host: int,
-                 notify: Callable[[News, RemoteMaster], object],
+                 notify: Callable[[MasterNews, RemoteMaster], object],
                  receive: Callable[[Beat, int], object]) -> None:
         self._processes, self._params, self._host = processes, params, host
         self._notify, self._receive = notify, receive
@@ -164,9 +164,9 @@ class Discovery:
         remote.changed_ns, remote.stirred_ns = beat.changed_ns, beat.stirred_ns
         if remote.known and not remote.online:
             remote.online = True
-            self._announce(News.ONLINE, remote)
+            self._announce(MasterNews.ONLINE, remote)
         elif remote.known and news:
-            self._notify(News.CHANGED, remote)
+            self._notify(MasterNews.CHANGED, remote)
 
     def _contact(self, remote: RemoteMaster) -> None:
         """Ask a new master for its identity."""
@@ -182,7 +182,7 @@ class Discovery:
             return
         if ok:
             remote.known = remote.online = True
-            self._announce(News.ONLINE, remote)
+            self._announce(MasterNews.ONLINE, remote)
         else:
             params = self._params
             self._life.after(params.unreachable_retry_ns if reason == "unreachable"
@@ -190,14 +190,14 @@ class Discovery:
 
     def _check(self, remote: RemoteMaster) -> None:
         verdict = remote.verdict(self._context.now_ns, self._timing, self._params)
-        if verdict == News.REMOVED:
+        if verdict == MasterNews.REMOVED:
             self._remove(remote)
-        elif verdict == News.REQUEST:
+        elif verdict == MasterNews.REQUEST:
             self._send(HeartbeatKind.REQUEST, remote.host)
-        elif verdict == News.OFFLINE and remote.online:
+        elif verdict == MasterNews.OFFLINE and remote.online:
             remote.online = False
             remote.offline_ns = self._context.now_ns
-            self._announce(News.OFFLINE, remote)
+            self._announce(MasterNews.OFFLINE, remote)
         if remote.measure(self._context.now_ns, self._timing):
             self._context.record("link_quality", self._host, self._context.host_ids[remote.host],
                                  remote.quality)
@@ -205,8 +205,8 @@ class Discovery:
     def _remove(self, remote: RemoteMaster) -> None:
         del self.remotes[remote.host]
         if remote.known:
-            self._announce(News.REMOVED, remote)
+            self._announce(MasterNews.REMOVED, remote)
 
-    def _announce(self, what: News, remote: RemoteMaster) -> None:
+    def _announce(self, what: MasterNews, remote: RemoteMaster) -> None:
         self._context.sees(self._host, remote.host, what)
         self._notify(what, remote)

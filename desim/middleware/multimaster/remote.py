@@ -8,7 +8,7 @@ from enum import StrEnum
 from desim.middleware.multimaster.parameters import DiscoveryTiming, MultimasterParams
 
 
-class News(StrEnum):
+class MasterNews(StrEnum):
     """A change that discovery notices at a remote master, or the need to ask it."""
 
     ONLINE = "online"  # new, or again
@@ -21,9 +21,6 @@ class News(StrEnum):
 class RemoteMaster:
     """The master of ``host``. ``known``: its identity is known. ``quality``: percent of the
     expected heartbeats that have arrived, 0 where these are too slow for that."""
-
-    __slots__ = ("host", "known", "online", "changed_ns", "stirred_ns", "received_ns", "offline_ns",
-                 "requests", "quality", "_beats")
 
     def __init__(self, host: int) -> None:
         self.host = host
@@ -43,20 +40,20 @@ class RemoteMaster:
         self._beats.append(now_ns)
 
     def verdict(self, now_ns: int, timing: DiscoveryTiming, params: MultimasterParams
-                ) -> News | None:
+                ) -> MasterNews | None:
         """The meaning of its silence: offline, removed, a request (which is counted), or None.
         Quick heartbeats show it by themselves; with slow ones it is asked first."""
         silent_ns = now_ns - self.received_ns
         if silent_ns > params.remove_after_ns:
-            return News.REMOVED
+            return MasterNews.REMOVED
         if timing.counted:
-            return News.OFFLINE if silent_ns > timing.timeout_ns else None
+            return MasterNews.OFFLINE if silent_ns > timing.timeout_ns else None
         if not timing.request_after_ns or silent_ns <= timing.request_after_ns:
             return None
         if self.requests >= params.offline_after_requests:
-            return News.OFFLINE
+            return MasterNews.OFFLINE
         self.requests += 1
-        return News.REQUEST
+        return MasterNews.REQUEST
 
     def measure(self, now_ns: int, timing: DiscoveryTiming) -> bool:
         """Whether the quality has changed: beats / (rate * window + unanswered requests)."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from desim.middleware.lifetime import Lifetime
 from desim.middleware.multimaster.discovery import Discovery, MasterState, Registration, Side
 from desim.middleware.multimaster.parameters import MultimasterParams
-from desim.middleware.multimaster.remote import News, RemoteMaster
+from desim.middleware.multimaster.remote import MasterNews, RemoteMaster
 from desim.middleware.ros.sizes import CALLS, Sizes
 from desim.middleware.ros.xmlrpc import Done, XmlRpcCall
 
@@ -31,8 +31,6 @@ UPDATE_TIMEOUT_NS = 3_000_000_000  # sync_thread.py setdefaulttimeout
 class Copy:
     """The registrations of one remote master that stand in the own one, as of ``changed_ns``.
     ``known``: the methods of its server are known."""
-
-    __slots__ = ("registrations", "changed_ns", "restarts", "timer", "asking", "known")
 
     def __init__(self) -> None:
         self.registrations: dict[Registration, None] = {}
@@ -69,16 +67,16 @@ class Sync:
         state = self.discovery.state
         call.reply(MASTER_INFO.answer + MASTER_INFO.answer_each * len(state.registrations), state)
 
-    def notify(self, what: News, remote: RemoteMaster) -> None:
+    def notify(self, what: MasterNews, remote: RemoteMaster) -> None:
         """Discovery has news of a remote master."""
-        if what == News.REMOVED:
+        if what == MasterNews.REMOVED:
             copy = self._copies.pop(remote.host, None)
             if copy is not None:
                 self._rest(copy)
                 self._write(copy, ())
-        elif what != News.OFFLINE:
+        elif what != MasterNews.OFFLINE:
             copy = self._copies.setdefault(remote.host, Copy())
-            if what == News.ONLINE and copy.registrations and self._to_redo(remote):
+            if what == MasterNews.ONLINE and copy.registrations and self._to_redo(remote):
                 self._write(copy, ())
                 copy.changed_ns = -1
             self._want(remote, copy)

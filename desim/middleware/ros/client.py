@@ -43,9 +43,6 @@ class Process:
     """All nodes of ``uri.host``, from its start to its end. ``master`` is the host whose master
     they know."""
 
-    __slots__ = ("uri", "host", "master", "all", "alive", "publications", "subscriptions",
-                 "looper", "_wanted", "_calls", "_held", "_met", "_ended", "_links_up")
-
     def __init__(self, processes: Processes, uri: Uri, master: int) -> None:
         self.all = processes
         self.uri = uri

@@ -23,9 +23,6 @@ class RosLink:
     address, or waits until the master lists the publisher once more (``asked`` is False then).
     """
 
-    __slots__ = ("process", "topic", "uri", "asked", "up", "_call", "_connection", "_timer",
-                 "_period_ns", "_dropped")
-
     def __init__(self, process: Process, topic: str, uri: Uri) -> None:
         self.process, self.topic, self.uri = process, topic, uri
         self.asked = False

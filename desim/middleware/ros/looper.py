@@ -10,8 +10,6 @@ class Looper:
     each of its polls waits for the whole time). Without a period a round ends at once.
     """
 
-    __slots__ = ("_period_ns", "_begin_ns", "_end_ns")
-
     def __init__(self, period_ns: int, begin_ns: int) -> None:
         self._period_ns = period_ns
         self._begin_ns = begin_ns

@@ -22,9 +22,6 @@ class Repair:
     round trip later (RACK, RFC 8985). During recovery the window shrinks in proportion to what
     arrives (PRR, RFC 6937); after a timeout it starts from one segment."""
 
-    __slots__ = ("board", "state", "_sender", "_end", "_news", "_window", "_arrived", "_sent",
-                 "_began_ns", "_before")
-
     def __init__(self, sender: Sender, board: Scoreboard) -> None:
         self._sender = sender
         self.board = board

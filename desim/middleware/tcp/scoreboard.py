@@ -25,8 +25,6 @@ class Scoreboard:
     """The runs between the first byte that is not acknowledged and the last one that was sent
     (RFC 6675), and which of those that arrived was sent last (RFC 8985)."""
 
-    __slots__ = ("runs", "bytes", "newest", "newest_rtt_ns")
-
     def __init__(self, una: int, trains: Iterable[tuple[int, int]]) -> None:
         self.runs: list[SentRange] = []
         self.bytes = [0, 0, 0]  # by state

@@ -31,12 +31,10 @@ if TYPE_CHECKING:
 _NO_WAY = -1  # in place of a neighbour
 
 
-class News:
+class LinkStateNews:
     """The changes of a router's link state that are to be passed on: it is ``state`` now; before,
     it had changed ``serial`` times and named ``named`` routers. ``known``: by peer, the number of
     changes that it knows already, and of the names in these."""
-
-    __slots__ = ("state", "serial", "named", "known")
 
     def __init__(self, state: LinkState, serial: int, named: int) -> None:
         self.state, self.serial, self.named = state, serial, named
@@ -66,6 +64,10 @@ class ZenohRouter:
     way to it is offline, and its declarations do not count.
     """
 
+    __slots__ = ("host", "life", "context", "params", "tcp", "links", "topology", "finder",
+                 "registry", "_most_hops", "_online", "_news", "_free_ns", "_ends", "_timers",
+                 "_held_back", "_opened")
+
     def __init__(self, host: int, life: int, context: MiddlewareContext, params: ZenohParams,
                  tcp: Tcp, finder: Finder) -> None:
         self.host, self.life = host, life
@@ -76,7 +78,7 @@ class ZenohRouter:
         self.registry = DeclarationRegistry(host, life, context)
         self._most_hops = len(context.hosts)
         self._online = 1 << host  # as bits
-        self._news: dict[int, News] = {}  # by router
+        self._news: dict[int, LinkStateNews] = {}  # by router
         self._free_ns = 0  # when it has passed on what it was busy with
         self._ends: dict[RouterLink, None] = {}  # opening ones too
         self._held_back: list[list[Declaration]] = []  # of nodes, until it opens
@@ -190,11 +192,11 @@ class ZenohRouter:
         of such a one). Each change is a message of its own."""
         if before is None or before.life < state.life:
             self.registry.begins(router, state.life)
-            self._news[router] = News(state, state.serial - 1,
+            self._news[router] = LinkStateNews(state, state.serial - 1,
                                       state.named - state.links.bit_count())
             return
         if router not in self._news:
-            self._news[router] = News(state, before.serial, before.named)
+            self._news[router] = LinkStateNews(state, before.serial, before.named)
         self._news[router].add(before, state, {router: None, source: None})
 
     def _topology_changed(self) -> None:

@@ -62,8 +62,6 @@ class Topology:
     """All link states that router ``own`` of ``routers`` has received. They are never forgotten: a
     link counts only while both of its ends announce it, and own links count at once."""
 
-    __slots__ = ("own", "states", "_announced", "_linked", "_edges", "_hops")
-
     def __init__(self, own: int, routers: int, life: int) -> None:
         self.own = own
         self.states = {own: LinkState(life, 0, 0, 0)}
