@@ -1,4 +1,9 @@
-"""Running a scenario: its folder, its costs, Ctrl-C, and what remains of a run that fails."""
+"""Runs a scenario: the folder that it leaves, its costs, Ctrl-C, and runs that fail.
+
+A run ends in one of the three ways of ``RunStatus``, which its manifest records, and ``run`` passes
+that on: it returns a ``Run`` (finished), raises ``KeyboardInterrupt`` (interrupted) or the error
+(failed). A command turns these into exit codes: ``desim.commands.ending.exits``.
+"""
 
 from __future__ import annotations
 
@@ -10,25 +15,27 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from desim.blame import blame
 from desim.errors import InputError, ModelError
-from desim.results.folder import FAILED, FINISHED, INTERRUPTED, RunFolder
+from desim.monitor.monitor import StopReason
+from desim.results.folder import RunFolder
 from desim.results.run import Run
+from desim.results.status import RunStatus
 from desim.scenario.load import Loaded, load
 from desim.scenario.schema.whole import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 
-Watch = Callable[[Simulation, RunFolder], AbstractContextManager[Any]]
+Rows = Callable[[np.ndarray], None]  # takes trace rows
+Watch = Callable[[Simulation, RunFolder], AbstractContextManager[object]]
 
 
 def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results",
         overrides: Sequence[str] = (), seed: int | None = None, watch: Watch | None = None,
-        rows: Callable[[np.ndarray], Any] | None = None, command: str = "") -> Run:
+        rows: Rows | None = None, command: str = "") -> Run:
     """Run a scenario (or the file of one) and leave its folder in ``out/<name>/<run id>``.
 
     ``overrides`` and ``seed`` as ``desim.load`` takes them, for a file. ``watch(simulation,
@@ -43,7 +50,7 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     elif overrides or seed is not None:
         raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")
     loaded = scenario if isinstance(scenario, Loaded) else None
-    scenario = loaded.scenario if loaded else scenario
+    scenario = scenario.scenario if isinstance(scenario, Loaded) else scenario
     folder, meter, simulation = RunFolder(out, scenario), _Meter(command), None
     try:
         with _blamed(loaded):
@@ -54,10 +61,10 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
             simulation.graph.start()
         with _interruptible(simulation), watch(simulation, folder) if watch else nullcontext():
             simulation.run()
-        interrupted = simulation.monitor.stop_reason == INTERRUPTED
+        interrupted = simulation.monitor.stop_reason == StopReason.INTERRUPTED
         path = folder.finish(simulation.monitor, simulation.kernel.now_ns, {
-            "status": INTERRUPTED if interrupted else FINISHED, **_digests(simulation),
-            **meter.read(simulation.kernel.now_ns)})
+            "status": RunStatus.INTERRUPTED if interrupted else RunStatus.FINISHED,
+            **_digests(simulation), **meter.read(simulation.kernel.now_ns)})
     except (InputError, KeyboardInterrupt):
         folder.discard()
         raise
@@ -66,16 +73,18 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
             error = ModelError("sys.exit() was called").with_traceback(error.__traceback__)
         now_ns, events = (0, 0) if simulation is None else (simulation.kernel.now_ns,
                                                             simulation.kernel.events)
-        folder.abandon({"status": FAILED, "digest": None, "events": events,
+        folder.abandon({"status": RunStatus.FAILED, "digest": None, "events": events,
                         **meter.read(now_ns), "error": blame(error).line,
                         "traceback": traceback.format_exc()})
         raise error
+    if path is None:  # interrupted, and a finished run of the same id stays
+        raise KeyboardInterrupt
     if interrupted:
-        raise KeyboardInterrupt(*([] if path is None else [str(path)]))
+        raise KeyboardInterrupt(str(path))
     return Run(path)
 
 
-def _digests(simulation: Simulation) -> dict[str, Any]:
+def _digests(simulation: Simulation) -> dict[str, object]:
     return {"digest": simulation.trace.digest(),
             "digest_by_entity": simulation.trace.digest_by_entity(),
             "events": simulation.kernel.events}
@@ -83,7 +92,7 @@ def _digests(simulation: Simulation) -> dict[str, Any]:
 
 @contextmanager
 def _blamed(loaded: Loaded | None) -> Iterator[None]:
-    """What goes wrong while the parts are built names its path; give it its place in the file."""
+    """Give an error of building the parts, which names its path, its place in the file."""
     try:
         yield
     except InputError as error:
@@ -100,7 +109,7 @@ def _interruptible(simulation: Simulation) -> Iterator[None]:
         yield
         return
 
-    def interrupt(number: int, _: Any) -> None:
+    def interrupt(number: int, _: object) -> None:
         signal.signal(number, signal.default_int_handler)
         simulation.interrupt()
 
@@ -113,7 +122,7 @@ def _interruptible(simulation: Simulation) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _both(first: Callable | None, second: Callable | None) -> Callable[[np.ndarray], None] | None:
+def _both(first: Rows | None, second: Rows | None) -> Rows | None:
     if first is None or second is None:
         return first or second
 
@@ -125,13 +134,13 @@ def _both(first: Callable | None, second: Callable | None) -> Callable[[np.ndarr
 
 
 class _Meter:
-    """What a run costs. It starts when everything is imported and compiled."""
+    """Measures the costs of a run. It starts when everything is imported and compiled."""
 
     def __init__(self, command: str) -> None:
         self._command = command
         self._wall_s, self._cpu_s = time.perf_counter(), time.process_time()
 
-    def read(self, simulated_ns: int) -> dict[str, Any]:
+    def read(self, simulated_ns: int) -> dict[str, object]:
         cpu_s = time.process_time() - self._cpu_s
         return {"command": self._command, "simulated_s": simulated_ns / NS_PER_S,
                 "wall_s": round(time.perf_counter() - self._wall_s, 3), "cpu_s": round(cpu_s, 3),

@@ -1,4 +1,4 @@
-"""Whose fault an error is, in one line: the plug-in or the line, the host, the simulated time."""
+"""The cause of an error in one line: a plug-in or a line of code, the host, the simulated time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 from types import FrameType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from desim import plugins
 from desim.errors import DesimError, ModelError, first_line
@@ -27,19 +27,19 @@ class Blame(NamedTuple):
 
 
 def blame(error: BaseException) -> Blame:
-    """What an error of a run says in one line: ``strategy bad:Raises raised ZeroDivisionError:
+    """An error of a run in one line: ``strategy bad:Raises raised ZeroDivisionError:
     division by zero at bad.py:7 (robot_3, 2.35 s)``."""
     frames = list(_frames(error))
     plugin, depth = _plugin(frames)
     when = _place(frames)
-    kind, says = type(error).__name__, first_line(error)
-    told = says if isinstance(error, DesimError) else kind if says == kind else f"{kind}: {says}"
+    kind, text = type(error).__name__, first_line(error)
+    words = text if isinstance(error, DesimError) else kind if text == kind else f"{kind}: {text}"
     if plugin is None:
         where = "" if isinstance(error, DesimError) else f" at {_line(*frames[-1])}"
-        return Blame(f"{told}{where}{when}", isinstance(error, ModelError))
+        return Blame(f"{words}{where}{when}", isinstance(error, ModelError))
     file = inspect.getfile(plugin)
     own = [frame for frame in frames[depth:] if frame[0].f_code.co_filename == file]
-    line = f"{plugins.LOADED[plugin]} raised {told} at {_line(*own[-1])}{when}"
+    line = f"{plugins.LOADED[plugin]} raised {words} at {_line(*own[-1])}{when}"
     return Blame(line, _OURS not in Path(file).resolve().parents)
 
 
@@ -80,7 +80,7 @@ def _place(frames: list[tuple[FrameType, int]]) -> str:
     return f" ({', '.join(parts)})" if parts else ""
 
 
-def _host(owner: Any) -> str | None:
+def _host(owner: object) -> str | None:
     """The host of a node, or the medium of a model or a rule."""
     from desim.middleware.graph import Host, Node
     from desim.network.medium import Medium

@@ -8,8 +8,8 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 
 def content(path: str | os.PathLike, most_bytes: int) -> bytes:
@@ -20,7 +20,7 @@ def content(path: str | os.PathLike, most_bytes: int) -> bytes:
 
 
 @contextmanager
-def opened(path: str | os.PathLike, most_bytes: float = math.inf) -> Iterator[BinaryIO]:
+def opened(path: str | os.PathLike, most_bytes: float = math.inf) -> Iterator[BufferedReader]:
     """A file to read. Raises ``OSError`` for what is no regular one, and for a larger one."""
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # else a FIFO waits for a writer
     try:

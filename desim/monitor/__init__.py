@@ -1,1 +1,1 @@
-"""What watches a run: what is explored, who is cut off, what is sent. It alone sees the truth."""
+"""The observer of a run: coverage, partitions, traffic. It alone sees the truth."""

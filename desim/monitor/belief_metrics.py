@@ -1,8 +1,8 @@
-"""How the fleet's middleware copes: who notices whose silence when, who hears of whom again when,
-and how far what hosts believe is from the truth.
+"""Metrics of what hosts believe of each other: how soon silence is noticed, how soon a host that is
+back is heard again, and how far beliefs are from the truth.
 
-It looks at the links once a second, and beside that whenever a host starts or stops or somebody is
-taken for gone. It reads; no result but its own depends on it.
+The links are sampled once a second, and whenever a host starts, stops or is taken for gone. No
+result but these metrics depends on that.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from desim.units import NS_PER_S
 
 LATE_NS = NS_PER_S  # a message that took so long is late; the edge of a bin
 
+# A row of the time series, or of a summary: numbers and words by name.
+Sample = dict[str, Any]
 Pair = tuple[int, int]  # believer, other: places in ``hosts``
 
 
@@ -34,10 +36,10 @@ class BeliefMetrics:
                  linked: Callable[[], np.ndarray | None]) -> None:
         self._graph, self._hosts, self._linked = graph, tuple(hosts), linked
         self._place = {host.index: i for i, host in enumerate(self._hosts)}
-        self._reach = np.zeros((len(hosts), len(hosts)), bool)  # who reached whom at the last look
-        self._met = np.zeros_like(self._reach)  # and who at any time
+        self._reach = np.zeros((len(hosts), len(hosts)), bool)  # pairs in reach at the last sample
+        self._met = np.zeros_like(self._reach)  # and at any time
         self._lost_ns: dict[Pair, int] = {}  # out of reach since then, and taken for online
-        self._gone: dict[Pair, None] = {}  # who is taken for offline or removed by whom
+        self._gone: dict[Pair, None] = {}  # taken for offline or removed
         self._noticed_ns: list[int] = []
         self._unnoticed = 0
         self._false_alarms = 0
@@ -50,16 +52,16 @@ class BeliefMetrics:
         if self._beliefs is not None:
             self._beliefs.watchers.append(self._sees)
 
-    # ------------------------------------------------------------------------- what happens
+    # --------------------------------------------------------------------------------- events
 
     def each_second(self, links: np.ndarray | None) -> None:
-        """``links`` are what ``linked`` says."""
-        self._look(links)
+        """Sample the links, which ``linked`` has just returned, and the beliefs."""
+        self._sample_links(links)
         if self._beliefs is not None:
             self._divergence.append(self._beliefs.divergence)
             self._ghosts.append(self._beliefs.ghosts)
 
-    def _look(self, links: np.ndarray | None) -> None:
+    def _sample_links(self, links: np.ndarray | None) -> None:
         reach = np.zeros_like(self._reach)
         up = [i for i, host in enumerate(self._hosts) if host.up]
         reach[np.ix_(up, up)] = True if links is None else links
@@ -98,37 +100,37 @@ class BeliefMetrics:
             # What it believed is gone, and nobody is left to notice anything.
             self._lost_ns = {pair: at for pair, at in self._lost_ns.items() if pair[0] != place}
             self._gone = {pair: None for pair in self._gone if pair[0] != place}
-        self._look(self._linked())
+        self._sample_links(self._linked())
 
     def _sees(self, believer: int, other: int, state: str) -> None:
-        pair = self._place.get(believer), self._place.get(other)
-        if None in pair:
+        if believer not in self._place or other not in self._place:
             return
+        pair = self._place[believer], self._place[other]
         if state == "online":
             self._gone.pop(pair, None)
         elif pair not in self._gone:
-            if self._reach[pair]:  # as of the last look, which may be a second ago
-                self._look(self._linked())
+            if self._reach[pair]:  # as of the last sample, which may be a second ago
+                self._sample_links(self._linked())
             self._gone[pair] = None
             if pair in self._lost_ns:
                 self._noticed_ns.append(self._graph.kernel.now_ns - self._lost_ns.pop(pair))
             elif self._reach[pair]:
                 self._false_alarms += 1
 
-    # ------------------------------------------------------------------------- what it comes to
+    # -------------------------------------------------------------------------------- numbers
 
-    def sample(self) -> dict[str, Any]:
+    def sample(self) -> Sample:
         """The present values; those of beliefs only where the middleware has some."""
-        out: dict[str, Any] = {"stale_age_s": self.stale_age_s()}
+        out: Sample = {"stale_age_s": self.stale_age_s()}
         if self._beliefs is not None:
             out |= {"registry_divergence": self._beliefs.divergence,
                     "ghosts": self._beliefs.ghosts}
         return out
 
     def stale_age_s(self) -> float | None:
-        """How old the last message is that a robot has heard of another one: the mean over ordered
-        pairs that are up; of whom it heard nothing since its start, as old as the run. None without
-        pairs."""
+        """The age of the last message that a robot has heard from another one, as a mean over
+        ordered pairs that are up; as old as the run where it heard none since its start. None
+        without pairs."""
         up = [host.index for host in self._hosts if host.up]
         pairs = len(up) * (len(up) - 1)
         if not pairs:
@@ -137,7 +139,7 @@ class BeliefMetrics:
         received_ns = sum(self._graph.hosts[host].received_ns[other] for host in up for other in up)
         return (self._graph.kernel.now_ns - received_ns / pairs) / NS_PER_S
 
-    def summary(self, samples: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    def summary(self, samples: Iterable[Sample]) -> Sample:
         """The numbers of the whole run; ``samples`` has what ``sample`` gave."""
         context, believes = self._graph.context, self._beliefs is not None
         delays = _delays(self._noticed_ns)
@@ -179,6 +181,6 @@ def _delays(delays_ns: list[int]) -> dict[str, float | None]:
 
 
 def _over_time(values: Sequence[float]) -> dict[str, float | None]:
-    """Of values once a second."""
+    """The statistics of values that were sampled once a second."""
     return {"mean": _mean(values), "max": max(values, default=None),
             "end": values[-1] if values else None}

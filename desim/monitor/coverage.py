@@ -1,5 +1,6 @@
-"""What is measured of an exploration: what the fleet knows, counted as it learns, and the
-equations of Yan, Fabresse, Laval and Bouraqadi (2017), section 3.3.
+"""Coverage: the part of the terrain that the fleet knows, counted as it learns.
+
+With the equations of Yan, Fabresse, Laval and Bouraqadi (2017), section 3.3.
 
 G is the set of free cells that a laser can reach from the start positions. A robot's belief is its
 own fused map; the union is what some robot has known at some time. Log-odds may fall back between
@@ -47,8 +48,8 @@ def states(log_odds: np.ndarray) -> np.ndarray:
 
 
 def map_age_s(beliefs: Mapping[str, Belief | None], now_ns: int) -> float | None:
-    """How old the newest part is that a robot has of another one's map: the mean over all ordered
-    pairs of robots that are up; of whom it never heard, as old as the run. None without pairs."""
+    """The age of the newest map update that one robot holds from another, as a mean over ordered
+    pairs of robots that are up; as old as the run where it never got one. None without pairs."""
     up = {name: belief for name, belief in beliefs.items() if belief is not None}
     pairs = len(up) * (len(up) - 1)
     if not pairs:
@@ -59,7 +60,7 @@ def map_age_s(beliefs: Mapping[str, Belief | None], now_ns: int) -> float | None
 
 
 class Coverage:
-    """How much of G each robot's belief knows, kept up to date with every change.
+    """The cells of G that each robot's belief knows, kept up to date with every change.
 
     ``robots`` are the names of those with a belief, in index order. ``changed(i)`` is called after
     robot i's count was brought up to date. Reading a share costs no more than an access.
@@ -78,7 +79,7 @@ class Coverage:
         self._totals = np.zeros(len(robots) + 1, np.int64)
 
     def observer(self, i: int) -> Callable[[Belief, np.ndarray], None]:
-        """What the belief of robot ``i`` has to call when tiles of it changed."""
+        """The function that robot ``i``'s belief calls when tiles of it have changed."""
         def learn(belief: Belief, tiles: np.ndarray) -> None:
             self.update(i, belief.fused, tiles)
 
@@ -118,7 +119,7 @@ class Reached:
         self._there = [False] * robots
         self._missing = robots
 
-    def look(self, i: int, known: int, union_known: int, now_ns: int) -> None:
+    def update(self, i: int, known: int, union_known: int, now_ns: int) -> None:
         """Robot ``i`` knows ``known`` cells now, and the union ``union_known``."""
         if (known >= self.cells) is not self._there[i]:
             self._there[i] = not self._there[i]

@@ -1,9 +1,8 @@
-"""Between which hosts frames could get, once a second: written down as it changes, read again."""
+"""The pairs of hosts between which frames could get, once a second: kept as changes, read again."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ Pair = tuple[str, str]  # from, to
 
 class Links:
     """Keeps the changes of ``Graph.linked`` of all hosts, be they up or not, at the instants of
-    ``look``."""
+    ``sample``."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
@@ -23,7 +22,8 @@ class Links:
         self._linked = np.zeros((len(self._all), len(self._all)), bool)
         self._changes: list[tuple[int, int, int, bool]] = []
 
-    def look(self, now_ns: int) -> None:
+    def sample(self, now_ns: int) -> None:
+        """Note the links that have changed since the last sample."""
         linked = self._graph.linked(self._all)
         linked = np.ones_like(self._linked) if linked is None else linked.copy()
         np.fill_diagonal(linked, False)
@@ -31,7 +31,7 @@ class Links:
                           for one, other in np.argwhere(linked != self._linked).tolist()]
         self._linked = linked
 
-    def table(self) -> dict[str, Any]:
+    def table(self) -> dict[str, np.ndarray]:
         """A row a change: time_s, host, other, linked. In the beginning nobody is linked."""
         names = [host.name for host in self._graph.hosts]
         return {"time_s": np.array([row[0] for row in self._changes], float) / NS_PER_S,
@@ -41,8 +41,8 @@ class Links:
 
 
 def linked_at(table: Mapping[str, np.ndarray], at_ns: int) -> dict[Pair, bool]:
-    """By pair, what the rows of a ``table`` up to ``at_ns`` come to; who is not in it is not
-    linked."""
+    """The state of each pair after the rows of a ``table`` up to ``at_ns``; a pair without rows is
+    not linked."""
     then = np.rint(table["time_s"] * NS_PER_S) <= at_ns
     host, other, linked = (table[name][then].tolist() for name in ("host", "other", "linked"))
     return dict(zip(zip(host, other, strict=True), linked, strict=True))

@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from enum import StrEnum
 from fractions import Fraction
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.trace import Trace, bits
 from desim.middleware.graph import Graph
-from desim.monitor.belief_metrics import BeliefMetrics
+from desim.monitor.belief_metrics import BeliefMetrics, Sample
 from desim.monitor.coverage import EXPLORED, Coverage, Ground, Reached, map_age_s
 from desim.monitor.links import Links
 from desim.monitor.overlap import Overlap
-from desim.monitor.partitions import Splits
+from desim.monitor.partitions import Partitions
 from desim.monitor.traffic import Families, totals
 from desim.robot.tiles import Belief
 from desim.scenario.expression import condition
@@ -28,7 +29,28 @@ from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.whole import Scenario
 from desim.units import NS_PER_S
 
-MOVING_M = 0.05  # who came farther than this within the last second is moving
+MOVING_M = 0.05  # a robot that came farther than this within the last second is moving
+
+
+class StopReason(StrEnum):
+    """The reasons of a run's end; beside these, the text of a condition that was met."""
+
+    EXPLORED = "explored"
+    ELAPSED = "elapsed"  # the time limit
+    INTERRUPTED = "interrupted"
+
+
+class Track(NamedTuple):
+    """The fleet at one instant: cells of G that each robot knows and that some robot has known, and
+    by robot the way driven and the bytes heard and sent so far."""
+
+    time_ns: int
+    poses: np.ndarray
+    known: tuple[int, ...]
+    union_known: int
+    distance_m: np.ndarray
+    rx_bytes: list[int]
+    tx_bytes: list[int]
 
 
 class Monitor:
@@ -47,7 +69,7 @@ class Monitor:
         self.beliefs: dict[str, Belief | None] = dict.fromkeys(explorers)
         self.families = Families(graph)
         self.hosts = [graph.host(name) for name in robots]
-        self.splits = Splits()
+        self.partitions = Partitions()
         self.overlap = Overlap(ground.grid, ground.reachable)
         self.belief_metrics = BeliefMetrics(graph, [host for host in self.hosts
                                            if host.name in self.beliefs], self._links)
@@ -57,9 +79,8 @@ class Monitor:
         self.collisions_of = [0] * len(robots)
         self.recoveries_of = [0] * len(robots)
         self.stop_reason: str | None = None
-        self.samples: list[dict[str, Any]] = []
-        # Of each second: time_ns, poses, cells known to each and to some, travelled, rx, tx.
-        self.tracks: list[tuple] = []
+        self.samples: list[Sample] = []
+        self.tracks: list[Track] = []  # one each second
         self._kernel, self.trace, self._stop = kernel, trace, scenario.stop
         self._poses, self.travelled_m = poses, travelled_m
         self._measured_on = frozenset(scenario.measure.on)
@@ -102,8 +123,9 @@ class Monitor:
         if belief is not None and not self._has_started:
             self._has_started, self.started_ns = True, self._kernel.now_ns
         i = self.explorers.index(robot)
-        if self.beliefs[robot] is not None:
-            self.overlap.forgets(robot, self.beliefs[robot])
+        before = self.beliefs[robot]
+        if before is not None:
+            self.overlap.forgets(robot, before)
         self.beliefs[robot] = belief
         self.coverage.restart(i)
         if belief is not None:
@@ -124,11 +146,11 @@ class Monitor:
     def _learned(self, i: int) -> None:
         coverage, now_ns = self.coverage, self._kernel.now_ns
         known, union = coverage.known[i], coverage.union_known
-        self.explored.look(i, known, union, now_ns)
+        self.explored.update(i, known, union, now_ns)
         if self._enough is not self.explored:
-            self._enough.look(i, known, union, now_ns)
+            self._enough.update(i, known, union, now_ns)
         if self.stop_reason is None and self._enough.first_ns[self._stop.by] is not None:
-            self._end("explored")
+            self._end(StopReason.EXPLORED)
         if 100 * known >= self._next_percent * coverage.cells > 0:
             percent = 100 * known // coverage.cells
             ten = percent // 10 > (self._next_percent - 1) // 10
@@ -136,13 +158,13 @@ class Monitor:
             self._happened("explored_10pct" if ten else "explored_1pct")
 
     def _happened(self, event: str) -> None:
-        # Looked at once, when the instant's other phases are complete.
+        # Sampled or judged once, when the instant's other phases are complete.
         if not self._causes:
-            self._kernel.after(0, Phase.OBSERVE, self._entity, self._look)
+            self._kernel.after(0, Phase.OBSERVE, self._entity, self._flush_causes)
         if event not in self._causes:
             self._causes.append(event)
 
-    def _look(self, _: Any) -> None:
+    def _flush_causes(self, _: object) -> None:
         causes, self._causes = self._causes, []
         measured = [cause for cause in causes if cause in self._measured_on]
         if measured:
@@ -167,22 +189,23 @@ class Monitor:
             "messages_dropped": sum(traffic.dropped.values()),
             "bytes_on_air": traffic.bytes_on_air,
             "distance_m": math.fsum(self.travelled_m().tolist()),
-            "partitions": self.splits.count,
+            "partitions": self.partitions.count,
             "robots_moving": self._moving,
         }
 
-    def finish(self, reason: str | None = None) -> None:
-        """The run is over, at the time limit unless ``reason`` or an earlier one says otherwise:
-        take the last sample, close what is open. A second call does nothing."""
-        if self._finished:
-            return
-        self._finished = True
+    def finish(self) -> str:
+        """Close the run: take the last sample, end open episodes. A second call changes nothing.
+        Returns why the run ended, which is the time limit unless another reason came first."""
         if self.stop_reason is None:
-            self.stop_reason = reason or "elapsed"
-        if not self.tracks or self.tracks[-1][0] < self._kernel.now_ns:
+            self.stop_reason = StopReason.ELAPSED
+        if self._finished:
+            return self.stop_reason
+        self._finished = True
+        if not self.tracks or self.tracks[-1].time_ns < self._kernel.now_ns:
             self._each_second(-1)
-        self.splits.close(self._kernel.now_ns)
+        self.partitions.close(self._kernel.now_ns)
         self._sample("end")
+        return self.stop_reason
 
     def _sample(self, cause: str) -> None:
         values = self.quantities()
@@ -191,11 +214,11 @@ class Monitor:
         refused_bytes = sum(medium.refused_bytes for medium in self.graph.media)
         row(now_ns, kind["sample"], self._entity, bits(values["explored"]),
             bits(values["explored_union"]), bits(values["explored_all"]))
-        row(now_ns, kind["sample_traffic"], self._entity, values["messages_sent"],
-            values["messages_delivered"], values["bytes_on_air"] + refused_bytes)
-        row(now_ns, kind["sample_motion"], self._entity, values["collisions"],
-            values["recoveries"], bits(values["distance_m"]))
-        self.samples.append({**values, "parts": self.splits.parts,
+        row(now_ns, kind["sample_traffic"], self._entity, int(values["messages_sent"]),
+            int(values["messages_delivered"]), int(values["bytes_on_air"]) + refused_bytes)
+        row(now_ns, kind["sample_motion"], self._entity, int(values["collisions"]),
+            int(values["recoveries"]), bits(values["distance_m"]))
+        self.samples.append({**values, "parts": self.partitions.parts,
                              "map_age_s": map_age_s(self.beliefs, now_ns),
                              **self.belief_metrics.sample(), "cause": cause,
                              "bytes": self.families.bytes()})
@@ -219,19 +242,19 @@ class Monitor:
             row(now_ns, pose_kind, entity, x, y, yaw)
         self._moving = int(np.count_nonzero(travelled_m - self._moved_m > MOVING_M))
         self._moved_m = travelled_m
-        self.tracks.append((now_ns, poses, tuple(self.coverage.known),
-                            self.coverage.union_known, travelled_m,
-                            [host.rx_bytes for host in self.hosts],
-                            [host.tx_bytes for host in self.hosts]))
+        self.tracks.append(Track(now_ns, poses, tuple(self.coverage.known),
+                                 self.coverage.union_known, travelled_m,
+                                 [host.rx_bytes for host in self.hosts],
+                                 [host.tx_bytes for host in self.hosts]))
         if self.links is not None:
-            self.links.look(now_ns)
+            self.links.sample(now_ns)
         links = self._links()
         self.belief_metrics.each_second(links)
-        if self.splits.look(now_ns, links):
-            row(now_ns, self._kind["partition"], self._entity, self.splits.parts)
+        if self.partitions.sample(now_ns, links):
+            row(now_ns, self._kind["partition"], self._entity, self.partitions.parts)
             self._happened("partition")
 
     def _links(self) -> np.ndarray | None:
-        """Between which explorers that are up frames can get now."""
+        """[n, n] bool of the explorers that are up: do frames get from one to the other now?"""
         up = [host.index for host in self.hosts if host.up and host.name in self.beliefs]
         return self.graph.linked(np.array(up, np.int64))

@@ -1,4 +1,4 @@
-"""How much of the terrain several robots have seen, where one would have been enough."""
+"""Duplicated exploration: terrain that several robots have seen, where one would have done."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from desim.robot.tiles import CELLS, FREE, OCCUPIED, Belief, tiles_of
 
 
 class Overlap:
-    """What each robot has seen with its own laser, also before it forgot it.
+    """The cells that each robot has seen with its own laser, also those that it forgot since.
 
     ``grid`` and ``reachable`` are those of ``desim.monitor.coverage.Ground``.
     """
@@ -26,8 +26,8 @@ class Overlap:
 
     def measures(self, beliefs: Mapping[str, Belief | None]) -> dict[str, float | None]:
         """``duplicated_exploration``: the cells of G that at least two robots have seen, as a share
-        of those that at least one has; ``robots_per_cell``: how many robots have seen each of
-        these, on average. None where there are none. A cell is seen where a robot's own scans make
+        of those that at least one has; ``robots_per_cell``: the mean number of robots that have
+        seen each of these. None where there are none. A cell is seen where a robot's own scans make
         it free or occupied."""
         seen = np.zeros(self._inside.shape, np.int32)
         for robot, belief in beliefs.items():

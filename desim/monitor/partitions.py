@@ -1,4 +1,4 @@
-"""When is the fleet split: episodes in which not every robot can be reached over some others."""
+"""Partitions of the fleet: episodes in which some robot cannot be reached over any others."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from desim.units import NS_PER_S
 
 
 def components(linked: np.ndarray) -> int:
-    """Into how many parts n points fall of which ``linked`` [n, n] bool says who is connected."""
+    """The number of connected parts of n points, of which ``linked`` [n, n] bool has the pairs."""
     left = np.ones(len(linked), bool)
     parts = 0
     while left.any():
@@ -23,10 +23,10 @@ def components(linked: np.ndarray) -> int:
     return parts
 
 
-class Splits:
-    """Counts episodes during which the fleet is split, as seen at the instants of ``look``.
+class Partitions:
+    """Counts episodes during which the fleet is in parts, as of the instants of ``sample``.
 
-    It is split where no chain of its robots, over links that could carry a frame now, joins some
+    It is in parts where no chain of its robots, over links that could carry a frame now, joins some
     two of them. A robot whose host is down is in no part and in no chain.
     """
 
@@ -41,9 +41,9 @@ class Splits:
         """Episodes that have begun."""
         return len(self.episodes) + (self._since_ns is not None)
 
-    def look(self, now_ns: int, linked: np.ndarray | None) -> bool:
-        """Whether an episode begins now. ``linked`` [n, n] bool: between which of the robots that
-        are up frames get, None: between all."""
+    def sample(self, now_ns: int, linked: np.ndarray | None) -> bool:
+        """Note the present parts; true where an episode begins now. ``linked`` [n, n] bool: the
+        pairs of robots that are up between which frames get, None: all."""
         self.parts = 1 if linked is None or len(linked) < 2 else components(linked)
         self.most_parts = max(self.most_parts, self.parts)
         if self.parts > 1 and self._since_ns is None:

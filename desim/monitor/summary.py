@@ -1,12 +1,12 @@
-"""What a run comes to: the numbers of summary.json, and the tables of the time series."""
+"""The summary of a run: the numbers of summary.json, and the tables of the time series."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 
+from desim.monitor.belief_metrics import Sample
 from desim.monitor.coverage import ExplorationScore, evaluate
 from desim.monitor.monitor import Monitor
 from desim.monitor.traffic import by_kind, totals
@@ -16,8 +16,8 @@ from desim.units import NS_PER_S
 
 
 def judged_robot(monitor: Monitor) -> str | None:
-    """Whose belief the metrics speak of: the first to know 99 %, else who knows most (the first
-    by name among equals); None in a fleet without software."""
+    """The robot whose belief the metrics are about: the first to know 99 %, else the one that knows
+    most (the first by name among equals); None in a fleet without software."""
     first, known = monitor.explored.first_robot, monitor.coverage.known
     if not known:
         return None
@@ -29,7 +29,7 @@ def judged_robot(monitor: Monitor) -> str | None:
 _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
 
-def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
+def summarize(monitor: Monitor, now_ns: int) -> Sample:
     """The summary of a run that ended at ``now_ns``, after ``monitor.finish``.
 
     Times count from when the first robot's software started (the paper, 3.3.1). They are None
@@ -63,7 +63,7 @@ def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
         "utilisation": {medium.name: utilisation(medium, now_ns)
                         for medium in monitor.graph.media},
         "control_bytes": sum(medium.control_bytes for medium in monitor.graph.media),
-        "partitions": monitor.splits.summary(),
+        "partitions": monitor.partitions.summary(),
         **monitor.belief_metrics.summary(monitor.samples),
         **monitor.overlap.measures(monitor.beliefs),
         "map_age_s": _mean_map_age_s(monitor.samples),
@@ -77,7 +77,7 @@ def summarize(monitor: Monitor, now_ns: int) -> dict[str, Any]:
 
 
 def warnings(monitor: Monitor) -> list[str]:
-    """What a user should know before trusting the numbers: networks that settle nothing, and fleets
+    """Warnings before anybody trusts the numbers: of networks that settle nothing, and of fleets
     that never move."""
     said = []
     for medium in monitor.graph.media:
@@ -91,7 +91,7 @@ def warnings(monitor: Monitor) -> list[str]:
     return said
 
 
-def _mean_map_age_s(samples: list[dict[str, Any]]) -> float | None:
+def _mean_map_age_s(samples: list[Sample]) -> float | None:
     """Over the samples."""
     ages_s = [row["map_age_s"] for row in samples if row["map_age_s"] is not None]
     return sum(ages_s) / len(ages_s) if ages_s else None
@@ -114,7 +114,7 @@ def _exploration(monitor: Monitor, judged: str | None) -> ExplorationScore:
                     sum(monitor.collisions_of), monitor.safety_scale)
 
 
-def _robots(monitor: Monitor, now_ns: int) -> dict[str, dict[str, Any]]:
+def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
     """Per robot; kB are 1000 bytes, means over the whole run."""
     kilo_s = max(now_ns, 1) / NS_PER_S * 1000.0
     travelled_m = monitor.travelled_m().tolist()
@@ -129,7 +129,7 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, dict[str, Any]]:
     } for i, (name, host) in enumerate(zip(monitor.robots, monitor.hosts, strict=True))}
 
 
-def _fleet_means(robots: dict[str, dict[str, Any]]) -> dict[str, float]:
+def _fleet_means(robots: dict[str, Sample]) -> dict[str, float]:
     """Equation 8: the mean over the robots of their means over the run."""
     return {f"mean_{key}": sum(robot[key] for robot in robots.values()) / len(robots)
             for key in ("rx_kBps", "tx_kBps")}
@@ -150,21 +150,21 @@ def samples_table(monitor: Monitor) -> dict[str, list]:
     return table
 
 
-def robots_table(monitor: Monitor) -> dict[str, Any]:
+def robots_table(monitor: Monitor) -> Sample:
     """One row per second and robot: where it was, what it knew, what it sent and heard."""
     tracks, count = monitor.tracks, len(monitor.robots)
-    poses = np.concatenate([track[1] for track in tracks]) if tracks else np.zeros((0, 3))
+    poses = np.concatenate([track.poses for track in tracks]) if tracks else np.zeros((0, 3))
     known = np.full((len(tracks), count), np.nan)
     columns = [monitor.robots.index(name) for name in monitor.explorers]
     for k, track in enumerate(tracks):
-        known[k, columns] = [monitor.coverage.share(cells) for cells in track[2]]
-    union = [monitor.coverage.share(track[3]) for track in tracks]
+        known[k, columns] = [monitor.coverage.share(cells) for cells in track.known]
+    union = [monitor.coverage.share(track.union_known) for track in tracks]
     return {
-        "time_s": np.repeat([track[0] / NS_PER_S for track in tracks], count),
+        "time_s": np.repeat([track.time_ns / NS_PER_S for track in tracks], count),
         "robot": list(monitor.robots) * len(tracks),
         "x_m": poses[:, 0], "y_m": poses[:, 1], "yaw_rad": poses[:, 2],
         "explored": known.ravel(),
         "explored_union": np.repeat(union, count),
-        **{name: np.array([track[k] for track in tracks]).ravel()
-           for k, name in ((4, "distance_m"), (5, "rx_bytes"), (6, "tx_bytes"))},
+        **{name: np.array([getattr(track, name) for track in tracks]).ravel()
+           for name in ("distance_m", "rx_bytes", "tx_bytes")},
     }

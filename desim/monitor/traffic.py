@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -77,7 +77,7 @@ class Families:
         return out
 
     def fates(self) -> dict[str, dict[str, int]]:
-        """What became of the messages of each family: published = delivered + dropped + unmatched +
+        """The fates of each family's messages: published = delivered + dropped + unmatched +
         in flight, one per message and receiving host."""
         out: dict[str, dict[str, int]] = {}
         for name, topic in self._graph.topics.items():
@@ -90,7 +90,7 @@ class Families:
                 out[self._of(name)] = {key: known[key] + count for key, count in own.items()}
         return dict(sorted(out.items()))
 
-    def latency(self) -> dict[str, dict[str, Any]]:
+    def latency(self) -> dict[str, dict[str, float]]:
         """By family: deliveries, and median, 95th percentile and longest latency in seconds,
         rounded up to the edge of a histogram bin (at most 12.2 % too high)."""
         bins: dict[str, np.ndarray] = {}

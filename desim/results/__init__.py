@@ -1,1 +1,1 @@
-"""What a run leaves, and how it is read again."""
+"""The folder that a run leaves, and reading it again."""

@@ -1,4 +1,4 @@
-"""Who believed what about whom at an instant of a run, folded from its trace rows."""
+"""The beliefs of all hosts about each other at an instant of a run, folded from its trace rows."""
 
 from __future__ import annotations
 
@@ -24,10 +24,12 @@ _NAMED = 8  # topics in an error
 
 
 class PairBelief(NamedTuple):
-    """What one host believes of another one: ``sees`` is online, offline, removed or never;
-    the topics of matches that it knows, that it has not learnt of, and that there are not.
-    ``reached`` is the truth: both are up and frames get from each to the other, as of the last look
-    at the links, which is less than a second ago; None: the run has not kept it."""
+    """The belief of one host about another one: ``sees`` is online, offline, removed or never;
+    ``known`` are the topics of matches that it knows, ``missing`` of those that it has not learnt
+    of, ``ghosts`` of those that do not exist.
+
+    ``reached`` is the truth: both are up and frames get from each to the other, as of the last
+    sample of the links, less than a second ago; None: the run has not kept it."""
 
     believer: str
     other: str
@@ -45,8 +47,8 @@ class PairBelief(NamedTuple):
 
 
 class BeliefSnapshot(NamedTuple):
-    """``informed`` is the end of a match that has to learn of the other one. ``up`` is by host,
-    and ``views`` has each ordered pair of hosts, believer by believer."""
+    """All beliefs at one instant: ``views`` has each ordered pair of hosts, believer by believer.
+    ``informed`` is the end of a match that has to learn of the other one; ``up`` is by host."""
 
     at_ns: int
     informed: str
@@ -102,7 +104,7 @@ class BeliefSnapshot(NamedTuple):
     @property
     def headline(self) -> str:
         """All of it in two lines: matches, and pairs (believer, other) of hosts."""
-        sights = ", ".join(f"{number} {'never seen' if state == 'never' else f'seen {state}'}"
+        pairs = ", ".join(f"{number} {'never seen' if state == 'never' else f'seen {state}'}"
                            for state, number in self.seen.items() if number)
         reached = ("" if self.parts is None else
                    f"; in truth {sum(bool(view.reached) for view in self.views)} in reach, "
@@ -110,7 +112,7 @@ class BeliefSnapshot(NamedTuple):
         return (f"at {self.at_ns / NS_PER_S:g} s: {self.known} of {self.known + self.missing} "
                 f"matches known, {self.missing} missing, {_count(self.ghosts, 'ghost')}, "
                 f"divergence {self.divergence:.3f}\n"
-                f"{_count(sum(self.seen.values()), 'pair')} of hosts: {sights or 'none'}{reached}")
+                f"{_count(sum(self.seen.values()), 'pair')} of hosts: {pairs or 'none'}{reached}")
 
     def of(self, topic: str) -> BeliefSnapshot:
         """Of this topic only. Raises ``InputError`` where nobody has a match on it."""
@@ -121,13 +123,16 @@ class BeliefSnapshot(NamedTuple):
                              f"{did_you_mean(topic, topics)}; topics: "
                              f"{', '.join(topics[:_NAMED]) or 'none'}"
                              f"{', ...' if len(topics) > _NAMED else ''}")
+        def only(topics: tuple[str, ...]) -> tuple[str, ...]:
+            return tuple(own for own in topics if own == topic)
+
         return self._replace(views=tuple(view._replace(
-            **{name: tuple(own for own in getattr(view, name) if own == topic)
-               for name in ("known", "missing", "ghosts")}) for view in self.views))
+            known=only(view.known), missing=only(view.missing), ghosts=only(view.ghosts))
+            for view in self.views))
 
 
 def beliefs_at(run: Run, at_ns: int | None = None) -> BeliefSnapshot:
-    """What was believed in ``run`` after everything that happened at ``at_ns`` (None: at its end).
+    """The beliefs in ``run`` after everything that happened at ``at_ns`` (None: at its end).
 
     Where trace rows were not kept, the run is repeated up to then. Raises ``InputError`` for an
     instant after the end, for a middleware without beliefs, and where a run can be neither read
@@ -149,8 +154,8 @@ def beliefs_at(run: Run, at_ns: int | None = None) -> BeliefSnapshot:
 
 def folded(trace: Rows, at_ns: int, informed: str,
            linked: Mapping[Pair, bool] | None = None) -> BeliefSnapshot:
-    """What the rows up to ``at_ns`` come to; ``informed`` as middlewares say it, ``linked`` between
-    whom frames get then."""
+    """The beliefs after the rows up to ``at_ns``; ``informed`` as middlewares have it, ``linked``
+    for each pair whether frames get from one to the other then."""
     kinds = {Names().id(kind): kind for kind in KINDS}
     rows, names = trace.rows, trace.names
     rows = rows[np.isin(rows["kind"], list(kinds)) & (rows["t_ns"] <= at_ns)]
@@ -179,7 +184,7 @@ def folded(trace: Rows, at_ns: int, informed: str,
 
 
 def _beside(known: BeliefSnapshot, linked: Mapping[Pair, bool]) -> BeliefSnapshot:
-    """With the truth of who reaches whom."""
+    """The same beliefs, each beside the truth of whether the two reach each other."""
     return known._replace(views=tuple(view._replace(reached=all(
         known.up[one] and known.up[other] and linked.get((one, other), False)
         for one, other in (view[:2], view[1::-1]))) for view in known.views))
@@ -194,8 +199,9 @@ def _views(hosts: list[str], beliefs: Beliefs) -> tuple[PairBelief, ...]:
         which = 2 if match not in beliefs.true else 0 if match in beliefs.believed else 1
         topics[believer, other][which].append(topic)
     return tuple(PairBelief(hosts[believer], hosts[other],
-                      beliefs.seen.get((believer, other), "never"), *map(tuple, lists))
-                 for (believer, other), lists in topics.items())
+                      beliefs.seen.get((believer, other), "never"), tuple(known), tuple(missing),
+                      tuple(ghosts))
+                 for (believer, other), (known, missing, ghosts) in topics.items())
 
 
 def _informed(run: Run) -> str:

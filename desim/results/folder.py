@@ -10,7 +10,6 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from itertools import chain, count
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -23,14 +22,15 @@ from desim.monitor.summary import judged_robot, known_map, robots_table, samples
 from desim.monitor.traffic import latency_table
 from desim.results import identity, maps, parquet
 from desim.results.message_log import MessageLog
-from desim.results.seal import MANIFEST, MAPS, SUMMARY, manifest_of, seal
+from desim.results.seal import MANIFEST, MAPS, SUMMARY, Json, manifest_of, seal
+from desim.results.status import RunStatus
 from desim.scenario.resolved import resolved
 from desim.scenario.schema.whole import Scenario
 
-FINISHED, INTERRUPTED, FAILED = "finished", "interrupted", "failed"
+FINISHED, FAILED = RunStatus.FINISHED, RunStatus.FAILED
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 _SCENARIO, _NAMES, _LOCK = "scenario.resolved.yaml", "names.json", ".lock"
-# What a run that was cut off may have left.
+# The files that a run may have left when it was cut off.
 _WRITTEN = (
     MANIFEST, SUMMARY, _SCENARIO, _NAMES, _LOCK,
     *(f"{table}.parquet" for table in ("trace", "messages", "samples", "robots", "latency",
@@ -75,7 +75,7 @@ class RunFolder:
                 self._messages = parquet.MessageTable(self._partial / "messages.parquet", names,
                                                       hosts)
 
-    def finish(self, monitor: Monitor, now_ns: int, manifest: dict[str, Any]) -> Path | None:
+    def finish(self, monitor: Monitor, now_ns: int, manifest: Json) -> Path | None:
         """Write what the run came to, and put the folder in its place, which is returned; None if
         a finished run stays there instead. ``manifest`` has ``status`` and ``digest`` and what the
         caller measured."""
@@ -95,29 +95,31 @@ class RunFolder:
                             {str(id_): names[id_] for id_ in sorted(names)})
             return self._publish(manifest)
 
-    def abandon(self, manifest: dict[str, Any]) -> None:
+    def abandon(self, manifest: Json) -> None:
         """The run failed: keep what there is, with a manifest that says so."""
         with self._writing():
             self._close_tables()
             self._publish(manifest)
 
     def discard(self) -> None:
-        """Nothing of the run is worth keeping."""
+        """Remove what there is of the run: nothing of it is worth keeping."""
         with suppress(OSError):
             _clear(self._partial, _WRITTEN)
         self._release()
 
     def active_links(self, since_ns: int) -> int:
-        """How many pairs of hosts had a message settled since then; 0 where none are kept."""
+        """The number of pairs of hosts with a message settled since then; 0 where none are kept."""
         return self._log.active_links(since_ns) if self._log is not None else 0
 
     def _add_rows(self, rows: np.ndarray) -> None:
-        with self._writing():
-            self._trace.add(rows)
+        if self._trace is not None:  # it is open while the clock runs
+            with self._writing():
+                self._trace.add(rows)
 
     def _add_messages(self, rows: np.ndarray, reasons: list[str]) -> None:
-        with self._writing():
-            self._messages.add(rows, reasons)
+        if self._messages is not None:
+            with self._writing():
+                self._messages.add(rows, reasons)
 
     def _close_tables(self) -> None:
         if self._log is not None:
@@ -134,7 +136,7 @@ class RunFolder:
         maps.save(folder, "merged", states(known_map(monitor, judged_robot(monitor))),
                   ground.grid)
 
-    def _publish(self, manifest: dict[str, Any]) -> Path | None:
+    def _publish(self, manifest: Json) -> Path | None:
         complete = {"desim_version": identity.versions()["desim"], "run_id": self.run_id,
                     "name": self.scenario.name, "seed": self.scenario.seed, **manifest,
                     "versions": identity.versions(), "plugins": self._identity.plugins,
@@ -225,8 +227,8 @@ def _clear(folder: Path, written: Collection[str]) -> None:
 
 
 def _hand_over(old: Path, new: Path) -> None:
-    """What somebody else has put into the folder of a run moves to that of the same run, made
-    again; where something of its name is there, it stays in ``old``."""
+    """Move the files that desim did not write from the folder of a run to that of the same run,
+    made again; one whose name is taken there stays in ``old``."""
     if old.is_symlink() or not old.is_dir():
         return
     own = (*_WRITTEN, *(manifest_of(old) or {}).get("files", ()))
@@ -243,5 +245,5 @@ def _free(path: Path) -> Path:
     return next(name for name in names if not os.path.lexists(name))
 
 
-def _write_json(path: Path, content: dict[str, Any]) -> None:
+def _write_json(path: Path, content: Json) -> None:
     path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n")

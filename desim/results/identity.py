@@ -1,4 +1,4 @@
-"""What a run's results depend on beside its scenario: versions, plug-ins, the machine."""
+"""The identity of a run beside its scenario: versions, plug-ins, source code, the machine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from collections.abc import Callable
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 import desim
 from desim import plugins
@@ -21,18 +20,18 @@ from desim.scenario import expression
 from desim.scenario.resolved import scenario_id
 from desim.scenario.schema.whole import Scenario
 
-# What computes results. Others (pyarrow, rich, typer, ...) only carry them.
+# The packages that compute results. Others (pyarrow, rich, typer, ...) only carry them.
 PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx", "pydantic")
 
-# What computes or writes results: the rooms of desim from the kernel up to the run's folder.
+# The rooms of desim that compute or write results: from the kernel up to the run's folder.
 _COMPUTES = frozenset({"units.py", "errors.py", "files.py", "plugins.py", "ports", "engine",
                        "scenario", "world", "network", "middleware", "robot", "monitor",
                        "simulation", "results"})
 
 
 class Identity:
-    """What names the runs of a scenario, whatever their seed. ``hashed``: the hash of the source,
-    for whoever asks for thousands of identities at one time, and has looked at the files once."""
+    """The identity of the runs of a scenario, which with a seed gives a run's id. ``hashed`` is
+    ``source`` or a cache of it, for thousands of identities at one time."""
 
     def __init__(self, scenario: Scenario,
                  hashed: Callable[[tuple[str, ...]], str] | None = None) -> None:
@@ -70,8 +69,8 @@ def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
 
 
 def modules(scenario: Scenario) -> tuple[str, ...]:
-    """Those of the scenario's plug-ins, and of the function that ends it, if one does: where it is
-    defined, and the one by which it is named."""
+    """The modules of the scenario's plug-ins, and of the function that ends it, if one does: those
+    that define them, and those by which they are named."""
     found = {module for kind, name in _chosen(scenario)
              for module in (plugins.load(kind, name).__module__, plugins.module_of(kind, name))}
     when = scenario.stop.when
@@ -97,9 +96,9 @@ def source(modules: tuple[str, ...]) -> str:
 
 @cache
 def _files(modules: tuple[str, ...]) -> tuple[str, ...]:
-    """Whose content may be in results: of desim, of these modules' packages, and of what a module
-    without a package imports from its own folder; in an order that does not depend on where they
-    are installed."""
+    """The files whose code may affect results, in an order that does not depend on where they are
+    installed: desim's, those of the modules' packages, and those that a module without a package
+    imports from its own folder."""
     files = [file for file in _package(Path(desim.__file__).parent)
              if file.relative_to(Path(desim.__file__).parent).parts[0] in _COMPUTES]
     for top in sorted({module.partition(".")[0] for module in modules} - {desim.__name__}):
@@ -151,9 +150,10 @@ def _hash(file: str, _modified_ns: int, _size_bytes: int) -> bytes:
 
 
 @cache
-def machine() -> dict[str, Any]:
-    """What sin, cos, exp and log came from: the promise of equal digests ends with these."""
-    import llvmlite.binding as llvm
+def machine() -> dict[str, str]:
+    """The machine and its libraries, which sin, cos, exp and log come from: equal digests are
+    promised for equal ones."""
+    import llvmlite.binding as llvm  # type: ignore[import-untyped]  # it has no types
 
     libc, version = platform.libc_ver()
     return {"platform": platform.platform(), "machine": platform.machine(),

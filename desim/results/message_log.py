@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from struct import Struct
-from typing import Any
 
 import numpy as np
+
+from desim.middleware.topics import Message
 
 BATCH = 1 << 14
 LOOKED_BACK = 1 << 13
@@ -31,14 +32,14 @@ class MessageLog:
         self._rows: list[bytes] = []
         self._before: list[bytes] = []  # the batch before, for ``active_links``
 
-    def fate(self, message: Any, receiver: int, time_ns: int, reason: str | None, first_ns: int,
+    def fate(self, message: Message, receiver: int, time_ns: int, reason: str | None, first_ns: int,
              last_ns: int) -> None:
         """``message`` was delivered to host ``receiver`` (reason None) or dropped, at ``time_ns``;
         its first and last frame left at ``first_ns`` and ``last_ns`` (-1: none did)."""
         number = self._reason.get(reason)
         if number is None:
             number = self._reason[reason] = len(self.reasons)
-            self.reasons.append(reason)
+            self.reasons.append(str(reason))
         rows = self._rows
         rows.append(_pack(message.number, message.about.id, message.origin.index, receiver,
                           message.size_bytes, message.born_ns, first_ns, last_ns, number, time_ns))
@@ -46,13 +47,13 @@ class MessageLog:
             self.flush()
 
     def flush(self) -> None:
-        """Hand on what has gathered."""
+        """Pass the rows that are waiting to the sink."""
         if self._rows:
             self._sink(_array(self._rows), self.reasons)
             self._before, self._rows = self._rows, []
 
     def active_links(self, since_ns: int) -> int:
-        """How many (source, destination) pairs had a message settled since then, as far back
+        """The number of (source, destination) pairs with a message settled since then, as far back
         as ``LOOKED_BACK`` messages."""
         before = max(LOOKED_BACK - len(self._rows), 0)
         rows = _array(self._before[len(self._before) - before:] + self._rows[-LOOKED_BACK:])

@@ -1,9 +1,9 @@
-"""Rows into Parquet files, batch by batch, and names back into their places."""
+"""Parquet files of rows, written batch by batch, with names in place of their ids."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -22,7 +22,7 @@ TRACE = pa.schema([("t_ns", _INT), ("kind", _TEXT), ("entity", _TEXT),
                    ("a", _INT), ("b", _INT), ("c", _INT)])
 
 
-def write(path: Path, columns: dict[str, Any]) -> None:
+def write(path: Path, columns: Mapping[str, object]) -> None:
     """A whole table at once."""
     pq.write_table(pa.table(columns), path, compression="zstd")
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 from desim import plugins
 from desim.errors import InputError, told
-from desim.results.folder import FAILED, FINISHED
 from desim.results.run import Run
-from desim.results.seal import likeness
+from desim.results.seal import Json, likeness
+from desim.results.status import RunStatus
 
-Row = dict[str, Any]
+Row = Json
 Rows = dict[str, Row]  # by run id
 # Costs differ from machine to machine; they are not results.
 _COSTS = ("simulated_s", "wall_s", "cpu_s", "peak_memory_mb", "events")
@@ -20,8 +19,8 @@ _NOT_NUMBERS = ("robots", "latency_by_topic", "digest")
 
 
 def failure(run_id: str, error: str) -> Row:
-    """The row of a run that came to nothing."""
-    return {"run_id": run_id, "status": FAILED, "error": error}
+    """The row of a run that failed."""
+    return {"run_id": run_id, "status": RunStatus.FAILED.value, "error": error}
 
 
 def row_of(run: Run, functions: tuple[str, ...]) -> Row:
@@ -32,21 +31,21 @@ def row_of(run: Run, functions: tuple[str, ...]) -> Row:
         folder = likeness(run.path)
     except OSError as error:
         raise InputError(f"{run.path}: damaged: {error}") from error
-    if manifest["status"] != FINISHED:
+    if manifest["status"] != RunStatus.FINISHED:
         return {**failure(manifest["run_id"], str(manifest.get("error") or manifest["status"])),
                 "folder": folder}
     values, raised = _evaluated(functions, run)
-    row = {"run_id": manifest["run_id"], "status": FINISHED, "folder": folder,
+    row = {"run_id": manifest["run_id"], "status": RunStatus.FINISHED.value, "folder": folder,
            "digest": manifest["digest"],
            "cost": {name: manifest[name] for name in _COSTS},
            "metrics": flat(run.metrics), "functions": values}
     return {**row, "raised": raised} if raised else row
 
 
-def flat(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """The numbers and words of a summary by one name each: ``traffic_simulation_bytes``. What is
-    told robot by robot or topic by topic stays in the run's folder."""
-    out: dict[str, Any] = {}
+def flat(summary: Mapping[str, object], prefix: str = "") -> Row:
+    """The numbers and words of a summary by one name each: ``traffic_simulation_bytes``. Numbers by
+    robot or by topic stay in the run's folder."""
+    out: Row = {}
     for name, value in summary.items():
         if not prefix and name in _NOT_NUMBERS:
             continue

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -16,7 +15,7 @@ import pyarrow.parquet as pq
 
 from desim.errors import InputError
 from desim.results import maps
-from desim.results.seal import MANIFEST, MAPS, SUMMARY, manifest_of, wrong_with
+from desim.results.seal import MANIFEST, MAPS, SUMMARY, Json, manifest_of, wrong_with
 from desim.scenario import yaml12
 from desim.scenario.schema.whole import Scenario
 
@@ -30,17 +29,18 @@ class Run:
         if found is None:
             raise InputError(_no_run(self.path))
         # How it ran: status, digest, versions, times.
-        self.manifest: dict[str, Any] = found
+        self.manifest: Json = found
 
     @cached_property
     def scenario(self) -> Scenario:
-        """What was run, every value spelled out. It is not checked again: its plug-ins and its map
-        need not be there any more."""
+        """The scenario of the run, every value spelled out. It is not checked again: its plug-ins
+        and its map need not be there any more. ``params`` of a plug-in that is not there raises
+        ``InputError``."""
         with readable(self.file("scenario.resolved.yaml")) as file:
             return Scenario.model_validate(yaml12.read(str(file))[0])
 
     @cached_property
-    def metrics(self) -> dict[str, Any]:
+    def metrics(self) -> Json:
         """The summary."""
         with readable(self.file(SUMMARY)) as file:
             return json.loads(file.read_text())
@@ -52,12 +52,12 @@ class Run:
 
     @cached_property
     def robots(self) -> dict[str, np.ndarray]:
-        """Where each robot was, once a second, by column."""
+        """The robots' places, once a second, by column."""
         return self.table("robots")
 
     @cached_property
     def map(self) -> maps.OccupancyMap:
-        """What the robot that the metrics speak of believed in at the end."""
+        """The last belief of the robot that the metrics are about."""
         return self._map("merged")
 
     @cached_property
@@ -72,8 +72,8 @@ class Run:
             return {int(id_): name for id_, name in json.loads(file.read_text()).items()}
 
     def table(self, name: str) -> dict[str, np.ndarray]:
-        """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column. What is not
-        there is None among words and NaN among numbers."""
+        """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column. A missing
+        value is None among words and NaN among numbers."""
         return columns(self.file(f"{name}.parquet"))
 
     def has(self, name: str) -> bool:
@@ -110,7 +110,7 @@ def _no_run(path: Path) -> str:
 
 @contextmanager
 def readable(file: Path) -> Iterator[Path]:
-    """The file, whatever may be wrong inside of it."""
+    """Turn errors of reading the file into an ``InputError`` that says it is damaged."""
     try:
         yield file
     except (ValueError, OSError, RecursionError) as error:  # JSON's, pydantic's, pyarrow's too

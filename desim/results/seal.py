@@ -1,5 +1,6 @@
-"""The seal of a run's folder. The manifest says how large each file is and what its digest is, and
-what its own digest is, so that damage shows whatever it is, before anybody trusts a number.
+"""The seal of a run's folder, which shows damage before anybody trusts a number.
+
+The manifest holds the size and the digest of each file, and a digest of itself.
 """
 
 from __future__ import annotations
@@ -16,21 +17,21 @@ from desim.files import content, opened
 MANIFEST, SUMMARY = "manifest.json", "summary.json"
 MAPS = "map"  # the one folder in a run's folder
 _MOST_BYTES = 100_000_000  # of a manifest or a summary
+Json = dict[str, Any]  # an object of a JSON file
 _SEAL = "seal"
 _DIGITS = 16
 
 
-def seal(folder: Path, manifest: dict[str, Any], names: Iterable[str]) -> None:
-    """Write the manifest of ``folder``, with the facts of the files in it that are so called.
-    Raises ``OSError``."""
+def seal(folder: Path, manifest: Json, names: Iterable[str]) -> None:
+    """Write the manifest of ``folder``, with the sizes and digests of its files ``names``. Raises
+    ``OSError``."""
     whole = {**manifest, "files": {name: _facts(folder / name) for name in sorted(names)}}
     text = json.dumps({**whole, _SEAL: _sealed(whole)}, indent=2, allow_nan=False)
     (folder / MANIFEST).write_text(text + "\n")
 
 
-def manifest_of(folder: Path) -> dict[str, Any] | None:
-    """The manifest of the run in ``folder``; None where there is none, or one that desim has not
-    written so."""
+def manifest_of(folder: Path) -> Json | None:
+    """The manifest of the run in ``folder``; None where there is none whose own digest is right."""
     try:
         found = json.loads(content(folder / MANIFEST, _MOST_BYTES))
     except (OSError, ValueError, RecursionError):
@@ -41,8 +42,8 @@ def manifest_of(folder: Path) -> dict[str, Any] | None:
     return found if own == _sealed(found) else None
 
 
-def wrong_with(folder: Path, manifest: dict[str, Any], name: str) -> str | None:
-    """In words, what is wrong with a file that the manifest knows; None if nothing is."""
+def wrong_with(folder: Path, manifest: Json, name: str) -> str | None:
+    """The damage of one of the manifest's files, in words; None if it is as it was written."""
     try:
         right = _facts(folder / name) == manifest["files"][name]
     except FileNotFoundError:
@@ -52,14 +53,14 @@ def wrong_with(folder: Path, manifest: dict[str, Any], name: str) -> str | None:
     return None if right else f"{name} is not what desim wrote"
 
 
-def damage(folder: Path, manifest: dict[str, Any]) -> str | None:
-    """In words, the first file of all that is not as it was written; None if there is none."""
+def damage(folder: Path, manifest: Json) -> str | None:
+    """The damage of the first file that is not as it was written, in words; None if all are."""
     return next(filter(None, (wrong_with(folder, manifest, name)
                               for name in manifest["files"])), None)
 
 
 def likeness(folder: Path) -> str:
-    """A digest that is cheap: of the names and sizes of all files, and of the content of the
+    """A cheap digest: of the names and sizes of all files, and of the content of the
     manifest and the summary. Raises ``OSError``."""
     digest = hashlib.sha256()
     for name, size_bytes in sorted([*_sizes(folder), *_sizes(folder / MAPS)]):
@@ -80,12 +81,12 @@ def _sizes(folder: Path) -> Iterator[tuple[str, int]]:
         return
 
 
-def _facts(path: Path) -> dict[str, Any]:
+def _facts(path: Path) -> Json:
     with opened(path) as file:
         return {"bytes": os.fstat(file.fileno()).st_size,
                 "sha256": hashlib.file_digest(file, "sha256").hexdigest()[:_DIGITS]}
 
 
-def _sealed(manifest: dict[str, Any]) -> str:
+def _sealed(manifest: Json) -> str:
     text = json.dumps(manifest, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]

@@ -1,4 +1,4 @@
-"""Two traces side by side: where do they part?"""
+"""Traces of runs, kept or made again, and the first row in which two of them differ."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ import pyarrow.parquet as pq
 from desim.engine.trace import ROW, Names
 from desim.errors import InputError
 from desim.results import identity
-from desim.results.folder import FAILED
 from desim.results.run import Run
+from desim.results.status import RunStatus
 from desim.scenario.load import load
 from desim.scenario.schema.whole import Scenario
 from desim.simulation.simulation import Simulation
@@ -93,7 +93,7 @@ def _batches(path: Path) -> Iterator[pa.RecordBatch]:
 
 def complete(run: Run) -> None:
     """Raises ``InputError`` for a run that failed."""
-    if run.manifest["status"] == FAILED:
+    if run.manifest["status"] == RunStatus.FAILED:
         raise InputError(f"{run.path}: the run failed, it has no digest and no end to compare or "
                          "repeat; its manifest.json has the error")
 

@@ -1,4 +1,4 @@
-"""Which computers there are, what each is attached to, and where they stand.
+"""The computers of a scenario: the robots that each controls, and the places where they stand.
 
 ``testbed``: simulator and monitor on a workstation, each robot's controller in a virtual machine on
 a cluster node, everything on one LAN. ``field``: one computer on each robot, over the air.

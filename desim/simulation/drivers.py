@@ -1,7 +1,7 @@
-"""The nodes that give the world a voice: they publish what the sensors see and apply commands.
+"""Drivers: the nodes that publish what sensors see and apply commands to motors.
 
-In ``testbed`` one of them sits on the workstation and speaks for every robot, as the simulator of
-the paper does; in ``field`` each robot's computer runs one for its own body.
+In ``testbed`` one of them sits on the workstation and serves every robot, as the simulator of the
+paper does; in ``field`` each robot's computer runs one for its own body.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The monitor's ear on the network: the traffic between controllers and monitor ends here.
+"""The node at which the traffic between controllers and monitor ends.
 
-What arrives is counted and timed like any message. The verdict on the run does not depend on it:
-the monitor proper watches out of band, so that no load can delay it.
+Its messages are counted and timed like any others. The verdict on the run does not depend on them:
+the monitor itself watches out of band, so that no load can delay it.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ class MonitorNode(Node):
 
     def start(self) -> None:
         for robot in self._robots:
-            self.subscribe(f"/{robot}/explored_map", self._note)
-            self.subscribe(f"/{robot}/distance", self._note)
+            self.subscribe(f"/{robot}/explored_map", self._received)
+            self.subscribe(f"/{robot}/distance", self._received)
 
-    def _note(self, message: Message) -> None:
-        """Nothing to do with it here; that it came is in the trace."""
+    def _received(self, message: Message) -> None:
+        """Do nothing: the arrival is in the trace."""

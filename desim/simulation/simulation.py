@@ -1,12 +1,15 @@
-"""The composition root: builds the parts of a run from a scenario, wires them, runs.
+"""The composition root: it builds the parts of a run from a scenario, connects them, runs them.
 
-The one place that knows every part. Nothing here computes; it says who is connected to whom.
+The one place that knows every part. Robots meet only through the world (matter) and the graph with
+its media (messages); one kernel holds the clock, one trace is the log, and the monitor watches.
+Nothing is computed here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
-from typing import Any, NamedTuple
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,12 +18,13 @@ from desim.engine.garbage import rare_collections
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
-from desim.middleware.graph import Host, Node
+from desim.middleware.graph import Host, Node, OnFate
 from desim.monitor.coverage import Ground
-from desim.monitor.monitor import Monitor
+from desim.monitor.monitor import Monitor, StopReason
 from desim.ports import World
 from desim.robot.software import robot_software
 from desim.robot.tiles import Belief, TilePool
+from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.whole import Scenario
 from desim.simulation.deployment import HostPlan, plan
 from desim.simulation.drivers import Driver
@@ -30,7 +34,8 @@ from desim.simulation.world_clock import WorldClock
 
 
 class Outcome(NamedTuple):
-    """How a run ended: why, when, and the digests of its trace."""
+    """The end of a run: its reason (``StopReason``, or the condition that was met), its instant,
+    and the digests of its trace."""
 
     stop_reason: str
     simulated_ns: int
@@ -50,36 +55,42 @@ class Simulation:
 
     def __init__(self, scenario: Scenario, *, payloads: str = "lazy",
                  trace_sink: Callable[[np.ndarray], None] | None = None,
-                 on_fate: Callable[..., Any] | None = None) -> None:
+                 on_fate: OnFate | None = None) -> None:
         self.scenario = scenario
-        self.names = Names()
+        # The clock, the random numbers, the log.
+        self.kernel, self.streams, self.names = Kernel(), Streams(scenario.seed), Names()
         self.trace = Trace(self.names, trace_sink)
-        self.kernel = Kernel()
-        self.streams = Streams(scenario.seed)
+        # Matter: terrain and bodies.
         self.world: World = plugins.load("world", scenario.physics.model).build(
             scenario, self.streams)
+        self.grid = self.world.grid(scenario.robot.mapping.resolution_m)
+        # Messages: the hosts, their middleware, and the media between them.
         self.plan = plan(scenario)
         self.graph = wired(scenario, HostPlaces(self.world, self.plan), self.kernel, self.trace,
                            self.streams, [host.name for host in self.plan], payloads=payloads,
                            on_fate=on_fate)
+        # The observer, and what drives sensors and motors.
+        self._controlled = [host.software for host in self.plan if host.software is not None]
+        self._explorers = tuple(self.world.robots[robot] for robot in self._controlled)
+        self.monitor = self._watching()
+        self._drivers: dict[str, Driver] = {}  # of the hosts that are up
+        self._clock = WorldClock(self.kernel, self.world, self.trace, scenario, self._up_drivers,
+                                 self.monitor.collided)
+        # The software of each host, which starts with it, and the faults that stop hosts.
         self._pool = TilePool()
-        self.grid = self.world.grid(scenario.robot.mapping.resolution_m)
-        controlled = [host.software for host in self.plan if host.software is not None]
-        explorers = tuple(self.world.robots[robot] for robot in controlled)
-        seers = controlled or range(len(self.world.robots))
-        self.monitor = Monitor(
-            self.kernel, self.trace, scenario, robots=self.world.robots, explorers=explorers,
-            ground=Ground(self.grid, *self.world.ground(self.grid, seers)), graph=self.graph,
-            poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m)
-        self._explorers = explorers
-        self._drivers: dict[str, Driver] = {}
-        self._clock = WorldClock(self.kernel, self.world, self.trace, scenario,
-                                 self._speaking, self.monitor.collided)
         for host_plan in self.plan:
-            self._install(host_plan)
+            self.graph.host(host_plan.name).software = partial(self.nodes, host_plan=host_plan)
         for number, fault in enumerate(scenario.faults):
             self.kernel.process(self._outage(fault), Phase.WORLD,
                                 self.names.id(f"fault {number} of {fault.host}"))
+
+    def _watching(self) -> Monitor:
+        explorers = self._controlled or range(len(self.world.robots))
+        return Monitor(
+            self.kernel, self.trace, self.scenario, robots=self.world.robots,
+            explorers=self._explorers, graph=self.graph,
+            ground=Ground(self.grid, *self.world.ground(self.grid, explorers)),
+            poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m)
 
     def run(self, until_ns: int | None = None) -> Outcome:
         """Run until a stop condition holds, or ``until_ns``."""
@@ -89,26 +100,19 @@ class Simulation:
         self.graph.start()
         with rare_collections():
             self.kernel.run(limit_ns)
-        self.monitor.finish()
-        return Outcome(self.monitor.stop_reason, self.kernel.now_ns, self.kernel.events,
-                       self.trace.digest(), self.trace.digest_by_entity())
+        reason = self.monitor.finish()
+        return Outcome(reason, self.kernel.now_ns, self.kernel.events, self.trace.digest(),
+                       self.trace.digest_by_entity())
 
     def interrupt(self) -> None:
         """End the run when the present instant is complete."""
-        self.monitor.stop_reason = "interrupted"
+        self.monitor.stop_reason = StopReason.INTERRUPTED
         self.kernel.stop()
 
-    def _speaking(self) -> Iterator[Driver]:
-        """The drivers of the hosts that are up, in the order of hosts."""
-        return (self._drivers[host.name] for host in self.plan if host.name in self._drivers)
-
-    def _install(self, host_plan: HostPlan) -> None:
-        """Tell the host what to run whenever it starts."""
-        self.graph.host(host_plan.name).software = lambda host: self.nodes(host, host_plan)
-
     def nodes(self, host: Host, host_plan: HostPlan) -> list[Node]:
-        """What the host runs, made afresh and not started."""
-        scenario, nodes = self.scenario, []
+        """The software of a host, made afresh and not started."""
+        scenario = self.scenario
+        nodes: list[Node] = []
         if host_plan.drives:
             driver = Driver(host, self.world, host_plan.drives, scenario.robot.scanner)
             self._drivers[host.name] = driver
@@ -123,7 +127,12 @@ class Simulation:
                                     monitored=any(other.monitor for other in self.plan))
         return nodes
 
-    def _outage(self, fault: Any) -> Generator[int, None, None]:
+    def _up_drivers(self) -> Iterator[Driver]:
+        """The drivers of the hosts that are up, in the order of hosts."""
+        return (self._drivers[host.name] for host in self.plan if host.name in self._drivers)
+
+    def _outage(self, fault: Fault) -> Generator[int, None, None]:
+        """Stop a host, and start it again."""
         host = self.graph.host(fault.host)
         yield fault.at_ns
         host.stop()

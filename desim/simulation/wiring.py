@@ -12,24 +12,24 @@ from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Trace
 from desim.errors import below
-from desim.middleware.graph import Graph
+from desim.middleware.graph import Graph, OnFate
 from desim.network.medium import Medium
 from desim.network.place import Surroundings
-from desim.ports import Obstacles, World
+from desim.ports import Obstacles, Snapshot, World
 from desim.scenario.schema.communication import PluginChoice
 from desim.scenario.schema.whole import Scenario
 from desim.simulation.deployment import HostPlan
 
 
 class HostPlaces:
-    """Where the hosts are, as of the last world tick: the media's view of the world."""
+    """The hosts' positions as of the last world tick: the media's view of the world."""
 
     def __init__(self, world: World, hosts: list[HostPlan]) -> None:
         self._world = world
         self._fixed = np.array([(host.x_m, host.y_m) for host in hosts]).reshape(-1, 2)
         carried = [(i, host.robot) for i, host in enumerate(hosts) if host.robot is not None]
         self._carried, self._bodies = map(_rows, np.array(carried, np.int64).reshape(-1, 2).T)
-        self._seen: Any = None
+        self._seen: Snapshot | None = None
         self._positions = self._fixed
 
     @property
@@ -55,13 +55,14 @@ def _rows(indices: np.ndarray) -> slice | np.ndarray:
 
 
 def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace, streams: Streams,
-          hosts: Sequence[str], **options: Any) -> Graph:
+          hosts: Sequence[str], *, payloads: str = "lazy", on_fate: OnFate | None = None) -> Graph:
     """A graph of ``hosts`` that stand at ``place``, with the scenario's middleware and media;
-    ``options`` are those of ``Graph``. Raises ``InputError`` that begins with the path of what does
-    not fit."""
+    ``payloads`` and ``on_fate`` as ``Graph`` takes them. Raises ``InputError`` that begins with
+    the path of what does not fit."""
     with below("middleware"):
         middleware = _plugin(scenario.middleware)
-    graph = Graph(kernel, trace.names, trace, streams, middleware, hosts, **options)
+    graph = Graph(kernel, trace.names, trace, streams, middleware, hosts,
+                  payloads=payloads, on_fate=on_fate)
     for name, choice in scenario.network.media.items():
         path = f"network.media.{name}"
         with below(path):

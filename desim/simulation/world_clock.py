@@ -21,9 +21,9 @@ _TICK, _SCANS, _POSES = range(3)
 
 
 class WorldClock:
-    """Moves ``world`` and lets ``drivers()`` speak.
+    """Moves ``world`` and has ``drivers()`` publish what its sensors read.
 
-    ``collided(robot, other)`` hears of each collision episode; other is ``WALL`` for a wall.
+    ``collided(robot, other)`` is called for each collision episode; other is ``WALL`` for a wall.
     """
 
     def __init__(self, kernel: Kernel, world: World, trace: Trace, scenario: Scenario,

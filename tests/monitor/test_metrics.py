@@ -77,7 +77,7 @@ def test_first_instants_by_some_robot_by_the_union_and_by_all_at_once():
     log = []
     for now_ns, (robot, known, union) in enumerate([(0, 5, 5), (1, 6, 11), (0, 10, 12), (0, 9, 12),
                                                     (1, 10, 12), (0, 10, 12)]):
-        reached.look(robot, known, union, now_ns)
+        reached.update(robot, known, union, now_ns)
         log.append(tuple(reached.first_ns.values()))
     # Robot 0 forgets a cell at 3, so that all know enough at the same time only at 5.
     assert log == [(None, None, None), (None, 1, None), (2, 1, None), (2, 1, None), (2, 1, None),

@@ -15,7 +15,7 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph, Node
 from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor
-from desim.monitor.partitions import Splits, components
+from desim.monitor.partitions import Partitions, components
 from desim.monitor.summary import robots_table, samples_table, summarize
 from desim.monitor.traffic import family, kind
 from desim.network.medium import Medium
@@ -237,12 +237,13 @@ def test_components_of_a_chain():
 
 
 def test_partition_episodes_have_a_beginning_and_an_end():
-    splits = Splits()
+    partitions = Partitions()
     near, far = np.ones((2, 2), bool), np.eye(2, dtype=bool)
-    began = [splits.look(t * S, linked) for t, linked in enumerate([near, far, far, near, far])]
-    splits.close(6 * S)
+    began = [partitions.sample(t * S, linked)
+             for t, linked in enumerate([near, far, far, near, far])]
+    partitions.close(6 * S)
     assert began == [False, True, False, False, True]
-    assert splits.summary() == {"count": 2, "total_s": 4.0, "longest_s": 2.0, "most_parts": 2,
+    assert partitions.summary() == {"count": 2, "total_s": 4.0, "longest_s": 2.0, "most_parts": 2,
                                 "episodes_s": [[1.0, 3.0], [4.0, 6.0]]}
 
 
