@@ -2,7 +2,7 @@
 
 A run ends in one of the three ways of ``RunStatus``, which its manifest records, and ``run`` passes
 that on: it returns a ``Run`` (finished), raises ``KeyboardInterrupt`` (interrupted) or the error
-(failed). A command turns these into exit codes: ``desim.commands.ending.exits``.
+(failed). A command turns these into exit codes: ``desim.commands.exit_codes.exit_codes``.
 """
 
 from __future__ import annotations

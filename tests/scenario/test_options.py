@@ -5,7 +5,7 @@ from typing import Literal
 import pytest
 from pydantic import Field
 
-from desim.commands.options import as_options, parsed, told
+from desim.commands.options import as_options, descriptions, parsed
 from desim.errors import InputError
 from desim.ports import Params
 from desim.units import BitRate, ByteSize, Frequency, Length, Period
@@ -70,7 +70,7 @@ def test_a_word_alone_is_the_option_without_a_default():
 def test_some_options_can_be_given_again():
     assert read("a.yaml --set x=1 --stations 5 --set=none", Fleet).overrides == ("x=1", "none")
     assert read("a.yaml", Fleet).overrides == ()
-    assert list(told(Fleet))[2] == ("--set A=B", "again")
+    assert list(descriptions(Fleet))[2] == ("--set A=B", "again")
     with pytest.raises(InputError, match="--set: its value is missing, e.g. --set A=B"):
         read("a.yaml --set", Fleet)
 
@@ -124,7 +124,7 @@ def test_what_a_plug_in_says_of_its_parameters():
 
 
 def test_help_shows_values_units_defaults_and_sources():
-    assert list(told(Block)) == [
+    assert list(descriptions(Block)) == [
         ("--standard 11a|11b", "timing (ours); default 11a"),
         ("--rate Mb/s", "of data (highest)"),
         ("--distance m", "between them (near); default 40 m"),
@@ -134,4 +134,4 @@ def test_help_shows_values_units_defaults_and_sources():
         ("--queue-packets N", "that wait (ours); default 100"),
         ("--load N", "of the capacity (ours); default 0.9"),
         ("--rts", "ask first (no); default False")]
-    assert list(told(Fleet))[0] == ("SCENARIO", "a file")
+    assert list(descriptions(Fleet))[0] == ("SCENARIO", "a file")
