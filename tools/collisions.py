@@ -50,14 +50,14 @@ class Ticks:
         for begin in range(0, len(places), CHUNK):
             chunk = places[begin:begin + CHUNK]
             for robot in range(count):
-                room_m = room(chunk[:, robot], terrain.walls, terrain.solids, terrain.bounds)
+                room_m = clearance_m(chunk[:, robot], terrain.walls, terrain.solids, terrain.bounds)
                 wall = max(wall, radii_m[robot] - room_m)
             if count > 1:
                 body = max(body, _overlap(chunk, radii_m))
         return Depth(float(wall), float(body))
 
 
-def room(points: np.ndarray, walls: np.ndarray, solids: np.ndarray,
+def clearance_m(points: np.ndarray, walls: np.ndarray, solids: np.ndarray,
          bounds: tuple[float, float, float, float]) -> float:
     """m from the nearest of ``points`` [k, 2] to a wall [n, 4] (at most ``NEAR_M``); minus
     infinity if one lies in a solid x0 y0 x1 y1 [m, 4] or outside ``bounds``."""

@@ -74,7 +74,7 @@ def main() -> int:
 
 
 class Campaign:
-    """The disturbed one; ``finished`` are the times at which its runs were, by run id."""
+    """The disturbed campaign; ``finished`` are the times at which its runs ended, by run id."""
 
     def __init__(self, design: Path, out: Path, reference: Path) -> None:
         self._design, self._out, self._reference = design, out, reference
@@ -84,7 +84,7 @@ class Campaign:
         self.finished: dict[str, int] = {}
 
     def disturb(self, kind: str, luck: random.Random) -> None:
-        """Start it, do it some harm, see it end, look at what is left."""
+        """Start the campaign, harm it, await its end, and check what is left."""
         process = started(self._design, self._out)
         try:
             self._harm(process, kind, luck)
@@ -109,7 +109,7 @@ class Campaign:
                 finish(process, 2, 0)
 
     def complete(self) -> None:
-        """The rest, undisturbed."""
+        """Finish the campaign, undisturbed."""
         finish(started(self._design, self._out), 0)
         self._check()
         require(len(self.finished) == self.total, "runs are missing")
@@ -155,7 +155,7 @@ def started(design: Path, out: Path) -> subprocess.Popen:
 
 
 def finish(process: subprocess.Popen, *codes: int) -> None:
-    """Its end, which is one of these exit codes and never a traceback."""
+    """Wait for its end, which has one of these exit codes and never a traceback."""
     workers = children(process.pid) if process.poll() is None else []
     _, errors = process.communicate()
     require(process.returncode in codes, f"exit code {process.returncode}: {errors}")
@@ -183,7 +183,7 @@ def kill_one_of(pids: list[int], luck: random.Random) -> None:
 
 @contextmanager
 def disk(folder: Path) -> Iterator[bool]:
-    """A small one, if it can be mounted."""
+    """A small disk, if one can be mounted."""
     folder.mkdir()
     mounted = not subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={DISK_BYTES}", "tmpfs",
                                   str(folder)], capture_output=True).returncode

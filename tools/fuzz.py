@@ -119,7 +119,7 @@ def main() -> int:
 
 
 def fuzz(seed: int, numbers: range, kinds: list[Kind] | None = None) -> int:
-    """Play these cases; how many went wrong, each of which is printed."""
+    """Play these cases, and print those that fail; returns their number."""
     kinds = kinds or KINDS
     wrong, before = 0, os.getcwd()
     with tempfile.TemporaryDirectory() as name, _patched():
@@ -183,7 +183,7 @@ Kind = Callable[[Case], None]
 
 
 def scenario(case: Case) -> None:
-    """A text or a value in a scenario is changed."""
+    """Change a text or a value in a scenario."""
     text = case.luck.choice([SCENARIO, case.template.resolved])
     (case.folder / "s.yaml").write_bytes(mutated(text, case))
     case.run_command("run", "s.yaml", "--quiet", "--out", "out", *(
@@ -191,7 +191,7 @@ def scenario(case: Case) -> None:
 
 
 def design(case: Case) -> None:
-    """The same in a design."""
+    """Change a text or a value in a design."""
     (case.folder / "d.yaml").write_bytes(mutated(DESIGN, case))
     (case.folder / "x1").write_text(MINE)
     if case.run_command("sweep", "d.yaml", "--dry-run", "--out", "out") == 0:
@@ -200,7 +200,7 @@ def design(case: Case) -> None:
 
 
 def run_folder(case: Case) -> None:
-    """A finished run's folder is damaged, looked at, and made again."""
+    """Damage a finished run's folder, read it, and make it again."""
     run = next((case.folder / "results" / "small").iterdir())
     for _ in range(case.luck.choice([1, 1, 2, 3])):
         harm(case, run.parent, run)
@@ -214,7 +214,7 @@ def run_folder(case: Case) -> None:
 
 
 def campaign_folder(case: Case) -> None:
-    """A finished campaign's folder is damaged, and the campaign goes on."""
+    """Damage a finished campaign's folder, and let the campaign go on."""
     out = case.folder / "campaign"
     runs = {path: (path / "manifest.json").stat().st_mtime_ns
             for path in (out / "runs" / "small").iterdir()}
@@ -276,7 +276,7 @@ def mutated(text: str, case: Case) -> bytes:
 
 
 def _changed(data: Any, case: Case) -> Any:
-    """With another value, key or item somewhere."""
+    """The data with another value, key or item somewhere."""
     luck = case.luck
     if isinstance(data, dict) and data and luck.random() < 0.85:
         key = luck.choice(list(data))

@@ -169,7 +169,7 @@ def graph(path: RunPath,
 
 
 def _instant(text: str) -> int:
-    """``63s``, ``63 s`` or ``1 min 3 s`` in ns."""
+    """The nanoseconds of ``63s``, ``63 s`` or ``1 min 3 s``."""
     from desim.errors import InputError
     from desim.units import DURATION
 

@@ -111,7 +111,7 @@ def _around(axes: Axes, model: PredictsSignal, grid: GridSpec, solid: np.ndarray
 
 def _between(axes: Axes, model: PredictsSignal, grid: GridSpec, solid: np.ndarray, names: list[str],
              places: np.ndarray) -> tuple[int, int]:
-    """The number of pairs of hosts that reach each other well enough, and of all pairs."""
+    """Draw the links; returns the number of pairs that reach each other well, and of all."""
     placed = np.flatnonzero(np.isfinite(places).all(axis=1))
     one, other = np.triu_indices(len(placed), 1)
     delivery = np.zeros(len(one))

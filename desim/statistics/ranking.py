@@ -70,5 +70,5 @@ def _opposite(one: Paired, other: Paired) -> bool:
 
 
 def _p(one: Paired) -> float:
-    """1 where nothing could be tested."""
+    """The p value; 1 where nothing could be tested."""
     return 1.0 if one.t_p is None else one.t_p

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from collisions import Ticks, room
+from collisions import Ticks, clearance_m
 from runs import MAZE_30, built, finished
 
 ALLOWED_M = 0.01
@@ -31,7 +31,7 @@ def test_a_body_in_a_wall_is_seen():
     solids, bounds = np.array([[6.0, 6.0, 8.0, 8.0]]), (-1.0, -1.0, 10.0, 10.0)
 
     def near(*points):
-        return room(np.array(points), walls, solids, bounds)
+        return clearance_m(np.array(points), walls, solids, bounds)
 
     assert near((1.0, 3.0)) == 1.0  # as far as it looks
     assert near((1.0, 3.0), (3.0, 0.25)) == 0.25

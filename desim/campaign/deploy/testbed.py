@@ -62,12 +62,12 @@ def _size(testbed: Placement) -> tuple[int, int]:
 
 
 def nodes_for(team: int, robots_per_node: int) -> int:
-    """ceil(largest team / robots per node): equation 7."""
+    """The number of nodes, ceil(largest team / robots per node): equation 7."""
     return -(-team // robots_per_node)
 
 
 def placed(robots: Sequence[str], robots_per_node: int) -> Placement:
-    """Node by node, in the order of ``robots``: robot i is on node floor(i / robots per node)."""
+    """The placement node by node: robot i is on node floor(i / robots per node)."""
     return Placement(robots_per_node, {
         f"node_{node}": tuple(robots[node * robots_per_node:(node + 1) * robots_per_node])
         for node in range(nodes_for(len(robots), robots_per_node))})

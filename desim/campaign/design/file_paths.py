@@ -29,7 +29,7 @@ class FilePaths:
                                     for _, text in _leaves(part, ()) if ":" in text)
 
     def has(self, path: Path, text: str) -> bool:
-        """Whether ``text``, which stands at ``path`` of the design, is one."""
+        """Whether ``text``, which stands at ``path`` of the design, is a path."""
         if path[0] == "metrics" or path == ("vectors", "function"):
             return ":" in text
         return any(self._is_path(place, text) for place in self._places(path))
@@ -49,7 +49,7 @@ class FilePaths:
             yield from self._of_parameter(str(rest[1]), tuple(rest[2:]), met)
 
     def _of_parameter(self, name: str, below: Path, met: tuple[str, ...]) -> Iterator[Path]:
-        """By its own key, and wherever others use it as ``$name``."""
+        """The paths of a parameter: of its own key, and of its uses as ``$name``."""
         if name in met:
             return
         key = getattr(self._design.parameters.get(name), "key", None)

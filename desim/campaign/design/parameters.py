@@ -34,8 +34,8 @@ class Level(NamedTuple):
 
 
 class Parameter(NamedTuple):
-    """``levels`` are those that the design lists, ``named`` makes the level of a value that a
-    vector names, ``sampled`` that of a number from [0, 1)."""
+    """A parameter: ``levels`` are those that the design lists, ``named`` makes the level of a value
+    that a vector names, ``sampled`` that of a number from [0, 1)."""
 
     levels: list[Level]
     named: Callable[[object], Level]
@@ -152,7 +152,7 @@ def _level(value: object, key: str | None, path: Path) -> Level:
 
 
 def _picking(levels: list[Level]) -> Callable[[float], Level]:
-    """Listed levels have no order in between: each has the same share of [0, 1)."""
+    """A function that picks a level by a number: each has the same share of [0, 1)."""
     return lambda u: levels[math.floor(u * len(levels))]
 
 

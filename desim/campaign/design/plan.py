@@ -47,7 +47,7 @@ class Vector(NamedTuple):
 
 
 class Plan:
-    """A design's vectors, and what each of their runs is.
+    """The vectors of a design, and the scenario, seed and id of each run.
 
     ``checked`` is called with the number of vectors that are checked, and of all. Raises
     ``InputError`` for the first vector whose scenario is wrong.

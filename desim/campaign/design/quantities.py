@@ -27,7 +27,7 @@ SUFFIXES = {"": "", **{suffix: unit for _, unit, suffix in _GIVEN_IN}}
 
 
 class Quantity(NamedTuple):
-    """``number`` of a ``unit``; "" for a bare number."""
+    """A ``number`` of a ``unit``, which is "" for a bare number."""
 
     number: Fraction
     unit: str

@@ -122,7 +122,7 @@ def _plain(value: object) -> object:
 
 
 def _points(samples: LatinHypercube | Sobol | Saltelli, dimensions: int, seed: int) -> np.ndarray:
-    """[samples, dimensions] in [0, 1)."""
+    """The samples [samples, dimensions] in [0, 1)."""
     from scipy.stats import qmc
 
     if not dimensions:

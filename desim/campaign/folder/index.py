@@ -23,7 +23,7 @@ _CHECK = b', "check": "'
 
 
 class Index:
-    """``rows`` by run id; of several lines of one run the last one holds.
+    """The index file. ``rows`` are by run id; of several lines of one run the last one holds.
 
     A line at the end that was cut off (the process was killed, the disk was full) is taken away;
     ``damaged`` is the number of other lines that cannot be read: ``recover`` then writes the file

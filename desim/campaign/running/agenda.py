@@ -49,7 +49,7 @@ class Agenda:
 
     @property
     def progress(self) -> tuple[int, int, int]:
-        """Runs that are done, those that failed among them, and all as far as that is known; a run
+        """The number of runs that are done, of those that failed, and of all as far as known; a run
         that two vectors ask for is one."""
         return self._done, self._failed, len(self._vectors_of)
 

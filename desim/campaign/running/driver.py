@@ -93,7 +93,7 @@ class TimeLeft:
         self._spent_s, self._end_s, self._next_s = 0.0, 0.0, 0.0
 
     def after(self, row: Row) -> float | None:
-        """Seconds, when a run has ended; None while that is unknown."""
+        """The seconds left when a run has ended; None while they are unknown."""
         now_s = time.monotonic()
         if self._begin_s is None:
             self._begin_s = now_s

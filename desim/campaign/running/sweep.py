@@ -97,7 +97,7 @@ class Sweep:
 
     @property
     def runs(self) -> list[tuple[Vector, int, str]]:
-        """Vector, iteration and run id of every run, as far as these are known."""
+        """The vector, iteration and id of every run, as far as these are known."""
         return self.agenda.runs
 
     @property
@@ -185,7 +185,7 @@ def _words(error: OSError) -> str:
 
 
 def _scenario_of(plan: Plan) -> str:
-    """Its name, which all vectors share."""
+    """The name of the scenario, which all vectors share."""
     return plan.scenario(plan.vectors[0], 0).scenario.name
 
 

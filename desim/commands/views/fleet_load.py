@@ -76,7 +76,7 @@ def _medium_row(name: str, medium: Load) -> tuple[str, ...]:
 
 
 def _aligned(header: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Iterator[str]:
-    """Text in the first and the last column, numbers between them."""
+    """The rows of a table: text in the first and the last column, numbers between them."""
     table = [header, *rows]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     for first, *numbers, last in table:

@@ -46,7 +46,7 @@ def line(check: Check) -> str:
 
 
 def _digits(check: Check) -> int:
-    """Enough to see the tolerance."""
+    """The digits that show the tolerance."""
     if not 0 < check.tolerance < math.inf:
         return 6
     return min(max(2 - math.floor(math.log10(check.tolerance)), 0), 9)

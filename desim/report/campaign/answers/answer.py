@@ -103,7 +103,7 @@ def _pairs(study: Study, axis: Axis, level: int) -> list[tuple[VectorRuns, Vecto
 
 def _differences(study: Study, estimates: Estimates, metric: str,
                  pairs: list[tuple[VectorRuns, VectorRuns]]) -> np.ndarray:
-    """[seeds] second minus first, the mean over ``pairs``, of the seeds that all of them have."""
+    """The differences [seeds], second minus first, the mean over ``pairs``, of shared seeds."""
     values = [[by_iteration(study, estimates, metric, vector) for vector in pair]
               for pair in pairs]
     shared = set.intersection(*(set(one) for pair in values for one in pair)) if values else set()

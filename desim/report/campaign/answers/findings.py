@@ -120,7 +120,7 @@ def clearest(metric: str, found: list[Contrast]) -> str:
 
 
 def _named(study: Study, vectors: list[VectorRuns]) -> str:
-    """Some vectors, line by line."""
+    """The names of some vectors, line by line."""
     if study.is_sampled or study.against is None:
         return wording.listed([study.label(vector) for vector in vectors], _MOST_SAID)
     by_line: dict[str, list[str]] = {}

@@ -31,7 +31,7 @@ class MetricGroup(NamedTuple):
 
     @property
     def name(self) -> str:
-        """For files and anchors."""
+        """The group's name in files and anchors."""
         return "group_" + "".join(letter for letter in self.pattern if letter not in "*?[]")
 
     @property

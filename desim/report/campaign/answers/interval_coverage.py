@@ -26,8 +26,8 @@ class Covered(NamedTuple):
 
 
 def measured(study: Study, estimates: Estimates) -> list[Covered]:
-    """For each vector of a design that iterates until its metric is known; values that do not
-    vary, and what would take too long, are left out."""
+    """The coverage of each vector of a design that iterates until its metric is known. Those whose
+    values do not vary, and those that would take too long, are left out."""
     until = study.design.iterations
     if not isinstance(until, Until) or until.metric not in study.metrics:
         return []

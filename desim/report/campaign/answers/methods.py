@@ -88,8 +88,8 @@ class Sources:
 def paragraphs(study: Study, intervals: set[str], resamples: int, sources: Sources,
                metrics: list[str], contrasts: dict[str, list[Contrast]], with_knees: bool,
                wide: str) -> list[str]:
-    """As prose for a paper; ``intervals`` are the methods by which they were made, ``wide`` says
-    what is known less well than the design wants."""
+    """The paragraphs, as prose for a paper. ``intervals`` are the methods by which they were made;
+    ``wide`` names the metric that is known less well than the design wants."""
     return [_made(study, sources), f"{_design(study)} {wide}".rstrip(),
             _statistics(study, intervals, resamples, metrics, contrasts, with_knees)]
 

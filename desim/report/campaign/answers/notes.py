@@ -82,7 +82,7 @@ def unsettled(study: Study, estimates: Estimates) -> list[VectorRuns]:
 
 
 def about_width(study: Study, estimates: Estimates) -> str:
-    """A sentence about these; empty if there are none."""
+    """A sentence about unsettled vectors; empty if there are none."""
     wide, until = unsettled(study, estimates), study.design.iterations
     if not wide or not isinstance(until, Until):
         return ""

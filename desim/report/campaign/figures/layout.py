@@ -17,7 +17,7 @@ _LABELLED = 14  # up to so many levels each has its name at the axis
 
 
 def paneled(count: int) -> tuple[Figure, list[Axes]]:
-    """A figure of ``count`` panels with one vertical axis, beside one another and below."""
+    """A figure of ``count`` panels in up to two columns, with one vertical axis."""
     columns = min(count, 2)
     rows = -(-count // columns)
     size = (WIDTH_IN, 4.1 if count == 1 else 2.9 * rows + 0.5)
@@ -32,7 +32,7 @@ def paneled(count: int) -> tuple[Figure, list[Axes]]:
 
 def finish(figure: Figure, all_axes: list[Axes], panels: list[Panel], title: str,
            more: list[Line2D]) -> None:
-    """The name of the metric, and one legend for all panels."""
+    """Add the name of the metric, and one legend for all panels."""
     for axes in all_axes:
         if not axes.xaxis.get_tick_params()["labelbottom"]:  # another panel below has it
             axes.set_xlabel("")
@@ -64,7 +64,7 @@ def limit(axes: Axes, farthest: tuple[float, float]) -> None:
 
 
 def along(axes: Axes, axis: Axis | None) -> None:
-    """The horizontal axis of a parameter."""
+    """Label the horizontal axis with a parameter."""
     if axis is None:
         axes.set_xticks([])
         return

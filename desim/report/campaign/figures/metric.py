@@ -40,7 +40,7 @@ def metric_figure(study: Study, estimates: Estimates, metric: str, panels: list[
 
 
 def _mark_knees(axes: Axes, bends: list[Bend]) -> None:
-    """Bands from top to bottom; those of many lines would hide each other and get a strip each."""
+    """Draw knees as bands from top to bottom; as strips where bands would hide each other."""
     strips = len(bends) > _BANDS
     for place, bend in enumerate(bends):
         bottom, top = (0.03 * place, 0.03 * (place + 1)) if strips else (0.0, 1.0)

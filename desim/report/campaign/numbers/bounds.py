@@ -23,9 +23,9 @@ _QUOTIENT = re.compile(r"\s*\w+\s*/\s*(\w+|\([^()]*\))\s*")
 
 
 def of(study: Study, metric: str) -> Bounds:
-    """The least and the greatest value. Times and counts are not negative, and a time is not above
-    its limit (``Estimates`` sees to that). An expression of the design is not negative if it only
-    adds, multiplies and divides what is not; a quotient of two that no run has above 1 is a share.
+    """The least and the greatest value of a metric. Times and counts are not negative, and a time
+    is not above its limit (see ``Estimates``). An expression of the design is not negative if it
+    only adds, multiplies and divides what is not; a quotient that no run has above 1 is a share.
     ``ANY`` where nothing is known."""
     formula = study.design.metrics.get(metric)
     if formula is None:
@@ -40,7 +40,7 @@ def of(study: Study, metric: str) -> Bounds:
 
 
 def _of_run(metric: str) -> Bounds:
-    """Of a metric of every run."""
+    """The bounds of a metric of every run."""
     if metric in TIMES:
         return _COUNT
     return _KNOWN.get(metric, _SHARE if metric.endswith(("_percent", "_share")) else _COUNT)

@@ -16,7 +16,7 @@ _MOST_VECTORS = 1500
 
 
 class PlotLine(NamedTuple):
-    """``vectors`` in the order of the axis, ``style`` the place of its colour and symbol."""
+    """A line of a figure: ``vectors`` in the order of the axis, ``style`` for colour and symbol."""
 
     label: str
     style: int
@@ -24,8 +24,8 @@ class PlotLine(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """Of a figure: ``title`` says the levels of the parameters that are neither along the axis nor
-    tell lines apart."""
+    """A panel of a figure: ``title`` has the levels of the parameters that are neither along the
+    axis nor tell lines apart."""
 
     title: str
     lines: list[PlotLine]

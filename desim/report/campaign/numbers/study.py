@@ -49,7 +49,7 @@ class Axis(NamedTuple):
 
     @property
     def title(self) -> str:
-        """For figures and tables."""
+        """The name with its unit, for figures and tables."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
 
@@ -123,7 +123,7 @@ class Study:
 
     @cached_property
     def raised(self) -> dict[str, tuple[int, str]]:
-        """By metric, in how many runs its function raised, and the first error."""
+        """The metrics whose function raised: in how many runs, and the first error."""
         text = (self._table.schema.metadata or {}).get(RAISED.encode(), b"{}")
         return {name: (runs, error) for name, (runs, error) in json.loads(text).items()}
 
