@@ -21,7 +21,7 @@ class Bodies:
     """Poses and velocities of robots, in the order of ``specs``.
 
     ``poses`` [n, 3] x m, y m, yaw rad; ``velocities`` [n, 3] forward, left m/s, turn rad/s;
-    ``travelled_m`` [n] the distance that each has driven.
+    ``radii_m``, ``travelled_m`` [n] the distance that each has driven.
     """
 
     def __init__(self, specs: list[RobotSpec], terrain: Terrain, tick_s: float) -> None:
@@ -32,6 +32,7 @@ class Bodies:
         self.poses[:, 2] -= 2.0 * np.pi * np.floor((self.poses[:, 2] + np.pi) / (2.0 * np.pi))
         self.velocities = np.zeros((n, 3))
         self.travelled_m = np.zeros(n)
+        self.radii_m = np.array([spec.body.radius_m for spec in specs])
         self._commands = np.zeros((n, 3))
         self._limits = np.array([(b.radius_m, b.max_speed_mps, b.max_turn_radps,
                                   b.acceleration_mps2, b.turn_acceleration_radps2,
@@ -44,14 +45,9 @@ class Bodies:
         self._before = np.zeros((n, 4))
         self._last = np.full((n, n), _NEVER_NS, dtype=np.int64)
         self._episodes = np.zeros((n + n * (n - 1) // 2, 2), dtype=np.int64)
-        widest = float(self._limits[:, kernels.RADIUS].max())
+        widest = float(self.radii_m.max())
         self._matter = (*tile_index(terrain.lines, terrain.bounds, TILE_M, widest + kernels.NEAR_M),
                         len(terrain.lines), *_field(terrain.raster))
-
-    @property
-    def radii_m(self) -> np.ndarray:
-        """[n] m."""
-        return np.ascontiguousarray(self._limits[:, kernels.RADIUS])
 
     def command(self, robot: int, velocity: tuple[float, float, float], now_ns: int) -> None:
         """Set the velocity that ``robot`` shall have from the next tick on: forward, left m/s, turn

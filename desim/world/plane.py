@@ -58,7 +58,6 @@ class Plane:
         self.lidar = Lidar(laser, self.terrain, self._bodies.radii_m,
                            self._keys(streams, "laser"))
         self._odometers = Odometers(odometry, self._bodies.poses, self._keys(streams, "odometry"))
-        self._radii_m = self._bodies.radii_m
         self._tick = 0
         self._now_ns = 0
         # Tick k is at k * period ns, rounded down, in integers: fractions are slow.
@@ -118,7 +117,7 @@ class Plane:
             self._scene = Scene(self._walls, self._movers.discs, self._odometers.reckoned)
 
     def _move_scenery(self, then_ns: int, dt_s: float) -> None:
-        robots = np.column_stack([self._bodies.poses[:, :2], self._radii_m])
+        robots = np.column_stack([self._bodies.poses[:, :2], self._bodies.radii_m])
         self._movers.advance(dt_s, robots, self._doors.lines[self._doors.closed])
         if self._doors.advance(then_ns, np.concatenate([robots, self._movers.discs])):
             self._epoch += 1

@@ -23,11 +23,6 @@ ROUNDS = 24
 NEAR_M = 0.2  # pairs closer than this can come to touch within a tick
 
 
-@njit("f8(f8, f8, f8)", cache=True, inline="always")
-def clip(value, low, high):
-    return min(max(value, low), high)
-
-
 @lean("void(f8[::1], f8, f8, f8, f8)")
 def move(pose, v, u, w, dt_s):
     """Move one pose [3] for dt_s at constant v forward, u left, w turning: an arc, exactly.
@@ -72,14 +67,14 @@ def drive(velocities, commands, limits, clocks, now_ns, dt_s):
         if speed > limits[r, SPEED]:
             forward *= limits[r, SPEED] / speed
             left *= limits[r, SPEED] / speed
-        turn = clip(turn, -limits[r, TURN], limits[r, TURN])
+        turn = min(max(turn, -limits[r, TURN]), limits[r, TURN])
         step = limits[r, ACCELERATION] * dt_s
         dv, du = forward - velocities[r, 0], left - velocities[r, 1]
         change = math.sqrt(dv * dv + du * du)
         share = step / change if change > step else 1.0
         v, u = velocities[r, 0] + share * dv, velocities[r, 1] + share * du
         step = limits[r, TURN_ACCELERATION] * dt_s
-        w = velocities[r, 2] + clip(turn - velocities[r, 2], -step, step)
+        w = velocities[r, 2] + min(max(turn - velocities[r, 2], -step), step)
         velocities[r, 0], velocities[r, 1], velocities[r, 2] = v, u, w
 
 
@@ -162,8 +157,8 @@ def settle(poses, velocities, before, travelled, dt_s):
             heading = before[r, YAW] + 0.5 * velocities[r, 2] * dt_s
             c, s = cos(heading), sin(heading)
             v, u = velocities[r, 0], velocities[r, 1]
-            velocities[r, 0] = clip(c * x + s * y, min(v, 0.0), max(v, 0.0))
-            velocities[r, 1] = clip(c * y - s * x, min(u, 0.0), max(u, 0.0))
+            velocities[r, 0] = min(max(c * x + s * y, min(v, 0.0)), max(v, 0.0))
+            velocities[r, 1] = min(max(c * y - s * x, min(u, 0.0)), max(u, 0.0))
 
 
 @njit(types.int64(*[types.float64[:, ::1]] * 4, types.int64[:, ::1], types.int64[::1],

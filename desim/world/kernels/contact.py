@@ -15,8 +15,8 @@ _DEPTH = types.UniTuple(types.float64, 3)
 
 
 class FixedMatter(NamedTuple):
-    """What does not move: the tiles of walls (``wall_index.TileIndex``), and ``near`` [rows, cols]
-    of ``Bodies`` with its frame."""
+    """The matter that does not move: the tiles of walls (``wall_index.TileIndex``), and ``near``
+    [rows, cols] of ``Bodies`` with its frame."""
 
     tile_start: np.ndarray
     tile_items: np.ndarray

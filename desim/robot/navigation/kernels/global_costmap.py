@@ -2,7 +2,7 @@
 
 ``cost`` is the padded costmap [height + 2, width + 2], or ``flat``, the same as one line: 0..252
 free, ``INSCRIBED`` free but too near to an obstacle for the robot's centre, ``LETHAL`` an obstacle,
-``UNKNOWN``. The padding is lethal, so that no loop has to look for the rim; it inflates nothing.
+``UNKNOWN``. The padding is lethal, so that no loop has to test for the rim; it inflates nothing.
 A cell is its place in ``flat``, whose rows are ``across`` cells long.
 """
 

@@ -122,7 +122,7 @@ def aim(way, state, setup, flat, frame):
 @lean("f8(f4[:,::1], f8, f8, f8, f8)")
 def bar2(near2, cell_m, safe_m, x, y):
     """The squared distance that a robot at (x, y) has to keep for a start: where it is too near to
-    something already, it may not come nearer than the layer can tell."""
+    something already, it may come no nearer than the layer resolves."""
     return min(safe_m, math.sqrt(clearance2(near2, cell_m, x, y)) - 0.5 * cell_m)**2
 
 
