@@ -15,7 +15,7 @@ from desim.units import BitRate, Length, Period, airtime_ns
 from netmodels.neighbourhood import Neighbourhood, check_reaches, mask, settle_train
 
 
-class _QueuedTrain(NamedTuple):
+class _SlottedTrain(NamedTuple):
     """A frame in a queue; of each packet that was sent, who got it and where it was spoilt."""
 
     frame: ports.Frame
@@ -74,7 +74,7 @@ class Tdma:
         self._context = context
         self._slot = [params.slots.get(host, _number(host) % params.cycle) for host in hosts]
         self._around = Neighbourhood(context, params.range_m, params.interference_m)
-        self._queues: list[deque[_QueuedTrain]] = [deque() for _ in hosts]
+        self._queues: list[deque[_SlottedTrain]] = [deque() for _ in hosts]
         self._senders: dict[int, list[int]] = {}  # by number of the slot since time 0
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -89,7 +89,7 @@ class Tdma:
         elif len(queue) == params.queue:
             self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
         else:
-            queue.append(_QueuedTrain(frame, []))
+            queue.append(_SlottedTrain(frame, []))
             if len(queue) == 1:
                 self._book(frame.source, -(-self._context.now_ns // params.slot_ns))
 
