@@ -1,7 +1,7 @@
 """Errors that survive being re-raised: every class takes ``*args`` only.
 
 SimPy re-creates a failed process's exception as ``type(e)(*e.args)``; a keyword-only or derived
-argument would be lost on the way, so messages are built by whoever raises.
+argument would be lost on the way, so each message is built where it is raised.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class ModelError(DesimError):
 
 @contextmanager
 def below(path: str) -> Iterator[None]:
-    """What is wrong inside is wrong at ``path`` of the scenario, or below it where a line says so:
-    ``.ports.q: ...`` becomes ``network.media.lan.ports.q: ...``."""
+    """Complete the paths of complaints inside: they are about ``path`` of the scenario, or below it
+    where a line says so: ``.ports.q: ...`` becomes ``network.media.lan.ports.q: ...``."""
     try:
         yield
     except InputError as error:
@@ -46,18 +46,18 @@ def below(path: str) -> Iterator[None]:
 
 
 def first_line(error: BaseException) -> str:
-    """What somebody else's error says, in one line; its type where it says nothing."""
+    """The first line of somebody else's error; its type where it has none."""
     return str(error).strip().partition("\n")[0].rstrip() or type(error).__name__
 
 
-def told(error: BaseException) -> str:
+def described(error: BaseException) -> str:
     """``ValueError: ...``: type and first line of somebody else's error."""
     kind, line = type(error).__name__, first_line(error)
     return kind if line == kind else f"{kind}: {line}"
 
 
 def printable(text: str) -> str:
-    """What somebody else wrote, without what a terminal would take for commands."""
+    """Somebody else's text, without anything that a terminal would take for commands."""
     if text.isprintable():
         return text
     return "".join(letter if letter.isprintable() or letter == "\n" else repr(letter)[1:-1]

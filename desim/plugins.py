@@ -26,7 +26,7 @@ GROUPS = {
     "validation": "desim.validation",
 }
 
-# Whose methods a class must have to be a plug-in of its kind.
+# The contract whose methods a class must have to be a plug-in of its kind.
 CONTRACTS = {
     "network": ports.NetworkModel,
     "rule": ports.Rule,
@@ -95,8 +95,8 @@ def parameters(kind: str, name: str) -> type[ports.Params]:
 
 
 def beside(name: str, folder: str) -> str:
-    """A dotted path, with ``folder`` in front where its module stands there: whoever loads it later
-    need not know the folder. Any other name as it is."""
+    """A dotted path, with ``folder`` in front where its module stands there: it can be loaded later
+    without knowing the folder. Any other name as it is."""
     module, _, attribute = name.rpartition(":")
     place = os.path.abspath(os.path.join(folder, module))
     return f"{place}:{attribute}" if module and _file(place) else name
@@ -114,7 +114,7 @@ def bare(name: str) -> str:
 
 
 def imported(kind: str, path: str) -> Any:
-    """What ``package.module:name`` or ``folder/package.module:name`` names; without a folder,
+    """The object at ``package.module:name`` or ``folder/package.module:name``; without a folder,
     modules are also looked for in the current directory.
 
     Raises ``InputError`` that says why there is no such thing.

@@ -118,7 +118,7 @@ class Dimension:
 
     @cached_property
     def json_schema(self) -> dict[str, Any]:
-        """What an editor needs to know of this quantity."""
+        """The JSON schema of this quantity, for editors."""
         number = _DECIMAL if self.signed else _DECIMAL.removeprefix("[+-]?")
         units = "|".join(re.escape(unit) for unit in self.units)
         return {"type": "string", "pattern": rf"^\s*{number}\s*({units})\s*$",

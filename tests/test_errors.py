@@ -4,7 +4,15 @@ import pickle
 
 import pytest
 
-from desim.errors import DesimError, InputError, KernelError, ModelError, below, did_you_mean, told
+from desim.errors import (
+    DesimError,
+    InputError,
+    KernelError,
+    ModelError,
+    below,
+    described,
+    did_you_mean,
+)
 
 
 @pytest.mark.parametrize("kind", [DesimError, InputError, KernelError, ModelError])
@@ -35,4 +43,4 @@ def test_the_nearest_word_is_suggested():
     (ValueError("oh no"), "ValueError: oh no"), (ValueError("oh\r\nno"), "ValueError: oh"),
     (ValueError(), "ValueError"), (SystemExit("bye"), "SystemExit: bye")])
 def test_foreign_errors_are_described_in_one_line(error, expected):
-    assert told(error) == expected
+    assert described(error) == expected

@@ -10,16 +10,16 @@ _RARELY = 50_000, 20, 50
 
 
 def keep_what_there_is() -> None:
-    """For a process of many runs: its modules stay, and looking through them takes longer than a
-    small run. What is there now is never looked at again."""
+    """Never search again among the objects that there are now. For a process of many runs: its
+    modules stay, and a search through them takes longer than a small run."""
     gc.freeze()
     gc.set_threshold(*_RARELY)
 
 
 @contextmanager
 def rare_collections() -> Iterator[None]:
-    """What a run makes goes when nobody refers to it any more; Python's search for cycles among all
-    that stays would find nothing, again and again."""
+    """Search rarely inside. The objects of a run go when nobody refers to them any more; a search
+    for cycles among all that stay would find nothing, again and again."""
     before = gc.get_threshold()
     if before == _RARELY:  # asking gc itself what is frozen counts it, which takes 10 ms
         yield

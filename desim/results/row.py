@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from desim import plugins
-from desim.errors import InputError, told
+from desim.errors import InputError, described
 from desim.results.run import Run
 from desim.results.seal import Json, likeness
 from desim.results.status import RunStatus
@@ -67,5 +67,5 @@ def _evaluated(functions: tuple[str, ...], run: Run,
             value = plugins.imported("function", name)(run)
             values[name] = None if value is None or not math.isfinite(value) else float(value)
         except (Exception, SystemExit) as error:  # the run is finished, and stays so
-            values[name], raised[name] = None, told(error)
+            values[name], raised[name] = None, described(error)
     return values, raised

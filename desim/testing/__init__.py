@@ -1,4 +1,4 @@
-"""What plug-in authors run: one function says whether a class keeps its contract.
+"""Checks that plug-in authors run: one function says whether a class keeps its contract.
 
 ``check_network(MyModel, rate="1 Mb/s")`` builds the plug-in from keywords as a scenario would,
 plays it a small seeded load and raises ``AssertionError`` with what to change. ``Bench`` is the
@@ -6,15 +6,8 @@ place where that load runs, ``Fleet`` the hosts that a middleware is tried on, a
 own tests can run theirs.
 """
 
-from desim.testing.checks import (
-    HOUR_NS,
-    Bench,
-    Instant,
-    check_case,
-    check_network,
-    check_rule,
-    check_strategy,
-)
+from desim.testing.bench import HOUR_NS, Bench, Instant
+from desim.testing.checks import check_case, check_network, check_rule, check_strategy
 from desim.testing.fleet import Fleet
 from desim.testing.middleware import Patience, check_discovery, check_middleware
 

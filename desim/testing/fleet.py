@@ -1,14 +1,13 @@
 """A few hosts that talk to each other, and an account of who heard what.
 
-Every host ``h`` says ``/report/h``, a stream that all others listen to, ``/beat/h``, datagrams that
-all others but the next one listen to, and ``/news``, a stream that everybody says and all but the
-first host listen to.
+Each host ``h`` publishes ``/report/h``, a stream to all others, ``/beat/h``, datagrams to all
+others but the next one, and ``/news``, a stream of all hosts to all but the first one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 from desim import ports
 from desim.engine.kernel import Kernel, Phase
@@ -18,25 +17,26 @@ from desim.middleware.graph import Graph, Host, Message, Node
 from desim.network.medium import Medium
 from desim.network.place import Nowhere
 from desim.ports.middleware import Middleware
-from desim.testing.checks import Instant
+from desim.testing.bench import Instant
 from desim.units import NS_PER_S
 
 HOSTS = ("host_1", "host_2", "host_3", "host_10")
 TALK_NS = NS_PER_S // 2  # between two messages of a topic
-_BALANCES = 10  # at the accounts in this time
+_BALANCES = 10  # of the accounts in this time
 _SIZES = (40, 300, 20_000)  # bytes, in turn
 
 
 class Apart:
-    """A rule that a test switches: hosts reach only who has the same number in ``groups``."""
+    """A rule that a test switches: hosts reach each other if they have the same number in
+    ``groups``."""
 
     Params = ports.Params
-    reasons = ("apart",)
+    reasons: tuple[str, ...] = ("apart",)
 
     def __init__(self, hosts: int) -> None:
         self.groups = [0] * hosts
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         """There is nothing to do."""
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
@@ -64,7 +64,7 @@ class Said(NamedTuple):
 
 
 class _Talker(Node):
-    """Says and hears what the module says."""
+    """The node of a host."""
 
     def __init__(self, host: Host, fleet: Fleet) -> None:
         super().__init__(host, "talker")
@@ -117,12 +117,12 @@ class Fleet:
     # ------------------------------------------------------------------------- who says what
 
     def topics_of(self, host: int) -> tuple[str, str, str]:
-        """What ``host`` says."""
+        """The topics that ``host`` publishes."""
         name = self.hosts[host].name
         return f"/report/{name}", f"/beat/{name}", "/news"
 
     def listens(self, host: int) -> Iterator[str]:
-        """What ``host`` listens to."""
+        """The topics that ``host`` listens to."""
         count = len(self.hosts)
         for other in range(count):
             if other != host:
@@ -134,7 +134,7 @@ class Fleet:
             yield "/news"
 
     def listeners(self, topic: str, source: int) -> list[int]:
-        """Who is to hear what ``source`` says on ``topic``."""
+        """The hosts that are to hear what ``source`` publishes on ``topic``."""
         known = self._listeners.get((topic, source))
         if known is None:
             known = self._listeners[topic, source] = [
@@ -149,7 +149,7 @@ class Fleet:
         self.kernel.run(self.kernel.now_ns + duration_ns)
 
     def talk(self, duration_ns: int) -> None:
-        """Let time pass while everybody who runs says everything every half second."""
+        """Let time pass. Each host that runs publishes on all its topics every half second."""
         end_ns = self.kernel.now_ns + duration_ns
         while self.kernel.now_ns < end_ns:
             now_ns = self.kernel.now_ns
@@ -166,7 +166,7 @@ class Fleet:
     def start(self, host: int) -> None:
         self._now(self.hosts[host].start)
 
-    def _now(self, fn: Any) -> None:
+    def _now(self, fn: Callable[[], object]) -> None:
         """As an event of its own, as in a run."""
         self.kernel.after(1, Phase.WORLD, 0, lambda _: fn())
         self.run(1)
@@ -191,8 +191,8 @@ class Fleet:
                         f"{message.topic} {times} times")
 
     def unheard(self, since: int = 0) -> list[str]:
-        """What was said from ``said[since]`` on and was not heard by who runs and is to hear it, in
-        words."""
+        """A line for each message from ``said[since]`` on that a host has not heard which runs and
+        listens."""
         return [f"{self.hosts[host].name} has not heard what {self.hosts[payload.source].name} "
                 f"said on {topic} at {time_ns / NS_PER_S:g} s"
                 for payload, topic, time_ns in self.said[since:]
@@ -200,7 +200,8 @@ class Fleet:
                 if self.hosts[host].up and (payload.number, host) not in self.times]
 
     def balance(self) -> None:
-        """What is under way is where it waits. (A stopped host's last frames are the medium's.)"""
+        """Check that each reception under way waits in a transport. (A stopped host's last frames
+        are the medium's.)"""
         for topic in self.graph.topics.values():
             under_way = topic.counts.in_flight
             waiting = sum(publisher.transport.waiting() for publisher in topic.publishers)

@@ -1,30 +1,31 @@
-"""Does a middleware keep its contract?"""
+"""Checks of middlewares: does a class keep its contract?"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.graph import Graph
-from desim.ports.middleware import Endpoint, Offer
-from desim.testing.checks import check_parameters, need, own_luck
+from desim.ports.middleware import Endpoint, Middleware, Offer
+from desim.testing.advice import PluginClass, check_parameters, made, need
+from desim.testing.checks import own_streams
 from desim.testing.fleet import HOSTS, Fleet
 from desim.units import NS_PER_S
 
-_WINDOW_NS = 5 * NS_PER_S  # what is said in this time has to be heard
-_QUIET_NS = 30 * NS_PER_S  # nobody says anything: what still happens is the middleware's
+_WINDOW_NS = 5 * NS_PER_S  # messages of this time have to be heard
+_QUIET_NS = 30 * NS_PER_S  # nobody publishes: any events are the middleware's
 
 
 class Patience(NamedTuple):
-    """How long a middleware may take, as its author states it: until all have found each other
-    after the start (``find_ns``) and after an outage (``again_ns``), until a message has arrived
-    where nothing is wrong (``arrive_ns``). ``stops`` are the hosts that stop, one after the other,
-    each for ``down_ns``; for ``apart_ns`` two hosts cannot reach the other two. At most
-    ``events_per_s`` events may happen in a simulated second in which nobody says anything, with
-    four hosts."""
+    """The times that a middleware may take, as its author states them: until all have found each
+    other after the start (``find_ns``) and after an outage (``again_ns``), until a message has
+    arrived where nothing is wrong (``arrive_ns``). ``stops`` are the hosts that stop, one after the
+    other, each for ``down_ns``; for ``apart_ns`` two hosts cannot reach the other two. At most
+    ``events_per_s`` events may happen in a simulated second without messages, with four
+    hosts."""
 
     find_ns: int = 30 * NS_PER_S
     again_ns: int = 150 * NS_PER_S
@@ -38,7 +39,7 @@ class Patience(NamedTuple):
 _USUAL = Patience()
 
 
-def check_middleware(cls: type, **params: Any) -> None:
+def check_middleware(cls: PluginClass[Middleware], **params: object) -> None:
     """Check a ``ports.middleware.Middleware`` whose registries settle at once: the answer does not
     depend on the order of subscribing, changes are announced, a stopped host is no surprise."""
     check_parameters(cls, params)
@@ -46,16 +47,16 @@ def check_middleware(cls: type, **params: Any) -> None:
     offer = Offer(Endpoint(1, "talker", "/map"), "stream", "unicast", 1, False)
     publisher, answers = offer.publisher, []
     for order in (ends, ends[::-1]):
-        middleware, told, names = cls(cls.Params(**params)), _Told(), Names()
+        middleware, counter, names = made(cls, params), _ChangeCounter(), Names()
         graph = Graph(Kernel(), names, Trace(names), Streams(0), middleware,
                       [f"host_{i}" for i in range(12)])
-        graph.topic("/map").publishers.append(told)
+        graph.topic("/map").publishers.append(counter)  # type: ignore[arg-type] # all of it that is used here
         middleware.advertise(offer)
         for end in order:
             before = middleware.subscribers(publisher)
             middleware.subscribe(end)
             if middleware.subscribers(publisher) != before:
-                need(told.times, cls, "call changed(topic) when an answer changes")
+                need(counter.times, cls, "call changed(topic) when an answer changes")
         answers.append(middleware.subscribers(publisher))
         middleware.switched(11, False)
         middleware.switched(2, False)
@@ -66,7 +67,7 @@ def check_middleware(cls: type, **params: Any) -> None:
                                         f"first, got {answers[0]} and {answers[1]}")
 
 
-class _Told:
+class _ChangeCounter:
     """Stands for a publisher."""
 
     times = 0
@@ -75,7 +76,8 @@ class _Told:
         self.times += 1
 
 
-def check_discovery(cls: type, patience: Patience = _USUAL, **params: Any) -> None:
+def check_discovery(cls: PluginClass[Middleware], patience: Patience = _USUAL,
+                    **params: object) -> None:
     """Check a ``ports.middleware.Middleware``, also one that takes time, with the four hosts of
     ``Fleet`` on a medium where everything arrives at once.
 
@@ -85,7 +87,7 @@ def check_discovery(cls: type, patience: Patience = _USUAL, **params: Any) -> No
     the same hosts in another order, give the same trace.
     """
     check_parameters(cls, params)
-    with own_luck(cls):
+    with own_streams(cls):
         digest = _played(cls, HOSTS, patience, params)
         turned = _played(cls, HOSTS[::-1], patience, params)
     if turned != digest:
@@ -94,9 +96,10 @@ def check_discovery(cls: type, patience: Patience = _USUAL, **params: Any) -> No
         need(False, cls, "give the same trace in whatever order hosts are declared")
 
 
-def _played(cls: type, hosts: Sequence[str], patience: Patience, params: dict[str, Any]) -> str:
+def _played(cls: PluginClass[Middleware], hosts: Sequence[str], patience: Patience,
+            params: dict[str, object]) -> str:
     """The digest of the whole play."""
-    fleet = Fleet(cls(cls.Params(**params)), hosts)
+    fleet = Fleet(made(cls, params), hosts)
     fleet.talk(patience.find_ns)
     _check_flow(cls, fleet, patience, f"{patience.find_ns / NS_PER_S:g} s after the start")
     before = _check_rest(cls, fleet, patience)
@@ -121,7 +124,7 @@ def _played(cls: type, hosts: Sequence[str], patience: Patience, params: dict[st
     return fleet.trace.digest()
 
 
-def _check_flow(cls: type, fleet: Fleet, patience: Patience, when: str) -> None:
+def _check_flow(cls: PluginClass[Middleware], fleet: Fleet, patience: Patience, when: str) -> None:
     since = len(fleet.said)
     fleet.talk(_WINDOW_NS)
     fleet.run(patience.arrive_ns)
@@ -136,7 +139,7 @@ def _check_flow(cls: type, fleet: Fleet, patience: Patience, when: str) -> None:
              f" matches of {beliefs.matches} are missing and there are {beliefs.ghosts} ghosts")
 
 
-def _check_rest(cls: type, fleet: Fleet, patience: Patience) -> float:
+def _check_rest(cls: PluginClass[Middleware], fleet: Fleet, patience: Patience) -> float:
     """Events a simulated second while nobody says anything."""
     events = fleet.kernel.events
     fleet.run(_QUIET_NS)
@@ -146,7 +149,7 @@ def _check_rest(cls: type, fleet: Fleet, patience: Patience) -> float:
     return rate
 
 
-def _check_end(cls: type, fleet: Fleet, patience: Patience) -> None:
+def _check_end(cls: PluginClass[Middleware], fleet: Fleet, patience: Patience) -> None:
     for host in range(len(fleet.hosts)):
         fleet.stop(host)
     fleet.run(patience.again_ns)

@@ -14,7 +14,7 @@ from desim import api, plugins
 from desim.campaign.design.columns import refuse_twins
 from desim.campaign.design.design import Until
 from desim.campaign.design.plan import Plan
-from desim.errors import InputError, did_you_mean, told
+from desim.errors import InputError, described, did_you_mean
 from desim.results.row import Row, flat
 from desim.results.run import Run
 from desim.scenario import expression
@@ -107,7 +107,7 @@ class Metrics:
             if value is not None:
                 float(value)
         except (Exception, SystemExit) as error:  # a stranger's function may fail in any way
-            raise InputError(f"{plugins.bare(path)} raised {told(error)} (tried on a run of "
+            raise InputError(f"{plugins.bare(path)} raised {described(error)} (tried on a run of "
                              "0.01 s)") from error
         return lambda row: row["functions"].get(path)
 
@@ -150,5 +150,5 @@ def _rehearsed(plan: Plan, folder: str) -> Run:
         except InputError as error:
             wrong.append(error)
         except Exception as error:  # of a model or a plug-in
-            wrong.append(plan.loaded.wrong(("base",), f"a run fails at once: {told(error)}"))
+            wrong.append(plan.loaded.wrong(("base",), f"a run fails at once: {described(error)}"))
     raise wrong[0]

@@ -18,7 +18,7 @@ from desim.campaign.design.design import (
     Sobol,
 )
 from desim.campaign.design.parameters import Level, Parameter
-from desim.errors import InputError, did_you_mean, told
+from desim.errors import InputError, described, did_you_mean
 
 Combination = dict[str, Level]
 
@@ -80,7 +80,7 @@ def _answered(loaded: LoadedDesign, name: str) -> Iterable[object]:
     try:
         vectors = list(itertools.islice(iter(function()), MOST_RUNS + 1))
     except (Exception, SystemExit) as error:  # a stranger's function may fail in any way
-        raise InputError(f"{name} raised {told(error)}") from error
+        raise InputError(f"{name} raised {described(error)}") from error
     if len(vectors) > MOST_RUNS:
         raise InputError(f"{name} gives more than {MOST_RUNS:,}")
     return vectors

@@ -1,0 +1,114 @@
+"""Checks of the capabilities that a network model or a rule claims."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from desim import ports
+from desim.testing.advice import PluginClass, need
+from desim.testing.bench import Bench
+
+
+class Retrying:
+    """A network model whose MAC sends each packet once, if no rule drops it."""
+
+    Params = ports.Params
+    reasons = ()
+    judges_transmissions = True
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self._context = context
+
+    def send(self, frame: ports.Frame) -> None:
+        judge = self._context.judge_transmission
+        for receiver in frame.receivers:
+            packet = frame._replace(receivers=(receiver,), segments=1)
+            self._context.settle(frame, receiver, (judge and judge(packet, receiver))
+                                 or ports.Deliver(0))
+
+
+class Asked:
+    """A rule that counts the transmissions that it is asked about."""
+
+    Params = ports.Params
+    reasons = ()
+    per_transmission = True
+    times = 0
+
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
+        """There is nothing to do."""
+
+    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> None:
+        self.times += 1
+
+
+def check_claims(cls: PluginClass[object], bench: Bench) -> None:
+    """Check what a model says of itself after it was played on ``bench``."""
+    model, now_ns = bench.medium.model, bench.kernel.now_ns
+    if isinstance(model, ports.CountsAttempts):
+        need(_counts(counts := model.attempts()) and counts[0] >= counts[1], cls,
+             f"count attempts and how many of them failed: (int, int), not {counts!r}")
+    if isinstance(model, ports.CountsControl):
+        need(_counts(counts := model.control()), cls,
+             f"count frames and bytes of its protocols: (int, int), not {counts!r}")
+    if isinstance(model, ports.CountsBusyTime):
+        busy = list(model.busy_ns(range(len(bench.hosts))))
+        need(busy and all(isinstance(one, int | np.integer) and 0 <= one <= now_ns
+                          for one in busy), cls,
+             f"give for busy_ns whole nanoseconds up to now ({now_ns}), not {busy!r}")
+    if isinstance(model, ports.KnowsLinks):
+        _check_links(cls, model.links(), len(bench.hosts))
+    if isinstance(model, ports.PredictsSignal):
+        places = bench.medium.positions(now_ns)[:3]
+        power_dbm, delivery = model.signal(places[0], places)
+        need(len(power_dbm) == len(delivery) == 3 and all(0.0 <= one <= 1.0 for one in delivery),
+             cls, "give for signal a power and a share from 0 to 1 for each place, not "
+                  f"{power_dbm!r} and {delivery!r}")
+    for part in (model, *bench.medium.rules):
+        if isinstance(part, ports.Separates):
+            answer: object = part.separates(0, 1)
+            need(isinstance(answer, bool | np.bool_), cls,
+                 f"give a bool for separates, not {answer!r}")
+
+
+def check_switching(cls: PluginClass[object], bench: Bench,
+                    play: Callable[[Bench], object]) -> None:
+    """Check that a model that follows hosts settles every frame when one stops and starts."""
+    if not isinstance(bench.medium.model, ports.FollowsHosts):
+        return
+    for time_ns, up in (500_000_000, False), (1_000_000_000, True):
+        bench.book(time_ns, lambda up: bench.medium.switched(1, up), up)
+    play(bench)
+    need(not bench.medium.in_flight(), cls, "settle every frame at every receiver, also when a "
+                                            "host stops and starts (switched)")
+
+
+def check_transmissions(cls: PluginClass[object], make: Callable[[Sequence[ports.Rule]], Bench],
+                        play: Callable[[Bench], object]) -> None:
+    """Check that a model that retransmits asks rules about transmissions."""
+    asked = Asked()
+    bench = make([asked])
+    if isinstance(bench.medium.model, ports.Retransmits) and bench.medium.judge_transmission:
+        play(bench)
+        need(asked.times or not bench.medium.delivered, cls,
+             "ask context.judge_transmission about each transmission (judges_transmissions)")
+
+
+def _counts(counts: object) -> bool:
+    return (isinstance(counts, tuple) and len(counts) == 2
+            and all(type(one) is int and one >= 0 for one in counts))
+
+
+def _check_links(cls: PluginClass[object], links: tuple[np.ndarray, np.ndarray, np.ndarray],
+                 hosts: int) -> None:
+    sources, hearers, shares = (list(column) for column in links)
+    need(len(sources) == len(hearers) == len(shares), cls,
+         "give for links three arrays of one length")
+    for source, hearer, share in zip(sources, hearers, shares, strict=True):
+        need(source != hearer and min(source, hearer) >= 0 and max(source, hearer) < hosts
+             and 0.0 < share <= 1.0 and not math.isnan(share), cls,
+             "give for links two hosts and a share above 0 and up to 1, not "
+             f"{source}, {hearer}, {share}")
