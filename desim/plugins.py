@@ -9,6 +9,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from inspect import getattr_static, isfunction
 from operator import attrgetter
+from types import ModuleType
 from typing import Any
 
 from desim import ports
@@ -77,7 +78,7 @@ def _installed(kind: str, name: str) -> str:
     return f"{points[name].module}:{points[name].attr}"
 
 
-def _missing(contract: Any, cls: Any) -> list[str]:
+def _missing(contract: type, cls: object) -> list[str]:
     """The methods of a contract that a class has not, or only inherits from the contract."""
     stubs = {name: stub for name, stub in vars(contract).items()
              if not name.startswith("_") and callable(getattr(contract, name))}
@@ -127,7 +128,7 @@ def imported(kind: str, path: str) -> Any:
         raise InputError(f"cannot load {kind} {bare(path)!r}: {reason}") from error
 
 
-def _module(folder: str, name: str) -> Any:
+def _module(folder: str, name: str) -> ModuleType:
     place = os.path.abspath(folder)  # of "": the current directory
     if place not in sys.path:
         sys.path.append(place)  # at the end: it shadows nothing
@@ -154,7 +155,7 @@ def _file(place: str) -> str | None:
 
 
 @cache
-def reference(kind: str, name: str, cls: Any) -> str:
+def reference(kind: str, name: str, cls: type) -> str:
     """``package.module:Class``, with its distribution and version where it has one: what a run's
     identity records of a plug-in."""
     point = available(kind).get(name)

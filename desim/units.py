@@ -20,6 +20,8 @@ from pydantic import BeforeValidator, PlainSerializer, WithJsonSchema
 
 NS_PER_S = 1_000_000_000
 
+Number = int | float | Fraction  # a quantity in inner units: of its dimension's ``kind``
+
 # Three digits of exponent are more than any quantity needs, and keep the exact arithmetic short.
 _DECIMAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _NUMBER = re.compile(rf"\s*({_DECIMAL})(?![\d.])\s*(\S.*?)?\s*")
@@ -49,7 +51,7 @@ class Dimension:
     least: Fraction = Fraction(1, 10**30)
     aliases: tuple[str, ...] = ()
 
-    def parse(self, value: Any) -> Any:
+    def parse(self, value: object) -> Any:
         """The quantity in inner units. Raises ``ValueError`` with what is wrong and allowed."""
         if isinstance(value, (int, float, Fraction)) and not isinstance(value, bool):
             raise ValueError(f"{value} has no unit; {self._allowed}")
@@ -57,7 +59,7 @@ class Dimension:
             raise ValueError(f"{_short(value)} is not a {self.name}; {self._allowed}")
         return self._read(value)
 
-    def format(self, quantity: Any) -> str:
+    def format(self, quantity: Number) -> str:
         """The shortest text that parses back to ``quantity`` exactly."""
         return self._shortest(quantity)
 
@@ -65,14 +67,14 @@ class Dimension:
     # exact arithmetic takes its time.
 
     @cached_property
-    def _read(self) -> Callable[[str], Any]:
+    def _read(self) -> Callable[[str], Number]:
         return lru_cache(_REMEMBERED)(self._parsed)
 
     @cached_property
-    def _shortest(self) -> Callable[[Any], str]:
+    def _shortest(self) -> Callable[[Number], str]:
         return lru_cache(_REMEMBERED, typed=True)(self._formatted)
 
-    def _parsed(self, value: str) -> Any:
+    def _parsed(self, value: str) -> Number:
         match = _NUMBER.fullmatch(value)
         if match is None or len(value) > _LONGEST:
             raise ValueError(f"{_short(value)} is not a {self.name}; {self._allowed}")
@@ -85,7 +87,7 @@ class Dimension:
             raise ValueError(f"unknown unit {unit!r} for a {self.name}; {self._allowed}")
         return self._inner(value, Fraction(number) * self.units[unit])
 
-    def _inner(self, text: str, exact: Fraction) -> Any:
+    def _inner(self, text: str, exact: Fraction) -> Number:
         if self.positive and exact <= 0:
             raise ValueError(f"{text!r} must be above zero")
         if exact < 0 and not self.signed:
@@ -100,7 +102,7 @@ class Dimension:
             return round(exact)
         return exact if self.kind is Fraction else float(exact)
 
-    def _formatted(self, quantity: Any) -> str:
+    def _formatted(self, quantity: Number) -> str:
         exact = Fraction(quantity)
         texts = [f"{_plain(float(exact / size))} {unit}" for unit, size in self.units.items()
                  if unit not in self.aliases]
@@ -117,7 +119,7 @@ class Dimension:
         return f"allowed: {', '.join(self.units)}, e.g. {self.example!r}"
 
     @cached_property
-    def json_schema(self) -> dict[str, Any]:
+    def json_schema(self) -> dict[str, object]:
         """The JSON schema of this quantity, for editors."""
         number = _DECIMAL if self.signed else _DECIMAL.removeprefix("[+-]?")
         units = "|".join(re.escape(unit) for unit in self.units)
@@ -139,7 +141,7 @@ def _digits(value: Fraction) -> str:
     raise ValueError(f"{value} has no finite decimal form")
 
 
-def _short(value: Any) -> str:
+def _short(value: object) -> str:
     text = repr(value)
     return text if len(text) <= _LONGEST else text[:_LONGEST - 3] + "..."
 
@@ -246,7 +248,7 @@ Level = _field(LEVEL)  # float dBm, any sign
 Decibels = _field(DECIBELS)  # float dB, not negative
 
 
-def _ratio(value: Any) -> float:
+def _ratio(value: object) -> float:
     """``99 %`` or a plain number from 0 to 1."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         if not 0.0 <= value <= 1.0:
