@@ -4,7 +4,7 @@ what passes between the two."""
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from functools import partial
+from functools import cache, partial
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
@@ -61,7 +61,8 @@ class GraphContext:
         self.up = graph.up.__getitem__
         self.deliver, self.drop, self.repeat = graph.deliver, graph.drop, graph.repeat
         self.record_frame = graph.record_frame
-        self._control = graph.names.id("control")
+        self._id = cache(graph.names.id)
+        self._control = self._id("control")
 
     # Events of the graph.
 
@@ -120,18 +121,18 @@ class GraphContext:
 
     def record(self, kind: str, host: int, a: int = 0, b: int = 0, c: int = 0) -> None:
         graph = self._graph
-        graph.put(pack(self.kernel.now_ns, graph.names.id(kind), self.host_ids[host], a, b, c))
+        graph.put(pack(self.kernel.now_ns, self._id(kind), self.host_ids[host], a, b, c))
 
     def record_loss(self, source: int, receiver: int, seq: int, reason: str) -> None:
         graph, ids = self._graph, self.host_ids
         graph.put(pack(self.kernel.now_ns, graph.LOST, ids[receiver], ids[source], seq,
-                       graph.names.id(reason)))
+                       self._id(reason)))
 
     def record_control(self, kind: str, source: int, to: int, size_bytes: int) -> None:
         self._count(kind, 1, size_bytes)
         graph = self._graph
         graph.trace.row(self.kernel.now_ns, self._control, self.host_ids[source], to,
-                        graph.names.id(kind), size_bytes)
+                        self._id(kind), size_bytes)
 
     def send(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
              arrived: Callable[..., object], token: object = None, *, segments: int = 1,
@@ -146,7 +147,7 @@ class GraphContext:
         carrier = _Arrivals(arrived, in_part)
         if segments > 1 or multicast or self._neighbours is not None:
             in_advance = None
-        now_ns, own, kind_id = self.kernel.now_ns, ids[source], graph.names.id(kind)
+        now_ns, own, kind_id = self.kernel.now_ns, ids[source], self._id(kind)
         for medium, group in by_medium.items():
             several = [tuple(group)] if multicast else [(one,) for one in group]
             self._count(kind, len(several), size_bytes)
