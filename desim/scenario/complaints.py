@@ -60,7 +60,7 @@ def validated(block: type[P], data: object) -> P | list[Complaint]:
         return complaints_of(error, block, data)
 
 
-def complaints_of(error: ValidationError, block: type[Params], data: Any, path: Path = (),
+def complaints_of(error: ValidationError, block: type[Params], data: object, path: Path = (),
                   more: tuple[str, ...] = ()) -> list[Complaint]:
     """The complaints that pydantic's ``error`` about ``data``, meant as a ``block``, comes to.
 
@@ -72,7 +72,7 @@ def complaints_of(error: ValidationError, block: type[Params], data: Any, path: 
     return [complaint for wrong, complaint in found if not _follows(wrong, data, complaint, texts)]
 
 
-def _follows(error: ErrorDetails, data: Any, complaint: Complaint,
+def _follows(error: ErrorDetails, data: object, complaint: Complaint,
              texts: set[tuple[Path, str]]) -> bool:
     """Whether this error is only the consequence of another one."""
     if error["type"] == "missing":  # its key is there, misspelt
@@ -83,7 +83,7 @@ def _follows(error: ErrorDetails, data: Any, complaint: Complaint,
             len(_at(data, _own(error["loc"]))) >= error["ctx"]["min_length"])
 
 
-def _complaint(block: type[Params], data: Any, base: Path, more: tuple[str, ...],
+def _complaint(block: type[Params], data: object, base: Path, more: tuple[str, ...],
                error: ErrorDetails) -> Complaint:
     location = tuple(step for step in error["loc"] if step != "[key]")
     own = _own(location)
@@ -128,7 +128,7 @@ def _bound(limit: object) -> str:
     return f"{limit:g}" if isinstance(limit, float) else str(limit)
 
 
-def _missing(block: type[Params], data: Any, base: Path, location: Location) -> Complaint:
+def _missing(block: type[Params], data: object, base: Path, location: Location) -> Complaint:
     own = _own(location)
     if isinstance(own[-1], int):
         return Complaint((*base, *own[:-1]), f"must be {_wanted(_annotation(block, location[:-1]))}"

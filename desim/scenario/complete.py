@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, get_args
+from typing import TypeVar, get_args
 
 from desim import plugins
 from desim.ports import Params, natural_key
@@ -15,6 +15,9 @@ from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, Ma
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, StartList
 from desim.scenario.schema.robot import Robot
 from desim.scenario.schema.whole import Scenario
+
+P = TypeVar("P", bound=Params)
+T = TypeVar("T")
 
 # The paper's testbed is a switched Gigabit LAN; its robots communicate over 200 m.
 _MEDIA = {"testbed": {"lan": MediumChoice(model="switch")},
@@ -58,7 +61,7 @@ def _fleet(fleet: FleetParams) -> FleetParams:
     start = fleet.start
     if isinstance(start, StartList) and start.poses[0].name:
         start = _changed(start, poses=tuple(sorted(start.poses,
-                                                   key=lambda pose: natural_key(pose.name))))
+                                                   key=lambda pose: natural_key(pose.name or ""))))
     return _changed(fleet, size=fleet_size(fleet), start=start,
                     types=_sorted(types))
 
@@ -122,9 +125,9 @@ def _coordination(coordination: Coordination, deployment: str) -> Coordination:
     return _changed(coordination, exchange=_changed(exchange, **missing))
 
 
-def _sorted(by_name: dict[str, Any]) -> dict[str, Any]:
+def _sorted(by_name: dict[str, T]) -> dict[str, T]:
     return {name: by_name[name] for name in sorted(by_name, key=natural_key)}
 
 
-def _changed(params: Params, **update: Any) -> Any:
+def _changed(params: P, **update: object) -> P:
     return params.model_copy(update=update)

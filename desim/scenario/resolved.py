@@ -6,11 +6,11 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Mapping
-from typing import Any
 
 from desim.errors import InputError
 from desim.files import content
 from desim.scenario import plugin_choices, yaml12
+from desim.scenario.places import Data
 from desim.scenario.schema.environment import MapFile
 from desim.scenario.schema.whole import Scenario
 
@@ -50,12 +50,11 @@ def _content(file: str) -> bytes:
         raise InputError(f"{file}: {error.strerror}") from error
 
 
-def _dumped(scenario: Scenario) -> dict[str, Any]:
+def _dumped(scenario: Scenario) -> Data:
     return scenario.model_dump(mode="json", by_alias=True)
 
 
-def _data(scenario: Scenario, data: dict[str, Any], written: Callable[[str], str],
-          ) -> dict[str, Any]:
+def _data(scenario: Scenario, data: Data, written: Callable[[str], str]) -> Data:
     """As a file has it, with each absolute path as ``written`` gives it."""
     if isinstance(scenario.environment.terrain, MapFile):
         terrain = data["environment"]["terrain"]
@@ -66,7 +65,7 @@ def _data(scenario: Scenario, data: dict[str, Any], written: Callable[[str], str
     return data
 
 
-def _files(scenario: Scenario, data: dict[str, Any]) -> list[str]:
+def _files(scenario: Scenario, data: Data) -> list[str]:
     """All that it names, as far as they exist: what is wrong with them is for others to say."""
     files = [mapping[key] for _, mapping, key, is_file in plugin_choices.path_values(data)
              if is_file]
