@@ -91,7 +91,7 @@ class Crew:
     def _overdue(self) -> list[tuple[Task, Row | Exception]]:
         """Kill the workers whose runs take too long: one that computes answers nobody."""
         done: list[tuple[Task, Row | Exception]] = []
-        while self._begun_s and self._left_s() == 0.0:
+        while self._wall_ns is not None and self._begun_s and self._left_s() == 0.0:
             connection = next(iter(self._begun_s))
             worker, task, _ = self._busy.pop(connection)
             del self._begun_s[connection]
