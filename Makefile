@@ -8,8 +8,7 @@ BIN := $(VENV)/bin
 run: $(VENV)/.installed
 	$(BIN)/desim run scenarios/maze_30.yaml
 
-test: $(VENV)/.installed-test
-	$(BIN)/ruff check .
+test: check
 	$(BIN)/pytest -n 2 -m "not validation"
 
 # The linter, the type checker, and the words of the code and of the pages.
