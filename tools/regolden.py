@@ -3,7 +3,9 @@
     python tools/regolden.py [--check] [scenario ...]
 
 A row is a scenario (a file, from the root of the repository), how long it runs, overrides that are
-separated by ' ; ', and the digest of its trace. Add a row with an empty digest to have one more. A
+separated by ' ; ', the digest of its trace, and one of each layer, so that a change says what
+moved: the world, the network's frames, the middleware's messages and discovery, the robots'
+software, the monitor. Add a row with empty digests to have one more. A
 digest that changed shows that behaviour changed, not that it became wrong: find out why, and commit
 the new ones together with the change that made them. made_on.json beside it has the kind of machine
 and the versions with which all of them were made: elsewhere they may differ.
@@ -13,12 +15,16 @@ from __future__ import annotations
 
 import argparse
 import csv
+import hashlib
 import json
 import sys
 import zlib
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
+from desim.engine.trace import Names
 from desim.results import identity
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
@@ -28,19 +34,62 @@ FINGERPRINTS = ROOT / "tests" / "golden" / "fingerprints.csv"
 MADE_ON = FINGERPRINTS.with_name("made_on.json")
 
 
+# The layer of each kind of row; rows that a middleware writes of its own accord are its layer's.
+LAYERS = {"world": ("pose", "collision", "wall"), "network": ("frame", "dropped"),
+          "robots": ("callback", "control", "goal", "goal_reached", "goal_failed", "recovery"),
+          "monitor": ("sample", "sample_traffic", "sample_motion", "partition"), "middleware": ()}
+
+
 class Fingerprint(NamedTuple):
-    """One row: a short run and the digest of its trace."""
+    """One row: a short run, the digest of its trace, and those of its layers."""
 
     scenario: str
     until: str
     overrides: str
     digest: str
+    world: str
+    network: str
+    middleware: str
+    robots: str
+    monitor: str
 
     def current(self) -> Fingerprint:
-        """The same run with the digest that it has now."""
+        """The same run with the digests that it has now."""
         overrides = [part for part in self.overrides.split(" ; ") if part]
         loaded = load(ROOT / self.scenario, [*overrides, f"stop.elapsed={self.until}"])
-        return self._replace(digest=Simulation(loaded.scenario).run().digest)
+        layers = Layers()
+        simulation = Simulation(loaded.scenario, trace_sink=layers.add)
+        layers.names = simulation.names
+        digest = simulation.run().digest
+        return self._replace(digest=digest, **layers.digests())
+
+    def moved(self, before: Fingerprint) -> str:
+        """The layers whose digests are not as they were."""
+        return ", ".join(name for name in LAYERS if getattr(self, name) != getattr(before, name))
+
+
+class Layers:
+    """Trace rows, hashed by layer."""
+
+    names: Names
+
+    def __init__(self) -> None:
+        self._hashes = {name: hashlib.sha256() for name in LAYERS}
+        self._layer_of_kind: dict[int, str] = {}
+
+    def add(self, rows: np.ndarray) -> None:
+        """Take a batch of rows."""
+        for kind in sorted(set(rows["kind"].tolist()) - self._layer_of_kind.keys()):
+            self._layer_of_kind[kind] = next(
+                (layer for layer, kinds in LAYERS.items() if self.names[kind] in kinds),
+                "middleware")
+        for layer, hasher in self._hashes.items():
+            kinds = [kind for kind, of in self._layer_of_kind.items() if of == layer]
+            hasher.update(rows[np.isin(rows["kind"], kinds)].tobytes())
+
+    def digests(self) -> dict[str, str]:
+        """Layer to 12 hex digits."""
+        return {layer: hasher.hexdigest()[:12] for layer, hasher in self._hashes.items()}
 
 
 def here() -> dict[str, str]:
@@ -60,7 +109,8 @@ def elsewhere() -> str:
 def read() -> list[Fingerprint]:
     """All rows of the file."""
     with open(FINGERPRINTS, newline="", encoding="utf-8") as file:
-        return [Fingerprint(**row) for row in csv.DictReader(file)]
+        return [Fingerprint(**dict.fromkeys(Fingerprint._fields, "") | row)
+                for row in csv.DictReader(file)]
 
 
 def write(rows: list[Fingerprint]) -> None:
@@ -83,10 +133,11 @@ def main() -> None:
         if arguments.scenarios and not any(part in row.scenario for part in arguments.scenarios):
             continue
         rows[i] = row.current()
-        same = rows[i] == row
+        same = rows[i].digest == row.digest
         changed += not same
+        moved = "" if same else f" (moved: {rows[i].moved(row)})"
         print(f"{'same   ' if same else 'CHANGED'} {rows[i].digest} {row.scenario} {row.until} "
-              f"{row.overrides}")
+              f"{row.overrides}{moved}")
     if arguments.check:
         sys.exit(changed > 0)
     if arguments.scenarios and elsewhere():

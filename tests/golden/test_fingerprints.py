@@ -11,7 +11,13 @@ import regolden  # a tool
 
 @pytest.mark.parametrize("row", regolden.read(), ids=lambda row: " ".join(row[:3]).strip())
 def test_fingerprint(row):
-    digest = row.current().digest
-    if digest != row.digest and regolden.elsewhere():
+    now = row.current()
+    if now.digest != row.digest and regolden.elsewhere():
         pytest.skip(f"another digest on another machine: {regolden.elsewhere()}")
-    assert digest == row.digest, "behaviour changed; see tools/regolden.py"
+    assert now == row, f"behaviour changed ({now.moved(row)}); see tools/regolden.py"
+
+
+def test_a_change_names_its_layer():
+    row = regolden.read()[0]
+    now = row._replace(overrides="measure.every=3 s").current()
+    assert now.moved(row) == "monitor"
