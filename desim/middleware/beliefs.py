@@ -14,11 +14,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-STATES = ("online", "offline", "removed")
+from desim.ports.middleware import HostState
 
 Match = tuple[int, int, str]  # believer, other, topic
 
-OnSees = Callable[[int, int, str], object]
+OnSees = Callable[[int, int, HostState], object]
 
 
 class Beliefs:
@@ -39,7 +39,7 @@ class Beliefs:
         self._ends: dict[str, tuple[dict[int, None], dict[int, None]]] = {}
         self.true: dict[Match, None] = {}
         self.believed: dict[Match, None] = {}
-        self.seen: dict[tuple[int, int], str] = {}
+        self.seen: dict[tuple[int, int], HostState] = {}
 
     @property
     def matches(self) -> int:
@@ -100,7 +100,7 @@ class Beliefs:
             del self.believed[belief]
         self._note("believes", believer, self._ids[other], self._name(topic), int(holds))
 
-    def sees(self, believer: int, other: int, state: str) -> None:
+    def sees(self, believer: int, other: int, state: HostState) -> None:
         if self.seen.get((believer, other)) == state:
             return
         self.seen[believer, other] = state

@@ -17,13 +17,16 @@ from desim.middleware.arp import Neighbours
 from desim.middleware.beliefs import Beliefs
 from desim.middleware.transports import Datagram, Stream
 from desim.ports.middleware import (
+    Addressing,
     CarriesMessages,
     Endpoint,
+    HostState,
     InAdvance,
     Informs,
     Middleware,
     Offer,
     Transport,
+    TransportKind,
 )
 
 if TYPE_CHECKING:
@@ -102,15 +105,15 @@ class GraphContext:
         if self.beliefs is not None:
             self.beliefs.knows(believer, other, topic, holds)
 
-    def sees(self, believer: int, other: int, state: str) -> None:
+    def sees(self, believer: int, other: int, state: HostState) -> None:
         if self.beliefs is not None:
             self.beliefs.sees(believer, other, state)
 
     def default_transport(self, offer: Offer) -> Transport:
         host = self._graph.hosts[offer.publisher.host]
-        if (offer.transport, offer.via) == ("stream", "unicast"):
+        if (offer.transport, offer.via) == (TransportKind.STREAM, Addressing.UNICAST):
             return Stream(host, offer.queue)
-        return Datagram(host, offer.via == "broadcast")
+        return Datagram(host, offer.via == Addressing.BROADCAST)
 
     def route(self, source: int, receiver: int) -> Medium | None:
         return self._graph.route(self._graph.hosts[source], receiver)

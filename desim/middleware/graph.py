@@ -28,7 +28,7 @@ from desim.middleware.context import GraphContext
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Message, Publisher, Subscription, Topic
 from desim.ports import natural_key
-from desim.ports.middleware import Endpoint, Middleware, Offer
+from desim.ports.middleware import Addressing, Endpoint, Middleware, Offer, TransportKind
 
 if TYPE_CHECKING:
     from desim.network.medium import Medium
@@ -137,7 +137,12 @@ class Host:
                   latch: bool) -> Publisher:
         """A publisher of ``topic`` for ``node``; see ``Node.advertise``."""
         about = self.graph.topic(self.absolute(topic))
-        offer = Offer(Endpoint(self.index, node, about.name), transport, via, queue, latch)
+        try:
+            offer = Offer(Endpoint(self.index, node, about.name), TransportKind(transport),
+                          Addressing(via), queue, latch)
+        except ValueError:
+            raise InputError(f"topic {about.name}: no transport {transport!r} via {via!r}; "
+                             "allowed: stream or datagram, unicast or broadcast") from None
         publisher = Publisher(self, about, offer)
         about.publishers.append(publisher)
         self._publishers.append(publisher)

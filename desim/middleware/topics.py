@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim.engine.kernel import Phase
-from desim.errors import InputError
 from desim.middleware.answers import subscribers_of
 from desim.middleware.counts import TopicCounts
 from desim.middleware.messages import Content, Lazy
@@ -105,10 +104,6 @@ class Publisher:
                  "_receivers", "_has_subscribers", "_unmatched", "_owed")
 
     def __init__(self, host: Host, topic: Topic, offer: Offer) -> None:
-        if offer.transport not in ("stream", "datagram") or offer.via not in ("unicast",
-                                                                              "broadcast"):
-            raise InputError(f"topic {topic.name}: no transport {offer.transport!r} via "
-                             f"{offer.via!r}; allowed: stream or datagram, unicast or broadcast")
         self.host = host
         self.topic = topic
         self.offer = offer

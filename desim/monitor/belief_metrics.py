@@ -16,6 +16,7 @@ import numpy as np
 from desim.middleware.context import ACKS
 from desim.middleware.counts import EDGES_NS
 from desim.middleware.graph import Graph, Host
+from desim.ports.middleware import HostState
 from desim.units import NS_PER_S
 
 LATE_NS = NS_PER_S  # a message that took so long is late; the edge of a bin
@@ -102,11 +103,11 @@ class BeliefMetrics:
             self._gone = {pair: None for pair in self._gone if pair[0] != place}
         self._sample_links(self._linked())
 
-    def _sees(self, believer: int, other: int, state: str) -> None:
+    def _sees(self, believer: int, other: int, state: HostState) -> None:
         if believer not in self._place or other not in self._place:
             return
         pair = self._place[believer], self._place[other]
-        if state == "online":
+        if state == HostState.ONLINE:
             self._gone.pop(pair, None)
         elif pair not in self._gone:
             if self._reach[pair]:  # as of the last sample, which may be a second ago

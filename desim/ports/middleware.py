@@ -9,6 +9,7 @@ them.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from enum import StrEnum
 from typing import Any, Literal, NamedTuple, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 import numpy as np
@@ -35,14 +36,35 @@ class Endpoint(NamedTuple):
     topic: str
 
 
+class TransportKind(StrEnum):
+    """How messages become frames: in order and repaired, or one by one."""
+
+    STREAM = "stream"
+    DATAGRAM = "datagram"
+
+
+class Addressing(StrEnum):
+    """To whom a datagram goes: to each receiver by itself, or to all at once."""
+
+    UNICAST = "unicast"
+    BROADCAST = "broadcast"
+
+
+class HostState(StrEnum):
+    """The state in which one host sees another."""
+
+    ONLINE = "online"
+    OFFLINE = "offline"
+    REMOVED = "removed"
+
+
 class Offer(NamedTuple):
-    """The wishes of a publisher for its messages: ``transport`` stream or datagram, ``via`` unicast
-    or broadcast; ``queue`` of them may wait for each receiver (0: any number); ``latch``: a new
-    receiver gets the last one."""
+    """The wishes of a publisher for its messages. ``queue`` of them may wait for each receiver (0:
+    any number); ``latch``: a new receiver gets the last one."""
 
     publisher: Endpoint
-    transport: str
-    via: str
+    transport: TransportKind
+    via: Addressing
     queue: int
     latch: bool
 
@@ -178,8 +200,8 @@ class MiddlewareContext(Protocol):
         """``believer`` believes from now on (or no longer) that ``other`` is at the other end of
         ``topic``. The account of beliefs is for a middleware that ``Informs``."""
 
-    def sees(self, believer: int, other: int, state: str) -> None:
-        """``believer`` takes ``other`` for ``online``, ``offline`` or ``removed`` from now on."""
+    def sees(self, believer: int, other: int, state: HostState) -> None:
+        """``believer`` sees ``other`` in this state from now on."""
 
     # Messages, for transports of the middleware's own.
 

@@ -11,10 +11,10 @@ import numpy as np
 from desim import plugins
 from desim.engine.trace import Names
 from desim.errors import InputError, did_you_mean
-from desim.middleware.beliefs import STATES, Beliefs
+from desim.middleware.beliefs import Beliefs
 from desim.monitor.links import Pair, linked_at
 from desim.ports import natural_key
-from desim.ports.middleware import Informs
+from desim.ports.middleware import HostState, Informs
 from desim.results.run import Run
 from desim.results.traces import Rows, complete, spools, trace_of
 from desim.units import DURATION, NS_PER_S
@@ -43,7 +43,7 @@ class PairBelief(NamedTuple):
     def mistaken(self) -> bool:
         """Taken for online and out of reach, or taken for gone and in reach."""
         return (self.reached is not None and self.sees != "never"
-                and (self.sees == "online") != self.reached)
+                and (self.sees == HostState.ONLINE) != self.reached)
 
 
 class BeliefSnapshot(NamedTuple):
@@ -73,7 +73,7 @@ class BeliefSnapshot(NamedTuple):
         """Ordered pairs (believer, other) of whom the believer is up, by what it takes the other
         one for."""
         count = Counter(view.sees for view in self.views if self.up[view.believer])
-        return {state: count[state] for state in (*STATES, "never")}
+        return {state: count[state] for state in (*HostState, "never")}
 
     @property
     def mistaken(self) -> int:
@@ -171,7 +171,7 @@ def folded(trace: Rows, at_ns: int, informed: str,
             if not up[host]:
                 beliefs.stops(host)
         elif kind == "sees":
-            beliefs.sees(host, place[a], names[b])
+            beliefs.sees(host, place[a], HostState(names[b]))
         elif kind == "believes":
             beliefs.knows(host, place[a], names[b], bool(c))
         elif kind == "subscribes":

@@ -9,7 +9,7 @@ from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.graph import Graph
-from desim.ports.middleware import Endpoint, Middleware, Offer
+from desim.ports.middleware import Addressing, Endpoint, Middleware, Offer, TransportKind
 from desim.testing.advice import PluginClass, check_parameters, made, need
 from desim.testing.checks import own_streams
 from desim.testing.fleet import HOSTS, Fleet
@@ -44,7 +44,7 @@ def check_middleware(cls: PluginClass[Middleware], **params: object) -> None:
     depend on the order of subscribing, changes are announced, a stopped host is no surprise."""
     check_parameters(cls, params)
     ends = [Endpoint(host, node, "/map") for host in (2, 0, 10) for node in ("b", "a")]
-    offer = Offer(Endpoint(1, "talker", "/map"), "stream", "unicast", 1, False)
+    offer = Offer(Endpoint(1, "talker", "/map"), TransportKind.STREAM, Addressing.UNICAST, 1, False)
     publisher, answers = offer.publisher, []
     for order in (ends, ends[::-1]):
         middleware, counter, names = made(cls, params), _ChangeCounter(), Names()

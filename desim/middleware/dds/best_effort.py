@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
+from desim.ports.middleware import Addressing
+
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.dds.remote import Guid
@@ -38,7 +40,7 @@ class BestEffort:
         self._context = dds.context
         self._host = offer.publisher.host
         self._guid = dds.participants[self._host].guid
-        self._multicast = offer.via == "broadcast"
+        self._multicast = offer.via == Addressing.BROADCAST
         self._routes: list[tuple[Route, tuple[int, ...]]] = []
         self._known: dict[int, Guid] = {}  # receivers and their participants
         self._unrouted: list[int] = []

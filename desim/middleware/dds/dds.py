@@ -17,7 +17,14 @@ from desim.middleware.dds.remote import NOBODY, Guid, RemoteParticipant
 from desim.middleware.dds.wire import LONG_TRAIN_BYTES, SampleTrain
 from desim.middleware.dds.writer import Reliable
 from desim.middleware.timers import Timers
-from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
+from desim.ports.middleware import (
+    Addressing,
+    Endpoint,
+    MiddlewareContext,
+    Offer,
+    Transport,
+    TransportKind,
+)
 
 
 class Cuts(Protocol):
@@ -103,7 +110,7 @@ class Dds:
         return tuple(Endpoint(host, "", topic) for host in sorted(hosts))
 
     def transport(self, offer: Offer) -> Transport:
-        if offer.transport != "stream" or offer.via != "unicast":
+        if offer.transport != TransportKind.STREAM or offer.via != Addressing.UNICAST:
             return BestEffort(self, offer)
         writer, (host, _, topic) = Reliable(self, offer), offer.publisher
         self._writers[host].setdefault(topic, []).append(writer)

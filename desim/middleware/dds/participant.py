@@ -12,6 +12,7 @@ from desim.middleware.dds.remote import Coming, Guid, Item, ItemKind, RemotePart
 from desim.middleware.dds.riding import Resent
 from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk
 from desim.middleware.lifetime import Lifetime
+from desim.ports.middleware import HostState
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
@@ -143,7 +144,7 @@ class Participant:
 
     def _meet(self, remote: RemoteParticipant) -> None:
         self.remotes[remote.guid] = remote
-        self.context.sees(self.host, remote.host, "online")
+        self.context.sees(self.host, remote.host, HostState.ONLINE)
 
     def _respond(self, what: tuple[RemoteParticipant, int]) -> None:
         """Announce this participant to a newcomer, which may not have heard of it."""
@@ -173,7 +174,7 @@ class Participant:
         self.dds.book_arrivals(remote, self.host)
         context, dds, left = self.context, self.dds, list(self.of(remote.host))
         if not left:
-            context.sees(self.host, remote.host, "removed")
+            context.sees(self.host, remote.host, HostState.REMOVED)
         for topic in remote.writers:
             if topic in self.readers and not any(topic in other.writers for other in left):
                 context.knows(self.host, remote.host, topic, False)

@@ -11,6 +11,7 @@ from desim.middleware.multimaster.parameters import MultimasterParams, timing
 from desim.middleware.multimaster.remote import MasterNews, RemoteMaster
 from desim.middleware.ros.sizes import Sizes
 from desim.middleware.ros.xmlrpc import XmlRpcCall
+from desim.ports.middleware import HostState
 
 if TYPE_CHECKING:
     from desim.middleware.ros.master import Uri
@@ -208,5 +209,5 @@ class Discovery:
             self._announce(MasterNews.REMOVED, remote)
 
     def _announce(self, what: MasterNews, remote: RemoteMaster) -> None:
-        self._context.sees(self._host, remote.host, what)
+        self._context.sees(self._host, remote.host, HostState(what))
         self._notify(what, remote)

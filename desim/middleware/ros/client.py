@@ -10,7 +10,7 @@ from desim.middleware.ros.looper import Looper
 from desim.middleware.ros.master import Uri
 from desim.middleware.ros.sizes import CALLS, REQUEST_TOPIC
 from desim.middleware.ros.xmlrpc import XmlRpcCall
-from desim.ports.middleware import Endpoint
+from desim.ports.middleware import Endpoint, HostState, TransportKind
 
 if TYPE_CHECKING:
     from desim.middleware.ros.processes import Processes
@@ -21,7 +21,7 @@ class RosPublication:
     """One topic that a process publishes. ``connections`` lead to subscribing hosts; with UDPROS,
     ``links`` have asked for it. A host with a new one is a new receiver."""
 
-    def __init__(self, transport: str) -> None:
+    def __init__(self, transport: TransportKind) -> None:
         self.transport = transport
         self.connections: dict[int, Connection] = {}
         self.links: dict[int, RosLink] = {}
@@ -73,7 +73,7 @@ class Process:
 
     # Requests of its nodes.
 
-    def publication(self, topic: str, transport: str) -> RosPublication:
+    def publication(self, topic: str, transport: TransportKind) -> RosPublication:
         """The publication of ``topic``, whose first publisher wants ``transport``."""
         return self.publications.setdefault(topic, RosPublication(transport))
 
@@ -155,12 +155,12 @@ class Process:
         # is one process.
         call.reply(CALLS[method].answer)
 
-    def _requested(self, link: RosLink) -> str | None:
+    def _requested(self, link: RosLink) -> TransportKind | None:
         """The transport of its topic, None: it is not published. UDPROS begins right away."""
         publication = self.publications.get(link.topic)
         if publication is None:
             return None
-        if publication.transport == "datagram":
+        if publication.transport == TransportKind.DATAGRAM:
             publication.links[link.process.host] = link
             self._serve_link(publication, link)
         return publication.transport
@@ -222,7 +222,7 @@ class Process:
         count = self._links_up.get(publisher, 0) + more
         self._links_up[publisher] = count
         if self.all.sees is not None and count == max(more, 0):
-            self.all.sees(self.host, publisher, "online" if count else "offline")
+            self.all.sees(self.host, publisher, HostState.ONLINE if count else HostState.OFFLINE)
 
 
 def _nothing(_: object) -> None:

@@ -10,6 +10,7 @@ from desim.middleware.ros.master import Uri
 from desim.middleware.ros.parameters import Retries
 from desim.middleware.ros.sizes import HEADER, HEADER_ANSWER, REQUEST_TOPIC
 from desim.middleware.tcp import Connection
+from desim.ports.middleware import TransportKind
 
 if TYPE_CHECKING:
     from desim.middleware.ros.client import Process
@@ -70,14 +71,14 @@ class RosLink:
 
     # At the subscriber.
 
-    def _answered(self, ok: bool, transport: str | None) -> None:
+    def _answered(self, ok: bool, transport: TransportKind | None) -> None:
         if self._dropped:
             return
         self._cancel_timer()
         if transport is not None:
             self.process.looper.event(self.process.all.context.now_ns)
             self._at_the_end_of_the_round(
-                self._connect if transport == "stream" else self._established)
+                self._connect if transport == TransportKind.STREAM else self._established)
             return
         retries = self.process.all.schedules.requests
         if retries is not None and retries.covers(self._call.reason):

@@ -14,7 +14,15 @@ from desim.middleware.ros.tcpros import Tcpros
 from desim.middleware.ros.udpros import Udpros
 from desim.middleware.ros.xmlrpc import XmlRpc, XmlRpcCall
 from desim.middleware.tcp import Tcp
-from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
+from desim.ports.middleware import (
+    Addressing,
+    Endpoint,
+    HostState,
+    MiddlewareContext,
+    Offer,
+    Transport,
+    TransportKind,
+)
 
 Method = Callable[..., tuple[Uri, ...]]  # of a master: the addresses that it answers with
 
@@ -31,7 +39,7 @@ class Processes:
     registration."""
 
     def __init__(self, context: MiddlewareContext, params: RosParams, master_of: list[int],
-                 sees: Callable[[int, int, str], object] | None,
+                 sees: Callable[[int, int, HostState], object] | None,
                  more: dict[str, Method] | None = None) -> None:
         self.context = context
         self.sees = sees
@@ -87,14 +95,14 @@ class Processes:
         return tuple(sorted(self.on(publisher.host).subscribers(publisher.topic)))
 
     def transport(self, offer: Offer) -> Transport:
-        if offer.via != "unicast":
+        if offer.via != Addressing.UNICAST:
             raise InputError(f".via: ROS 1 has no {offer.via}; allowed: unicast")
         host, topic = offer.publisher.host, offer.publisher.topic
         publication = self.on(host).publication(topic, offer.transport)
-        if publication.transport == "stream":
+        if publication.transport == TransportKind.STREAM:
             return Tcpros(self.context, host, publication, offer.queue)
-        return Udpros(self.context.default_transport(offer._replace(transport="datagram")),
-                      publication)
+        datagrams = offer._replace(transport=TransportKind.DATAGRAM)
+        return Udpros(self.context.default_transport(datagrams), publication)
 
     # Masters.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from desim.ports.middleware import MiddlewareContext, Offer
+from desim.ports.middleware import MiddlewareContext, Offer, TransportKind
 
 if TYPE_CHECKING:
     from desim.middleware.topics import Message
@@ -23,7 +23,7 @@ class ZenohPublication:
     def __init__(self, offer: Offer, context: MiddlewareContext,
                  router: Callable[[int], ZenohRouter]) -> None:
         self.source = offer.publisher.host
-        self.blocks = offer.transport == "stream" and offer.queue == 0
+        self.blocks = offer.transport == TransportKind.STREAM and offer.queue == 0
         self._context = context
         self._router = router
         self._receivers: list[int] = []

@@ -6,6 +6,8 @@ from bisect import insort
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from desim.ports.middleware import HostState
+
 if TYPE_CHECKING:
     from desim.ports.middleware import MiddlewareContext
 
@@ -91,13 +93,13 @@ class DeclarationRegistry:
     def came_online(self, router: int) -> None:
         """There is a way to ``router``."""
         self._online[router] = None
-        self._context.sees(self._own, router, "online")
+        self._context.sees(self._own, router, HostState.ONLINE)
         self._gain(router, self._declared.get(router, (0, []))[1])
 
     def went_offline(self, router: int) -> None:
         """There is no way to ``router`` any more."""
         del self._online[router]
-        self._context.sees(self._own, router, "offline")
+        self._context.sees(self._own, router, HostState.OFFLINE)
         self._lose(router, self._declared.get(router, (0, []))[1])
 
     def _gain(self, router: int, declarations: list[Declaration]) -> None:

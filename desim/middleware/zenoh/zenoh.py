@@ -10,7 +10,7 @@ from desim.middleware.zenoh.publication import ZenohPublication
 from desim.middleware.zenoh.registry import Declaration
 from desim.middleware.zenoh.router import ZenohRouter
 from desim.middleware.zenoh.sizes import node_bytes, subscriber_bytes, token_bytes
-from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
+from desim.ports.middleware import Addressing, Endpoint, MiddlewareContext, Offer, Transport
 
 
 class Zenoh:
@@ -84,7 +84,7 @@ class Zenoh:
             for host in router.registry.listeners(publisher.topic))
 
     def transport(self, offer: Offer) -> Transport:
-        if offer.via != "unicast":
+        if offer.via != Addressing.UNICAST:
             raise InputError(f".via: zenoh has no {offer.via}; allowed: unicast")
         return ZenohPublication(offer, self._context, self._routers.__getitem__)
 
