@@ -1,9 +1,9 @@
-"""Compiled kernels: the folder that keeps them, and a sign when one is compiled.
+"""Compiled kernels: the folder that keeps them, and a notice when one is compiled.
 
 numba looks at the file of the function that it compiles, not at the files of those that it calls: a
 change in ``desim/ports/kernels.py`` would leave old copies of it inside other modules' compiled
-kernels, and results that no longer follow from the sources. So the folder is named by what all
-kernel files say. It is in the user's cache, since an installation may be read-only.
+kernels, and results that no longer follow from the sources. So the folder's name contains a hash of
+all kernel files. It is in the user's cache, since an installation may be read-only.
 """
 
 from __future__ import annotations

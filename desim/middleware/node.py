@@ -102,7 +102,7 @@ class Node:
         return self._graph.streams("host", self.host.name, self.name, *name)
 
     def record(self, kind: str, a: int = 0, b: int = 0, c: int = 0) -> None:
-        """A trace row of this host; who listens to this kind is told."""
+        """Write a trace row of this host, and notify the listener of its kind."""
         graph = self._graph
         graph.trace.row(graph.kernel.now_ns, graph.names.id(kind), self.host.id, a, b, c)
         listener = graph.listeners.get(kind)

@@ -1,4 +1,4 @@
-"""Presets: defaults that differ between implementations or versions."""
+"""Presets: named sets of default parameters, one per implementation or version."""
 
 from __future__ import annotations
 

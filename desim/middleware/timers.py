@@ -1,4 +1,4 @@
-"""Timers that are moved with every answer, and rarely go off."""
+"""Timers that are postponed often and rarely fire."""
 
 from __future__ import annotations
 
@@ -64,9 +64,9 @@ class Timers:
 
 
 class _Together:
-    """One event for timers of one entity and one deadline that are booked one behind the other:
-    they would go off in this order, with nothing in between. (A map that thirty robots share sets
-    thirty heartbeats.) Stands for the call of each."""
+    """One event for consecutive timers with the same entity and deadline; they fire in the order of
+    booking. (A map that thirty robots share sets thirty heartbeats.) Stands for the call of each.
+    """
 
     __slots__ = ("_timers",)
 

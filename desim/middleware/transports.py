@@ -101,8 +101,8 @@ class StreamLink:
     (TCP's selective acknowledgements say which), those at the end of a train after Linux's tail
     loss probe. A train that is lost whole is sent again after the probe, and then at the
     retransmission timeout, which doubles from 0.2 s and a round trip to 120 s and starts anew when
-    a frame arrives: a blocked link resumes at its next timeout, not when the way is free again. A
-    round trip is twice the shortest way of a frame.
+    a frame arrives. After an outage the link resumes at its next timeout. The round trip is
+    estimated as twice the shortest frame delay.
     """
 
     __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_send",

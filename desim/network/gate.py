@@ -30,9 +30,9 @@ T = TypeVar("T")
 class Gate:
     """Asks rules about frames and carries out their verdicts; ``account`` counts what they drop.
 
-    Where ``model`` repeats what is lost, it asks those rules that are ``per_transmission`` itself,
-    by ``judge_transmission`` (None: there are none), and may drop for their ``reasons``. It is not
-    ``open`` if there are others.
+    If ``model`` retransmits, it asks the rules with ``per_transmission`` itself, through
+    ``judge_transmission`` (None: no such rule), and may drop for their ``reasons``. ``open``: no
+    other rules exist, so frames need not be admitted.
     """
 
     __slots__ = ("_account", "_judges", "_repeated", "judge_transmission", "reasons", "open")

@@ -164,11 +164,12 @@ class Medium(Account):
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
                  broadcast: bool, carrier: Carrier[T], token: T, at_once: bool = False
                  ) -> int | None:
-        """Take a frame for ``receivers`` (ascending); ``carrier`` hears of its fate at each, with
-        ``token``. A broadcast's is a ``BroadcastCarrier``. Returns when (ns) the frame will be
-        there, if there is one receiver, no rule has touched it and the model says so right away.
+        """Take a frame for ``receivers`` (ascending); ``carrier`` is notified of its fate at each,
+        with ``token``. A broadcast's is a ``BroadcastCarrier``. Returns the time (ns) of arrival if
+        there is one receiver, no rule has touched the frame and the model knows at once; else None.
 
-        ``at_once``: then count it as delivered, and do not notify the carrier; see ``post``."""
+        ``at_once``: if the arrival time is known, count the frame as delivered now and skip the
+        carrier; see ``post``."""
         self.frames = number = self.frames + 1
         count = len(receivers)
         self.intended += count
@@ -220,12 +221,12 @@ class Medium(Account):
 
     def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: Carrier[T],
              token: T) -> int | None:
-        """Transmit one packet to one host without an event, if the model says right away when (ns)
-        it will be there and no rule has touched it. Returns that time; the carrier hears nothing
-        then. None: the carrier will hear of its fate.
+        """Transmit one packet to one host without an event, if the model knows at once when (ns) it
+        will arrive and no rule has touched it. Returns that time, and does not notify the carrier.
+        None: the carrier will be notified of the frame's fate.
 
-        It is for frames that nobody may ever look at, such as acknowledgements. Such a frame counts
-        as delivered at once, even if its receiver should stop while it is on its way."""
+        Use it for frames whose arrival triggers nothing, such as acknowledgements. Such a frame
+        counts as delivered at once, even if its receiver should stop while it is on its way."""
         return self.transmit(source, receivers, size_bytes, 1, False, carrier, token, True)
 
     # For those who watch.

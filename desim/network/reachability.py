@@ -1,4 +1,4 @@
-"""Pairs of hosts between which a medium lets frames get."""
+"""Reachability: the pairs of hosts between which a medium lets frames get."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from desim.ports import Separates
 
 
 class Reachability:
-    """Knows it as far as ``parts``, the rules and the network model, do."""
+    """Reachability as far as ``parts``, the rules and the network model, know it."""
 
     def __init__(self, parts: Sequence[Plugin], place: Surroundings) -> None:
         self._place = place

@@ -20,10 +20,10 @@ class Flow(NamedTuple):
 
     There is one every ``every_ns``, on average (``poisson``) or exactly: from a random phase
     (``periodic``) or from the beginning (``zero``). Unicast flows may also be ``saturated``: two
-    frames are in the network at any time. A ``backlog`` of so many frames is sent at the beginning
-    beside. An ``echo`` is sent back by its receiver, and has arrived when it is there again.
-    Unicast frames go over the hosts ``via`` in their order, each of which sends them anew. The
-    beginning is ``begin_ns``.
+    frames are in the network at any time. ``backlog``: frames sent at once at the beginning, in
+    addition. ``echo``: the receiver sends each frame back; it counts as arrived when it is back at
+    the sender. Unicast frames go over the hosts ``via`` in their order, each of which sends them
+    anew. The beginning is ``begin_ns``.
     """
 
     source: str

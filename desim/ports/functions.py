@@ -58,12 +58,12 @@ def function_rule(function: RuleFunction) -> type[Rule]:
 
 
 def rule_of(rule: Rule | RuleFunction) -> Rule:
-    """The rule itself, or one that asks the function."""
+    """``rule`` as an object: a function is wrapped in a ``FunctionRule``."""
     return function_rule(rule)() if isfunction(rule) else cast(Rule, rule)
 
 
 def _takes(function: RuleFunction, count: int) -> bool:
-    """Whether it can be called with so many arguments."""
+    """Whether ``function`` accepts ``count`` positional arguments."""
     try:
         signature(function).bind(*range(count))
     except TypeError:

@@ -2,8 +2,8 @@
 
 A registry that knows everything at once is thirty lines (``desim.middleware.direct``). One that has
 to find out over the network sends frames of its own, keeps what each host believes, and may carry
-the messages by transports of its own. desim's own middlewares use these ports and nothing behind
-them.
+the messages by transports of its own. desim's own middlewares reach the graph only through these
+ports. They also use the kernel's phases, and the helpers in ``desim.middleware`` (timers, TCP).
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ T = TypeVar("T")
 # ``size_bytes`` and ``born_ns``.
 Published: TypeAlias = Any
 
-# Stands in for the event of an arrival: called at once with its time (ns), the function that the
-# event would call with token and receiver, and the token.
+# Takes an arrival whose time is known in advance, so that no event is needed: called at once as
+# ``fn(time_ns, arrived, token)``. The event would have called ``arrived(token, receiver)``.
 InAdvance = Callable[[int, Callable[..., object], object], object]
 
 
@@ -37,21 +37,21 @@ class Endpoint(NamedTuple):
 
 
 class TransportKind(StrEnum):
-    """How messages become frames: in order and repaired, or one by one."""
+    """The two ways to make frames of messages: in order and repaired, or one by one."""
 
     STREAM = "stream"
     DATAGRAM = "datagram"
 
 
 class Addressing(StrEnum):
-    """To whom a datagram goes: to each receiver by itself, or to all at once."""
+    """The addressees of a datagram: each receiver by itself, or all at once."""
 
     UNICAST = "unicast"
     BROADCAST = "broadcast"
 
 
 class HostState(StrEnum):
-    """The state in which one host sees another."""
+    """The state that one host assumes of another."""
 
     ONLINE = "online"
     OFFLINE = "offline"
@@ -59,8 +59,8 @@ class HostState(StrEnum):
 
 
 class Offer(NamedTuple):
-    """The wishes of a publisher for its messages. ``queue`` of them may wait for each receiver (0:
-    any number); ``latch``: a new receiver gets the last one."""
+    """A publisher, and the way in which it wants its messages carried. ``queue``: messages that may
+    wait per receiver (0: no limit). ``latch``: a new receiver gets the last message."""
 
     publisher: Endpoint
     transport: TransportKind
@@ -168,7 +168,7 @@ class MiddlewareContext(Protocol):
         """Whether ``host`` runs."""
 
     def changed(self, topic: str) -> None:
-        """``subscribers`` gives other answers now for publishers of ``topic``."""
+        """Report that ``subscribers`` may now return something else for publishers of ``topic``."""
 
     def send(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
              arrived: Callable[[T, int], object], token: T | None = None, *, segments: int = 1,
@@ -197,11 +197,11 @@ class MiddlewareContext(Protocol):
     # Beliefs.
 
     def knows(self, believer: int, other: int, topic: str, holds: bool) -> None:
-        """``believer`` believes from now on (or no longer) that ``other`` is at the other end of
-        ``topic``. The account of beliefs is for a middleware that ``Informs``."""
+        """Report that ``believer`` has learnt of (``holds``) or forgotten its match with ``other``
+        on ``topic``. The account of beliefs is for a middleware that ``Informs``."""
 
     def sees(self, believer: int, other: int, state: HostState) -> None:
-        """``believer`` sees ``other`` in this state from now on."""
+        """Report that ``believer`` sees ``other`` in this state from now on."""
 
     # Messages, for transports of the middleware's own.
 
@@ -212,7 +212,8 @@ class MiddlewareContext(Protocol):
         """The medium for frames from ``source`` to ``receiver``; None: they have none in common."""
 
     def resolve_addresses(self, tick_ns: int) -> AddressTables:
-        """From now on hosts find the addresses of others by ARP, with timers of this tick."""
+        """Switch on ARP: hosts resolve each other's addresses. ``tick_ns`` is the granularity of
+        Linux's timers."""
 
     @property
     def deliver(self) -> Callable[[Published, int, int, int], object]:
@@ -237,15 +238,15 @@ class MiddlewareContext(Protocol):
 
 
 class Transport(Protocol):
-    """Takes the messages of one publisher to the hosts that listen. Each message has one fate at
-    each of these: delivered once, or dropped once for a reason."""
+    """Carries the messages of one publisher to its receivers. Each message has one fate at each
+    receiver: delivered once, or dropped once for a reason."""
 
     def connect(self, receivers: list[int]) -> list[int]:
-        """Lead to ``receivers`` from now on, and to nobody else. Returns the new ones of those that
-        can be reached."""
+        """Connect to exactly these receivers from now on. Returns those newly connected; a receiver
+        that cannot be reached is not among them."""
 
     def send(self, message: Published, only: list[int] | None = None) -> None:
-        """Take a ``desim.middleware.topics.Message`` to all receivers, or to ``only`` these."""
+        """Carry a ``desim.middleware.topics.Message`` to all receivers, or to ``only`` these."""
 
     def close(self, reason: str) -> None:
         """The publisher is gone: drop what waits for ``reason``."""

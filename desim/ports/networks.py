@@ -25,7 +25,7 @@ class Obstacles:
 
     ``segments`` [n, 4] x1 y1 x2 y2 in m | ``material`` [n] index into ``materials`` |
     ``thickness_m`` [n] | ``height_m`` [n]. ``epoch`` grows when a door moves. ``block`` [n] bool:
-    the face of a block, not a wall (None: nobody knows).
+    True for a block's face, False for a wall; None: unknown.
 
     A wall counts once, whether it is drawn as a line or shown by a map as cells. A block is thicker
     than walls are (1 m); it counts where a line goes in and where it comes out.
@@ -69,7 +69,7 @@ class RuleContext(Protocol):
 
     def positions(self, time_ns: int) -> np.ndarray:
         """[hosts, 2] x, y in m of every host as of the last world tick at or before ``time_ns``.
-        A host without a place has NaN. Read-only, and the same object until somebody moves."""
+        A host without a place has NaN. Read-only; the array is reused until a host moves."""
 
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this medium's own."""
@@ -97,8 +97,8 @@ class Context(RuleContext, Protocol):
 
     def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
                     verdict: Deliver | Drop) -> None:
-        """Settle ``frame`` alike at several receivers. None: at all where it is not settled yet,
-        who need not be named. A broadcast's drops make one aggregate row."""
+        """Give ``frame`` the same fate at several receivers. ``receivers`` None: at all remaining
+        receivers. The drops of a broadcast make one trace row a call."""
 
     def flow(self, frame: Frame) -> Hashable:
         """Equal for all frames of one connection, or of one socket to the same receivers; ``frame``
@@ -107,8 +107,8 @@ class Context(RuleContext, Protocol):
 
 class Rule(Protocol):
     """A small verdict in front of any network model. Rules are asked in their order; delays add
-    up, the first drop of a frame or of a packet of it wins. No timers: a rule judges, the medium
-    acts.
+    up, and the first drop of a frame or of one of its packets wins. Rules have no timers: a rule
+    judges, the medium acts.
 
     Built as ``Rule(params)`` with an instance of its ``Params``. A rule may also have the
     capabilities ``LimitsReach``, ``Separates`` and ``JudgesTransmissions``.
@@ -135,7 +135,7 @@ class NetworkModel(Protocol):
     """Decides each frame's arrival or loss at each intended receiver.
 
     Built as ``Model(params)`` with an instance of its ``Params``. One host may send several frames
-    in one instant: to queue them is the model's task. A model may also have any of the capabilities
+    in one instant: the model has to queue them. A model may also have any of the capabilities
     below.
     """
 
@@ -148,11 +148,13 @@ class NetworkModel(Protocol):
         """The class of its parameters, inside the plug-in's class."""
 
     def start(self, context: Context, hosts: tuple[str, ...]) -> None:
-        """As a rule's."""
+        """Called once, before the first frame, with the names of the hosts in index order. Raises
+        ``InputError`` for parameters that do not fit them, as a rule's ``start`` does."""
 
     def send(self, frame: Frame) -> int | None:
-        """Take ``frame``; settle it now or later, once for each of its receivers. Or return after
-        how many ns it is at all of them, which settles it, too, and costs the least."""
+        """Take ``frame``; settle it now or later, once for each of its receivers. Or return the
+        delay in ns after which it arrives at all of them; this settles it too, and is the cheapest
+        way."""
 
 
 @runtime_checkable
@@ -176,8 +178,9 @@ class Separates(Protocol):
 
 @runtime_checkable
 class JudgesTransmissions(Protocol):
-    """A rule that, if ``per_transmission`` is True, is not asked about the frames of a model that
-    ``Retransmits``, but about each transmission of a packet at its receiver. It drops or passes."""
+    """A rule that judges transmissions. If ``per_transmission`` is True and the model
+    ``Retransmits``, the rule is asked for each transmission of each packet, and not once per frame.
+    It drops or passes."""
 
     @property
     def per_transmission(self) -> bool:
@@ -186,8 +189,8 @@ class JudgesTransmissions(Protocol):
 
 @runtime_checkable
 class Retransmits(Protocol):
-    """A network model whose MAC, if ``judges_transmissions`` is True, repeats what is lost, and
-    asks ``Context.judge_transmission`` each time."""
+    """A network model whose MAC repeats lost packets, if ``judges_transmissions`` is True. It then
+    asks ``Context.judge_transmission`` for each transmission."""
 
     @property
     def judges_transmissions(self) -> bool:
@@ -196,8 +199,8 @@ class Retransmits(Protocol):
 
 @runtime_checkable
 class Refuses(Protocol):
-    """A network model that refuses frames: for these of its ``reasons`` nothing of a frame is taken
-    for anybody, so that its bytes were never sent."""
+    """A network model that can refuse a frame before sending it. The bytes of a frame that is
+    dropped for one of these of its ``reasons`` do not count as sent."""
 
     @property
     def refuses(self) -> Sequence[str] | frozenset[str]:

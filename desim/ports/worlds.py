@@ -12,11 +12,10 @@ from desim.ports.networks import Obstacles
 
 
 class Snapshot(NamedTuple):
-    """The matter at one instant, immutable. Readings are computed from it, as late as somebody
-    wants them.
+    """The matter at one instant, immutable. Sensor readings are computed from it on demand.
 
     ``poses`` [robots, 3] x m, y m, yaw rad (read-only) | ``geometry`` is opaque to all but the
-    world, which made it.
+    world that made it.
     """
 
     time_ns: int

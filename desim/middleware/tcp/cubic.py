@@ -1,5 +1,4 @@
-"""CUBIC: the growth of a window that was too large once (RFC 9438, as Linux
-net/ipv4/tcp_cubic.c)."""
+"""CUBIC's window growth after a loss (RFC 9438, as in Linux net/ipv4/tcp_cubic.c)."""
 
 from __future__ import annotations
 

@@ -34,9 +34,9 @@ class Receiver:
 
     All before byte ``nxt`` has arrived; ``ranges`` are the bytes behind a gap, sorted and disjoint.
     All before ``acknowledged`` was acknowledged; the rest will be with the next data of this end,
-    or at ``due_ns`` (0: there is no rest). It waits so only in ``pingpong`` mode, where this end
-    answers each message; else the reader, which is always waiting, has data acknowledged at once
-    (Linux tcp_cleanup_rbuf).
+    or at ``due_ns`` (0: there is no rest). Acknowledgements are delayed only in ``pingpong`` mode
+    (this end answers each message), and for a full segment at most. Otherwise data is acknowledged
+    at once, because the reader is always waiting (Linux tcp_cleanup_rbuf).
     """
 
     __slots__ = ("end", "origin", "back", "transit", "open", "nxt", "ranges", "due_ns", "echo_ns",

@@ -1,4 +1,4 @@
-"""A sender without acknowledgements: it probes, sends again, gives up."""
+"""The retransmission timer of a sender: tail loss probe, timeout, giving up."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class RetransmissionTimer:
     """One timer, as in Linux (icsk_retransmit_timer). First comes a probe (RFC 8985, tail loss
     probe), one a flight, then the timeout, which doubles.
 
-    As long as all goes well the timer is set in passing, for a timeout after the first bytes on
-    their way were sent; Linux sets it for a probe, and each acknowledgement moves it on. The model
-    has one acknowledgement for a train. So the probe is set only after a loss in the network
+    While nothing is lost, the timer is a plain timeout after the first unacknowledged byte was
+    sent. Linux sets it for a probe instead, and each acknowledgement moves it on; but the model has
+    one acknowledgement for a train. So the probe is set only after a loss in the network
     (``hide``): a false probe, where nothing was lost, is left out.
 
     ``uneasy``: a loss has happened (known or not) or a timer is aimed, and there was no progress

@@ -1,4 +1,4 @@
-"""The state of the bytes that a sender has on their way, as far as it knows."""
+"""The SACK scoreboard of a sender: which sent bytes are in flight, lost or received (RFC 6675)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sending half of one direction of a connection: when data may go, and when it goes again."""
+"""The sending half of one direction of a connection: new data, and retransmissions."""
 
 from __future__ import annotations
 
@@ -31,10 +31,9 @@ _PIECE_BYTES = 832  # of memory beside the bytes (SKB_TRUESIZE(0), measured)
 
 
 class Sender(CongestionWindow):
-    """Bytes ``una`` to ``nxt`` are on their way, up to ``written`` they are to be sent. ``peer`` is
-    the receiver at the other end, ``back`` the one at this end. ``transit`` has the messages that
-    were not acknowledged, or were refused after that. ``repair`` exists as long as some bytes seem
-    to be lost.
+    """Bytes ``una`` to ``nxt`` are on their way; those up to ``written`` wait to be sent. ``peer``
+    is the receiver at the other end, ``back`` the one at this end. ``transit``: messages not yet
+    acknowledged, or refused by the closed peer. ``repair``: not None while bytes are believed lost.
     """
 
     __slots__ = ("end", "peer", "back", "open", "nodelay", "transit", "_messages", "una", "nxt",

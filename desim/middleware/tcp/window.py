@@ -70,8 +70,9 @@ class CongestionWindow:
         self.rto_ns = rto_ns if rto_ns < self._most_ns else self._most_ns
 
     def grow(self, acked: int, flying: int, now_ns: int) -> None:
-        """``acked`` bytes of ``flying`` arrived: in slow start the window grows by as many, later
-        as CUBIC says, if it was used but for what waits to be worth a train."""
+        """``acked`` of ``flying`` bytes arrived. In slow start the window grows by ``acked``; later
+        it grows as CUBIC says, but only if the sender was using it (except for data held back to
+        fill a train)."""
         if self.cwnd < self.ssthresh:
             self.cwnd += acked
         elif flying + max(MSS_BYTES, min(self.burst_bytes(), self.cwnd // 3)) > self.cwnd:
