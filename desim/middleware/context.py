@@ -12,7 +12,7 @@ import numpy as np
 
 from desim.engine.kernel import Call, Phase
 from desim.engine.trace import pack
-from desim.middleware.answers import transport_of
+from desim.middleware.answer_checks import transport_of
 from desim.middleware.arp import Neighbours
 from desim.middleware.beliefs import Beliefs
 from desim.middleware.transports import Datagram, Stream

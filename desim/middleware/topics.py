@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim.engine.kernel import Phase
-from desim.middleware.answers import subscribers_of
+from desim.middleware.answer_checks import subscribers_of
 from desim.middleware.counts import TopicCounts
 from desim.middleware.messages import Content, Lazy
 from desim.ports.middleware import Offer

@@ -1,4 +1,4 @@
-"""The account of one broadcast frame: the receivers at which it is settled already.
+"""An open broadcast: the receivers at which it is not settled yet.
 
 Receivers that no settlement names, most of a large fleet, cost nothing: they are counted when the
 rest is settled at once, and listed only on demand.

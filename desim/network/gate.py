@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from desim.errors import ModelError, class_of
 from desim.network.account import Account
-from desim.network.answers import check_packets, checked_delay, undeclared
+from desim.network.answer_checks import check_packets, checked_delay, undeclared
 from desim.network.carrier import Carrier
 from desim.network.terms import PLAIN, Terms
 from desim.ports import (

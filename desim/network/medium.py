@@ -18,7 +18,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import KernelError, ModelError, below, class_of
 from desim.network.account import Account
-from desim.network.answers import arrival_of, check_packets, undeclared
+from desim.network.answer_checks import arrival_of, check_packets, undeclared
 from desim.network.broadcast import Broadcast
 from desim.network.carrier import Carrier
 from desim.network.gate import Gate

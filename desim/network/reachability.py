@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from desim.network.answers import Plugin, reach_m_of
+from desim.network.answer_checks import Plugin, reach_m_of
 from desim.network.place import Surroundings
 from desim.ports import Separates
 

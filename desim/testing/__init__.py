@@ -6,9 +6,9 @@ place where that load runs, ``Fleet`` the hosts that a middleware is tried on, a
 own tests can run theirs.
 """
 
-from desim.testing.bench import HOUR_NS, Bench, Instant
 from desim.testing.checks import check_case, check_network, check_rule, check_strategy
 from desim.testing.fleet import Fleet
+from desim.testing.medium_bench import HOUR_NS, Bench, Instant
 from desim.testing.middleware import Patience, check_discovery, check_middleware
 
 __all__ = ["HOUR_NS", "Bench", "Fleet", "Instant", "Patience", "check_case", "check_discovery",

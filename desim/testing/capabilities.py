@@ -9,7 +9,7 @@ import numpy as np
 
 from desim import ports
 from desim.testing.advice import PluginClass, need
-from desim.testing.bench import Bench
+from desim.testing.medium_bench import Bench
 
 
 class Retrying:

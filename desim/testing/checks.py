@@ -15,13 +15,13 @@ from desim.engine.streams import Streams
 from desim.netcases.case import play
 from desim.ports.cases import Case
 from desim.testing.advice import PluginClass, check_parameters, made, need
-from desim.testing.bench import HOUR_NS, Bench, Fate, Instant
 from desim.testing.capabilities import (
     Retrying,
     check_claims,
     check_switching,
     check_transmissions,
 )
+from desim.testing.medium_bench import HOUR_NS, Bench, Fate, Instant
 from desim.units import NS_PER_S
 
 _FRAMES = 300

@@ -17,7 +17,7 @@ from desim.middleware.graph import Graph, Host, Message, Node
 from desim.network.medium import Medium
 from desim.network.place import Nowhere
 from desim.ports.middleware import Middleware
-from desim.testing.bench import Instant
+from desim.testing.medium_bench import Instant
 from desim.units import NS_PER_S
 
 HOSTS = ("host_1", "host_2", "host_3", "host_10")

@@ -1,4 +1,6 @@
-"""Middleware beside the real thing: ``desim validate --only middleware``. A family a file; each has
-``checks()``, which plays the hosts of ``bench.py`` and compares what comes of it with what was
-measured on real hosts. The group ``middleware`` lists the families.
+"""Comparisons of desim's middlewares with measurements of the real software.
+
+``desim validate --only middleware``. A family a file; each has ``checks()``, which runs the
+hosts of ``laboratory.py`` and compares the outcome with measurements on real hosts. The group
+``middleware`` lists the families.
 """

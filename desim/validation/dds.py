@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from desim.middleware.dds.dds import Dds
 from desim.ports.cases import Check
-from desim.validation.bench import LabNode, Laboratory, Lossy, within
+from desim.validation.laboratory import LabNode, Laboratory, Lossy, within
 
 # Preset: hosts, topics, kB in the first 15 s; of Cyclone DDS with AllowMulticast spdp. Runs differ
 # by what the machine has to do: Fast DDS with 4 hosts and 10 topics took 397, 414, 415 and 478 kB.

@@ -12,7 +12,7 @@ from statistics import mean
 
 from desim.middleware.multimaster.multimaster import Multimaster
 from desim.ports.cases import Check
-from desim.validation.bench import KNOWN_ADDRESSES, LabNode, Laboratory, within
+from desim.validation.laboratory import KNOWN_ADDRESSES, LabNode, Laboratory, within
 
 HEARD_AGAIN_S = 1.40  # the mean of several cuts, both ways
 FIRST_40_S = {2: 38_000, 4: 242_000}  # hosts: bytes

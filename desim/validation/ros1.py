@@ -12,7 +12,7 @@ from statistics import mean
 from desim.middleware.messages import Filler
 from desim.middleware.ros.ros1 import Ros1
 from desim.ports.cases import Check
-from desim.validation.bench import KNOWN_ADDRESSES, LabNode, Laboratory, within
+from desim.validation.laboratory import KNOWN_ADDRESSES, LabNode, Laboratory, within
 
 # Who comes last, one-way delay: ms from its call to the first message.
 FIRST_MESSAGE_MS = {("subscriber", "50 us"): 210, ("publisher", "50 us"): 210,

@@ -19,7 +19,7 @@ from desim.network.medium import Medium
 from desim.network.place import Nowhere
 from desim.ports.cases import Check
 from desim.units import NS_PER_S
-from desim.validation.bench import LabNode, Laboratory, alike, within
+from desim.validation.laboratory import LabNode, Laboratory, alike, within
 
 EMULATOR_MS = 0.2  # what the emulated path adds each way: round trips in captures are 4.4, 40.4 ms
 

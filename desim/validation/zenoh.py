@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from desim.middleware.zenoh.zenoh import Zenoh
 from desim.ports.cases import Check
-from desim.validation.bench import KNOWN_ADDRESSES, LabNode, Laboratory, alike, within
+from desim.validation.laboratory import KNOWN_ADDRESSES, LabNode, Laboratory, alike, within
 
 # Preset, seconds of the cut: of each run how much later the second host started, how long after the
 # start of the first one the cut began, and from its end to the first message.

@@ -5,10 +5,10 @@ from graphs import S, listener, silent, talker
 from rosnets import GIVEN_UP_S, SYNS_S, apart, beliefs, control, seen, stop
 from rosnets import one_master as net
 
-from desim.middleware.ros.looper import Looper
+from desim.middleware.ros.idle_threads import IdleThreads
 from desim.middleware.ros.master import Master, MasterRegistry, MasterThreads, Uri
-from desim.middleware.ros.naps import Naps
 from desim.middleware.ros.sizes import CALLS
+from desim.middleware.ros.xmlrpc_thread import XmlrpcThread
 from netmodels.rules.outage import Outage
 
 # ------------------------------------------------------------------------------------ cold start
@@ -107,7 +107,7 @@ def test_updates_are_not_blocked_where_no_worker_waits(monkeypatch):
 def test_updates_are_one_at_a_time_for_each_node():
     """The second task for a node waits, while those for others overtake it."""
     calls, done = [], []
-    told = Master(Naps(0, [0, 0, 0], int, None), lambda task, over: (
+    told = Master(IdleThreads(0, [0, 0, 0], int, None), lambda task, over: (
         calls.append((task.topic, task.uri.host)), done.append(over)))
     for topic in ("/one", "/two"):
         for host in (1, 2):
@@ -155,14 +155,14 @@ def test_roscpp_asks_once_and_rospy_again():
 def test_a_round_of_roscpp_ends_a_period_after_its_last_event():
     """Rounds of 100 from 0 on. An event at 30 has the first one go on until 130, one at 110, behind
     its period, ends it; then it is quiet; and one at the end of a round is in the next one."""
-    looper = Looper(100, 0)
-    assert [looper.round_end_ns(now) for now in (0, 60, 100, 101)] == [100, 100, 100, 200]
-    looper.event(30)
-    assert looper.round_end_ns(31) == 130
-    looper.event(110)
-    assert looper.round_end_ns(110) == 110 and looper.round_end_ns(111) == 210
-    looper.event(410)
-    assert looper.round_end_ns(411) == 510
+    thread = XmlrpcThread(100, 0)
+    assert [thread.round_end_ns(now) for now in (0, 60, 100, 101)] == [100, 100, 100, 200]
+    thread.event(30)
+    assert thread.round_end_ns(31) == 130
+    thread.event(110)
+    assert thread.round_end_ns(110) == 110 and thread.round_end_ns(111) == 210
+    thread.event(410)
+    assert thread.round_end_ns(411) == 510
 
 
 def test_a_link_takes_two_rounds_of_the_subscriber():
@@ -181,8 +181,8 @@ def test_a_thread_of_the_master_looks_every_100_ms():
     """Three that fell asleep at 0, 20 and 50: work that comes at 130 waits until 150, and more that
     comes then until 200."""
     calls, agenda, now = [], [], 130
-    naps = Naps(100, [0, 20, 50], lambda: now, lambda time, fn: agenda.append((time, fn)))
-    told = Master(naps, lambda task, over: calls.append((now, task.uri.host)))
+    threads = IdleThreads(100, [0, 20, 50], lambda: now, lambda time, fn: agenda.append((time, fn)))
+    told = Master(threads, lambda task, over: calls.append((now, task.uri.host)))
     for host in (1, 2):
         told.register_subscriber("/one", Uri(host, 1))
     told.register_publisher("/one", Uri(0, 1))

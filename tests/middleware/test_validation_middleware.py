@@ -8,12 +8,12 @@ from typing import NamedTuple
 import pytest
 
 from desim.middleware.dds import parameters
+from desim.middleware.dds.heartbeat_piggyback import WhenFull
 from desim.middleware.dds.participant import Participant
 from desim.middleware.dds.reliable import ReliableLink
-from desim.middleware.dds.riding import WhenFull
 from desim.middleware.multimaster.sync import Sync
 from desim.middleware.ros import processes
-from desim.middleware.ros.looper import Looper
+from desim.middleware.ros.xmlrpc_thread import XmlrpcThread
 from desim.middleware.zenoh import link, router
 from desim.middleware.zenoh import zenoh as zenoh_model
 from desim.middleware.zenoh.link_queue import LinkQueue
@@ -34,7 +34,7 @@ def no_checksums(monkeypatch):
 
 def no_rounds(monkeypatch):
     """Answers are noticed at once."""
-    monkeypatch.setattr(Looper, "round_end_ns", lambda looper, now_ns: now_ns)
+    monkeypatch.setattr(XmlrpcThread, "round_end_ns", lambda thread, now_ns: now_ns)
 
 
 def no_questions(monkeypatch):

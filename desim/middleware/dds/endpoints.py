@@ -11,8 +11,8 @@ from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from desim.middleware.dds import wire
+from desim.middleware.dds.heartbeat_piggyback import Spent
 from desim.middleware.dds.remote import Guid, Item, ItemKind, RemoteParticipant
-from desim.middleware.dds.riding import Spent
 
 if TYPE_CHECKING:
     from desim.middleware.dds.participant import Participant
@@ -189,8 +189,9 @@ class Endpoints:
                        lambda remote: (remote.series, tuple(mails)))
 
     def _parted(self, items: list[Item]) -> list[list[Item]]:
-        """Cut repeated items where a heartbeat to all rides (see ``riding.Spent``): that one is a
-        message of its own, and ends the one before it."""
+        """Cut repeated items where a heartbeat to all rides (see
+        ``heartbeat_piggyback.Spent``): that one is a message of its own, and ends
+        the one before it."""
         parts: list[list[Item]] = [[]]
         if self._spent is None:
             return [items]

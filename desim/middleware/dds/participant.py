@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds.endpoints import Endpoints
+from desim.middleware.dds.heartbeat_piggyback import Resent
 from desim.middleware.dds.relay import Relay
 from desim.middleware.dds.remote import Coming, Guid, Item, ItemKind, RemoteParticipant
-from desim.middleware.dds.riding import Resent
 from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk
 from desim.middleware.lifetime import Lifetime
 from desim.ports.middleware import HostState

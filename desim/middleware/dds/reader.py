@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.middleware.dds.asking import Asking
+from desim.middleware.dds.nack_timing import NackTiming
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
@@ -77,7 +77,7 @@ class Reader:
         self._remote: RemoteParticipant | None = None
         self._greeting = False  # it asks what there is
         self._asked = False  # a heartbeat waits for an answer
-        self._asking = Asking()
+        self._asking = NackTiming()
         self._acked = self._acked_ns = 0  # all before what it acknowledged last, and when
 
     def _match(self) -> RemoteParticipant | None:

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, TypeVar
 
 from desim.middleware.dds import wire
-from desim.middleware.dds.carriers import Beating, Bundling
+from desim.middleware.dds.frames import Beating, Bundling
 from desim.middleware.dds.reader import (
     ASKS,
     DIRECTED,
@@ -26,7 +26,7 @@ from desim.middleware.dds.reader import (
     Reader,
     ReliableSample,
 )
-from desim.middleware.dds.repetition import Wanted
+from desim.middleware.dds.retransmission import Wanted
 from desim.middleware.timers import NEVER, Timer
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class ReliableLink:
                  "_record_frame", "_depth", "_history", "_unacked_bytes",
                  "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
                  "_beating", "_bundling", "_coming", "_wanted", "_repeating", "_repeat_ns",
-                 "_greeted", "_smooth", "_quick", "_steady", "_period_ns", "_riding",
+                 "_greeted", "_smooth", "_quick", "_steady", "_period_ns", "_piggyback",
                  "_trains", "_long_trains")
 
     def __init__(self, dds: Dds, offer: Offer, writer: Reliable, receiver: int,
@@ -81,7 +81,7 @@ class ReliableLink:
         self._to = (receiver,)
         self._transmit_frame = medium.transmit
         self._record_frame = context.record_frame
-        self._depth, self._riding = writer.depth, writer.riding
+        self._depth, self._piggyback = writer.depth, writer.piggyback
         self._history: deque[ReliableSample] = deque()
         self._unacked_bytes = self._last = self._beats = 0
         self._beat_ns: int = -dds.params.heartbeat_asks_after_ns  # the first sample asks
@@ -248,7 +248,7 @@ class ReliableLink:
     def _send_again(self, parts: list[tuple[ReliableSample, range]]) -> None:
         """Send each fragment of ``parts`` in a message of its own, or whole samples together."""
         fragment_bytes, cut = self._params.fragment_bytes, self._dds.wire
-        beats = iter(self._riding.again([
+        beats = iter(self._piggyback.again([
             min(fragment_bytes, sample.message.size_bytes) for sample, part in parts
             for _ in part]))
         bundle: list[tuple[ReliableSample, bool]] = []

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import NamedTuple
 
-from desim.middleware.dds.asking import Asking
+from desim.middleware.dds.nack_timing import NackTiming
 
 Guid = tuple[int, int]  # host index, and which of its lives: a new one at every start
 NOBODY: Guid = (-1, 0)
@@ -74,7 +74,7 @@ class RemoteParticipant:
         self.got = self.known = 0
         self.held: dict[int, Item] = {}
         self.asked = self.answering = False
-        self.asking = Asking()
+        self.asking = NackTiming()
         self.wanted: tuple[int, ...] = ()
         self.series = series
         self.received_series = 0
@@ -99,4 +99,4 @@ class RemoteParticipant:
         self.got = self.known = 0
         self.held.clear()
         self.named.clear()
-        self.asking = Asking()
+        self.asking = NackTiming()

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim.middleware.dds.heartbeat_piggyback import Always, HeartbeatPiggyback, WhenFull
 from desim.middleware.dds.implied import ImpliedLink
 from desim.middleware.dds.reader import DIRECTED
 from desim.middleware.dds.reliable import ReliableLink
-from desim.middleware.dds.riding import Always, Riding, WhenFull
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
@@ -30,10 +30,10 @@ class Reliable:
         self.depth = offer.queue if params.depth is None else params.depth
         self._written = 0
         self._link_type = ImpliedLink if params.acks == "implied" else ReliableLink
-        self.riding: Riding = Always()
+        self.piggyback: HeartbeatPiggyback = Always()
         if params.heartbeat_rides != "always":
             full = self._many_written if params.heartbeat_rides == "written" else self._many_wait
-            self.riding = WhenFull(full, params.heartbeat_after_bytes or 1 << 62,
+            self.piggyback = WhenFull(full, params.heartbeat_after_bytes or 1 << 62,
                                    dds.participants[self._host].resent)
         self._connected = False  # its publisher has connected it
         self._fresh: list[int] = []
@@ -105,7 +105,7 @@ class Reliable:
         links = self._links
         to = links.values() if only is None else [links[receiver] for receiver in only]
         if to:
-            beats = self.riding.new(self._dds.message_sizes(message.size_bytes))
+            beats = self.piggyback.new(self._dds.message_sizes(message.size_bytes))
             self._written += only is None
             for link in to:
                 link.offer(message, beats)

@@ -6,10 +6,10 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from desim.middleware.ros.links import RosLink
-from desim.middleware.ros.looper import Looper
 from desim.middleware.ros.master import Uri
 from desim.middleware.ros.sizes import CALLS, REQUEST_TOPIC
 from desim.middleware.ros.xmlrpc import XmlRpcCall
+from desim.middleware.ros.xmlrpc_thread import XmlrpcThread
 from desim.ports.middleware import Endpoint, HostState, TransportKind
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class Process:
         schedules, context = processes.schedules, processes.context
         started_ns = schedules.poll_ns and int(context.stream(
             "ros", context.hosts[self.host], uri.life).integers(schedules.start_ns + 1))
-        self.looper = Looper(schedules.poll_ns, context.now_ns - started_ns)
+        self.xmlrpc_thread = XmlrpcThread(schedules.poll_ns, context.now_ns - started_ns)
         self._links_up: dict[int, int] = {}  # links that are up, by publishing host
         processes.rpc.serve(self.host, uri.slave, self._serve)
         processes.tcp.listen(self.host, uri.tcpros, _nothing)
@@ -140,7 +140,7 @@ class Process:
     # Calls of others.
 
     def _serve(self, call: XmlRpcCall) -> None:
-        self.looper.event(self.all.context.now_ns)
+        self.xmlrpc_thread.event(self.all.context.now_ns)
         method, *arguments = call.request
         if method == "requestTopic":
             sizes = REQUEST_TOPIC[self.all.schedules.client]

@@ -36,7 +36,7 @@ class RosLink:
 
     def ask(self, _: object = None) -> None:
         """requestTopic, over a connection of its own, which is called at once; the request waits
-        for the end of the looper's round."""
+        for the end of the XML-RPC thread's round."""
         self.asked = True
         self._timer = None
         all_ = self.process.all
@@ -76,7 +76,7 @@ class RosLink:
             return
         self._cancel_timer()
         if transport is not None:
-            self.process.looper.event(self.process.all.context.now_ns)
+            self.process.xmlrpc_thread.event(self.process.all.context.now_ns)
             self._at_the_end_of_the_round(
                 self._connect if transport == TransportKind.STREAM else self._established)
             return
@@ -142,9 +142,9 @@ class RosLink:
         self._timer = self.process.all.context.at(time_ns, self.process.host, step)
 
     def _at_the_end_of_the_round(self, step: Callable[..., object]) -> None:
-        """Call ``step`` when the looper's round ends, which events put off."""
+        """Call ``step`` when the XML-RPC thread's round ends, which events put off."""
         now_ns = self.process.all.context.now_ns
-        due_ns = self.process.looper.round_end_ns(now_ns)
+        due_ns = self.process.xmlrpc_thread.round_end_ns(now_ns)
         if due_ns <= now_ns:
             self._timer = None
             step(None)
@@ -152,7 +152,8 @@ class RosLink:
             self._set_timer(due_ns, lambda _: self._at_the_end_of_the_round(step))
 
     def _request(self, _: object) -> None:
-        self.process.looper.event(self.process.all.context.now_ns)  # the socket can be written
+        process = self.process
+        process.xmlrpc_thread.event(process.all.context.now_ns)  # the socket can be written
         self._call.release()
 
     def _cancel_timer(self) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
-from desim.middleware.ros.naps import Naps
+from desim.middleware.ros.idle_threads import IdleThreads
 
 
 class Uri(NamedTuple):
@@ -98,14 +98,14 @@ class MasterThreads:
     call, or sleeps if there is none.
     """
 
-    def __init__(self, naps: Naps, call: MakeCall) -> None:
+    def __init__(self, threads: IdleThreads, call: MakeCall) -> None:
         self.waiting: deque[MasterCall] = deque()
         self.busy: dict[Uri, MasterCall] = {}
-        self._naps, self._call = naps, call
+        self._threads, self._call = threads, call
 
     def add(self, task: MasterCall) -> None:
         self.waiting.append(task)
-        self._naps.wake(self._work)
+        self._threads.wake(self._work)
 
     def _work(self) -> bool:
         """Let a thread take the first call that may be made now. Returns whether there was one."""
@@ -121,17 +121,17 @@ class MasterThreads:
     def _done(self, uri: Uri) -> None:
         del self.busy[uri]
         if not self._work():
-            self._naps.begin()
+            self._threads.begin()
         if self.waiting:
-            self._naps.wake(self._work)
+            self._threads.wake(self._work)
 
 
 class Master:
     """One master process, from its start to its end. ``call(task, done)`` makes its calls."""
 
-    def __init__(self, naps: Naps, call: MakeCall) -> None:
+    def __init__(self, threads: IdleThreads, call: MakeCall) -> None:
         self.registry = MasterRegistry()
-        self.workers = MasterThreads(naps, call)
+        self.workers = MasterThreads(threads, call)
 
     def has_parameter(self, _: str, __: Uri) -> tuple[Uri, ...]:
         """None has been set."""

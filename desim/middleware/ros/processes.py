@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from desim.errors import InputError
 from desim.middleware.ros.client import Process
+from desim.middleware.ros.idle_threads import IdleThreads
 from desim.middleware.ros.master import Master, MasterCall, Uri
-from desim.middleware.ros.naps import Naps
 from desim.middleware.ros.parameters import RosParams, schedules
 from desim.middleware.ros.sizes import CALLS
 from desim.middleware.ros.tcpros import Tcpros
@@ -70,7 +70,7 @@ class Processes:
             self._lives[host] += 1
             if host in self._master_of:
                 self.masters[host] = Master(
-                    self._naps(host), lambda task, done: self._make_call(host, task, done))
+                    self._threads(host), lambda task, done: self._make_call(host, task, done))
                 self.rpc.serve(host, "master", self._serve)
             self.on(host)
             return
@@ -106,13 +106,13 @@ class Processes:
 
     # Masters.
 
-    def _naps(self, host: int) -> Naps:
+    def _threads(self, host: int) -> IdleThreads:
         """Of a master's threads, each at times of its own."""
         context, params = self.context, self._params
         stream = context.stream("rosmaster", context.hosts[host], self._lives[host])
         asleep_ns = [context.now_ns + int(stream.integers(params.worker_poll_ns + 1))
                      for _ in range(params.workers)]
-        return Naps(params.worker_poll_ns, asleep_ns, lambda: context.now_ns,
+        return IdleThreads(params.worker_poll_ns, asleep_ns, lambda: context.now_ns,
                     lambda time_ns, fn: context.at(time_ns, host, lambda _: fn()))
 
     def _serve(self, call: XmlRpcCall) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from desim.middleware.tcp.end import OPEN, End
-from desim.middleware.tcp.entries import FIN, Token
+from desim.middleware.tcp.transit import FIN, Token
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.sender import Sender

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase, pair
 from desim.middleware.jiffies import fires_ns
-from desim.middleware.tcp.entries import FIN, Token, parts
 from desim.middleware.tcp.implied import ImpliedReceiver
 from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver, Train
 from desim.middleware.tcp.sender import Sender
+from desim.middleware.tcp.transit import FIN, Token, parts
 from desim.middleware.timers import Timer
 from desim.middleware.transports import SEGMENT_HEADER_BYTES
 
@@ -256,7 +256,7 @@ class End:
             self.connection.open = False
         self.connection.tcp.release(self)
 
-    def account(self, message: Token, kind: str | None, size_bytes: int) -> None:
+    def record_frame(self, message: Token, kind: str | None, size_bytes: int) -> None:
         """Record that so many bytes of a message leave: a frame of data, or bytes of discovery."""
         connection = self.connection
         context = connection.tcp.context

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from desim.middleware.tcp.entries import FIN, Token
 from desim.middleware.tcp.parameters import on_wire
+from desim.middleware.tcp.transit import FIN, Token
 from desim.middleware.timers import NEVER
 from desim.middleware.transports import MSS_BYTES
 

@@ -6,12 +6,12 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from desim.middleware.tcp.entries import FIN, Token, Transit, parts
 from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.tcp.repair import Repair
 from desim.middleware.tcp.retransmission import RetransmissionTimer
 from desim.middleware.tcp.scoreboard import Scoreboard
+from desim.middleware.tcp.transit import FIN, Token, Transit, parts
 from desim.middleware.tcp.window import CongestionWindow
 from desim.middleware.tcp.writes import Writes
 from desim.middleware.timers import NEVER
@@ -389,7 +389,7 @@ class Sender(CongestionWindow):
         size_bytes, segments = on_wire(end - start)
         headers = size_bytes - (end - start)
         for message, kind, payload_bytes in parts(self._messages, self.una, start, end):
-            self.end.account(message, kind, payload_bytes + headers)
+            self.end.record_frame(message, kind, payload_bytes + headers)
             headers = 0  # its first message bears them
         back = self.back
         self._transmit(self._host, self._to, size_bytes, segments, False, self.peer,

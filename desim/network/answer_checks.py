@@ -1,4 +1,4 @@
-"""Checks of the answers of rules and network models. Each complaint names the plug-in."""
+"""Checks of what rules and network models return. Each complaint names the plug-in."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The choice of the messages of a writer on which a heartbeat rides."""
+"""Piggybacked heartbeats: which messages of a writer carry one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Protocol
 
 
-class Riding(Protocol):
+class HeartbeatPiggyback(Protocol):
     """Chooses for each message, given by its bytes, whether a heartbeat rides on it: ``new`` for
     those of a new sample, ``again`` for those that are sent once more."""
 

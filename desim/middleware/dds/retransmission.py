@@ -1,4 +1,4 @@
-"""The requests of a reader, and when they are met."""
+"""Retransmission of samples: the requests of a reader, and when they are met."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from desim.middleware.dds.reader import Missing, ReliableSample
 
 
-class Repetition(NamedTuple):
+class Retransmission(NamedTuple):
     """``parts`` of samples to send now, each in a frame; whether some are ``gone``; when more are
     due, if nothing changes (None: never)."""
 
@@ -43,7 +43,7 @@ class Wanted:
         self.missing = {number: indices for number, indices in self.missing.items()
                         if number >= base}
 
-    def take(self, history: deque[ReliableSample], first: int, now_ns: int) -> Repetition:
+    def take(self, history: deque[ReliableSample], first: int, now_ns: int) -> Retransmission:
         """Take the fragments of ``history``, which begins with number ``first``, that are to be
         sent now. A sample of several messages of which the reader has nothing goes in trains once,
         all others by fragments."""
@@ -72,7 +72,7 @@ class Wanted:
                     parts.append((sample, range(index, index + 1)))
             if waits:
                 self.missing[number] = tuple(waits)
-        return Repetition(parts, any(number < first for number in missing), next_ns)
+        return Retransmission(parts, any(number < first for number in missing), next_ns)
 
     def _after(self, now_ns: int, pause_ns: int) -> tuple[int, int]:
         """The end and the length of the pause that follows one of ``pause_ns``."""

@@ -1,11 +1,11 @@
-"""The times between two requests of a reader for the same samples."""
+"""The timing of a reader's requests for the same samples."""
 
 from __future__ import annotations
 
 Place = tuple[int, int]  # number of a sample, and of a fragment of it
 
 
-class Asking:
+class NackTiming:
     """The last request of a reader: its end and its time.
 
     As Cyclone DDS does it (src/core/ddsi/src/ddsi_acknack.c, get_acknack_info): new losses are

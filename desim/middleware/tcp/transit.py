@@ -1,4 +1,4 @@
-"""The messages whose bytes are in the stream of one direction of a connection."""
+"""The messages in transit in one direction of a connection; sender and receiver share them."""
 
 from __future__ import annotations
 

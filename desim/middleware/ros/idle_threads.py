@@ -1,4 +1,4 @@
-"""The sleep of idle threads of a rosmaster."""
+"""The idle worker threads of a rosmaster: each polls for work at intervals."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 
-class Naps:
+class IdleThreads:
     """Each thread polls for work every ``period_ns`` since it fell asleep (rosmaster threadpool.py,
     threadSleepTime), at the instants ``asleep_ns``. Without a period they never sleep.
     ``at(time_ns, fn)`` calls ``fn()`` then."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-class Looper:
+class XmlrpcThread:
     """It works in rounds of ``period_ns`` (roscpp xmlrpc_manager.cpp: server_.work(0.1)), and
     serves calls that are new or answered between them. A round goes on for another period after
     each event within its period, and ends with the first event behind that (XmlRpcDispatch::work:

@@ -1,4 +1,4 @@
-"""Checks of the answers of middlewares. Each complaint names the plug-in."""
+"""Checks of what middlewares return. Each complaint names the plug-in."""
 
 from __future__ import annotations
 

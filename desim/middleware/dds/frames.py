@@ -1,4 +1,4 @@
-"""The carriers of messages from a reliable writer to a reader beside new samples."""
+"""Frames of a reliable writer other than new samples: bundles, heartbeats, gaps."""
 
 from __future__ import annotations
 
