@@ -1,5 +1,7 @@
-"""ARP: hosts find and lose the addresses of others on their subnet, with the states and times of
-Linux (net/core/neighbour.c, net/ipv4/arp.c)."""
+"""ARP: hosts find and lose the addresses of others on their subnet.
+
+States and times are those of Linux (net/core/neighbour.c, net/ipv4/arp.c).
+"""
 
 from __future__ import annotations
 

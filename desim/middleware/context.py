@@ -1,5 +1,7 @@
-"""The graph as its middleware sees it (``ports.middleware.MiddlewareContext``), and the account of
-what passes between the two."""
+"""The graph as its middleware sees it (``ports.middleware.MiddlewareContext``).
+
+It keeps the account of all that passes between the two.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""Metrics of what hosts believe of each other: how soon silence is noticed, how soon a host that is
-back is heard again, and how far beliefs are from the truth.
+"""Metrics of what hosts believe of each other.
+
+They are the times until silence is noticed and until a returned host is heard again, and the
+difference between beliefs and the truth.
 
 The links are sampled once a second, and whenever a host starts, stops or is taken for gone. No
 result but these metrics depends on that.

@@ -1,4 +1,4 @@
-"""The pairs of hosts between which frames could get, once a second: kept as changes, read again."""
+"""Reachability of hosts, sampled once a second and stored as changes."""
 
 from __future__ import annotations
 

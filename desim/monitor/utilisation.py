@@ -1,5 +1,7 @@
-"""Utilisation of the media: the share of time in which each part is busy that does one thing at a
-time (the air around a host, a port in one direction, a cable)."""
+"""Utilisation of the media: the share of time in which each part is busy.
+
+A part does one thing at a time: the air around a host, a port in one direction, a cable.
+"""
 
 from __future__ import annotations
 

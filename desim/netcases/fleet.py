@@ -1,8 +1,9 @@
-"""Will this network carry the messages of this fleet? A scenario's topics, transports and media
-without its robots: nodes that publish as much as often, on hosts that stand still.
+"""Will this network carry the messages of this fleet?
 
-Counted are messages that are born while it is measured, and their fates, for which one more period
-of the slowest topic is played. Delivered means that the receiving host has the message.
+A scenario's topics, transports and media are played without its robots: nodes publish as much as
+often, on hosts that stand still. The messages that are published during the measurement count; for
+their fates one more period of the slowest topic is played. Delivered means that the receiving host
+has the message.
 """
 
 from __future__ import annotations

@@ -1,5 +1,7 @@
-"""The size of a map message of a whole terrain: a robot's laser scans at one place after the other
-until the map is complete."""
+"""The size of a map message of a whole terrain.
+
+A robot's laser scans at one place after the other until the map is complete.
+"""
 
 from __future__ import annotations
 

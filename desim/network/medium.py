@@ -1,7 +1,8 @@
-"""One medium: it asks its rules about each frame, hands it to its network model, and keeps the
-account of its fate at each intended receiver.
+"""One medium: its rules, its network model, and the account of all frames.
 
-It needs a ``Kernel`` and names, not a ``Graph``: a plain SimPy program can send over it, too.
+It asks its rules about each frame, hands it to its network model, and keeps the account of its fate
+at each intended receiver. It needs a ``Kernel`` and names, not a ``Graph``: a plain SimPy program
+can send over it, too.
 """
 
 from __future__ import annotations

@@ -1,5 +1,8 @@
-"""The contracts of ``desim net`` and ``desim validate``: networks without robots, and published
-numbers to compare them with. A case describes hosts and flows; desim plays it."""
+"""The contracts of ``desim net`` and ``desim validate``.
+
+A case describes hosts and flows of a network without robots; desim plays it. A validation compares
+the results with published numbers.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""A picture of a medium's reach in a terrain: from one place to all others, and between the hosts
-where they start."""
+"""A picture of a medium's reach in a terrain.
+
+It shows the reach from one place to all others, and between the hosts where they start.
+"""
 
 from __future__ import annotations
 

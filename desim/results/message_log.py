@@ -19,9 +19,9 @@ _pack = Struct(f"<{len(COLUMNS)}q").pack
 
 
 class MessageLog:
-    """Its ``fate`` is a graph's ``on_fate``. ``sink(rows, reasons)`` gets every full batch: int64
-    [n, 10] in the order of ``COLUMNS``, the topic as its name id, hosts as indices, the reason as
-    an index into ``reasons``."""
+    """Collects the fates of messages: pass ``fate`` to ``Graph`` as ``on_fate``. ``sink(rows,
+    reasons)`` gets every full batch: int64 [n, 10] in the order of ``COLUMNS``, the topic as its
+    name id, hosts as indices, the reason as an index into ``reasons``."""
 
     __slots__ = ("reasons", "_sink", "_reason", "_rows", "_before")
 

@@ -21,11 +21,11 @@ from desim.units import NS_PER_S
 
 _STOP = Goal(math.nan, math.nan)
 # Tuned; ``maze_8`` as in desim/robot/navigation/__init__.py.
-# A search that finds nothing goes through the whole map: not every second; maze_8: same.
+# Pause after a fruitless search, which goes through the whole map; maze_8: same.
 _IDLE_NS = 5 * NS_PER_S
-# A frontier still there after so many visits cannot be resolved; maze_8 with 1: 197 s, 3: 202 s.
+# Visits after which a remaining frontier counts as unresolvable; maze_8 with 1: 197 s, 3: 202 s.
 _VISITS = 2
-_VETOES = 5  # a strategy that insists on such a frontier after so many gets it; maze_8: same
+_VETOES = 5  # refusals after which a strategy that insists on such a frontier gets it; maze_8: same
 
 
 class Target(NamedTuple):

@@ -14,9 +14,9 @@ from desim.robot.tiles import Belief, LayerSnapshot
 from desim.scenario.schema.communication import Exchange
 from desim.units import NS_PER_S
 
-# A robot whose evidence does not change sends nothing (gmapping publishes only after a processed
-# scan), but all that it knows at least every so many periods: a peer that started again with
-# empty memory, or that missed a part, gets it then.
+# Periods after which a robot sends all its evidence even if nothing has changed, for peers that
+# missed a part or started again. Otherwise it sends nothing without a change (gmapping publishes
+# only after a processed scan).
 # (20 % less or more changes no run of scenarios/maze_8.yaml, where no message is lost.)
 REFRESH_PERIODS = 6
 

@@ -15,8 +15,8 @@ from desim.robot.poses import between, step
 from desim.robot.tiles import Belief
 from desim.scenario.schema import robot as parameters
 
-# Without a common stamp for so long, interpolate: more than the 200 ms between two of them at 25 Hz
-# and 10 Hz. (20 % less or more changes no run of scenarios/maze_8.yaml.)
+# Time without a common stamp after which poses are interpolated: more than the 200 ms between two
+# of them at 25 Hz and 10 Hz. (20 % less or more changes no run of scenarios/maze_8.yaml.)
 PATIENCE_NS = 250_000_000
 STILL_M, STILL_RAD = 0.001, 0.001  # a smaller step between two poses is standing still: far below
 #                                    what a robot drives or turns in 100 ms

@@ -1,7 +1,6 @@
-"""The plug-ins that a scenario chooses: complaints about them, and the paths that they are given.
+"""The plug-ins that a scenario names: errors in their parameters, and paths of their files.
 
-All of this works on the mapping that was written, so that it also finds something in a scenario
-with other errors.
+It reads the raw mapping, and so works even if other parts are wrong.
 """
 
 from __future__ import annotations

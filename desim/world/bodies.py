@@ -12,7 +12,7 @@ from desim.world.kernels import bodies as kernels
 from desim.world.terrain import Raster, Terrain
 from desim.world.wall_index import tile_index
 
-EPISODE_NS = NS_PER_S // 2  # a collision ends after so long without contact (our choice)
+EPISODE_NS = NS_PER_S // 2  # time without contact that ends a collision (our choice)
 TILE_M = 2.0  # smaller tiles list fewer walls and cost memory
 _NEVER_NS = -(1 << 62)
 

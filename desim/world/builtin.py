@@ -1,5 +1,7 @@
-"""The paper's four terrains (Yan, Fabresse, Laval and Bouraqadi 2017, Figure 4): 80 m x 80 m with
-roads 8 m wide and obstacles 2 m high, centred on the origin."""
+"""The paper's four terrains (Yan, Fabresse, Laval and Bouraqadi 2017, Figure 4).
+
+They are 80 m x 80 m with roads 8 m wide and obstacles 2 m high, centred on the origin.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""The materials of walls. The names are common to terrains and radio models; the attenuation of a
-radio wave by each material stands in the radio models."""
+"""The materials of walls: names that terrains and radio models have in common.
+
+The attenuation of a radio wave by each material stands in the radio models.
+"""
 
 from __future__ import annotations
 

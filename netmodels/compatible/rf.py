@@ -1,5 +1,8 @@
-"""The radio that Gazebo and the SubT Challenge have in common (gz-sim, src/systems/rf_comms; osrf/
-subt, subt_communication_model): log-normal power, errors of QPSK, and so many bits an epoch."""
+"""The radio that Gazebo and the SubT Challenge have in common.
+
+Log-normal power, errors of QPSK, and a limit of bits per epoch (gz-sim, src/systems/rf_comms;
+osrf/subt, subt_communication_model).
+"""
 
 from __future__ import annotations
 
@@ -55,7 +58,7 @@ class CapacityWindow:
         self._bytes = 0
 
     def take(self, now_ns: int, size_bytes: int) -> bool:
-        """Whether so much more is within the capacity; then it counts."""
+        """Whether that much more is within the capacity; if so, it is counted."""
         past = self._past
         while past and past[0][0] < now_ns - self._epoch_ns:
             self._bytes -= past.popleft()[1]

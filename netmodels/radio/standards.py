@@ -23,8 +23,8 @@ MOST_BYTES = MSDU_BYTES - LLC_BYTES + ETHERNET_BYTES  # of a packet of the host,
 
 
 class Rate(NamedTuple):
-    """``bits`` a symbol of ``symbol_ns`` (DSSS: 8 bits, whose time is rounded up to whole us at
-    the end). Header and payload begin so long after the beginning of the frame."""
+    """One rate: ``bits`` a symbol of ``symbol_ns`` (DSSS: 8 bits, whose time is rounded up to whole
+    us at the end). Header and payload begin ``header_ns`` and ``payload_ns`` after the frame."""
 
     mbps: float
     bits: int
@@ -47,9 +47,9 @@ _OFDM = _ofdm(6, 9, 12, 18, 24, 36, 48, 54)
 
 @dataclass(frozen=True)
 class Standard:
-    """Interframe spaces and contention windows (in slots), rates (the slowest first), those of them
-    in Mb/s that everybody understands, by how many numbers channels must differ, of 5 MHz each, so
-    as not to overlap, where they begin, and the last one."""
+    """One PHY standard. Contention windows are in slots; ``rates`` ascend. ``basic_mbps``: the
+    basic rates, which every station understands. ``channels_apart``: the least difference of
+    channel numbers (5 MHz each) without overlap. Channel 0 would lie at ``band_hz``."""
 
     slot_ns: int
     sifs_ns: int

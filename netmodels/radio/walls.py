@@ -1,5 +1,6 @@
-"""Loss of a radio wave in walls: so many dB for each wall that it crosses
-(multi-wall, COST 231 final report, 4.7.2), and so many for each metre inside of blocks (Sommer,
+"""Loss of a radio wave in walls: dB per wall that it crosses, and dB per metre inside of blocks.
+
+Walls: the multi-wall model (COST 231 final report, 4.7.2). Metres inside of blocks (Sommer,
 Eckhoff, German, Dressler 2011, "A computationally inexpensive empirical model of IEEE 802.11p radio
 shadowing in urban environments": the obstacles of Veins)."""
 

@@ -88,14 +88,13 @@ class Switch:
         self._port = _assign(self._params.ports, hosts)
         self._exits_to: list[Exits] = [((port, (host,)),) for host, port in enumerate(self._port)]
         count = max(self._port, default=0) + 1
-        # Of each port, into the switch: when all will be sent, how long that takes; frames that
-        # are not sent yet, how many of them the packet queues know, the others; the next call.
-        self._free_ns = [0] * count
-        self._booked_ns = [0] * count
-        self._queued = [0] * count
-        self._inside = [0] * count
-        self._lines: list[deque[Waiting]] = [deque() for _ in range(count)]
-        self._due_ns = [0] * count
+        # Of each port, into the switch:
+        self._free_ns = [0] * count  # when all will be sent
+        self._booked_ns = [0] * count  # how long that takes
+        self._queued = [0] * count  # frames that are not sent yet
+        self._inside = [0] * count  # those of them that the packet queues know
+        self._lines: list[deque[Waiting]] = [deque() for _ in range(count)]  # the others
+        self._due_ns = [0] * count  # the next call
         self._timers: list[ports.Handle | None] = [None] * count
         self._loads: list[Load] = [(0, 0, 0)] * count  # of exits that nothing in the queues is for
         self._coming = [0] * count  # frames in the queues that are for this exit

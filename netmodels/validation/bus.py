@@ -1,5 +1,4 @@
-"""A shared cable: carrier sense without collisions against ns-3, and with them against Metcalfe and
-Boggs."""
+"""A shared cable: without collisions against ns-3, with them against Metcalfe and Boggs."""
 
 from __future__ import annotations
 

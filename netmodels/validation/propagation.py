@@ -1,5 +1,7 @@
-"""Path loss, walls and packet errors: formulas, to the printed digits of what ns-3 computes, of
-ITU-R P.1238 and of Veins."""
+"""Path loss, walls and packet errors against ns-3, ITU-R P.1238 and Veins.
+
+The formulas agree to the printed digits of these references.
+"""
 
 from __future__ import annotations
 

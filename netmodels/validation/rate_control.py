@@ -1,5 +1,4 @@
-"""Senders that learn how fast they can send: one against the Markov chain of what it knows, several
-against ns-3."""
+"""Rate control: one sender against the Markov chain of what it knows, several against ns-3."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The paper's cluster for a design: its nodes, the virtual machine of each robot on one of them,
-and the order in which these get their image.
+"""The paper's cluster for a design: nodes, virtual machines on them, and copies of their image.
 
+Each robot has a virtual machine on one of the nodes; the machines get their image in an order.
 Nodes: equation 7 of Yan, Fabresse, Laval and Bouraqadi 2017. Copying: their Algorithm 2 copies the
 image to each node once and clones it there. Placement, and the copying to all nodes at once: as the
 scripts of their testbed do it (github.com/yzrobot/mrs_testbed, scripts/submit_job.sh,

@@ -1,7 +1,7 @@
-"""A design: the paper's Table 4 as a file. Parameters, vectors, iterations, stop conditions,
-measurements, metrics, on top of one scenario.
+"""A design: the paper's Table 4 as a file, on top of one scenario.
 
-Errors carry the place in the file, as those of scenarios do: ``design.yaml:7:12: parameters...``.
+Its parts are parameters, vectors, iterations, stop conditions, measurements and metrics. Errors
+carry the place in the file, as those of scenarios do: ``design.yaml:7:12: parameters...``.
 """
 
 from __future__ import annotations

@@ -1,5 +1,7 @@
-"""The values of a design that are paths of files or modules: those whose type in the scenario or in
-the design is a path, and no other text, whatever files exist."""
+"""The values of a design that are paths of files or modules.
+
+Their type in the scenario or in the design decides, and not which files exist.
+"""
 
 from __future__ import annotations
 

@@ -20,9 +20,9 @@ Value = Callable[[Row], float | None]
 
 
 class Agenda:
-    """The runs of a campaign, iteration by iteration over all vectors. With ``iterations: {until:
-    ...}`` a vector gets its next iteration when those before it are done and do not suffice: the
-    choice of runs does not depend on the number of workers.
+    """The runs of a campaign, iteration by iteration over all vectors. With ``iterations: {metric:
+    ..., width: ...}`` a vector gets another iteration when all earlier ones are done and its
+    interval is still too wide. So the choice of runs does not depend on the number of workers.
 
     ``rows`` are those of the runs that are done; ``add`` adds one. ``value`` gives a row's value of
     the metric that is to be known well enough. ``runs`` are all that belong to the campaign as far

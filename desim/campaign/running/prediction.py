@@ -1,10 +1,10 @@
 """The cost of a campaign, predicted from runs that are done, or from a few probes.
 
 A run costs so many seconds of CPU for each simulated second, which grows with the fleet, and lasts
-so many simulated seconds; if only its beginning is known, what this cost beyond the rate comes on
-top, once. All is taken from runs of the same vector; else from those of the vectors that share most
-levels with it, with the rate scaled by the size of the fleet; a run of which nothing is known lasts
-until its time limit.
+so many simulated seconds. If only its beginning was run, the start-up cost is added once. All is
+taken from runs of the same vector; else from those of the vectors that share most levels with it,
+with the rate scaled by the size of the fleet; a run of which nothing is known lasts until its time
+limit.
 """
 
 from __future__ import annotations

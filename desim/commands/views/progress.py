@@ -1,5 +1,7 @@
-"""The progress of a run. A thread of its own reads counters, so that the simulation neither knows
-of it nor waits for it."""
+"""The progress of a run, shown by a thread of its own.
+
+The thread reads counters: the simulation neither knows of it nor waits for it.
+"""
 
 from __future__ import annotations
 

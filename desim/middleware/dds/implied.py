@@ -1,5 +1,7 @@
-"""Implied acknowledgements (``acks: implied``): the reader informs the writer without a frame, and
-heartbeats go alone only where a sample does not arrive soon."""
+"""Implied acknowledgements (``acks: implied``): the reader informs the writer without a frame.
+
+Heartbeats are sent by themselves only where a sample does not arrive soon.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""A participant: the process of one host in one life of it. It announces itself (SPDP), keeps a
-lease on each participant that it knows, and matches endpoints."""
+"""A participant: the process of one host, from the host's start to its stop.
+
+It announces itself (SPDP), keeps a lease on each participant that it knows, and matches endpoints.
+"""
 
 from __future__ import annotations
 

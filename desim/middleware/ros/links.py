@@ -1,5 +1,7 @@
-"""The subscriber's end of one link: requestTopic, connection, headers, and the retries of the
-client library."""
+"""The subscriber's end of one link: requestTopic, connection, headers, and retries.
+
+The retries are those of the client library.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The bytes of discovery in ROS 1: XML-RPC calls with their HTTP headers, and TCPROS connection
-headers; without TCP/IP.
+"""The bytes of discovery in ROS 1, without TCP/IP.
 
-Counted for names like ``/p3dx0/slam_gmapping`` and IPv4 addresses; other names make them up to 15 %
-longer or shorter. The bytes of each address in a list are the difference of two such counts.
+They are XML-RPC calls with their HTTP headers, and TCPROS connection headers. Counted for names
+like ``/p3dx0/slam_gmapping`` and IPv4 addresses; other names make them up to 15 % longer or
+shorter. The bytes of each address in a list are the difference of two such counts.
 """
 
 from __future__ import annotations

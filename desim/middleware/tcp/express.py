@@ -1,10 +1,10 @@
-"""A shortcut for a message over a connection at rest: without sequence numbers, and without a timer
-if it will arrive in time.
+"""A shortcut for a message over a connection at rest.
 
-Between near hosts and with implied acknowledgements most messages go this way: nothing else is
-under way, the network tells at once when the message will arrive, and its sender knows it then.
-Any other event before that (another message, a loss, a stop) moves the message into the ordinary
-stream (``join``), as if it had been sent there.
+The message has no sequence numbers, and no timer if it will arrive in time. Between near hosts and
+with implied acknowledgements most messages go this way: nothing else is under way, the network
+tells at once when the message will arrive, and its sender knows it then. Any other event before
+that (another message, a loss, a stop) moves the message into the ordinary stream (``join``), as if
+it had been sent there.
 """
 
 from __future__ import annotations

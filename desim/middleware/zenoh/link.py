@@ -1,5 +1,4 @@
-"""A link between two routers over TCP, as one of them has it: how it opens, and how it is kept
-alive or found dead."""
+"""One end of a link between two routers over TCP: it opens, is kept alive, or is found dead."""
 
 from __future__ import annotations
 

@@ -11,13 +11,14 @@ from desim.robot.navigation.global_costmap import INSCRIBED, GlobalCostmap
 from desim.robot.navigation.kernels import global_planner as kernels
 from desim.robot.navigation.kernels.global_planner import BUCKETS
 
-# A robot that stands too near to an obstacle starts from a free cell so near; maze_8: same.
+# Search radius for a free cell to start from, for a robot too near to an obstacle; maze_8: same.
 START_REACH_M = 1.0
-# The aim is so far from a frontier's nearest cell, which often is a wall's end; maze_8: 190, 180 s.
+# Distance of the aim from a frontier's nearest cell, often a wall's end; maze_8: 190, 180 s.
 _INWARD_M = 2.0
-# A frontier beside an obstacle is observed from up to so far away; maze_8: 192, 192 s,
+# Most distance from which a frontier beside an obstacle is observed; maze_8: 192, 192 s.
 _STAND_OFF_M = 1.0
-# where the cost is at most that 0.2 m beyond the robot's radius (costmap_2d); maze_8: 192, 188 s.
+# Highest cost at such a place: that 0.2 m beyond the robot's radius (costmap_2d); maze_8: 192,
+# 188 s.
 _AT_EASE = 34
 MOST_FRONTIERS = 4096  # of one search
 _STRAIGHT, _DIAGONAL = 5, 7  # 7 / 5 is sqrt(2) within 1 %
@@ -106,8 +107,8 @@ class GlobalPlanner:
 
     def hidden_frontiers(self, from_m: tuple[float, float], limit: int | None,
                          discs: np.ndarray = _NO_DISCS) -> list[Frontier]:
-        """As ``frontiers``, of any size, and also those so near to obstacles that the robot's
-        centre cannot get there. The cell to drive to must not lie in ``discs`` either."""
+        """As ``frontiers``, of any size, with those too near to obstacles for the robot's centre.
+        The cell to drive to must not lie in ``discs`` either."""
         found = self._search(_SQUEEZING, from_m, None, 1, discs)
         row, column = np.divmod(np.array([goal for _, goal in found], np.int64)[:, None],
                                 self.costmap.across)

@@ -14,7 +14,7 @@ from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Navigation
 from desim.units import NS_PER_S, seconds
 
-_MARGIN_M = 0.3  # the aim lies so far beyond what a rollout can reach; maze_8: 192, 164 s
+_MARGIN_M = 0.3  # distance of the aim beyond a rollout's reach; maze_8: 192, 164 s
 
 Position = tuple[float, float, float]  # x m, y m, yaw rad
 

@@ -10,9 +10,10 @@ import numpy as np
 from desim.robot.navigation.global_costmap import GlobalCostmap
 
 _PROGRESS_M = 0.2  # one cell of the map; maze_8: 192, 192 s
-# A new path is a new start only for a robot that moved so far since the last; maze_8: 187, 198 s.
+# Distance since the last new path that makes another one a new start; maze_8: 187, 198 s.
 _MOVED_M = 0.3
-# It backs off so far: drawn, so that two robots that block each other differ; maze_8: same.
+# Range of the distance to back off: drawn, so that two robots that block each other differ;
+# maze_8: same.
 _RETREAT_M = (0.5, 1.5)
 _DIRECTIONS = 8  # to back off to, 45 degrees apart; maze_8: same
 _GENTLE = 0.6  # share of the full deceleration that ends a turn; maze_8: 177, 188 s

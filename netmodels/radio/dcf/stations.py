@@ -46,8 +46,9 @@ class Reception:
 # position, receiver, packet. RECEIVED: a unicast frame's last packet has arrived; of a broadcast
 # one row a packet. MISSED: a packet of a broadcast had errors. DONE: the end of a broadcast.
 # DROPPED: a unicast frame's packet was given up. EXPIRED: a frame has waited too long to begin.
-# ACKED and FAILED, only where rates adapt: an attempt at a packet was acknowledged or not. HEARD,
-# only where transmissions are judged, instead of RECEIVED: a unicast frame's packet was made out.
+# ACKED and FAILED, only where rates adapt: an attempt at a packet was acknowledged or not. HEARD
+# replaces RECEIVED where transmissions are judged: the receiver decoded a packet of a unicast
+# frame, and the caller judges it.
 Outcome = tuple[int, int, int, int, int, int]
 
 
@@ -75,9 +76,9 @@ def _rate(standard: Standard, rate: int) -> tuple[float, ...]:
 class Stations:
     """The stations on one channel.
 
-    The next outcome is foreseen by running the state machine ahead on a copy of the stations, the
-    future; if nothing is sent or moves until then, the copy becomes the present. Before anything is
-    sent or moves at ``now_ns``, all outcomes up to ``now_ns`` must have been taken.
+    To find the next outcome, the state machine runs ahead on a copy of the stations. If nothing is
+    sent and nobody moves before it, the copy replaces the original. Before anything is sent or
+    moves at ``now_ns``, all outcomes up to ``now_ns`` must have been taken.
 
     ``keys`` [stations] uint64, of their random numbers. ``limit`` frames fit into each queue. A
     packet is given up after ``tries`` failures; after ``reset_at`` in a row the contention window

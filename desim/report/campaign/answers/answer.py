@@ -1,5 +1,7 @@
-"""The answer to the design's question, in sentences with their uncertainty: how the first metric
-changes along the axis, and how the settings differ in it."""
+"""The answer to the design's question, in sentences with their uncertainty.
+
+They describe how the first metric changes along the axis, and how the settings differ in it.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Warnings about the numbers: runs that failed, metrics that are missing, vectors that are not
-known well enough."""
+"""Warnings about the numbers: failed runs, missing metrics, vectors with too wide an interval."""
 
 from __future__ import annotations
 

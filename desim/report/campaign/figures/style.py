@@ -1,6 +1,4 @@
-"""The style of figures: colours that colour-blind people tell apart, symbols besides colours, one
-ink for everything else.
-"""
+"""The style of figures: colours for colour-blind readers too, symbols, one ink for the rest."""
 
 from __future__ import annotations
 
