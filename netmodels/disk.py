@@ -9,7 +9,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import BitRate, Length
-from netmodels.outlets import Outlets
+from netmodels.sender_queues import SenderQueues
 
 _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle sender gives the same delays again
 
@@ -38,7 +38,7 @@ class Disk:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._outlets = Outlets(len(hosts), self._rate_bps)
+        self._outlets = SenderQueues(len(hosts), self._rate_bps)
         self._positions: np.ndarray | None = None  # until the next world tick the same object
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -9,8 +9,8 @@ from pydantic import Field, field_validator
 
 from desim import ports
 from desim.units import BitRate, Duration, Length, Ratio
-from netmodels.outlets import Outlets
 from netmodels.random_loss import REASONS, RandomLoss
+from netmodels.sender_queues import SenderQueues
 
 
 class Distance:
@@ -51,7 +51,7 @@ class Distance:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._outlets = Outlets(len(hosts), self._params.rate_bps)
+        self._outlets = SenderQueues(len(hosts), self._params.rate_bps)
         self._losses = RandomLoss(context, "distance", hosts)
 
     def send(self, frame: ports.Frame) -> None:

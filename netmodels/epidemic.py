@@ -11,7 +11,7 @@ from pydantic import Field
 from desim import ports
 from desim.errors import below
 from desim.units import ByteSize, Period
-from netmodels.multihop.choice import HOPS, HopChoice
+from netmodels.multihop.hop_choice import HOPS, HopChoice
 from netmodels.multihop.hops import Hops
 
 _ARRIVED, _EXPIRED = ports.Deliver(0), ports.Drop("expired")

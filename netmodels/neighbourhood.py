@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from desim import ports
-from netmodels.losses import lose
+from netmodels.partial_trains import settle_without
 
 _ARRIVED = ports.Deliver(0)
 
@@ -80,7 +80,7 @@ def settle_train(context: ports.Context, frame: ports.Frame, sent: Sequence[tupl
     arrived = [receiver for receiver in frame.receivers if always >> receiver & 1]
     for receiver in frame.receivers:
         if (ever & ~always) >> receiver & 1:
-            lose(context, frame, receiver, {
+            settle_without(context, frame, receiver, {
                 "collision": [k for k, (_, broken) in enumerate(sent) if broken >> receiver & 1],
                 beyond: [k for k, (own, broken) in enumerate(sent)
                          if not (own | broken) >> receiver & 1]})

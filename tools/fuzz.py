@@ -75,7 +75,7 @@ class Template(NamedTuple):
 class Here:
     """Runs tasks in this process, in place of a ``Crew``; ends a campaign that is too long."""
 
-    has_room, is_busy = True, False
+    has_idle_worker, is_busy = True, False
 
     def __init__(self, *_: Any) -> None:
         self._tasks: list[Task] = []
@@ -92,11 +92,11 @@ class Here:
         if self._begun > _MOST_RUNS:
             raise KeyboardInterrupt
         self._tasks.append(task)
-        self.has_room, self.is_busy = False, True
+        self.has_idle_worker, self.is_busy = False, True
 
     def finished(self) -> list[tuple[Task, Row]]:
         task = self._tasks.pop()
-        self.has_room, self.is_busy = True, False
+        self.has_idle_worker, self.is_busy = True, False
         return [(task, work(task))]
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from desim import ports
 from netmodels.drop_tail import refuse
-from netmodels.losses import lose
+from netmodels.partial_trains import settle_without
 
 
 class Cable(NamedTuple):
@@ -98,6 +98,6 @@ class BusStations(ABC):
         lost, station.lost = station.lost, {}
         if lost:
             for receiver in frame.receivers:
-                lose(self._context, frame, receiver, lost, self._arrive, number + 1)
+                settle_without(self._context, frame, receiver, lost, self._arrive, number + 1)
         else:
             self._context.settle_many(frame, frame.receivers, self._arrive)

@@ -12,7 +12,7 @@ from pydantic import Field
 from desim import ports
 from desim.errors import ModelError, below
 from netmodels.multihop.batman import Batman, BatmanParams
-from netmodels.multihop.choice import HOPS, HopChoice
+from netmodels.multihop.hop_choice import HOPS, HopChoice
 from netmodels.multihop.hops import Hops
 from netmodels.multihop.static import Static, StaticParams
 

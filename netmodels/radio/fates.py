@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from desim import ports
-from netmodels.losses import lose
+from netmodels.partial_trains import settle_without
 from netmodels.radio.dcf.stations import DROPPED, MISSED, RECEIVED
 
 _ARRIVED, _COLLISION = ports.Deliver(0), ports.Drop("collision")
@@ -52,7 +52,7 @@ class QueuedFrame:
         """Settle a unicast frame: packets that were given up are lost."""
         frame = self.frame
         if self.given_up:
-            lose(context, frame, frame.receivers[0], {"retry_limit": self.given_up})
+            settle_without(context, frame, frame.receivers[0], {"retry_limit": self.given_up})
         else:
             context.settle(frame, frame.receivers[0], _ARRIVED)
 
@@ -89,6 +89,6 @@ class QueuedFrame:
             lost = {reason: packets[receiver] for reason, packets in sorted(self.lost.items())
                     if receiver in packets}
             unheard = ~(self.got.get(receiver, 0) | sum(lost.values()))
-            lose(context, frame, receiver, {
+            settle_without(context, frame, receiver, {
                 reason: [packet for packet in range(frame.segments) if bits >> packet & 1]
                 for reason, bits in {**lost, "collision": unheard}.items()})

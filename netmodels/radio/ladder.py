@@ -8,14 +8,14 @@ from pydantic import Field
 
 from netmodels.ideal import Ideal
 from netmodels.multihop import Multihop
-from netmodels.multihop.choice import as_fast
+from netmodels.multihop.hop_choice import as_fast
 from netmodels.radio import Radio
-from netmodels.radio.clear import Clear
+from netmodels.radio.uncontended import Uncontended
 
 _RUNGS = {
     "ideal": lambda params: Ideal(Ideal.Params()),
-    "disk": lambda params: Clear(params, open_air=True),
-    "walls": lambda params: Clear(params, open_air=False),
+    "disk": lambda params: Uncontended(params, open_air=True),
+    "walls": lambda params: Uncontended(params, open_air=False),
     "multihop": lambda params: Multihop(Multihop.Params(), Radio(as_fast(params))),
 }
 

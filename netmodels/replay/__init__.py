@@ -11,13 +11,13 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Duration, Ratio
-from netmodels.outlets import Outlets
 from netmodels.radio import Thresholds
 from netmodels.radio.delivery import delivery
 from netmodels.radio.rates import chosen_rates
 from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.random_loss import REASONS, RandomLoss
 from netmodels.replay.traces import LinkTraces, MeasuredLink, Quantity, read
+from netmodels.sender_queues import SenderQueues
 
 
 class Replay:
@@ -65,7 +65,7 @@ class Replay:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params = self._params
         self._context = context
-        self._outlets = Outlets(len(hosts), params.rate_bps)
+        self._outlets = SenderQueues(len(hosts), params.rate_bps)
         self._losses = RandomLoss(context, "replay", hosts)
         try:
             trace = read(params.file, params.quantity, params.channel)

@@ -9,7 +9,7 @@ from desim.ports.cases import Check, Flow, Play, Setup
 from desim.units import NS_PER_S
 from netmodels.ethernet import FULL_BYTES
 from netmodels.radio import Radio
-from netmodels.radio.clear import SHARE, Clear
+from netmodels.radio.uncontended import SHARE, Uncontended
 
 RADIOS: dict[str, dict[str, object]] = {
     "11g 54 Mb/s": {},
@@ -33,7 +33,7 @@ class DiskOfRadio:
     def checks(self, play: Play) -> Iterator[Check]:
         tolerance = 3.3 * math.sqrt(SHARE * (1 - SHARE) / _FRAMES)
         for name, params in RADIOS.items():
-            range_m = Clear(Radio.Params(**params), open_air=True).range_m[False]
+            range_m = Uncontended(Radio.Params(**params), open_air=True).range_m[False]
             flow = Flow("a", ("b",), FULL_BYTES, FULL_BYTES, "zero", _EVERY_NS)
             radio = Radio(Radio.Params(**params))
             found = play(Setup(radio, {"a": (0.0, 0.0), "b": (range_m, 0.0)}, [flow],

@@ -54,7 +54,7 @@ class Here:
         self.begun: list[str] = []
 
     @property
-    def has_room(self):
+    def has_idle_worker(self):
         return len(self.tasks) < self.jobs
 
     @property

@@ -58,7 +58,7 @@ def test_a_disk_that_is_full_leaves_the_table_as_it_was(tmp_path, monkeypatch):
     out = tmp_path / "out"
 
     class Nobody:
-        has_room = is_busy = False
+        has_idle_worker = is_busy = False
 
     with Sweep(plan, Metrics(plan), out) as sweep:
         sweep.run(Nobody())

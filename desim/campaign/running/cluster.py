@@ -50,7 +50,7 @@ class Cluster:
         self._count_workers()
 
     @property
-    def has_room(self) -> bool:
+    def has_idle_worker(self) -> bool:
         """Whether a worker is idle; a first run waits for the first worker."""
         return len(self._tasks) < max(self._count, 1)
 

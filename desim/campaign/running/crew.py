@@ -39,7 +39,7 @@ class Crew:
             worker.end()
 
     @property
-    def has_room(self) -> bool:
+    def has_idle_worker(self) -> bool:
         """Whether a worker is idle."""
         return bool(self._idle)
 

@@ -36,7 +36,7 @@ class Workers(Protocol):
     """The workers that run tasks: a ``Crew`` of this machine's processes, or a cluster."""
 
     @property
-    def has_room(self) -> bool:
+    def has_idle_worker(self) -> bool:
         """Whether a worker is idle."""
 
     @property
@@ -137,7 +137,7 @@ class Sweep:
         at the end, whatever the end is. Raises ``InputError`` where results cannot be written."""
         try:
             while True:
-                while workers.has_room and (task := self._next()) is not None:
+                while workers.has_idle_worker and (task := self._next()) is not None:
                     workers.begin(task)
                 if not workers.is_busy:
                     return

@@ -1,4 +1,4 @@
-"""Trains that lose some of their packets."""
+"""Settles a train without its lost packets."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from desim import ports
 _ARRIVED = ports.Deliver(0)
 
 
-def lose(context: ports.Context, frame: ports.Frame, receiver: int,
-         lost: Mapping[str, Sequence[int]], arrives: ports.Deliver = _ARRIVED,
-         sent: int | None = None) -> None:
+def settle_without(context: ports.Context, frame: ports.Frame, receiver: int,
+                   lost: Mapping[str, Sequence[int]], arrives: ports.Deliver = _ARRIVED,
+                   sent: int | None = None) -> None:
     """Settle ``frame`` at one receiver without the packets that are ``lost`` (by reason, their
     numbers, none of them twice): the others arrive, if there are any. ``sent``: the number of
     packets (None: all), where some have been named before."""

@@ -17,7 +17,7 @@ from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import Bench
 from desim.units import airtime_ns
 from netmodels.ethernet import GAP_BYTES, PREAMBLE_BYTES
-from netmodels.switch import Switch, packets
+from netmodels.switch import Switch, reference_queues
 
 GB = 10**9
 CABLE_NS = 500
@@ -170,7 +170,7 @@ def test_flows_in_turn():
 def test_turns_are_of_bytes(quantum, monkeypatch):
     """While flows of short and of long packets wait, each gets half of the bytes, to a quantum and
     a packet (Shreedhar and Varghese 1995, theorem 1), not half of the packets."""
-    monkeypatch.setattr(packets, "QUANTUM_BYTES", quantum)
+    monkeypatch.setattr(reference_queues, "QUANTUM_BYTES", quantum)
     bench = bench_of(per_segment=True, rate="10 Mb/s")
     for k in range(400):
         bench.send(0, "host_1", "host_2", 1518, label=("long", k))
@@ -358,7 +358,7 @@ def test_the_twin_another_quantum_is_seen(name, wrong, monkeypatch):
 
     trains, single = logs()
     assert trains == single
-    monkeypatch.setattr(packets, name, wrong)
+    monkeypatch.setattr(reference_queues, name, wrong)
     trains, single = logs()
     assert trains != single
 

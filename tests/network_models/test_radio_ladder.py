@@ -16,11 +16,11 @@ from desim.testing import Bench, check_network
 from netmodels.ethernet import FULL_BYTES
 from netmodels.ideal import Ideal
 from netmodels.radio import Radio
-from netmodels.radio.clear import Clear, times_ns
 from netmodels.radio.dcf.stations import Reception
 from netmodels.radio.delivery import delivery, sensitivity_dbm
 from netmodels.radio.ladder import Ladder
 from netmodels.radio.standards import A, B, G
+from netmodels.radio.uncontended import Uncontended, times_ns
 
 FRAMES = 3000
 TOLERANCE = 3.3 * math.sqrt(0.9 * 0.1 / FRAMES)  # one chance in a thousand, 0.018
@@ -61,7 +61,7 @@ def test_every_rung_keeps_the_contract(fidelity, params):
 def test_radio_is_the_ladder_and_each_rung_a_model_of_its_own():
     assert plugins.load("network", "radio") is Ladder
     assert [type(rung(name)) for name in ("ideal", "disk", "walls", "mac")] == [
-        Ideal, Clear, Clear, Ladder]
+        Ideal, Uncontended, Uncontended, Ladder]
     assert isinstance(rung("mac"), Radio)
 
 

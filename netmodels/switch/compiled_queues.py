@@ -1,4 +1,4 @@
-"""The queues of a switch as records, for compiled functions."""
+"""The queues of a switch as records, for the compiled functions of ``kernels.py``."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 
 from netmodels.kernels import Addresses
 from netmodels.switch import kernels
-from netmodels.switch.packets import ExitFate, Load
+from netmodels.switch.reference_queues import ExitFate, Load
 from netmodels.switch.trains import PacketTrain
 
 T = TypeVar("T")  # the sender's token of a frame
 
 
-class Compiled(Generic[T]):
-    """The same as ``packets.Packets``, but by whole frames: ``due_ns`` is when the next frame will
+class CompiledQueues(Generic[T]):
+    """The same as ``ReferenceQueues``, but by whole frames: ``due_ns`` is when the next frame will
     have been sent."""
 
     def __init__(self, ports: int, hop_ns: int, limit_ns: int) -> None:

@@ -7,7 +7,7 @@ import pytest
 from desim import plugins
 from desim.ports import networks
 from netmodels.radio import Radio
-from netmodels.radio.clear import Clear
+from netmodels.radio.uncontended import Uncontended
 
 CAPABILITIES = [value for value in vars(networks).values()
                 if getattr(value, "_is_runtime_protocol", False)]
@@ -45,4 +45,4 @@ def test_capabilities_of_some_objects():
     assert "Separates" in found(Radio(Radio.Params(channels={"a": 6})))
     emitter = plugins.load("network", "webots_emitter")
     assert "LimitsReach" in found(emitter(emitter.Params(range="5 m")))
-    assert found(Clear(Radio.Params(), open_air=True)) == named(Clear)[0]
+    assert found(Uncontended(Radio.Params(), open_air=True)) == named(Uncontended)[0]

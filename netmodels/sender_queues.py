@@ -1,4 +1,4 @@
-"""Senders that delay nobody's frames but their own."""
+"""One unbounded FIFO per sender: a frame waits only for earlier frames of the same sender."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from desim import ports
 from desim.units import airtime_ns
 
 
-class Outlets:
+class SenderQueues:
     """Each host's frames go out one after another at ``rate_bps``, and nobody hinders anybody else:
     delay = wait behind the sender's own earlier frames + size * 8 / rate."""
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from desim import ports
 from netmodels.ethernet import FULL_BYTES
-from netmodels.losses import lose
+from netmodels.partial_trains import settle_without
 from netmodels.radio import Radio
 from netmodels.radio.budget import Budget
 from netmodels.radio.channels import channels_of
@@ -56,7 +56,7 @@ class NearbyHosts:
         self._near: dict[int, list[int]] = {}
 
 
-class Clear:
+class Uncontended:
     """Radios with the parameters, times and queues of ``Radio``, each with the air to itself: no
     contention, no collisions, no losses. A frame arrives where ``Radio`` would deliver 90 % at the
     received power, and nowhere else. ``open_air``: as if there were neither walls
@@ -132,7 +132,7 @@ class Clear:
         ends_ns.append(now_ns + wait_ns + free_ns + again_ns)
         arrive = ports.Deliver(wait_ns + arrives_ns + again_ns)
         for receiver, packets in lost.items():
-            lose(context, frame, receiver, packets, arrive)
+            settle_without(context, frame, receiver, packets, arrive)
         context.settle_many(frame, [receiver for receiver in near if receiver not in lost], arrive)
         if frame.broadcast:
             context.settle_many(frame, None, ports.Drop("out_of_reach"))

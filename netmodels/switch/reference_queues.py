@@ -1,4 +1,4 @@
-"""The queues of a switch packet by packet: the measure of what ``kernels.py`` does compiled.
+"""The queues of a switch, packet by packet, in plain Python: the reference for compiled ones.
 
 A port's line serves flows by deficit round robin, new ones first (Linux sch_fq_codel.c): each may
 send ``QUANTUM_BYTES`` in its turn. With one flow a port that is first in, first out.
@@ -92,7 +92,7 @@ class InterfaceQueue(Generic[T]):
         return None
 
 
-class Packets(Generic[T]):
+class ReferenceQueues(Generic[T]):
     """All interfaces and exits of a switch. ``hop_ns``: from a packet's end on one wire to its
     arrival at the other end of the cable."""
 
