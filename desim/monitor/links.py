@@ -13,8 +13,7 @@ Pair = tuple[str, str]  # from, to
 
 
 class Links:
-    """Keeps the changes of ``Graph.linked`` of all hosts, be they up or not, at the instants of
-    ``sample``."""
+    """Samples ``Graph.linked`` of all hosts, be they up or not, and keeps the changes."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph

@@ -29,7 +29,7 @@ def labelled(plan: Plan, name: str) -> dict[str, Mapping[str, object]]:
 
 
 def refuse_twins(plan: Plan, metrics: Collection[str]) -> None:
-    """Raises ``InputError`` for two columns of one name."""
+    """Refuse two columns of one name. Raises ``InputError``."""
     for name in plan.design.metrics:
         if name in FIXED:
             raise plan.loaded.wrong(("metrics", name), "is a column that runs.parquet always has; "

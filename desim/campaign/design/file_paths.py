@@ -37,7 +37,8 @@ class FilePaths:
         return any(self._is_path(place, text) for place in self._places(path))
 
     def _places(self, path: Path, met: tuple[str, ...] = ()) -> Iterator[Path]:
-        """The paths in the scenario of a value of the design; ``met``: parameters on the way."""
+        """The paths within the scenario that a value of the design sets. ``met``: the parameters on
+        the way."""
         family, *rest = path
         if family == "set":
             yield (*path_of(str(rest[0])), *rest[1:])
@@ -51,7 +52,7 @@ class FilePaths:
             yield from self._of_parameter(str(rest[1]), tuple(rest[2:]), met)
 
     def _of_parameter(self, name: str, below: Path, met: tuple[str, ...]) -> Iterator[Path]:
-        """The paths of a parameter: of its own key, and of its uses as ``$name``."""
+        """The paths that a parameter sets: its own key, and its uses as ``$name``."""
         if name in met:
             return
         key = getattr(self._design.parameters.get(name), "key", None)

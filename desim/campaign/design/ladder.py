@@ -21,7 +21,7 @@ METRIC = "exploration_time_s"
 
 def ladder_design(scenario: str, compare: str = COMPARED, seeds: int = 5, metric: str = METRIC,
                   overrides: Sequence[str] = ()) -> LoadedDesign:
-    """The design: all rungs by the values of ``A.B.C=V1,V2,...``, with ``overrides`` (``A.B.C=V``)
+    """A design of all rungs and the values of ``A.B.C=V1,V2,...``, with ``overrides`` (``A.B.C=V``)
     in every run. Raises ``InputError``."""
     place = SourcePlace(f"--compare {compare}")
     key, equals, text = compare.partition("=")

@@ -29,8 +29,8 @@ _FUNCTION = re.compile(r"(.*/)?[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 
 
 class Metrics:
-    """The ``names`` of all metrics that each run of the plan has, in order; ``functions`` are those
-    of a run's folder.
+    """All metrics of a plan's runs. ``names``: those that each run has, in order. ``functions``:
+    those that are computed from a run's folder.
 
     Raises ``InputError`` for an expression that names what no run has, or a function that fails:
     one run is begun for that, and thrown away.
@@ -68,7 +68,8 @@ class Metrics:
             if errors else {}
 
     def value(self, name: str, row: Row) -> float | None:
-        """One metric of a run, to judge whether it is known well enough; None where it is absent.
+        """One metric of a run; None where it is absent. It serves to judge whether a vector is
+        known well enough.
 
         An instant that was not reached within the time limit counts as the run's end, in the
         design's expressions too, so that vectors that fail do not pass for well known (restricted
@@ -138,8 +139,8 @@ class Metrics:
 
 
 def _rehearsed(plan: Plan, folder: str) -> Run:
-    """A run of the first vector that can be run, of some that are spread over the design. Raises
-    ``InputError`` with what is wrong with the first if there is none."""
+    """A run of the first vector that can be run, of a few spread over the design. If none can,
+    raises ``InputError`` with the errors of the first."""
     wrong: list[InputError] = []
     for vector in plan.vectors[::math.ceil(len(plan.vectors) / _MOST_REHEARSALS)]:
         loaded = plan.scenario(vector, 0)

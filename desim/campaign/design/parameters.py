@@ -18,7 +18,8 @@ _DIGITS = 6  # of sampled and of logarithmic values
 
 
 class Setting(NamedTuple):
-    """``key`` of the scenario gets ``value``, as it stands at ``path`` of the design."""
+    """One setting: ``key`` of the scenario gets ``value``, which stands at ``path`` of the design.
+    """
 
     key: str
     value: object
@@ -34,8 +35,8 @@ class Level(NamedTuple):
 
 
 class Parameter(NamedTuple):
-    """A parameter: ``levels`` are those that the design lists, ``named`` makes the level of a value
-    that a vector names, ``sampled`` that of a number from [0, 1)."""
+    """A parameter of a design. ``levels``: those that it lists. ``named`` makes a level of a value
+    that a vector names, ``sampled`` one of a number from [0, 1)."""
 
     levels: list[Level]
     named: Callable[[object], Level]
@@ -61,7 +62,8 @@ def _parameter(path: Path, shape: Values | Levels | Span) -> Parameter:
 
 
 def _refuse_rival(name: str, parameters: Mapping[str, Values | Levels | Span]) -> None:
-    """Raises ``InputError`` for a second parameter of one key: the later one would always win."""
+    """Refuse a second parameter of one key: the later one would always win. Raises ``InputError``.
+    """
     key = getattr(parameters[name], "key", None)
     for other in parameters:
         if other == name:
@@ -121,7 +123,8 @@ def _of_span(path: Path, shape: Span) -> Parameter:
 
 
 def _numbers(shape: Span, first: Quantity, last: Quantity, whole: bool) -> list[Fraction | float]:
-    """The numbers of a range; none where neither step nor count is given: it is for samples."""
+    """The numbers of a range. Without a step and a count there are none: such a range is for
+    samples."""
     if shape.count is not None:
         if shape.step is not None:
             raise InputError("has step and count; one of them is enough")

@@ -27,7 +27,7 @@ _OF_THE_DESIGN = {"name": "runs of all vectors lie in one folder",
 
 
 class Vector(NamedTuple):
-    """One combination of values; the ``run_id`` for a seed, the size of the fleet, and the
+    """One combination of values. It has a ``run_id`` for each seed, the size of the fleet, and the
     simulated time at which its runs end in any case."""
 
     number: int
@@ -38,7 +38,8 @@ class Vector(NamedTuple):
     limit_s: float
 
     def matches(self, only: tuple[str, ...]) -> bool:
-        """Whether it has one of the wanted levels of each parameter: ``robots=8``."""
+        """Whether the vector has one of the wanted levels of each parameter, such as ``robots=8``.
+        """
         wanted: dict[str, set[str]] = {}
         for text in only:
             name, _, label = text.partition("=")
@@ -132,7 +133,7 @@ def _changes(loaded: LoadedDesign, levels: dict[str, Level]) -> tuple[Change, ..
 
 def _filled(loaded: LoadedDesign, setting: Setting, value: object, levels: dict[str, Level],
             ) -> object:
-    """``value`` with the values of parameters in place of ``$name``."""
+    """``value`` with the values of parameters in place of each ``$name``."""
     if isinstance(value, dict):
         return {key: _filled(loaded, setting, below, levels) for key, below in value.items()}
     if isinstance(value, (list, tuple)):
@@ -164,7 +165,7 @@ def _refuse_iterations(loaded: LoadedDesign) -> None:
 
 
 def _refuse_unused(loaded: LoadedDesign) -> None:
-    """Raises ``InputError`` for a parameter without a key that nothing refers to."""
+    """Refuse a parameter without a key that nothing refers to. Raises ``InputError``."""
     design = loaded.design
     used = set(_references([design.set, design.stop, design.measure,
                             *(getattr(shape, "levels", {}) for shape in

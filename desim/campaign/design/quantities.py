@@ -50,7 +50,7 @@ def quantity(value: object) -> Quantity | None:
 
 
 def same_unit(first: object, *others: object) -> list[Quantity]:
-    """All of them as quantities of one unit. Raises ``InputError``."""
+    """All values as quantities of one unit. Raises ``InputError``."""
     found = []
     for value in (first, *others):
         one = quantity(value)
@@ -64,7 +64,7 @@ def same_unit(first: object, *others: object) -> list[Quantity]:
 
 
 def as_numbers(values: list[object]) -> tuple[str, list[float]] | None:
-    """The suffix of a name (``_bps``) and all values in its unit; None unless all of them are
+    """The suffix of a name (``_bps``), and all values in its unit. None unless all values are
     numbers of one dimension."""
     found = [quantity(value) for value in values]
     scaled = [one for quantity_ in found if quantity_ and (one := _scaled(quantity_))]

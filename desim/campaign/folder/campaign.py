@@ -15,8 +15,8 @@ from desim.results.run import Run, columns
 
 
 class Campaign:
-    """A campaign's folder, as ``desim sweep`` leaves it: everything is read when it is asked for.
-    Iterating gives its finished runs, by vector and iteration."""
+    """A campaign's folder, as ``desim sweep`` leaves it. Everything is read on demand. Iterating
+    gives its finished runs, by vector and iteration."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)

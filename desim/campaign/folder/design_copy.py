@@ -21,9 +21,9 @@ _ABOUT = """\
 
 
 def store(loaded: LoadedDesign, folder: pathlib.Path) -> None:
-    """Keep the design in ``folder``, in place of an earlier one of the same name: a new design may
-    add values, and takes over the runs that still belong. Raises ``InputError`` where another
-    campaign is in the folder, ``OSError`` where nothing can be written."""
+    """Keep the design in ``folder``, in place of an earlier one of the same name. The new design
+    may add values, and takes over the runs that still belong to it. Raises ``InputError`` if the
+    folder has another campaign, ``OSError`` if nothing can be written."""
     refuse_another(loaded, folder)
     text = _ABOUT + yaml12.dump(_data(loaded, os.path.realpath(folder)))
     file = folder / DESIGN
@@ -33,7 +33,7 @@ def store(loaded: LoadedDesign, folder: pathlib.Path) -> None:
 
 
 def refuse_another(loaded: LoadedDesign, folder: pathlib.Path) -> None:
-    """Raises ``InputError`` where ``folder`` holds the campaign of a design of another name."""
+    """Refuse a ``folder`` that has a design of another name. Raises ``InputError``."""
     file = folder / DESIGN
     if not file.exists():
         return
@@ -67,7 +67,7 @@ def _data(loaded: LoadedDesign, folder: str) -> dict[str, object]:
 
 
 def _relative(value: str, here: str, folder: str) -> str:
-    """The path of a file or of a module that stands ``here``, relative to ``folder``; other text as
+    """The path of a file or module that stands ``here``, made relative to ``folder``; other text as
     it is."""
     module = plugins.beside(value, here)
     if module != value:

@@ -23,7 +23,7 @@ _CHECK = b', "check": "'
 
 
 class Index:
-    """The index file. ``rows`` are by run id; of several lines of one run the last one holds.
+    """The index file. ``rows`` are by run id; if a run has several lines, the last one counts.
 
     A line at the end that was cut off (the process was killed, the disk was full) is taken away;
     ``damaged`` is the number of other lines that cannot be read: ``recover`` then writes the file
@@ -71,7 +71,7 @@ class Index:
         self._file.close()
 
     def _rewrite(self) -> None:
-        """Replace the damaged file, at once, by one of the lines that could be read."""
+        """Replace the damaged file by the lines that could be read, in one rename."""
         with replacing(self._path) as beside, open(beside, "wb") as file:
             file.writelines(map(line_of, self.rows.values()))
             file.flush()
@@ -82,10 +82,10 @@ class Index:
 def recovered(rows: dict[str, Row], present: Iterable[str], like: Callable[[str], str | None],
               again: Callable[[str], Row], functions: tuple[str, ...] = (),
               ) -> tuple[dict[str, Row], dict[str, str]]:
-    """The rows brought in line with the folders of the runs that are ``present``, and why some
-    cannot be read. A finished run whose folder is gone is left out. A run is read ``again`` if its
-    folder is not ``like`` it was, if its row lacks one of the ``functions``, and if one raised:
-    that may have been mended."""
+    """The rows brought in line with the folders of the runs that are ``present``, and the reasons
+    why some cannot be read. A finished run without a folder is left out. A run is read ``again`` if
+    its folder is not ``like`` it was, if its row lacks one of the ``functions``, or if one of these
+    raised, because that may have been mended."""
     known = dict.fromkeys(present)
     found = {run_id: row for run_id, row in rows.items()
              if run_id in known or row["status"] != FINISHED}
@@ -102,7 +102,7 @@ def recovered(rows: dict[str, Row], present: Iterable[str], like: Callable[[str]
 
 
 def is_current(row: Row | None, folder: str | None, functions: tuple[str, ...] = ()) -> bool:
-    """Whether a row is what would be read from a folder of this likeness."""
+    """Whether a row is what reading a folder of this likeness again would give."""
     return (row is not None and row.get("folder") == folder and "raised" not in row
             and (row["status"] == FAILED or all(name in row["functions"] for name in functions)))
 

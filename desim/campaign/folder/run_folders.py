@@ -30,15 +30,16 @@ class Folders:
             return []
 
     def likeness(self, run_id: str) -> str | None:
-        """The likeness of the run's folder, a row's ``folder``; None without a folder."""
+        """The likeness of the run's folder, which is the ``folder`` of its row; None without a
+        folder."""
         try:
             return likeness(self._path(run_id))
         except OSError:
             return None
 
     def row(self, run_id: str, functions: tuple[str, ...]) -> Row:
-        """The row of a run, made again from its folder. Raises ``InputError`` where the folder is
-        not as desim wrote it, or is another run's."""
+        """The row of a run, read again from its folder. Raises ``InputError`` if the folder is not
+        as desim wrote it, or holds another run."""
         run = Run(self._path(run_id))
         if run.manifest["run_id"] != run_id:
             raise InputError(f"{run.path}: damaged: holds the run {run.manifest['run_id']}")

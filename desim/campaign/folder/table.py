@@ -69,8 +69,8 @@ def raised(metrics: Metrics, rows: Iterable[Row]) -> dict[str, Raised]:
 
 
 def _column(values: list[object], empty: pa.DataType) -> pa.Array:
-    """A column of the table. Whole numbers stay whole; among others they become floats. ``empty``
-    is the type of a column without a value."""
+    """A column of the table. Whole numbers stay whole; mixed with others they become floats.
+    ``empty`` is the type of a column without a value."""
     kinds = {type(value) for value in values if value is not None}
     if kinds == {int, float}:
         values = [float(value) if isinstance(value, int) else value for value in values]

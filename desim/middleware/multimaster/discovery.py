@@ -51,8 +51,8 @@ class MasterState(NamedTuple):
 
 
 class Beat(NamedTuple):
-    """A heartbeat of ``host``: when its state changed last, and when its master did, be it by
-    registrations that sync copied."""
+    """A heartbeat of ``host``: the time of the last change of its own state, and of its master's,
+    to which registrations copied by sync belong too."""
 
     host: int
     what: HeartbeatKind
@@ -61,7 +61,7 @@ class Beat(NamedTuple):
 
 
 class Discovery:
-    """The master_discovery of one host, from its start to its end. It calls ``notify(news,
+    """The master_discovery of one host, from its start to its stop. It calls ``notify(news,
     remote)``; ``receive(beat, host)`` is called with heartbeats that arrive at a host."""
 
     def __init__(self, processes: Processes, params: MultimasterParams, host: int,
@@ -93,7 +93,7 @@ class Discovery:
         self._life.end()
 
     def serve(self, call: XmlRpcCall) -> None:
-        """masterContacts."""
+        """Answer masterContacts."""
         call.reply(CONTACTS.answer, True)
 
     # Own state.

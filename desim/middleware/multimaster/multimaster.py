@@ -13,7 +13,8 @@ from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
 
 
 class Multimaster:
-    """Nodes register with the master of their host; what others' masters know is copied there."""
+    """Nodes register with the master of their host; the registrations of other masters are copied
+    there."""
 
     informed = "subscriber"
     Params = MultimasterParams
@@ -59,7 +60,7 @@ class Multimaster:
         self.discoveries[host].receive(beat)
 
     def _serve(self, call: XmlRpcCall) -> None:
-        """Discovery's XML-RPC server."""
+        """Answer a call to discovery's XML-RPC server."""
         if call.request[0] == "masterContacts":
             self.discoveries[call.server].serve(call)
         else:

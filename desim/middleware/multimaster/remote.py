@@ -41,8 +41,8 @@ class RemoteMaster:
 
     def verdict(self, now_ns: int, timing: DiscoveryTiming, params: MultimasterParams
                 ) -> MasterNews | None:
-        """The meaning of its silence: offline, removed, a request (which is counted), or None.
-        Quick heartbeats show it by themselves; with slow ones it is asked first."""
+        """The meaning of the master's silence: offline, removed, a request (which is counted), or
+        None. With quick heartbeats silence is enough; with slow ones the master is asked first."""
         silent_ns = now_ns - self.received_ns
         if silent_ns > params.remove_after_ns:
             return MasterNews.REMOVED
@@ -56,7 +56,8 @@ class RemoteMaster:
         return MasterNews.REQUEST
 
     def measure(self, now_ns: int, timing: DiscoveryTiming) -> bool:
-        """Whether the quality has changed: beats / (rate * window + unanswered requests)."""
+        """Update the quality; returns whether it has changed: beats / (rate * window + unanswered
+        requests)."""
         beats = self._beats
         while beats and beats[0] <= now_ns - timing.window_ns:
             beats.popleft()

@@ -30,7 +30,7 @@ UPDATE_TIMEOUT_NS = 3_000_000_000  # sync_thread.py setdefaulttimeout
 
 class Copy:
     """The registrations of one remote master that stand in the own one, as of ``changed_ns``.
-    ``known``: the methods of its server are known."""
+    ``known``: the methods of the remote server are known."""
 
     def __init__(self) -> None:
         self.registrations: dict[Registration, None] = {}
@@ -42,7 +42,7 @@ class Copy:
 
 
 class Sync:
-    """The master_sync of one host, from its start to its end."""
+    """The master_sync of one host, from its start to its stop."""
 
     def __init__(self, processes: Processes, params: MultimasterParams, host: int) -> None:
         self._processes, self._params, self._host = processes, params, host
@@ -58,7 +58,8 @@ class Sync:
         self._life.end()
 
     def serve(self, call: XmlRpcCall) -> None:
-        """Answer masterInfoFiltered with the registrations of this host, others by bytes alone."""
+        """Answer masterInfoFiltered with the registrations of this host; those of others count as
+        bytes only."""
         method, *arguments = call.request
         if method != "masterInfo":
             sizes = _ASKED[method]
@@ -82,7 +83,7 @@ class Sync:
             self._want(remote, copy)
 
     def _to_redo(self, remote: RemoteMaster) -> bool:
-        """Whether a master that comes back is copied afresh."""
+        """Whether a master that comes back is copied anew."""
         params = self._params
         offline_ns = self._context.now_ns - remote.offline_ns
         return params.resync_on_reconnect and offline_ns >= params.resync_on_reconnect_timeout_ns
@@ -96,7 +97,7 @@ class Sync:
                 self._want(remote, copy)
 
     def _want(self, remote: RemoteMaster, copy: Copy) -> None:
-        """Fetch its state after a while, unless it is known."""
+        """Fetch a master's state after a delay, unless it is known."""
         if copy.asking or copy.changed_ns >= remote.changed_ns:
             return
         if copy.timer is not None:
@@ -121,7 +122,8 @@ class Sync:
                    lambda ok, state: self._fetched(remote, copy, state))
 
     def _fetched(self, remote: RemoteMaster, copy: Copy, state: MasterState | None) -> None:
-        """A state that could not be fetched waits for the next change or poll."""
+        """Take a fetched state. If it could not be fetched, it waits for the next change or poll.
+        """
         copy.asking = False
         if state is None or self._copies.get(remote.host) is not copy:
             return

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Finder:
-    """The search of one router in one life; a leaf, which does not listen, keeps one link only.
+    """The search of one router in one life. A leaf, which does not listen, keeps one link only.
 
     Scouting never ends. A router dials each other one that answers, once for each hello
     (autoconnect_strategy "always"), one after another (orchestrator.rs awaits connect_peer). Of two
@@ -72,7 +72,7 @@ class Finder:
         self._book(peer, pause_ns, self._call)
 
     def gossiped(self, peer: int) -> None:
-        """``peer`` is in the network."""
+        """Take the gossip that ``peer`` is in the network."""
         if self._params.gossip and self.listens and self._host > peer \
                 and peer in self._listening() and not self._router.has_link(peer):
             self._router.dial(peer)

@@ -72,8 +72,8 @@ class RouterLink:
 
     def send(self, kind: str, size_bytes: int, arrived: Callable[..., object],
              what: object = None, writes: int = 1) -> None:
-        """Send a message in so many ``writes``; ``arrived(link, what)`` is called at the other end.
-        """
+        """Send a message in ``writes`` writes to the socket; ``arrived(link, what)`` is called at
+        the other end."""
         self.sent_ns = self._context.now_ns
         self.connection.send(self.host, size_bytes, self._received, (arrived, what), kind, writes)
 
@@ -85,7 +85,8 @@ class RouterLink:
             self.far.router.received(parcel)
 
     def shares(self, other: RouterLink) -> None:
-        """Nothing that has gone over ``other``, the first link with this peer, need go over it."""
+        """Nothing that has gone over ``other``, the first link with this peer, has to go over this
+        one."""
         self.named, self.declared = other.named, other.declared
 
     def close(self) -> None:
@@ -168,11 +169,11 @@ class RouterLink:
         self._book("beat", due_ns, self._beat)
 
     def _alive(self, _: object) -> None:
-        """Its arrival is all that matters."""
+        """A keep-alive has arrived; its arrival is all that matters."""
 
     def _check_lease(self, _: object) -> None:
-        """Give up a link over which nothing arrived for a lease. Where the socket does not take all
-        data its end lives for another keep-alive (zenoh tx_task: drain)."""
+        """Give up a link over which nothing arrived for a lease. If the socket does not take all
+        data, this end lives for another keep-alive (zenoh tx_task: drain)."""
         received_ns = max(self._opened_ns, self.connection.end(self.host).last_data_ns())
         params, now_ns = self.router.params, self._context.now_ns
         due_ns = received_ns + params.lease_ns

@@ -16,9 +16,8 @@ if TYPE_CHECKING:
 
 
 class Parcel:
-    """A message on one link, TCP's ``Cargo``, for the hosts ``to`` behind it; nobody any more when
-    it is ``gone``. ``first_ns`` and ``last_ns``: of its frames on all links so far.
-    """
+    """A message on one link, TCP's ``Cargo``, for the hosts ``to`` behind it. A ``gone`` parcel is
+    for no host any more. ``first_ns`` and ``last_ns``: of its frames on all links so far."""
 
     __slots__ = ("message", "publication", "to", "seq", "first_ns", "last_ns", "hops", "gone")
 
@@ -39,9 +38,9 @@ class Parcel:
 
 
 class LinkQueue:
-    """While the socket takes nothing one batch is being written and further ones fill. A message
-    that does not fit either waits, blocks its publisher and closes the link without progress for
-    too long; or it is dropped after a moment."""
+    """The messages that wait at a link. While the socket takes nothing, one batch is being written
+    and further batches fill. A message that fits into none either waits, blocks its publisher, and
+    closes the link if there is no progress for too long; or it is dropped after a moment."""
 
     __slots__ = ("_link", "_connection", "_sender", "_host", "_context", "_kernel", "_params",
                  "_writing", "_filling", "_bytes", "_most_bytes", "_waiting", "_moved_ns",
@@ -86,7 +85,7 @@ class LinkQueue:
 
     def flush(self, flushed: Callable[[], object]) -> None:
         """Take nothing more; call ``flushed()`` when the socket has all parcels that were written.
-        Those that are blocked stay so."""
+        Blocked parcels stay blocked."""
         self._flushed = flushed
         if not self._writing:
             flushed()
@@ -131,7 +130,7 @@ class LinkQueue:
             self._flushed()
 
     def _next_batch(self) -> None:
-        """The batch that has filled first is written next; waiting parcels fill others."""
+        """Write the batch that has filled first; waiting parcels fill others."""
         most_bytes = self._params.batch_bytes
         while self._filling and (not self._writing or self._filling[0][1] <= most_bytes):
             parcel, size_bytes = self._filling.popleft()
@@ -168,7 +167,7 @@ class LinkQueue:
                                       self._host, self._stuck)
 
     def _late(self, parcel: Parcel) -> None:
-        """Drop a parcel that still waits."""
+        """Drop a parcel that is still waiting."""
         if parcel in self._waiting:
             self._waiting.remove(parcel)
             parcel.drop("congested")

@@ -42,7 +42,8 @@ class DeclarationRegistry:
         self._listeners: dict[str, list[int]] = {}  # of those online, ascending
 
     def listeners(self, topic: str) -> Sequence[int]:
-        """The hosts that are known to subscribe to it now, ascending, maybe with the own one."""
+        """The hosts that are known to subscribe to ``topic`` now, ascending; the own host may be
+        among them."""
         return self._listeners.get(topic, ())
 
     def publishes(self, topic: str) -> bool:
@@ -64,7 +65,8 @@ class DeclarationRegistry:
         self._gain(self._own, declarations)
 
     def learn(self, part: Part) -> None:
-        """Take declarations from a neighbour. They begin within the known ones or right behind."""
+        """Take declarations from a neighbour. They begin within the known ones or directly after
+        them."""
         router, life, first, declarations = part
         self.begins(router, life)
         known_life, known = self._declared[router]
@@ -76,7 +78,7 @@ class DeclarationRegistry:
 
     def beyond(self, router: int, sent: tuple[int, int]) -> Part | None:
         """The declarations of ``router`` that a neighbour lacks. ``sent``: the life and the number
-        of those that it was sent."""
+        of those that were sent to it."""
         if router not in self._declared:
             return None
         life, declarations = self._declared[router]
@@ -84,7 +86,7 @@ class DeclarationRegistry:
         return Part(router, life, first, declarations[first:]) if declarations[first:] else None
 
     def begins(self, router: int, life: int) -> None:
-        """``router`` is in that life now: its declarations of an earlier one are void."""
+        """``router`` is now in that life; its declarations of an earlier life are void."""
         known_life, declarations = self._declared.get(router, (0, []))
         if known_life < life:
             self._lose(router, declarations)

@@ -32,16 +32,16 @@ _NO_WAY = -1  # in place of a neighbour
 
 
 class LinkStateNews:
-    """The changes of a router's link state that are to be passed on: it is ``state`` now; before,
-    it had changed ``serial`` times and named ``named`` routers. ``known``: by peer, the number of
-    changes that it knows already, and of the names in these."""
+    """The changes of a router's link state that are to be passed on. ``state``: the present one.
+    Before it, the router had changed ``serial`` times and named ``named`` routers. ``known``: by
+    peer, the number of changes that it knows already, and of the names in these."""
 
     def __init__(self, state: LinkState, serial: int, named: int) -> None:
         self.state, self.serial, self.named = state, serial, named
         self.known: dict[int, tuple[int, int]] = {}
 
     def add(self, before: LinkState, state: LinkState, knowing: Iterable[int]) -> None:
-        """The state was ``before`` and is ``state``, which those ``knowing`` know."""
+        """The state changed from ``before`` to ``state``; the routers ``knowing`` know that."""
         self.state = state
         for peer in knowing:
             changes, named = self.known.get(peer, (0, 0))
@@ -49,15 +49,15 @@ class LinkStateNews:
                                 named + state.named - before.named)
 
     def until(self, state: LinkState) -> tuple[int, int]:
-        """The number of changes until it was ``state``, and of the names in these."""
+        """The number of changes up to ``state``, and of the names in these."""
         if state.serial <= self.serial or state.life < self.state.life:
             return 0, 0
         return state.serial - self.serial, state.named - self.named
 
 
 class ZenohRouter:
-    """From its host's start to its stop, which is its ``life``. Nodes declare as soon as it has
-    opened.
+    """A router from its host's start to its stop, which is its ``life``. Nodes declare as soon as
+    the router has opened.
 
     Link states are flooded: each router passes new ones to its neighbours. Declarations of a router
     go along its tree of shortest ways, some time after the topology has changed. A router without a
@@ -100,7 +100,7 @@ class ZenohRouter:
     # Links.
 
     def has_link(self, peer: int | None = None, life: int | None = None) -> bool:
-        """Whether there is a link, or one is opening: to ``peer``, in that life of it."""
+        """Whether there is a link to ``peer`` in that life of it, or one is opening."""
         return any(peer in (None, link.peer) and (life is None or link.life in (0, life))
                    for link in self._ends)
 
@@ -137,7 +137,7 @@ class ZenohRouter:
         self.finder.linked(peer)
 
     def unlinked(self, link: RouterLink) -> None:
-        """It is over."""
+        """``link`` is over."""
         del self._ends[link]
         if link.expired:
             self.part(link.peer)
@@ -188,8 +188,8 @@ class ZenohRouter:
     def _pass_on(self, router: int, before: LinkState | None, state: LinkState,
                  source: int) -> None:
         """Pass a router's link state on with the next flood, but not to ``source`` and the router
-        itself, which know it. It was ``before`` (None: unknown; zenoh network.rs sends all changes
-        of such a one). Each change is a message of its own."""
+        itself, which know it. ``before`` is the earlier state (None: unknown; zenoh network.rs then
+        sends all changes). Each change is a message of its own."""
         if before is None or before.life < state.life:
             self.registry.begins(router, state.life)
             self._news[router] = LinkStateNews(state, state.serial - 1,
@@ -205,7 +205,7 @@ class ZenohRouter:
         self._review()
 
     def _book(self, what: Callable[[], object], delay_ns: int) -> None:
-        """Call ``what`` once after a delay, however often it is booked meanwhile."""
+        """Call ``what`` once after a delay, no matter how often it is booked meanwhile."""
         if what not in self._timers:
             self._timers[what] = self.context.at(self.context.now_ns + delay_ns, self.host,
                                                  self._run_timer, what)
@@ -215,8 +215,8 @@ class ZenohRouter:
         what()
 
     def _flood(self) -> None:
-        """Pass the news on, each change as a message of its own. That takes time, in which other
-        messages wait (zenoh: the lock of its tables)."""
+        """Pass the news on, each change as a message of its own. Other messages wait while that
+        takes time (zenoh: the lock of its tables)."""
         news, self._news = self._news, {}
         near = 1 << self.host | self.topology.states[self.host].links
         states: dict[int, LinkState] = {}
@@ -263,8 +263,8 @@ class ZenohRouter:
 
     def _send_states(self, link: RouterLink, states: dict[int, LinkState], size_bytes: int,
                      writes: int, named: int) -> None:
-        """Send ``states`` of ``size_bytes``, and the identities of those among them and their
-        neighbours (``named``) that have not gone over the link yet."""
+        """Send ``states`` of ``size_bytes``. With them go those identities of routers among them
+        and their neighbours (``named``) that have not gone over the link yet."""
         routers = 0
         for router in states:
             routers |= 1 << router
@@ -304,7 +304,7 @@ class ZenohRouter:
             self.spread([self.host], len(together))
 
     def declare(self, declarations: list[Declaration]) -> None:
-        """Declare for a node of its own host, in a message of its own."""
+        """Declare for a node of the own host, in a message of its own."""
         if self._opened:
             self.registry.declare(declarations)
             self.spread([self.host])
@@ -316,7 +316,7 @@ class ZenohRouter:
 
     def spread(self, routers: list[int], batches: int = 1) -> None:
         """Send declarations of these routers to the neighbours that get them from here, as far as
-        they lack them, in so many ``batches``, each a message of its own."""
+        they lack them; to each neighbour in ``batches`` messages."""
         missing: dict[int, list[Part]] = {}
         for router in routers:
             for child in self.topology.children(router):
@@ -334,8 +334,9 @@ class ZenohRouter:
 
     def forward(self, message: Message, publication: ZenohPublication, to: Sequence[int],
                 first_ns: int, last_ns: int, hops: int) -> None:
-        """Send one copy to each neighbour on the way from the publisher to some of ``to``, after
-        ``hops`` links on which its first and last frame left at these instants (-1: none did)."""
+        """Send one copy to each neighbour on the way from the publisher to hosts in ``to``. The
+        message has passed ``hops`` links, on which its first and last frame left at these instants
+        (-1: none did)."""
         ways = self.topology.hops(publication.source)
         if len(to) == 1 and hops < self._most_hops:  # as nearly always
             link = self.links.get(ways.get(to[0], _NO_WAY))
@@ -376,8 +377,8 @@ class ZenohRouter:
 
 
 def _changes_bytes(changes: int, named: int, near: int) -> int:
-    """The bytes of so many changes that name so many routers, each in a message of its own;
-    ``near`` 1: with the address."""
+    """The bytes of ``changes`` changes that name ``named`` routers, each change in a message of its
+    own; ``near`` 1: with the address."""
     return (changes * (STATES_BYTES + STATE_BYTES + near * LOCATOR_BYTES)
             + named * NEIGHBOUR_BYTES)
 

@@ -18,7 +18,7 @@ class LinkState(NamedTuple):
 
 
 def bits(mask: int) -> Iterator[int]:
-    """The places of its ones, ascending."""
+    """The positions of the ones in ``mask``, ascending."""
     while mask:
         low = mask & -mask
         yield low.bit_length() - 1
@@ -27,8 +27,8 @@ def bits(mask: int) -> Iterator[int]:
 
 @lru_cache(maxsize=1 << 10)
 def tree(edges: tuple[int, ...], root: int) -> dict[int, int]:
-    """Parent of each router that can be reached from ``root``, on a shortest way; of several the
-    one by the routers of lower index. ``edges``: each router's neighbours as bits."""
+    """The parent of each router that can be reached from ``root``, on a shortest path; of several
+    the parent with the lowest index. ``edges``: each router's neighbours as bits."""
     parents = {root: root}
     layer, seen = [root], 1 << root
     while layer:
@@ -59,8 +59,8 @@ def next_hops(edges: tuple[int, ...], root: int, own: int) -> dict[int, int]:
 
 
 class Topology:
-    """All link states that router ``own`` of ``routers`` has received. They are never forgotten: a
-    link counts only while both of its ends announce it, and own links count at once."""
+    """All link states that router ``own`` of ``routers`` has received. None is ever forgotten: a
+    link counts only while both of its ends announce it. Own links count at once."""
 
     def __init__(self, own: int, routers: int, life: int) -> None:
         self.own = own
@@ -92,7 +92,7 @@ class Topology:
         return self._edges
 
     def reached(self) -> dict[int, int]:
-        """The routers with a way to them, itself among them, nearest first."""
+        """The routers to which there is a path, with the own one, nearest first."""
         return tree(self.edges, self.own)
 
     def online(self) -> int:
@@ -108,14 +108,14 @@ class Topology:
         return seen
 
     def hops(self, root: int) -> dict[int, int]:
-        """``next_hops`` from here."""
+        """``next_hops`` from the own router."""
         hops = self._hops.get(root)
         if hops is None:
             hops = self._hops[root] = next_hops(self.edges, root, self.own)
         return hops
 
     def children(self, root: int) -> list[int]:
-        """The neighbours that get messages of ``root`` from here."""
+        """The neighbours that get messages of ``root`` from the own router."""
         own = self.own
         return [router for router, parent in tree(self.edges, root).items()
                 if parent == own and router != own]

@@ -89,7 +89,7 @@ class Zenoh:
         return ZenohPublication(offer, self._context, self._routers.__getitem__)
 
     def _tokens(self, end: Endpoint) -> list[Declaration]:
-        """The token of its node, if that is not declared yet."""
+        """The liveliness token of the endpoint's node, if it is not declared yet."""
         if (end.host, end.node) in self._nodes:
             return []
         self._nodes[end.host, end.node] = None
