@@ -82,7 +82,8 @@ def _place(frames: list[tuple[FrameType, int]]) -> str:
 
 def _host(owner: object) -> str | None:
     """The host of a node, or the medium of a model or a rule."""
-    from desim.middleware.graph import Host, Node
+    from desim.middleware.host import Host
+    from desim.middleware.node import Node
     from desim.network.medium import Medium
 
     if isinstance(owner, Node):

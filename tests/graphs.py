@@ -6,7 +6,8 @@ from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.direct import Direct
-from desim.middleware.graph import Graph, Node
+from desim.middleware.graph import Graph
+from desim.middleware.node import Node
 from desim.network.medium import Medium
 from desim.network.place import Nowhere
 from netmodels.ideal import Ideal

@@ -1,4 +1,4 @@
-"""Hosts, their nodes, and the topics between them.
+"""All hosts and topics of a run, and the account of every message.
 
 ``publish`` makes a ``Message``; the registries name the hosts that listen; the publisher's
 transport takes it to them; each of them puts it into its subscriptions' queues and runs the
@@ -14,214 +14,28 @@ medium in common) or ``no_subscriber`` (it came to a host where nobody listens a
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Collection, Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from desim.engine.kernel import Kernel, Phase
+from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, pack
-from desim.errors import InputError, KernelError, below, did_you_mean
+from desim.errors import InputError, below, did_you_mean
 from desim.middleware.context import GraphContext
-from desim.middleware.node import Node
-from desim.middleware.topics import Latest, Message, Publisher, Subscription, Topic
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.topics import Topic
 from desim.ports import natural_key
-from desim.ports.middleware import Addressing, Endpoint, Middleware, Offer, TransportKind
+from desim.ports.middleware import Middleware
 
 if TYPE_CHECKING:
     from desim.network.medium import Medium
 
-__all__ = ["Graph", "Host", "Message", "Node"]
-
-MAX_CALLBACKS = 100_000  # on one host in one instant
-
 _SELDOM = (1 << 8) - 1  # rows and latencies are flushed after so many messages: a mask
 
-_CONTROL = Phase.CONTROL  # looking a member up costs more than using it
-
-Ends = tuple[Latest | None, list[Subscription]]  # of one topic on one host
-
 OnFate = Callable[[Message, int, int, "str | None", int, int], object]
-
-
-class Host:
-    """A computer: interfaces to media, and nodes that run while it is up.
-
-    ``software`` makes the nodes, afresh at every start. ``received_ns`` has by host index the time
-    of the last message of each other host since its start (0: none); the function in ``awaited``,
-    by host index too, is called once, when the next message of that host arrives.
-    """
-
-    __slots__ = ("graph", "name", "index", "id", "media", "software", "nodes", "published",
-                 "received_ns", "awaited", "_publishers", "_ends", "_inbox", "_awake")
-
-    def __init__(self, graph: Graph, name: str, index: int) -> None:
-        self.graph = graph
-        self.name = name
-        self.index = index
-        self.id = graph.names.id(name)
-        self.media: list[Medium] = []  # in order of preference
-        self.software: Callable[[Host], list[Node]] = lambda host: []
-        self.nodes: list[Node] = []
-        self.published = 0
-        self.received_ns: list[int] = []
-        self.awaited: dict[int, Callable[[], object]] = {}
-        self._publishers: list[Publisher] = []
-        self._ends: dict[str, Ends] = {}
-        self._inbox: deque[tuple[Subscription, Message]] = deque()
-        self._awake = False  # the inbox is being emptied, or will be in this instant
-
-    @property
-    def up(self) -> bool:
-        return self.graph.up[self.index]
-
-    @property
-    def tx_bytes(self) -> int:
-        """Bytes of frames that its interfaces sent, with headers."""
-        return sum(medium.tx_bytes[self.index] for medium in self.media)
-
-    @property
-    def rx_bytes(self) -> int:
-        """Bytes of frames that its interfaces received, with headers."""
-        return sum(medium.rx_bytes[self.index] for medium in self.media)
-
-    def start(self) -> None:
-        """Run fresh nodes. Harmless on a host that is up."""
-        if self.up:
-            return
-        graph = self.graph
-        graph.up[self.index] = True
-        self._notify_media(True)
-        graph.trace.row(graph.kernel.now_ns, graph.names.id("host_started"), self.id)
-        graph.context.started(self.index)
-        self.nodes = self.software(self)
-        for node in self.nodes:
-            node.start()
-
-    def stop(self) -> None:
-        """Stop, and lose all memory: timers, queues, outboxes, subscriptions. Frames that it has
-        sent go on; frames on their way to it are dropped as ``host_down``."""
-        if not self.up:
-            return
-        graph = self.graph
-        graph.up[self.index] = False
-        self._notify_media(False)
-        graph.trace.row(graph.kernel.now_ns, graph.names.id("host_stopped"), self.id)
-        for node in self.nodes:
-            node.stop()
-        for publisher in self._publishers:
-            publisher.topic.publishers.remove(publisher)
-            publisher.close("sender_down")
-        for subscription, _ in self._inbox:
-            subscription.topic.counts.discarded += 1
-        for topic in self._ends:
-            graph.topic(topic).listens(self.index, False)
-        self.nodes = []
-        self._publishers = []
-        self._ends = {}
-        self._inbox.clear()
-        self.received_ns = [0] * len(graph.hosts)
-        graph.context.stopped(self.index)
-
-    def _notify_media(self, up: bool) -> None:
-        for medium in self.media:
-            medium.switched(self.index, up)
-
-    def absolute(self, topic: str) -> str:
-        """``scan`` on ``robot_3`` is ``/robot_3/scan``; with a leading slash it is absolute."""
-        return topic if topic.startswith("/") else f"/{self.name}/{topic}"
-
-    def advertise(self, node: str, topic: str, transport: str, via: str, queue: int,
-                  latch: bool) -> Publisher:
-        """A publisher of ``topic`` for ``node``; see ``Node.advertise``."""
-        about = self.graph.topic(self.absolute(topic))
-        try:
-            offer = Offer(Endpoint(self.index, node, about.name), TransportKind(transport),
-                          Addressing(via), queue, latch)
-        except ValueError:
-            raise InputError(f"topic {about.name}: no transport {transport!r} via {via!r}; "
-                             "allowed: stream or datagram, unicast or broadcast") from None
-        publisher = Publisher(self, about, offer)
-        about.publishers.append(publisher)
-        self._publishers.append(publisher)
-        self.graph.context.advertised(offer)
-        return publisher
-
-    def subscribe(self, node: str, topic: str, callback: Callable[[Message], object],
-                  queue: int) -> None:
-        """See ``Node.subscribe``."""
-        about = self.graph.topic(self.absolute(topic))
-        self._ends_of(about.name)[1].append(Subscription(about, callback, queue))
-        about.listens(self.index, True)
-        self.graph.context.subscribed(Endpoint(self.index, node, about.name))
-
-    def latest(self, node: str, topic: str) -> Latest:
-        """See ``Node.latest``."""
-        name = self.absolute(topic)
-        latest, subscriptions = self._ends_of(name)
-        if latest is None:
-            latest = Latest()
-            self._ends[name] = latest, subscriptions
-            self.graph.topic(name).listens(self.index, True)
-        self.graph.context.subscribed(Endpoint(self.index, node, name))
-        return latest
-
-    def _ends_of(self, topic: str) -> Ends:
-        return self._ends.setdefault(topic, (None, []))
-
-    def receive(self, message: Message) -> bool:
-        """Put ``message`` into the queues of its topic's subscriptions; False if there are none."""
-        about = message.about
-        ends = self._ends.get(about.name)
-        if ends is None:
-            return False
-        latest, subscriptions = ends
-        if latest is not None:
-            latest.message = message
-            if not subscriptions:
-                return True
-        if not self._awake:
-            self._awake = True
-            self.graph.kernel.after(0, _CONTROL, self.id, self._drain)
-        for subscription in subscriptions:
-            if 0 < subscription.limit <= subscription.waiting:
-                self._overwrite(subscription)
-            subscription.waiting += 1
-            self._inbox.append((subscription, message))
-        about.counts.queued += len(subscriptions)
-        return True
-
-    def _overwrite(self, subscription: Subscription) -> None:
-        """Drop the oldest message of a full queue."""
-        oldest = next(i for i, entry in enumerate(self._inbox) if entry[0] is subscription)
-        message = self._inbox[oldest][1]
-        del self._inbox[oldest]
-        subscription.waiting -= 1
-        message.about.counts.overwritten += 1
-        graph = self.graph
-        graph.trace.row(graph.kernel.now_ns, graph.OVERWRITTEN, self.id, message.origin.id,
-                        message.seq, message.about.id)
-
-    def _drain(self, _: object) -> None:
-        """Run the callbacks of all waiting messages, in order of arrival, and of those that they
-        publish to their own host meanwhile."""
-        inbox = self._inbox
-        graph, own = self.graph, self.id
-        now_ns, put, callback = graph.kernel.now_ns, graph.put, graph.CALLBACK
-        for _ in range(MAX_CALLBACKS):
-            if not inbox:
-                self._awake = False
-                return
-            subscription, message = inbox.popleft()
-            subscription.waiting -= 1
-            about = message.about
-            about.counts.called += 1
-            put(pack(now_ns, callback, own, message.origin.id, message.seq, about.id))
-            subscription.callback(message)
-        raise KernelError(f"more than {MAX_CALLBACKS} callbacks on {self.name} at {now_ns} ns: the "
-                          f"loop goes through topic {about.name}")
 
 
 class Graph:

@@ -10,12 +10,13 @@ import numpy as np
 
 from desim.engine.kernel import Call, Phase, Ticker
 from desim.errors import InputError
-from desim.middleware.messages import Content
-from desim.middleware.topics import Latest, Message, Publisher
+from desim.middleware.contents import Content
+from desim.middleware.message import Message
+from desim.middleware.topics import Latest, Publisher
 from desim.units import NS_PER_S
 
 if TYPE_CHECKING:
-    from desim.middleware.graph import Host
+    from desim.middleware.host import Host
 
 
 class Node:

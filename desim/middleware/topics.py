@@ -1,18 +1,19 @@
-"""Messages, and the two ends of a topic on a host: publishers and subscriptions."""
+"""The two ends of a topic on a host: publishers and subscriptions."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
 from desim.middleware.answer_checks import subscribers_of
+from desim.middleware.contents import Content
 from desim.middleware.counts import TopicCounts
-from desim.middleware.messages import Content, Lazy
+from desim.middleware.message import Message
 from desim.ports.middleware import Offer
 
 if TYPE_CHECKING:
-    from desim.middleware.graph import Host
+    from desim.middleware.host import Host
 
 
 class Topic:
@@ -38,38 +39,6 @@ class Topic:
             del self.listening[host]
         for publisher in self.publishers:
             publisher.count_unmatched()
-
-
-class Message:
-    """A message of a node. ``seq`` counts the messages of its host; ``number`` counts the messages
-    between hosts of the whole run (0: it never left its host) and is in no digest."""
-
-    __slots__ = ("origin", "about", "seq", "size_bytes", "born_ns", "number", "_content")
-
-    def __init__(self, origin: Host, about: Topic, seq: int, size_bytes: int, born_ns: int,
-                 content: Content) -> None:
-        self.origin = origin
-        self.about = about
-        self.seq = seq
-        self.size_bytes = size_bytes
-        self.born_ns = born_ns
-        self.number = 0
-        self._content = content
-
-    @property
-    def source(self) -> int:
-        """Index of the host that published it."""
-        return self.origin.index
-
-    @property
-    def topic(self) -> str:
-        """Absolute name."""
-        return self.about.name
-
-    @property
-    def content(self) -> Any:
-        content = self._content
-        return content.read() if type(content) is Lazy else content
 
 
 class Subscription:

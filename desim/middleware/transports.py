@@ -18,8 +18,8 @@ from desim.middleware.jiffies import TICK_NS, fires_ns
 from desim.ports import packet_sizes
 
 if TYPE_CHECKING:
-    from desim.middleware.graph import Host
-    from desim.middleware.topics import Message
+    from desim.middleware.host import Host
+    from desim.middleware.message import Message
     from desim.network.medium import Medium
     from desim.ports.networks import Handle
 

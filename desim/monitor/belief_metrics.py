@@ -17,7 +17,8 @@ import numpy as np
 
 from desim.middleware.context import ACKS
 from desim.middleware.counts import EDGES_NS
-from desim.middleware.graph import Graph, Host
+from desim.middleware.graph import Graph
+from desim.middleware.host import Host
 from desim.ports.middleware import HostState
 from desim.units import NS_PER_S
 

@@ -16,7 +16,9 @@ from pydantic import Field
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
-from desim.middleware.graph import Host, Message, Node
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
 from desim.monitor.traffic import family
 from desim.monitor.utilisation import busy_ns, utilisation
 from desim.netcases.case import Measures

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from desim.engine.streams import Streams
-from desim.middleware.messages import LaserScan
+from desim.middleware.contents import LaserScan
 from desim.monitor.coverage import EXPLORED, Ground
 from desim.robot.map_message import MapFormat
 from desim.robot.tiles import FREE, Belief, TilePool, raster

@@ -14,9 +14,7 @@ from typing import NamedTuple, TypedDict
 
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.trace import Names, Trace
-from desim.middleware.direct import Direct
-from desim.middleware.graph import Graph, Host, Message, Node
-from desim.middleware.messages import (
+from desim.middleware.contents import (
     FLOAT64_BYTES,
     ODOMETRY_BYTES,
     TWIST_BYTES,
@@ -24,6 +22,11 @@ from desim.middleware.messages import (
     laser_scan_bytes,
     occupancy_grid_bytes,
 )
+from desim.middleware.direct import Direct
+from desim.middleware.graph import Graph
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Publisher
 from desim.ports import GridSpec
 from desim.scenario.schema.whole import Scenario

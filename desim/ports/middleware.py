@@ -19,7 +19,7 @@ from desim.ports.parameters import Params as ParamsBase
 
 T = TypeVar("T")
 
-# A ``desim.middleware.topics.Message``, which this room cannot name. Transports read its ``seq``,
+# A ``desim.middleware.message.Message``, which this room cannot name. Transports read its ``seq``,
 # ``size_bytes`` and ``born_ns``.
 Published: TypeAlias = Any
 
@@ -246,7 +246,7 @@ class Transport(Protocol):
         that cannot be reached is not among them."""
 
     def send(self, message: Published, only: list[int] | None = None) -> None:
-        """Carry a ``desim.middleware.topics.Message`` to all receivers, or to ``only`` these."""
+        """Carry a ``desim.middleware.message.Message`` to all receivers, or to ``only`` these."""
 
     def close(self, reason: str) -> None:
         """The publisher is gone: drop what waits for ``reason``."""

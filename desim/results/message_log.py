@@ -7,7 +7,7 @@ from struct import Struct
 
 import numpy as np
 
-from desim.middleware.topics import Message
+from desim.middleware.message import Message
 
 BATCH = 1 << 14
 LOOKED_BACK = 1 << 13

@@ -9,8 +9,10 @@ import numpy as np
 
 from desim.engine.trace import bits
 from desim.errors import ModelError, class_of
-from desim.middleware.graph import Host, Message, Node
-from desim.middleware.messages import Goal, GoalResult, Pose
+from desim.middleware.contents import Goal, GoalResult, Pose
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Frontier, Peer, Strategy
 from desim.robot.navigation.global_costmap import GlobalCostmap

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from desim.middleware.graph import Host, Message, Node
-from desim.middleware.messages import Lazy
+from desim.middleware.contents import Lazy
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
 
 
 class _Relay(Node):

@@ -20,7 +20,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from desim.middleware.messages import MAP_FRAME_BYTES
+from desim.middleware.contents import MAP_FRAME_BYTES
 from desim.ports import GridSpec
 from desim.robot.tiles import CELLS, LayerSnapshot, raster
 from desim.scenario.schema.communication import Exchange

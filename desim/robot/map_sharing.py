@@ -5,8 +5,10 @@ from __future__ import annotations
 from fractions import Fraction
 
 from desim.errors import below
-from desim.middleware.graph import Host, Message, Node
-from desim.middleware.messages import Empty, Pose
+from desim.middleware.contents import Empty, Pose
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Peer
 from desim.robot.map_message import MapFormat, MapUpdate

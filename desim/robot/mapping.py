@@ -8,8 +8,10 @@ between two poses. A scan that is not taken is never computed.
 
 from __future__ import annotations
 
-from desim.middleware.graph import Host, Message, Node
-from desim.middleware.messages import Empty, LaserScan, Pose
+from desim.middleware.contents import Empty, LaserScan, Pose
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.robot.poses import between, step
 from desim.robot.tiles import Belief

@@ -7,8 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from desim.middleware.graph import Host, Message, Node
-from desim.middleware.messages import Float64, Lazy, Pose, occupancy_grid_bytes
+from desim.middleware.contents import Float64, Lazy, Pose, occupancy_grid_bytes
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
 from desim.ports import GridSpec
 from desim.robot.poses import step
 from desim.robot.tiles import FREE, OCCUPIED, Belief, LayerSnapshot, fuse, raster

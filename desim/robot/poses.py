@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from desim.middleware.messages import Pose
+from desim.middleware.contents import Pose
 
 
 def step(before: Pose, after: Pose) -> tuple[float, float]:

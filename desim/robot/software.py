@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from desim import plugins
 from desim.errors import below
-from desim.middleware.graph import Host, Node
+from desim.middleware.host import Host
+from desim.middleware.node import Node
 from desim.ports import Peer
 from desim.robot.exploration import Explore
 from desim.robot.localization import GroundTruth, OdometryLocalization

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from desim.middleware.messages import LaserScan
+from desim.middleware.contents import LaserScan
 from desim.ports import GridSpec
 from desim.robot.kernels import evidence
 from desim.robot.kernels import tiles as kernels

@@ -11,8 +11,10 @@ from functools import partial
 
 import numpy as np
 
-from desim.middleware.graph import Host, Message, Node
-from desim.middleware.messages import ODOMETRY_BYTES, LaserScan, Lazy, Pose, laser_scan_bytes
+from desim.middleware.contents import ODOMETRY_BYTES, LaserScan, Lazy, Pose, laser_scan_bytes
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
 from desim.middleware.topics import Publisher
 from desim.ports import Snapshot, World
 from desim.scenario.schema.robot import Laser

@@ -6,7 +6,9 @@ the monitor itself watches out of band, so that no load can delay it.
 
 from __future__ import annotations
 
-from desim.middleware.graph import Host, Message, Node
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
 
 
 class MonitorNode(Node):

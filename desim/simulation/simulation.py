@@ -18,7 +18,9 @@ from desim.engine.garbage import rare_collections
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
-from desim.middleware.graph import Host, Node, OnFate
+from desim.middleware.graph import OnFate
+from desim.middleware.host import Host
+from desim.middleware.node import Node
 from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor, StopReason
 from desim.ports import World

@@ -12,8 +12,10 @@ from desim import plugins, ports
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
-from desim.middleware.graph import Graph, Host, Message
-from desim.middleware.messages import Filler
+from desim.middleware.contents import Filler
+from desim.middleware.graph import Graph
+from desim.middleware.host import Host
+from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.network.medium import Medium
 from desim.network.place import Nowhere

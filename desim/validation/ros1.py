@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from statistics import mean
 
-from desim.middleware.messages import Filler
+from desim.middleware.contents import Filler
 from desim.middleware.ros.ros1 import Ros1
 from desim.ports.cases import Check
 from desim.validation.laboratory import KNOWN_ADDRESSES, LabNode, Laboratory, within

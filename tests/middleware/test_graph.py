@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from desim.errors import InputError
+from desim.middleware.contents import Lazy
 from desim.middleware.counts import EDGES_NS, LatencyHistogram
 from desim.middleware.direct import Direct
-from desim.middleware.graph import Node
-from desim.middleware.messages import Lazy
+from desim.middleware.node import Node
 from desim.ports import natural_key
 from netmodels.disk import Disk
 from netmodels.ideal import Ideal

@@ -12,7 +12,8 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, real
 from desim.errors import InputError
 from desim.middleware.direct import Direct
-from desim.middleware.graph import Graph, Node
+from desim.middleware.graph import Graph
+from desim.middleware.node import Node
 from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor
 from desim.monitor.partitions import Partitions, components

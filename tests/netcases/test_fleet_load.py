@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from desim.cli import app
 from desim.commands.views.fleet_load import description, verdict
 from desim.engine.streams import Streams
-from desim.middleware.messages import occupancy_grid_bytes
+from desim.middleware.contents import occupancy_grid_bytes
 from desim.middleware.transports import stream_frame
 from desim.netcases import fleet
 from desim.netcases.fleet import Question

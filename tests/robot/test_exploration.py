@@ -9,9 +9,10 @@ from drawn import Drawn, cells, costmap
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, real
+from desim.middleware.contents import Empty, GoalResult, Lazy, Pose
 from desim.middleware.direct import Direct
-from desim.middleware.graph import Graph, Node
-from desim.middleware.messages import Empty, GoalResult, Lazy, Pose
+from desim.middleware.graph import Graph
+from desim.middleware.node import Node
 from desim.ports import Frontier, Peer
 from desim.robot.exploration import Explore
 from desim.robot.localization import GroundTruth, OdometryLocalization

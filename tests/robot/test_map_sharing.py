@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
+from desim.middleware.contents import LaserScan, Pose, occupancy_grid_bytes
 from desim.middleware.direct import Direct
-from desim.middleware.graph import Graph, Node
-from desim.middleware.messages import LaserScan, Pose, occupancy_grid_bytes
+from desim.middleware.graph import Graph
+from desim.middleware.node import Node
 from desim.network.medium import Medium
 from desim.network.place import Nowhere
 from desim.ports import GridSpec

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
+from desim.middleware.contents import LaserScan, Lazy, Pose
 from desim.middleware.direct import Direct
-from desim.middleware.graph import Graph, Node
-from desim.middleware.messages import LaserScan, Lazy, Pose
+from desim.middleware.graph import Graph
+from desim.middleware.node import Node
 from desim.ports import GridSpec
 from desim.robot.kernels import evidence
 from desim.robot.mapping import Mapping

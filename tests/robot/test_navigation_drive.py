@@ -9,9 +9,10 @@ from drawn import costmap
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
+from desim.middleware.contents import Empty, Goal, LaserScan, Lazy, Pose, laser_scan_bytes
 from desim.middleware.direct import Direct
-from desim.middleware.graph import Graph, Node
-from desim.middleware.messages import Empty, Goal, LaserScan, Lazy, Pose, laser_scan_bytes
+from desim.middleware.graph import Graph
+from desim.middleware.node import Node
 from desim.ports import GridSpec
 from desim.robot.localization import GroundTruth
 from desim.robot.navigation.move_base import MoveBase

@@ -8,7 +8,7 @@ from drawn import Drawn, costmap, drawn
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim.middleware.messages import LaserScan, Pose
+from desim.middleware.contents import LaserScan, Pose
 from desim.robot.navigation.local_planner import LocalPlanner
 from desim.robot.tiles import FREE
 from desim.scenario.schema.fleet import BodyType

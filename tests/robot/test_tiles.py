@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim.middleware.messages import LaserScan
+from desim.middleware.contents import LaserScan
 from desim.monitor.coverage import states
 from desim.ports import GridSpec
 from desim.robot.tiles import (

@@ -10,7 +10,9 @@ from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.direct import Direct
-from desim.middleware.graph import Graph, Host, Node
+from desim.middleware.graph import Graph
+from desim.middleware.host import Host
+from desim.middleware.node import Node
 from desim.middleware.ros.ros1 import Ros1
 from desim.network.medium import Medium
 from desim.units import NS_PER_S

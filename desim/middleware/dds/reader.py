@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.dds.reliable import ReliableLink
     from desim.middleware.dds.remote import RemoteParticipant
-    from desim.middleware.topics import Message
+    from desim.middleware.message import Message
     from desim.ports.middleware import Offer, Route
     from desim.ports.networks import Handle
 

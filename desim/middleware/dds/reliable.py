@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.dds.remote import Guid
     from desim.middleware.dds.writer import Reliable
-    from desim.middleware.topics import Message
+    from desim.middleware.message import Message
     from desim.network.carrier import Carrier
     from desim.ports.middleware import Offer, Route
     from desim.ports.networks import Handle

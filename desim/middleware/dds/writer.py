@@ -11,7 +11,7 @@ from desim.middleware.dds.reliable import ReliableLink
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
-    from desim.middleware.topics import Message
+    from desim.middleware.message import Message
     from desim.ports.middleware import Offer
 
 

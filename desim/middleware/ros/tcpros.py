@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from desim.middleware.transports import LENGTH_BYTES
 
 if TYPE_CHECKING:
+    from desim.middleware.message import Message
     from desim.middleware.ros.client import RosPublication
     from desim.middleware.tcp import Connection
-    from desim.middleware.topics import Message
     from desim.ports.middleware import MiddlewareContext
 
 

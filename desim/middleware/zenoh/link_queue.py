@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from desim.middleware.zenoh.sizes import push_bytes
 
 if TYPE_CHECKING:
-    from desim.middleware.topics import Message
+    from desim.middleware.message import Message
     from desim.middleware.zenoh.link import RouterLink
     from desim.middleware.zenoh.publication import ZenohPublication
     from desim.ports.networks import Handle

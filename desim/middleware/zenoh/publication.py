@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from desim.ports.middleware import MiddlewareContext, Offer, TransportKind
 
 if TYPE_CHECKING:
-    from desim.middleware.topics import Message
+    from desim.middleware.message import Message
     from desim.middleware.zenoh.link_queue import Parcel
     from desim.middleware.zenoh.router import ZenohRouter
 

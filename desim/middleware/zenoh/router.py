@@ -20,8 +20,8 @@ from desim.middleware.zenoh.sizes import (
 from desim.middleware.zenoh.topology import LinkState, Topology, bits
 
 if TYPE_CHECKING:
+    from desim.middleware.message import Message
     from desim.middleware.tcp import Connection, Tcp
-    from desim.middleware.topics import Message
     from desim.middleware.zenoh.finder import Finder
     from desim.middleware.zenoh.parameters import ZenohParams
     from desim.middleware.zenoh.publication import ZenohPublication

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from desim.middleware.messages import LaserScan
+from desim.middleware.contents import LaserScan
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.kernels import local_costmap as kernels
 from desim.units import seconds

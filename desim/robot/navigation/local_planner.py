@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from desim.middleware.messages import Pose
+from desim.middleware.contents import Pose
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.kernels import local_planner as kernels
 from desim.robot.navigation.local_costmap import LocalCostmap

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 
 from desim.engine.trace import bits
-from desim.middleware.graph import Host, Message, Node
-from desim.middleware.messages import Empty, Goal, GoalResult, Pose, Twist
+from desim.middleware.contents import Empty, Goal, GoalResult, Pose, Twist
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.global_planner import GlobalPlanner

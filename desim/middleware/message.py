@@ -1,0 +1,43 @@
+"""A message: topic, size in bytes, content."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from desim.middleware.contents import Content, Lazy
+
+if TYPE_CHECKING:
+    from desim.middleware.host import Host
+    from desim.middleware.topics import Topic
+
+
+class Message:
+    """A message of a node. ``seq`` counts the messages of its host; ``number`` counts the messages
+    between hosts of the whole run (0: it never left its host) and is in no digest."""
+
+    __slots__ = ("origin", "about", "seq", "size_bytes", "born_ns", "number", "_content")
+
+    def __init__(self, origin: Host, about: Topic, seq: int, size_bytes: int, born_ns: int,
+                 content: Content) -> None:
+        self.origin = origin
+        self.about = about
+        self.seq = seq
+        self.size_bytes = size_bytes
+        self.born_ns = born_ns
+        self.number = 0
+        self._content = content
+
+    @property
+    def source(self) -> int:
+        """Index of the host that published it."""
+        return self.origin.index
+
+    @property
+    def topic(self) -> str:
+        """Absolute name."""
+        return self.about.name
+
+    @property
+    def content(self) -> Any:
+        content = self._content
+        return content.read() if type(content) is Lazy else content
