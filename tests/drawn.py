@@ -1,4 +1,4 @@
-"""Beliefs drawn with characters: '.' free, '#' occupied, anything else unknown; top row first."""
+"""Maps drawn with characters: '.' free, '#' occupied, anything else unknown; top row first."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ VALUES = {".": FREE, "#": OCCUPIED}
 
 
 class Drawn:
-    """As much of a ``Belief`` as navigation reads. ``cells`` [height, width] log-odds, row 0 at
+    """As much of a ``RobotMap`` as navigation reads. ``cells`` [height, width] log-odds, row 0 at
     the bottom; its lower left corner is the origin."""
 
     def __init__(self, cells: np.ndarray, resolution_m: float = 0.2) -> None:
@@ -42,8 +42,8 @@ def drawn(*lines: str, resolution_m: float = 0.2) -> Drawn:
     return Drawn(cells(list(lines)), resolution_m)
 
 
-def costmap(belief: Drawn, radius_m: float = 0.26) -> GlobalCostmap:
+def costmap(robot_map: Drawn, radius_m: float = 0.26) -> GlobalCostmap:
     """With the defaults of costmap_2d, up to date."""
-    made = GlobalCostmap(belief, radius_m, 0.55, 10.0)
+    made = GlobalCostmap(robot_map, radius_m, 0.55, 10.0)
     made.update()
     return made

@@ -2,9 +2,9 @@
 
 With the equations of Yan, Fabresse, Laval and Bouraqadi (2017), section 3.3.
 
-G is the set of free cells that a laser can reach from the start positions. A robot's belief is its
-own fused map; the union is what some robot has known at some time. Log-odds may fall back between
-the thresholds, so that a robot's count can also shrink; the union's never does.
+G is the set of free cells that a laser can reach from the start positions. A robot's map is the
+sum of its layers; the union is what some robot has known at some time. Log-odds may fall back
+between the thresholds, so that a robot's count can also shrink; the union's never does.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ import numpy as np
 
 from desim.monitor.kernels import recount
 from desim.ports import GridSpec
-from desim.robot.tiles import FREE, OCCUPIED, Belief, tiles_of
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import FREE, OCCUPIED, tiles_of
 from desim.units import NS_PER_S
 
 EXPLORED = 0.99  # the share at which the paper calls a terrain explored (3.3.1)
@@ -47,22 +48,22 @@ def states(log_odds: np.ndarray) -> np.ndarray:
     return out
 
 
-def map_age_s(beliefs: Mapping[str, Belief | None], now_ns: int) -> float | None:
+def map_age_s(maps: Mapping[str, RobotMap | None], now_ns: int) -> float | None:
     """The age of the newest map update that one robot holds from another, as a mean over ordered
     pairs of robots that are up; as old as the run where it never got one. None without pairs."""
-    up = {name: belief for name, belief in beliefs.items() if belief is not None}
+    up = {name: robot_map for name, robot_map in maps.items() if robot_map is not None}
     pairs = len(up) * (len(up) - 1)
     if not pairs:
         return None
-    heard_ns = sum(max(layer.newest, 0) for belief in up.values()
-                   for name, layer in belief.received.items() if name in up)
+    heard_ns = sum(max(layer.newest, 0) for robot_map in up.values()
+                   for name, layer in robot_map.received.items() if name in up)
     return (now_ns - heard_ns / pairs) / NS_PER_S
 
 
 class Coverage:
-    """The cells of G that each robot's belief knows, kept up to date with every change.
+    """The cells of G that each robot's map knows, kept up to date with every change.
 
-    ``robots`` are the names of those with a belief, in index order. ``changed(i)`` is called after
+    ``robots`` are the names of those with a map, in index order. ``changed(i)`` is called after
     robot i's count was brought up to date. Reading a share costs no more than an access.
     """
 
@@ -78,10 +79,10 @@ class Coverage:
         self._counts = np.zeros((len(robots) + 1, len(self._inside)), np.int32)
         self._totals = np.zeros(len(robots) + 1, np.int64)
 
-    def observer(self, i: int) -> Callable[[Belief, np.ndarray], None]:
-        """The function that robot ``i``'s belief calls when tiles of it have changed."""
-        def learn(belief: Belief, tiles: np.ndarray) -> None:
-            self.update(i, belief.fused, tiles)
+    def observer(self, i: int) -> Callable[[RobotMap, np.ndarray], None]:
+        """The function that robot ``i``'s map calls when tiles of it have changed."""
+        def learn(robot_map: RobotMap, tiles: np.ndarray) -> None:
+            self.update(i, robot_map.fused, tiles)
 
         return learn
 
@@ -151,7 +152,7 @@ def evaluate(ground: Ground, log_odds: np.ndarray, distances_m: list[float], col
     """Equations 1 to 5 of the paper for a map, int16 ``log_odds`` [height, width].
 
     cost = sum of d_i [m] (1) | efficiency = A / cost [m2/m] (2) | safety = 1 - sum of s_i / S (3) |
-    completeness = A / G (4) | quality = (A - error w) / G (5), with A the area of G that the belief
+    completeness = A / G (4) | quality = (A - error w) / G (5), with A the area of G that the map
     knows, s_i the collisions of robot i, S ``safety_scale``, error the number of known cells, free
     or wall, inside G or not, whose state differs from the truth, and w the area of a cell.
     """

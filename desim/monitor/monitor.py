@@ -23,7 +23,7 @@ from desim.monitor.links import Links
 from desim.monitor.overlap import Overlap
 from desim.monitor.partitions import Partitions
 from desim.monitor.traffic import Families, totals
-from desim.robot.tiles import Belief
+from desim.robot.robot_map import RobotMap
 from desim.scenario.expression import condition
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.whole import Scenario
@@ -66,13 +66,13 @@ class Monitor:
                  graph: Graph, poses: Callable[[], np.ndarray],
                  travelled_m: Callable[[], np.ndarray]) -> None:
         self.robots, self.explorers, self.ground, self.graph = robots, explorers, ground, graph
-        self.beliefs: dict[str, Belief | None] = dict.fromkeys(explorers)
+        self.maps: dict[str, RobotMap | None] = dict.fromkeys(explorers)
         self.families = Families(graph)
         self.hosts = [graph.host(name) for name in robots]
         self.partitions = Partitions()
         self.overlap = Overlap(ground.grid, ground.reachable)
         self.belief_metrics = BeliefMetrics(graph, [host for host in self.hosts
-                                           if host.name in self.beliefs], self._links)
+                                           if host.name in self.maps], self._links)
         # Where nobody has to find anything out, nobody will ask.
         self.links = None if graph.context.beliefs is None else Links(graph)
         self.collisions = 0
@@ -118,18 +118,18 @@ class Monitor:
 
     # ------------------------------------------------------------------------- what happens
 
-    def watch(self, robot: str, belief: Belief | None) -> None:
-        """``robot`` has a fresh belief (its software started), or none (its host stopped)."""
-        if belief is not None and not self._has_started:
+    def watch(self, robot: str, robot_map: RobotMap | None) -> None:
+        """``robot`` has a fresh map (its software started), or none (its host stopped)."""
+        if robot_map is not None and not self._has_started:
             self._has_started, self.started_ns = True, self._kernel.now_ns
         i = self.explorers.index(robot)
-        before = self.beliefs[robot]
+        before = self.maps[robot]
         if before is not None:
             self.overlap.forgets(robot, before)
-        self.beliefs[robot] = belief
+        self.maps[robot] = robot_map
         self.coverage.restart(i)
-        if belief is not None:
-            belief.observers.append(self.coverage.observer(i))
+        if robot_map is not None:
+            robot_map.observers.append(self.coverage.observer(i))
 
     def collided(self, robot: int, other: int) -> None:
         """A collision episode of ``robot`` with robot ``other``, or with a wall (-1), began."""
@@ -219,7 +219,7 @@ class Monitor:
         row(now_ns, kind["sample_motion"], self._entity, int(values["collisions"]),
             int(values["recoveries"]), bits(values["distance_m"]))
         self.samples.append({**values, "parts": self.partitions.parts,
-                             "map_age_s": map_age_s(self.beliefs, now_ns),
+                             "map_age_s": map_age_s(self.maps, now_ns),
                              **self.belief_metrics.sample(), "cause": cause,
                              "bytes": self.families.bytes()})
         self._judge(values)
@@ -256,5 +256,5 @@ class Monitor:
 
     def _links(self) -> np.ndarray | None:
         """[n, n] bool of the explorers that are up: do frames get from one to the other now?"""
-        up = [host.index for host in self.hosts if host.up and host.name in self.beliefs]
+        up = [host.index for host in self.hosts if host.up and host.name in self.maps]
         return self.graph.linked(np.array(up, np.int64))

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from desim.ports import GridSpec
-from desim.robot.tiles import CELLS, FREE, OCCUPIED, Belief, tiles_of
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import CELLS, FREE, OCCUPIED, tiles_of
 
 
 class Overlap:
@@ -20,18 +21,18 @@ class Overlap:
         self._inside = tiles_of(grid, reachable.astype(np.uint8)) != 0
         self._before: dict[str, np.ndarray] = {}
 
-    def forgets(self, robot: str, belief: Belief) -> None:
-        """``robot``'s host stops; so far it had ``belief``."""
-        self._before[robot] = self._seen(robot, belief)
+    def forgets(self, robot: str, robot_map: RobotMap) -> None:
+        """``robot``'s host stops; so far it had ``robot_map``."""
+        self._before[robot] = self._seen(robot, robot_map)
 
-    def measures(self, beliefs: Mapping[str, Belief | None]) -> dict[str, float | None]:
+    def measures(self, maps: Mapping[str, RobotMap | None]) -> dict[str, float | None]:
         """``duplicated_exploration``: the cells of G that at least two robots have seen, as a share
         of those that at least one has; ``robots_per_cell``: the mean number of robots that have
         seen each of these. None where there are none. A cell is seen where a robot's own scans make
         it free or occupied."""
         seen = np.zeros(self._inside.shape, np.int32)
-        for robot, belief in beliefs.items():
-            seen += self._seen(robot, belief)
+        for robot, robot_map in maps.items():
+            seen += self._seen(robot, robot_map)
         seen = seen[self._inside]
         anybody = np.count_nonzero(seen)
         if not anybody:
@@ -39,10 +40,10 @@ class Overlap:
         return {"duplicated_exploration": np.count_nonzero(seen > 1) / anybody,
                 "robots_per_cell": int(seen.sum()) / anybody}
 
-    def _seen(self, robot: str, belief: Belief | None) -> np.ndarray:
+    def _seen(self, robot: str, robot_map: RobotMap | None) -> np.ndarray:
         """[tiles, 1024] bool."""
         seen = self._before.get(robot, np.zeros((1, CELLS), bool))
-        if belief is None:
+        if robot_map is None:
             return seen
-        own = belief.own.snapshot().cells()
+        own = robot_map.own.snapshot().cells()
         return seen | (own <= FREE) | (own >= OCCUPIED)

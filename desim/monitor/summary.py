@@ -16,13 +16,13 @@ from desim.units import NS_PER_S
 
 
 def judged_robot(monitor: Monitor) -> str | None:
-    """The robot whose belief the metrics are about: the first to know 99 %, else the one that knows
+    """The robot whose map the metrics are about: the first to know 99 %, else the one that knows
     most (the first by name among equals); None in a fleet without software."""
     first, known = monitor.explored.first_robot, monitor.coverage.known
     if not known:
         return None
-    # A robot whose host stopped since then has no belief left to judge.
-    if first is None or monitor.beliefs[monitor.explorers[first]] is None:
+    # A robot whose host stopped since then has no map left to judge.
+    if first is None or monitor.maps[monitor.explorers[first]] is None:
         first = known.index(max(known))
     return monitor.explorers[first]
 
@@ -65,7 +65,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         "control_bytes": sum(medium.control_bytes for medium in monitor.graph.media),
         "partitions": monitor.partitions.summary(),
         **monitor.belief_metrics.summary(monitor.samples),
-        **monitor.overlap.measures(monitor.beliefs),
+        **monitor.overlap.measures(monitor.maps),
         "map_age_s": _mean_map_age_s(monitor.samples),
         "traffic": by_kind(monitor.graph),
         "messages_by_topic": monitor.families.fates(),
@@ -98,11 +98,11 @@ def _mean_map_age_s(samples: list[Sample]) -> float | None:
 
 
 def known_map(monitor: Monitor, robot: str | None) -> np.ndarray:
-    """int16 [height, width]: the log-odds that ``robot`` believes in; zeros without a belief."""
-    belief = None if robot is None else monitor.beliefs[robot]
+    """int16 [height, width]: the log-odds in the map of ``robot``; zeros without a map."""
+    robot_map = None if robot is None else monitor.maps[robot]
     grid = monitor.ground.grid
-    return (np.zeros((grid.height, grid.width), np.int16) if belief is None
-            else raster(grid, belief.fused))
+    return (np.zeros((grid.height, grid.width), np.int16) if robot_map is None
+            else raster(grid, robot_map.fused))
 
 
 def _seconds(time_ns: int | None) -> float | None:

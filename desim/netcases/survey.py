@@ -11,7 +11,8 @@ from desim.engine.streams import Streams
 from desim.middleware.contents import LaserScan
 from desim.monitor.coverage import EXPLORED, Ground
 from desim.robot.map_message import MapFormat
-from desim.robot.tiles import FREE, Belief, TilePool, raster
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import FREE, TilePool, raster
 from desim.scenario.schema.communication import Exchange
 from desim.simulation.simulation import Simulation
 
@@ -23,15 +24,15 @@ def whole_map_bytes(parts: Simulation, exchange: Exchange, streams: Streams) -> 
     """The size of an update with all of a robot's own evidence, in the scenario's content and
     encoding, when 99 % of what can be seen is known from scans at free places that are drawn."""
     ground = parts.monitor.ground
-    belief = Belief(ground.grid, TilePool())
+    robot_map = RobotMap(ground.grid, TilePool())
     wanted = EXPLORED * np.count_nonzero(ground.reachable)
     for number in range(_MOST):
         if number % _COUNT == 0:
-            known = raster(ground.grid, belief.fused) <= FREE
+            known = raster(ground.grid, robot_map.fused) <= FREE
             if np.count_nonzero(known & ground.reachable) >= wanted:
                 break
-        _scan(parts, belief, streams, number)
-    return MapFormat.of(ground.grid, exchange).size_bytes(belief.own.snapshot())
+        _scan(parts, robot_map, streams, number)
+    return MapFormat.of(ground.grid, exchange).size_bytes(robot_map.own.snapshot())
 
 
 def free_place(ground: Ground, streams: Streams, *name: str | int) -> tuple[float, float]:
@@ -42,7 +43,7 @@ def free_place(ground: Ground, streams: Streams, *name: str | int) -> tuple[floa
             grid.y_m + (row + 0.5) * grid.resolution_m)
 
 
-def _scan(parts: Simulation, belief: Belief, streams: Streams, number: int) -> None:
+def _scan(parts: Simulation, robot_map: RobotMap, streams: Streams, number: int) -> None:
     """Scan ``number`` of the first robot, from a place and with a heading of its own."""
     ground, robot = parts.monitor.ground, parts.scenario.robot
     x_m, y_m = free_place(ground, streams, "survey", number)
@@ -52,6 +53,6 @@ def _scan(parts: Simulation, belief: Belief, streams: Streams, number: int) -> N
     poses[0] = x_m, y_m, yaw_rad
     ranges = parts.world.scan(snapshot._replace(poses=poses), np.array([0]), number)[0]
     angle_rad = robot.scanner.field_of_view_rad
-    belief.integrate_scan(x_m, y_m, yaw_rad, LaserScan(
+    robot_map.integrate_scan(x_m, y_m, yaw_rad, LaserScan(
         0, ranges, -0.5 * angle_rad, angle_rad / (robot.scanner.beams - 1),
         robot.scanner.max_range_m), robot.mapping.usable_range_m)

@@ -57,7 +57,7 @@ class Run:
 
     @cached_property
     def map(self) -> maps.OccupancyMap:
-        """The last belief of the robot that the metrics are about."""
+        """The last map of the robot that the metrics are about."""
         return self._map("merged")
 
     @cached_property

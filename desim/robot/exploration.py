@@ -80,7 +80,7 @@ class Explore(Node):
         self._blacklist: list[tuple[int, int, int]] = []  # row, column, until
         self._visited = (math.inf, math.inf, 0)  # x, y, number of visits in a row
         self._idle_until_ns = 0
-        self._checked = -1  # the belief's version when last a goal was confirmed or none found
+        self._checked = -1  # the map's version when last a goal was confirmed or none found
         self.shown: list[Frontier] = []  # what the strategy chooses from
 
     def start(self) -> None:
@@ -125,7 +125,7 @@ class Explore(Node):
         if not self._mapped or pose is None:
             return
         if target is None:
-            changed = self._costmap.belief.version != self._checked
+            changed = self._costmap.robot_map.version != self._checked
             if (changed and self.now_ns >= self._idle_until_ns) or self._blacklist_ended():
                 self._choose(pose.content)
         elif self._is_spoilt(target):
@@ -142,7 +142,7 @@ class Explore(Node):
                 break
             self._avoid(self._planner.beside(chosen)[0])
             chosen = self._chosen()
-        self._checked = self._costmap.belief.version
+        self._checked = self._costmap.robot_map.version
         if chosen is not None:
             self.record("goal", bits(chosen.x_m), bits(chosen.y_m), chosen.cells)
             self.publish("goal", Goal(chosen.x_m, chosen.y_m))

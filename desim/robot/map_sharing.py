@@ -12,7 +12,8 @@ from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Peer
 from desim.robot.map_message import MapFormat, MapUpdate
-from desim.robot.tiles import Belief, LayerSnapshot
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import LayerSnapshot
 from desim.scenario.schema.communication import Exchange
 from desim.units import NS_PER_S
 
@@ -25,20 +26,20 @@ REFRESH_PERIODS = 6
 
 class MapSharing(Node):
     """Sends this robot's own evidence to the others every ``exchange.period_ns`` if it changed, and
-    takes theirs into ``belief``. ``exchange`` None: this robot shares nothing.
+    takes theirs into ``robot_map``. ``exchange`` None: this robot shares nothing.
 
     With ``changed_tiles`` an update holds the tiles that changed since the last one sent. A robot
     that missed one has the newest of each tile that it did get, and the rest at the next complete
     update. The map topic is latched, as gmapping's is.
 
-    The event ``map`` announces to other nodes of the host that an update changed the belief, the
+    The event ``map`` announces to other nodes of the host that an update changed the map, the
     event ``peers`` that ``heard`` has one robot more: the pose of each at its last update.
     """
 
-    def __init__(self, host: Host, exchange: Exchange | None, belief: Belief,
+    def __init__(self, host: Host, exchange: Exchange | None, robot_map: RobotMap,
                  peers: tuple[str, ...], heard: dict[str, Peer]) -> None:
         super().__init__(host, "map_sharing")
-        self.belief = belief
+        self.robot_map = robot_map
         self._exchange = exchange
         self._peers = peers
         self._topic = f"/map_exchange/{host.name}"
@@ -47,7 +48,7 @@ class MapSharing(Node):
         self._complete_at = 0  # the period in which everything was sent last
         self._heard = heard
         if exchange is not None:
-            self._codec = MapFormat.of(belief.spec, exchange)
+            self._codec = MapFormat.of(robot_map.spec, exchange)
 
     def start(self) -> None:
         if self._exchange is None:
@@ -72,12 +73,12 @@ class MapSharing(Node):
 
     def _unsent(self, period: int) -> LayerSnapshot | None:
         """The evidence to send now, noted as sent; None if there is none."""
-        known, sent = self.belief.own.snapshot(), self._sent
+        known, sent = self.robot_map.own.snapshot(), self._sent
         if sent is None:
             if not len(known.filled()):
                 return None
         elif period - self._complete_at < REFRESH_PERIODS:
-            changed = self.belief.own.changed_since(sent)
+            changed = self.robot_map.own.changed_since(sent)
             if not len(changed):
                 return None
             if self._codec.content == "changed_tiles":
@@ -92,5 +93,5 @@ class MapSharing(Node):
         self._heard[update.source] = Peer(update.x_m, update.y_m, update.yaw_rad, self.now_ns)
         if is_new:
             self.publish("peers", Empty())
-        if self.belief.receive(update.source, update.version, update.layer):
+        if self.robot_map.receive(update.source, update.version, update.layer):
             self.publish("map", Empty())

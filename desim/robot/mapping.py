@@ -14,7 +14,7 @@ from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.robot.poses import between, step
-from desim.robot.tiles import Belief
+from desim.robot.robot_map import RobotMap
 from desim.scenario.schema import robot as parameters
 
 # Time without a common stamp after which poses are interpolated: more than the 200 ms between two
@@ -25,16 +25,16 @@ STILL_M, STILL_RAD = 0.001, 0.001  # a smaller step between two poses is standin
 
 
 class Mapping(Node):
-    """Integrates a scan into ``belief`` after the robot has driven or turned far enough since the
-    last one (gmapping: linearUpdate, angularUpdate), and one more where it has come to rest; on
+    """Integrates a scan into ``robot_map`` after the robot has driven or turned far enough since
+    the last one (gmapping: linearUpdate, angularUpdate), and one more where it has come to rest; on
     request also when the last one is old (temporalUpdate).
 
-    The event ``map`` announces each change of the belief to other nodes of the host.
+    The event ``map`` announces each change of the map to other nodes of the host.
     """
 
-    def __init__(self, host: Host, mapping: parameters.MappingParams, belief: Belief) -> None:
+    def __init__(self, host: Host, mapping: parameters.MappingParams, robot_map: RobotMap) -> None:
         super().__init__(host, "mapping")
-        self.belief = belief
+        self.robot_map = robot_map
         self._mapping = mapping
         self._scan = Latest()
         self._pose: Pose | None = None  # the latest
@@ -84,8 +84,8 @@ class Mapping(Node):
 
     def _integrate(self, scan: LaserScan, pose: Pose) -> None:
         self._integrated = pose
-        version = self.belief.version
-        self.belief.integrate_scan(pose.x_m, pose.y_m, pose.yaw_rad, scan,
+        version = self.robot_map.version
+        self.robot_map.integrate_scan(pose.x_m, pose.y_m, pose.yaw_rad, scan,
                                    self._mapping.usable_range_m)
-        if self.belief.version != version:
+        if self.robot_map.version != version:
             self.publish("map", Empty())

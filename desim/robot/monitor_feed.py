@@ -13,7 +13,8 @@ from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.ports import GridSpec
 from desim.robot.poses import step
-from desim.robot.tiles import FREE, OCCUPIED, Belief, LayerSnapshot, fuse, raster
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import FREE, OCCUPIED, LayerSnapshot, fuse, raster
 from desim.units import NS_PER_S
 
 
@@ -22,11 +23,11 @@ class MonitorFeed(Node):
     int8 [height, width]: 0 free, 100 occupied, -1 unknown) and on ``distance`` the metres that it
     has travelled, summed from pose to pose."""
 
-    def __init__(self, host: Host, belief: Belief, period_ns: int) -> None:
+    def __init__(self, host: Host, robot_map: RobotMap, period_ns: int) -> None:
         super().__init__(host, "monitor_feed")
-        self.belief = belief
+        self.robot_map = robot_map
         self._period_ns = period_ns
-        self._size_bytes = occupancy_grid_bytes(belief.spec.width * belief.spec.height)
+        self._size_bytes = occupancy_grid_bytes(robot_map.spec.width * robot_map.spec.height)
         self._pose: Pose | None = None
         self._travelled_m = 0.0
 
@@ -45,7 +46,7 @@ class MonitorFeed(Node):
     def _on_period(self, _: int) -> None:
         if self.has_subscribers("explored_map"):
             self.publish("explored_map", Lazy(self._size_bytes, partial(
-                _occupancy, self.belief.spec, self.belief.layers())))
+                _occupancy, self.robot_map.spec, self.robot_map.layers())))
         self.publish("distance", Float64(self._travelled_m))
 
 

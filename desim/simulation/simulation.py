@@ -24,8 +24,9 @@ from desim.middleware.node import Node
 from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor, StopReason
 from desim.ports import World
+from desim.robot.robot_map import RobotMap
 from desim.robot.software import robot_software
-from desim.robot.tiles import Belief, TilePool
+from desim.robot.tiles import TilePool
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.whole import Scenario
 from desim.simulation.deployment import HostPlan, plan
@@ -122,9 +123,9 @@ class Simulation:
         if host_plan.monitor:
             nodes.append(MonitorNode(host, self._explorers))
         if host_plan.software is not None:
-            belief = Belief(self.grid, self._pool)
-            self.monitor.watch(host.name, belief)
-            nodes += robot_software(host, scenario, self.world.body(host_plan.software), belief,
+            robot_map = RobotMap(self.grid, self._pool)
+            self.monitor.watch(host.name, robot_map)
+            nodes += robot_software(host, scenario, self.world.body(host_plan.software), robot_map,
                                     tuple(n for n in self._explorers if n != host.name),
                                     monitored=any(other.monitor for other in self.plan))
         return nodes

@@ -12,7 +12,8 @@ from desim.middleware.direct import Direct
 from desim.monitor.belief_metrics import BeliefMetrics
 from desim.monitor.overlap import Overlap
 from desim.ports import GridSpec
-from desim.robot.tiles import FREE, OCCUPIED, Belief, TilePool
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import FREE, OCCUPIED, TilePool
 from netmodels.rules.latency import Latency
 
 
@@ -245,9 +246,9 @@ def test_messages_of_a_second_and_more_are_late(delay_ms, late):
 GRID = GridSpec(1.0, 32, 32, 0.0, 0.0)  # one tile
 
 
-def belief(free=(), solid=()) -> Belief:
+def robot_map(free=(), solid=()) -> RobotMap:
     """One whose robot has itself seen these cells, by number."""
-    out = Belief(GRID, TilePool())
+    out = RobotMap(GRID, TilePool())
     out.own.changing()
     out.own.indices[0] = 1
     out.pool.arrays.refs[1] += 1
@@ -256,29 +257,29 @@ def belief(free=(), solid=()) -> Belief:
     return out
 
 
-def share(overlap, beliefs):
-    return overlap.measures(beliefs)["duplicated_exploration"]
+def share(overlap, maps):
+    return overlap.measures(maps)["duplicated_exploration"]
 
 
 def test_cells_that_two_have_seen_are_a_share_of_all_that_are_seen():
     overlap = Overlap(GRID, np.ones((32, 32), bool))
-    beliefs = {"robot_0": belief(range(6)), "robot_1": belief(range(4, 7), [7]),
-               "robot_2": belief([5]), "robot_3": None}
+    maps = {"robot_0": robot_map(range(6)), "robot_1": robot_map(range(4, 7), [7]),
+            "robot_2": robot_map([5]), "robot_3": None}
     # Cells 4 and 5 of 0 to 7; 5 has been seen by three.
-    assert overlap.measures(beliefs) == {"duplicated_exploration": 2 / 8, "robots_per_cell": 11 / 8}
+    assert overlap.measures(maps) == {"duplicated_exploration": 2 / 8, "robots_per_cell": 11 / 8}
 
 
 def test_only_cells_count_that_can_be_reached():
     reachable = np.zeros((32, 32), bool)
     reachable[0, :5] = True
     overlap = Overlap(GRID, reachable)
-    assert share(overlap, {"a": belief(range(6)), "b": belief(range(4, 8))}) == 1 / 5
-    assert share(overlap, {"a": belief(), "b": None}) is None
+    assert share(overlap, {"a": robot_map(range(6)), "b": robot_map(range(4, 8))}) == 1 / 5
+    assert share(overlap, {"a": robot_map(), "b": None}) is None
 
 
 def test_what_a_robot_forgot_it_has_seen_all_the_same():
     overlap = Overlap(GRID, np.ones((32, 32), bool))
-    overlap.forgets("robot_0", belief(range(4)))
-    overlap.forgets("robot_0", belief(range(2, 6)))
-    assert share(overlap, {"robot_0": None, "robot_1": belief(range(5, 10))}) == 1 / 10
-    assert share(overlap, {"robot_0": belief([9]), "robot_1": belief(range(5, 10))}) == 2 / 10
+    overlap.forgets("robot_0", robot_map(range(4)))
+    overlap.forgets("robot_0", robot_map(range(2, 6)))
+    assert share(overlap, {"robot_0": None, "robot_1": robot_map(range(5, 10))}) == 1 / 10
+    assert share(overlap, {"robot_0": robot_map([9]), "robot_1": robot_map(range(5, 10))}) == 2 / 10

@@ -135,11 +135,11 @@ def test_who_never_moves_has_no_efficiency():
 
 
 def test_maps_are_as_old_as_the_newest_part_that_was_heard():
-    def belief(**newest_s):
+    def robot_map(**newest_s):
         return SimpleNamespace(received={name: SimpleNamespace(newest=seconds * 10**9)
                                          for name, seconds in newest_s.items()})
 
-    beliefs = {"a": belief(b=30), "b": belief(a=20, c=35), "c": None}
-    assert map_age_s(beliefs, 40 * 10**9) == (10 + 20) / 2  # c is down: nobody waits for it
-    assert map_age_s({"a": belief(), "b": belief(a=40)}, 40 * 10**9) == (40 + 0) / 2
-    assert map_age_s({"a": belief()}, 40 * 10**9) is None
+    maps = {"a": robot_map(b=30), "b": robot_map(a=20, c=35), "c": None}
+    assert map_age_s(maps, 40 * 10**9) == (10 + 20) / 2  # c is down: nobody waits for it
+    assert map_age_s({"a": robot_map(), "b": robot_map(a=40)}, 40 * 10**9) == (40 + 0) / 2
+    assert map_age_s({"a": robot_map()}, 40 * 10**9) is None

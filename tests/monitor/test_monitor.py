@@ -56,11 +56,11 @@ class Fleet:
             self.kernel, self.trace, self.scenario, robots=names, explorers=explorers,
             ground=Ground(GRID, np.zeros((32, 32), np.uint8), np.ones((32, 32), bool)),
             graph=graph, poses=lambda: self.poses, travelled_m=lambda: self.travelled_m)
-        self.beliefs = {name: SimpleNamespace(fused=np.zeros((1, 1024), np.int16), observers=[],
+        self.maps = {name: SimpleNamespace(fused=np.zeros((1, 1024), np.int16), observers=[],
                                               received={}, own=Layer(TilePool(2), TILE_0))
                         for name in explorers}
-        for name, belief in self.beliefs.items():
-            self.monitor.watch(name, belief)
+        for name, robot_map in self.maps.items():
+            self.monitor.watch(name, robot_map)
 
     def positions(self, time_ns: int) -> np.ndarray:
         return self.poses[:, :2]
@@ -71,11 +71,11 @@ class Fleet:
     def learn(self, time_s: float, robot: str, cells: int) -> None:
         """From ``time_s`` on ``robot`` knows the first ``cells`` cells."""
         def now() -> None:
-            belief = self.beliefs[robot]
-            belief.fused[0, :cells] = FREE
-            belief.fused[0, cells:] = 0
-            for observer in belief.observers:
-                observer(belief, np.array([0], np.int32))
+            robot_map = self.maps[robot]
+            robot_map.fused[0, :cells] = FREE
+            robot_map.fused[0, cells:] = 0
+            for observer in robot_map.observers:
+                observer(robot_map, np.array([0], np.int32))
 
         self.at(time_s, now)
 
@@ -108,8 +108,8 @@ def test_the_clock_starts_when_the_first_robot_starts():
     """The paper, 3.3.1: what happens before is nobody's time."""
     late = Fleet()
     late.monitor.started_ns, late.monitor._has_started = 0, False
-    late.at(2.0, lambda: late.monitor.watch("robot_1", late.beliefs["robot_1"]))
-    late.at(3.0, lambda: late.monitor.watch("robot_0", late.beliefs["robot_0"]))
+    late.at(2.0, lambda: late.monitor.watch("robot_1", late.maps["robot_1"]))
+    late.at(3.0, lambda: late.monitor.watch("robot_0", late.maps["robot_0"]))
     late.learn(7.25, "robot_1", 1024)
     assert late.run()["exploration_time_s"] == 5.25
 
@@ -120,9 +120,9 @@ def test_whose_knowledge_ends_the_run(by, end_s):
     fleet.learn(1.0, "robot_0", 500)
 
     def other_half() -> None:
-        belief = fleet.beliefs["robot_1"]
-        belief.fused[0, 500:520] = FREE
-        belief.observers[0](belief, np.array([0], np.int32))
+        robot_map = fleet.maps["robot_1"]
+        robot_map.fused[0, 500:520] = FREE
+        robot_map.observers[0](robot_map, np.array([0], np.int32))
 
     fleet.at(2.0, other_half)
     fleet.learn(4.0, "robot_0", 512)

@@ -62,11 +62,11 @@ class Play:
         self.trace = Trace(self.names, self.rows.append)
         self.graph = Graph(self.kernel, self.names, self.trace, Streams(3), Direct(), ["r0"])
         host = self.graph.host("r0")
-        self.belief = Drawn(cells(lines))
+        self.robot_map = Drawn(cells(lines))
         self.script, self.peers = Script(host), {}
         strategy = strategy or NearestFrontier(NearestFrontier.Params())
         self.explore = Explore(host, ExplorationParams(**exploration), strategy, Navigation(),
-                               BodyType(), costmap(self.belief), self.peers)
+                               BodyType(), costmap(self.robot_map), self.peers)
         host.software = lambda _: [self.script, self.explore]
         self.graph.start()
 
@@ -75,7 +75,7 @@ class Play:
         return self
 
     def know(self, lines):
-        self.belief.know(cells(lines))
+        self.robot_map.know(cells(lines))
 
     def run(self, seconds):
         self.kernel.run(seconds * S)

@@ -39,8 +39,8 @@ def clusters(made, start, smallest):
 
 
 @given(half_known(), st.integers(1, 6), st.randoms(use_true_random=False))
-def test_frontiers_are_those_of_an_exhaustive_search(belief, smallest, random):
-    made = costmap(belief)
+def test_frontiers_are_those_of_an_exhaustive_search(robot_map, smallest, random):
+    made = costmap(robot_map)
     free = np.flatnonzero(made.flat < INSCRIBED).tolist()
     if not free:
         return
@@ -59,8 +59,8 @@ def test_frontiers_are_those_of_an_exhaustive_search(belief, smallest, random):
 
 
 @given(half_known(), st.randoms(use_true_random=False))
-def test_the_robot_can_get_to_every_frontier(belief, random):
-    made = costmap(belief)
+def test_the_robot_can_get_to_every_frontier(robot_map, random):
+    made = costmap(robot_map)
     free = np.flatnonzero(made.flat < INSCRIBED).tolist()
     if not free:
         return

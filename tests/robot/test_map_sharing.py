@@ -21,7 +21,8 @@ from desim.ports import GridSpec
 from desim.robot.map_message import MapFormat, MapUpdate
 from desim.robot.map_sharing import REFRESH_PERIODS, MapSharing
 from desim.robot.monitor_feed import MonitorFeed
-from desim.robot.tiles import Belief, TilePool, fuse, tiles_of
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import TilePool, fuse, tiles_of
 from desim.scenario.schema.communication import Exchange
 from netmodels.ideal import Ideal
 from netmodels.rules.loss import Loss
@@ -34,9 +35,9 @@ CELLS = 70 * 50
 poses = st.tuples(st.floats(0.5, 13.5), st.floats(0.5, 9.5), st.floats(-4.0, 4.0))
 
 
-def see(belief, x_m, y_m, yaw_rad, range_m=3.0):
+def see(robot_map, x_m, y_m, yaw_rad, range_m=3.0):
     scan = LaserScan(0, np.full(12, range_m, np.float32), -1.5, 0.25, 26.0)
-    belief.integrate_scan(x_m, y_m, yaw_rad, scan, 25.0)
+    robot_map.integrate_scan(x_m, y_m, yaw_rad, scan, 25.0)
 
 
 # ---- on the wire --------------------------------------------------------------------------------
@@ -71,15 +72,15 @@ def of_tiles(data, encoding):
        st.sampled_from(["full", "changed_tiles"]), st.sampled_from(["raw", "zlib"]), st.booleans())
 def test_decoding_undoes_encoding_and_the_size_is_true(before, after, pose, version, content,
                                                        encoding, complete):
-    belief = Belief(SPEC, TilePool())
+    robot_map = RobotMap(SPEC, TilePool())
     for seen in before:
-        see(belief, *seen)
-    sent = belief.own.snapshot()
+        see(robot_map, *seen)
+    sent = robot_map.own.snapshot()
     for seen in after:
-        see(belief, *seen)
-    layer = belief.own.snapshot()
+        see(robot_map, *seen)
+    layer = robot_map.own.snapshot()
     if content == "changed_tiles" and not complete:
-        layer = layer.only(belief.own.changed_since(sent))
+        layer = layer.only(robot_map.own.changed_since(sent))
     wire = MapFormat(SPEC, content, encoding)
     update = MapUpdate("robot_1", version, *pose, layer, wire.size_bytes(layer))
     data = wire.encode(update)
@@ -91,9 +92,9 @@ def test_decoding_undoes_encoding_and_the_size_is_true(before, after, pose, vers
 
 
 def test_sizes():
-    belief = Belief(SPEC, TilePool())
-    see(belief, 7.0, 5.0, 0.0)
-    layer = belief.own.snapshot()
+    robot_map = RobotMap(SPEC, TilePool())
+    see(robot_map, 7.0, 5.0, 0.0)
+    layer = robot_map.own.snapshot()
     filled = len(layer.filled())
     assert filled == 2
     assert occupancy_grid_bytes(CELLS) == 109 + CELLS
@@ -109,9 +110,9 @@ def test_sizes():
 class Explorer(Node):
     """Sees something new at the given seconds, and says where it is every second."""
 
-    def __init__(self, host, belief, seconds):
+    def __init__(self, host, robot_map, seconds):
         super().__init__(host, "explorer")
-        self._belief, self._seconds = belief, seconds
+        self._map, self._seconds = robot_map, seconds
         self._number = int(host.name[-1])
 
     def start(self):
@@ -122,7 +123,7 @@ class Explorer(Node):
         second = self.now_ns // S
         self.publish("pose", Pose(self.now_ns, float(second), self._number, 0.0))
         if second in self._seconds:
-            see(self._belief, 1.0 + second % 11, 1.0 + 2 * self._number, 0.3 * second)
+            see(self._map, 1.0 + second % 11, 1.0 + 2 * self._number, 0.3 * second)
 
 
 class Ear(Node):
@@ -155,17 +156,17 @@ class Fleet:
         self.medium = Medium("air", Ideal(Ideal.Params()), list(rules), kernel=self.kernel,
                              names=names, streams=streams, hosts=list(hosts), place=Nowhere(3))
         self.graph.attach(self.medium)
-        self.pool, self.beliefs, self.heard, self.log = TilePool(), {}, {}, []
+        self.pool, self.maps, self.heard, self.log = TilePool(), {}, {}, []
         self.exchange = exchange
         for name, own in zip(hosts, seconds, strict=True):
             self.graph.host(name).software = lambda host, own=own: self._nodes(host, own)
         self.graph.start()
 
     def _nodes(self, host, seconds):
-        belief = self.beliefs[host.name] = Belief(SPEC, self.pool)
+        robot_map = self.maps[host.name] = RobotMap(SPEC, self.pool)
         others = tuple(other.name for other in self.graph.hosts if other is not host)
-        return [Explorer(host, belief, seconds), Ear(host, self.log, others),
-                MapSharing(host, self.exchange, belief, others,
+        return [Explorer(host, robot_map, seconds), Ear(host, self.log, others),
+                MapSharing(host, self.exchange, robot_map, others,
                            self.heard.setdefault(host.name, {}))]
 
     def run(self, until_s):
@@ -173,9 +174,9 @@ class Fleet:
         return self
 
     def alike(self):
-        """Whether every belief is the sum of what all have seen themselves."""
-        everything = fuse(tuple(belief.own.snapshot() for belief in self.beliefs.values()))
-        return [bool((belief.fused == everything).all()) for belief in self.beliefs.values()]
+        """Whether every map is the sum of what all have seen themselves."""
+        everything = fuse(tuple(robot_map.own.snapshot() for robot_map in self.maps.values()))
+        return [bool((robot_map.fused == everything).all()) for robot_map in self.maps.values()]
 
 
 def exchange(content="full", encoding="raw", via="unicast"):
@@ -261,7 +262,7 @@ def test_a_robot_that_starts_again_hears_old_maps(content):
     fleet.graph.host("robot_3").stop()
     fleet.run(60)
     fleet.graph.host("robot_3").start()
-    assert fleet.beliefs["robot_3"].version == 0
+    assert fleet.maps["robot_3"].version == 0
     fleet.run(60 + 5 * REFRESH_PERIODS + 5)
     assert fleet.alike() == [True] * 3
 
@@ -297,12 +298,12 @@ class Station(Node):
 def test_the_monitor_gets_map_and_distance_once_a_second():
     kernel, names, log = Kernel(), Names(), []
     graph = Graph(kernel, names, Trace(names), Streams(0), Direct(), ["robot_1"])
-    belief = Belief(SPEC, TilePool())
-    see(belief, 7.0, 5.0, 0.0)
+    robot_map = RobotMap(SPEC, TilePool())
+    see(robot_map, 7.0, 5.0, 0.0)
 
     def walk(host):
-        explorer = Explorer(host, belief, {2})
-        return [explorer, MonitorFeed(host, belief, S), Station(host, log)]
+        explorer = Explorer(host, robot_map, {2})
+        return [explorer, MonitorFeed(host, robot_map, S), Station(host, log)]
 
     graph.host("robot_1").software = walk
     graph.start()

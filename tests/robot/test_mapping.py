@@ -18,7 +18,8 @@ from desim.ports import GridSpec
 from desim.robot.kernels import evidence
 from desim.robot.mapping import Mapping
 from desim.robot.poses import between
-from desim.robot.tiles import FREE, OCCUPIED, Belief, TilePool, cell_numbers, raster
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import FREE, OCCUPIED, TilePool, cell_numbers, raster
 from desim.scenario.schema import robot as parameters
 
 MS = 1_000_000
@@ -115,10 +116,10 @@ def truth(walls=WALLS, spec=SPEC):
 
 
 def seen_from(poses, walls=WALLS, spec=SPEC, usable_m=25.0):
-    belief = Belief(spec, TilePool())
+    robot_map = RobotMap(spec, TilePool())
     for pose in poses:
-        belief.integrate_scan(*pose, look(*pose, walls), usable_m)
-    return raster(spec, belief.fused)
+        robot_map.integrate_scan(*pose, look(*pose, walls), usable_m)
+    return raster(spec, robot_map.fused)
 
 
 def wander(count, seed=3):
@@ -199,11 +200,11 @@ def test_a_long_beam_clears_up_to_the_usable_range_and_marks_nothing():
     spec = GridSpec(0.2, 200, 20, 0.0, 0.0)
     for range_m, usable_m, free_cells, wall in ((26.0, 25.0, 125, None), (24.0, 25.0, 120, 120),
                                                 (25.5, 25.0, 125, None), (26.0, 30.0, 130, None)):
-        belief = Belief(spec, TilePool())
+        robot_map = RobotMap(spec, TilePool())
         beam = LaserScan(0, np.full(2, range_m - 0.05, np.float32) if range_m < 26.0
                          else np.full(2, 26.0, np.float32), 0.0, 0.0, 26.0)
-        belief.integrate_scan(0.1, 2.1, 0.0, beam, usable_m)
-        known = raster(spec, belief.fused)[10]
+        robot_map.integrate_scan(0.1, 2.1, 0.0, beam, usable_m)
+        known = raster(spec, robot_map.fused)[10]
         assert np.flatnonzero(known >= OCCUPIED).tolist() == ([] if wall is None else [wall])
         assert abs(np.count_nonzero(known <= FREE) - free_cells) <= 1
 
@@ -211,8 +212,8 @@ def test_a_long_beam_clears_up_to_the_usable_range_and_marks_nothing():
 # ---- the node -----------------------------------------------------------------------------------
 
 
-class Notebook(Belief):
-    """A belief that writes down what it is told to integrate: x in m, yaw, stamp in ms."""
+class Notebook(RobotMap):
+    """A map that writes down what it is told to integrate: x in m, yaw, stamp in ms."""
 
     def __init__(self):
         super().__init__(SPEC, TilePool())
@@ -263,13 +264,13 @@ def drive(where, until_ms, scan_hz=25, pose_hz=10, scan_first=True, **mapping):
     """(what was integrated, when ``map`` came, stamps of the scans that were computed)"""
     kernel, names = Kernel(), Names()
     graph = Graph(kernel, names, Trace(names), Streams(0), Direct(), ["robot_1"])
-    belief, maps, computed = Notebook(), [], []
+    robot_map, maps, computed = Notebook(), [], []
     graph.host("robot_1").software = lambda host: [
-        Mapping(host, parameters.MappingParams(**mapping), belief),
+        Mapping(host, parameters.MappingParams(**mapping), robot_map),
         Sensors(host, where, scan_hz, pose_hz, scan_first, computed), Listener(host, maps)]
     graph.start()
     kernel.run(until_ms * MS)
-    return belief.log, maps, [stamp_ns // MS for stamp_ns in computed]
+    return robot_map.log, maps, [stamp_ns // MS for stamp_ns in computed]
 
 
 def forward(time_ns):

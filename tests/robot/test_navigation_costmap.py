@@ -30,8 +30,8 @@ def by_distance(cells, resolution_m=0.2, radius_m=0.26, inflation_m=0.55):
 
 def test_costs_fall_off_as_in_costmap_2d():
     # int(252 exp(-10 (d - 0.26))) at 0.2 (inscribed), 0.4, 0.6 m (beyond 0.55 m nothing)
-    belief = drawn("#....")
-    assert costmap(belief).values[1, 1:-1].tolist() == [LETHAL, INSCRIBED, 62, 0, 0]
+    robot_map = drawn("#....")
+    assert costmap(robot_map).values[1, 1:-1].tolist() == [LETHAL, INSCRIBED, 62, 0, 0]
 
 
 def test_unknown_stays_unknown_and_the_rim_is_solid_without_inflating():
@@ -58,10 +58,10 @@ def changing_maps(draw):
 
 @given(changing_maps())
 def test_incremental_is_recomputed_and_both_follow_the_distance(maps):
-    belief = Drawn(maps[0])
-    made = costmap(belief)
+    robot_map = Drawn(maps[0])
+    made = costmap(robot_map)
     for cells in maps:
-        belief.know(cells)
+        robot_map.know(cells)
         made.update()
         assert np.array_equal(made.values, costmap(Drawn(cells)).values)
         assert np.array_equal(made.values[1:-1, 1:-1], by_distance(cells))
@@ -69,9 +69,9 @@ def test_incremental_is_recomputed_and_both_follow_the_distance(maps):
 
 @given(changing_maps())
 def test_changed_at_knows_the_tiles_that_changed(maps):
-    belief = Drawn(maps[0])
-    made = costmap(belief)
-    belief.know(maps[-1])
+    robot_map = Drawn(maps[0])
+    made = costmap(robot_map)
+    robot_map.know(maps[-1])
     height, width = maps[0].shape
     for row, column in np.argwhere(maps[0] != maps[-1])[:20]:
         assert made.changed_at((int(row) + 1) * made.across + int(column) + 1, made.seen)

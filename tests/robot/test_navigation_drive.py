@@ -16,7 +16,8 @@ from desim.middleware.node import Node
 from desim.ports import GridSpec
 from desim.robot.localization import GroundTruth
 from desim.robot.navigation.move_base import MoveBase
-from desim.robot.tiles import Belief, TilePool
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import TilePool
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Laser, Navigation
 
@@ -120,7 +121,7 @@ class Drive:
         self.graph = Graph(self.kernel, self.names, trace, Streams(1), Direct(), hosts)
         self.toy = Toy(self.graph.host("world"), walls, [pose for pose, _ in robots],
                        laser_until_s * S)
-        belief = self.belief(known or walls)
+        robot_map = self.robot_map(known or walls)
         self.tasks = []
         self.trace = trace
         software = {"world": [self.toy]}
@@ -128,7 +129,7 @@ class Drive:
             host = self.graph.host(f"r{i}")
             self.tasks.append(Task(host, goal))
             software[host.name] = [GroundTruth(host), self.tasks[-1], MoveBase(
-                host, navigation or Navigation(), BODY, LASER, costmap(belief, BODY.radius_m))]
+                host, navigation or Navigation(), BODY, LASER, costmap(robot_map, BODY.radius_m))]
         for name, nodes in software.items():
             self.graph.host(name).software = lambda _, nodes=nodes: nodes
         self._join(hosts)
@@ -142,15 +143,15 @@ class Drive:
                         streams=Streams(1), hosts=hosts, place=Nowhere(len(hosts)))
         self.graph.attach(medium)
 
-    def belief(self, walls):
+    def robot_map(self, walls):
         """All that can be seen from a grid of places."""
-        belief = Belief(GridSpec(0.2, 52, 52, -0.2, -0.2), TilePool())
+        robot_map = RobotMap(GridSpec(0.2, 52, 52, -0.2, -0.2), TilePool())
         laser = Laser(beams=720)
         for x in np.arange(0.5, 10, 1.5):
             for y in np.arange(0.5, 10, 1.5):
                 eye = Toy(self.graph.host("world"), walls, [(x, y, 0.0)], 0)
-                belief.integrate_scan(x, y, 0.0, eye.cast(0, laser, math.pi), 25.0)
-        return belief
+                robot_map.integrate_scan(x, y, 0.0, eye.cast(0, laser, math.pi), 25.0)
+        return robot_map
 
     def run(self, seconds):
         self.kernel.run(seconds * S)

@@ -34,8 +34,8 @@ def maps(draw):
 
 
 @given(maps(), st.randoms(use_true_random=False))
-def test_the_search_finds_the_cheapest_ways(belief, random):
-    made = costmap(belief)
+def test_the_search_finds_the_cheapest_ways(robot_map, random):
+    made = costmap(robot_map)
     free = np.flatnonzero(made.flat < INSCRIBED).tolist()
     if not free:
         return
@@ -53,8 +53,8 @@ def test_the_search_finds_the_cheapest_ways(belief, random):
 
 
 @given(maps(), st.randoms(use_true_random=False))
-def test_straight_legs_stay_clear(belief, random):
-    made = costmap(belief)
+def test_straight_legs_stay_clear(robot_map, random):
+    made = costmap(robot_map)
     free = np.flatnonzero(made.flat < INSCRIBED).tolist()
     if len(free) < 2:
         return
@@ -67,8 +67,8 @@ def test_straight_legs_stay_clear(belief, random):
 
 
 def test_an_open_floor_is_crossed_in_one_leg():
-    belief = Drawn(np.full((30, 30), FREE, np.int16))
-    way = GlobalPlanner(costmap(belief)).plan((0.5, 0.5), (4.9, 2.9), 0.0)
+    robot_map = Drawn(np.full((30, 30), FREE, np.int16))
+    way = GlobalPlanner(costmap(robot_map)).plan((0.5, 0.5), (4.9, 2.9), 0.0)
     assert way.round(6).tolist() == [[0.5, 0.5], [4.9, 2.9]]
 
 
@@ -91,8 +91,8 @@ def test_no_way_and_no_free_goal():
 
 
 @given(maps(), st.randoms(use_true_random=False))
-def test_a_plan_after_looking_for_frontiers_is_the_plan_of_a_fresh_search(belief, random):
-    made = costmap(belief)
+def test_a_plan_after_looking_for_frontiers_is_the_plan_of_a_fresh_search(robot_map, random):
+    made = costmap(robot_map)
     free = np.flatnonzero(made.flat < INSCRIBED).tolist()
     if not free:
         return

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from desim.middleware.contents import LaserScan
 from desim.monitor.coverage import states
 from desim.ports import GridSpec
+from desim.robot.robot_map import RobotMap
 from desim.robot.tiles import (
     CLAMP_HIGH,
     CLAMP_LOW,
@@ -18,7 +19,6 @@ from desim.robot.tiles import (
     HIT,
     MISS,
     OCCUPIED,
-    Belief,
     LayerSnapshot,
     TilePool,
     fuse,
@@ -40,9 +40,9 @@ poses = st.tuples(st.floats(0.5, 13.5), st.floats(0.5, 9.5), st.floats(-4.0, 4.0
 sights = st.tuples(poses, st.lists(st.floats(0.1, 26.0), min_size=2, max_size=6).map(scan))
 
 
-def see(belief, sight, usable_m=25.0):
+def see(robot_map, sight, usable_m=25.0):
     pose, what = sight
-    belief.integrate_scan(*pose, what, usable_m)
+    robot_map.integrate_scan(*pose, what, usable_m)
 
 
 # ---- the sum ------------------------------------------------------------------------------------
@@ -56,7 +56,7 @@ def conversations(draw):
     pool = TilePool(8)
     updates, last = [], []
     for source in ("robot_1", "robot_2", "robot_3"):
-        teller, sent = Belief(SPEC, pool), None
+        teller, sent = RobotMap(SPEC, pool), None
         history = draw(st.lists(st.lists(sights, min_size=1, max_size=3), min_size=1, max_size=4))
         for version, seen in enumerate(history):
             for sight in seen:
@@ -74,7 +74,7 @@ def conversations(draw):
 @given(conversations())
 def test_any_order_with_duplicates_and_gaps_gives_the_same_sum(talk):
     pool, in_order, as_it_came = talk
-    straight, crooked = Belief(SPEC, pool), Belief(SPEC, pool)
+    straight, crooked = RobotMap(SPEC, pool), RobotMap(SPEC, pool)
     for update in in_order:
         straight.receive(*update)
     for update in as_it_came:
@@ -85,44 +85,44 @@ def test_any_order_with_duplicates_and_gaps_gives_the_same_sum(talk):
 @given(conversations(), st.lists(sights, max_size=5))
 def test_the_incremental_sum_is_the_recomputed_one(talk, seen):
     pool, _, as_it_came = talk
-    belief = Belief(SPEC, pool)
+    robot_map = RobotMap(SPEC, pool)
     for number, update in enumerate(as_it_came):
-        belief.receive(*update)
+        robot_map.receive(*update)
         if number < len(seen):
-            see(belief, seen[number])
-        assert np.array_equal(belief.fused, fuse(belief.layers()))
+            see(robot_map, seen[number])
+        assert np.array_equal(robot_map.fused, fuse(robot_map.layers()))
 
 
 @given(conversations())
 def test_a_repetition_changes_nothing_and_says_so(talk):
     pool, updates, _ = talk
-    belief = Belief(SPEC, pool)
+    robot_map = RobotMap(SPEC, pool)
     heard = []
-    belief.observers.append(lambda _, changed: heard.append(changed.tolist()))
+    robot_map.observers.append(lambda _, changed: heard.append(changed.tolist()))
     for update in updates:
-        belief.receive(*update)
-    version, before = belief.version, len(heard)
-    assert not any(belief.receive(*update) for update in updates)
-    assert (belief.version, len(heard)) == (version, before)
+        robot_map.receive(*update)
+    version, before = robot_map.version, len(heard)
+    assert not any(robot_map.receive(*update) for update in updates)
+    assert (robot_map.version, len(heard)) == (version, before)
 
 
 @given(st.lists(sights, min_size=1, max_size=8))
 def test_observers_hear_exactly_the_tiles_where_cells_became_something_else(seen):
-    belief, log, expected = Belief(SPEC, TilePool()), [], []
-    belief.observers.append(lambda who, changed: log.append((who.version, sorted(changed))))
+    robot_map, log, expected = RobotMap(SPEC, TilePool()), [], []
+    robot_map.observers.append(lambda who, changed: log.append((who.version, sorted(changed))))
     for sight in seen:
-        before = states(belief.fused)
-        see(belief, sight)
-        tiles = np.flatnonzero((states(belief.fused) != before).any(axis=1))
+        before = states(robot_map.fused)
+        see(robot_map, sight)
+        tiles = np.flatnonzero((states(robot_map.fused) != before).any(axis=1))
         if len(tiles):
             expected.append((len(expected) + 1, tiles.tolist()))
-            assert (belief.tile_version[tiles] == belief.version).all()
+            assert (robot_map.tile_version[tiles] == robot_map.version).all()
     assert log == expected
 
 
 def test_a_source_that_starts_again_replaces_what_it_said_before():
     pool = TilePool()
-    first, second, listener = Belief(SPEC, pool), Belief(SPEC, pool), Belief(SPEC, pool)
+    first, second, listener = RobotMap(SPEC, pool), RobotMap(SPEC, pool), RobotMap(SPEC, pool)
     see(first, (CENTRE, scan([3.0, 3.0])))
     see(second, ((2.0, 2.0, 1.0), scan([1.0, 1.0])))
     listener.receive("robot_1", 5_000_000_000, first.own.snapshot())
@@ -134,21 +134,21 @@ def test_a_source_that_starts_again_replaces_what_it_said_before():
 
 
 def test_cells_are_clamped_and_known_after_one_observation():
-    belief = Belief(SPEC, TilePool())
+    robot_map = RobotMap(SPEC, TilePool())
     wall, free = SPEC.cell(7.0 + 3.1, 5.1), SPEC.cell(7.0 + 1.0, 5.1)
 
     def cell(column_row):
-        return int(raster(SPEC, belief.fused)[column_row[1], column_row[0]])
+        return int(raster(SPEC, robot_map.fused)[column_row[1], column_row[0]])
 
     ahead = ((7.0, 5.1, 0.0), scan([3.1, 3.1], 1e-6))
-    see(belief, ahead)
+    see(robot_map, ahead)
     assert (cell(wall), cell(free)) == (HIT, MISS) == (OCCUPIED, FREE)
     for _ in range(20):
-        see(belief, ahead)
+        see(robot_map, ahead)
     assert (cell(wall), cell(free)) == (CLAMP_HIGH, CLAMP_LOW)
-    version = belief.version
-    see(belief, ahead)
-    assert belief.version == version
+    version = robot_map.version
+    see(robot_map, ahead)
+    assert robot_map.version == version
 
 
 @given(st.integers(1, 100), st.integers(1, 100), st.data())
@@ -164,23 +164,23 @@ def test_raster_and_tiles_are_inverse(width, height, data):
 
 @given(st.lists(sights, min_size=2, max_size=8))
 def test_a_snapshot_stays_as_it_was(seen):
-    belief = Belief(SPEC, TilePool())
+    robot_map = RobotMap(SPEC, TilePool())
     taken: list[tuple[LayerSnapshot, np.ndarray]] = []
     for sight in seen:
-        see(belief, sight)
-        taken.append((belief.own.snapshot(), belief.own.snapshot().cells()))
+        see(robot_map, sight)
+        taken.append((robot_map.own.snapshot(), robot_map.own.snapshot().cells()))
     for snapshot, cells in taken:
         assert np.array_equal(snapshot.cells(), cells)
 
 
 @given(st.lists(sights, min_size=2, max_size=8))
 def test_tiles_that_did_not_change_are_shared(seen):
-    belief = Belief(SPEC, TilePool())
+    robot_map = RobotMap(SPEC, TilePool())
     for sight in seen:
-        before = belief.own.snapshot()
-        see(belief, sight)
-        after = belief.own.snapshot()
-        changed = belief.own.changed_since(before)
+        before = robot_map.own.snapshot()
+        see(robot_map, sight)
+        after = robot_map.own.snapshot()
+        changed = robot_map.own.changed_since(before)
         differ = np.flatnonzero((before.cells() != after.cells()).any(axis=1))
         assert changed.tolist() == differ.tolist()
 
@@ -188,25 +188,25 @@ def test_tiles_that_did_not_change_are_shared(seen):
 def test_no_tile_leaks_and_none_is_freed_twice():
     pool = TilePool(4)
     rng = np.random.default_rng(1)
-    beliefs = [Belief(SPEC, pool) for _ in range(4)]
+    maps = [RobotMap(SPEC, pool) for _ in range(4)]
     held = []
     for turn in range(60):
-        teller = beliefs[turn % 4]
+        teller = maps[turn % 4]
         pose = (rng.uniform(1, 13), rng.uniform(1, 9), rng.uniform(-3, 3))
         see(teller, (pose, scan(rng.uniform(0.1, 26.0, 8))))
         held.append(teller.own.snapshot())
-        for number, listener in enumerate(beliefs):
+        for number, listener in enumerate(maps):
             if number != turn % 4:
                 listener.receive(f"robot_{turn % 4}", turn, held[-1].only(held[-1].filled()))
         if turn % 3 == 0:
             held.pop(turn % len(held))
-    layers = [layer for belief in beliefs for layer in (belief.own, *belief.received.values())]
+    layers = [layer for one in maps for layer in (one.own, *one.received.values())]
     snapshots = {id(s): s for s in held + [layer._latest for layer in layers] if s is not None}
     points = np.concatenate([one.indices for one in (*layers, *snapshots.values())])
     _, refs, free, free_count = pool.arrays
     assert np.array_equal(np.bincount(points[points > 0], minlength=len(refs)), refs)
     assert sorted(free[:free_count[0]]) == [t for t in range(1, len(refs)) if refs[t] == 0]
-    del beliefs, layers, snapshots, held, teller, listener
+    del maps, layers, snapshots, held, teller, listener
     gc.collect()
     assert pool.in_use == 0
     assert not pool.arrays.refs.any()
@@ -214,14 +214,14 @@ def test_no_tile_leaks_and_none_is_freed_twice():
 
 @pytest.mark.parametrize("capacity", [1, 3, 64])
 def test_the_pool_grows_and_nobody_notices(capacity):
-    large, small = Belief(SPEC, TilePool(1024)), Belief(SPEC, TilePool(capacity))
+    large, small = RobotMap(SPEC, TilePool(1024)), RobotMap(SPEC, TilePool(capacity))
     rng = np.random.default_rng(2)
     kept = []
     for _ in range(30):
         sight = ((rng.uniform(1, 13), rng.uniform(1, 9), 0.0), scan(rng.uniform(0.1, 26.0, 8)))
-        for belief in (large, small):
-            see(belief, sight)
-            kept.append(belief.own.snapshot())
+        for robot_map in (large, small):
+            see(robot_map, sight)
+            kept.append(robot_map.own.snapshot())
     assert np.array_equal(large.fused, small.fused)
     assert len(small.pool.arrays.data) >= small.pool.in_use > 30
     assert not small.pool.arrays.data[0].any()

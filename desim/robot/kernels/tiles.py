@@ -33,7 +33,7 @@ class Pool(NamedTuple):
 
 
 class Fused(NamedTuple):
-    """The sum of a belief's layers: ``fused`` [tiles, 1024] int16 log-odds | ``tile_version``
+    """The sum of a map's layers: ``fused`` [tiles, 1024] int16 log-odds | ``tile_version``
     [tiles] version of the last change | ``changed`` [tiles], out: the tiles in which a cell became
     free, occupied or unknown, each once."""
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from desim.robot.navigation.kernels import global_costmap as kernels
 from desim.robot.navigation.kernels.global_costmap import FRAME, INSCRIBED, LETHAL, UNKNOWN
-from desim.robot.tiles import Belief
+from desim.robot.robot_map import RobotMap
 
 __all__ = ["INSCRIBED", "LETHAL", "UNKNOWN", "GlobalCostmap", "inflated_cost"]
 
@@ -22,27 +22,27 @@ def inflated_cost(distance_m: float, radius_m: float, scaling: float) -> int:
 
 
 class GlobalCostmap:
-    """Costs of a belief's cells. ``update`` brings them up to date, before a search and not at each
-    change of the belief; it reads only the tiles that changed since the last one.
+    """Costs of a map's cells. ``update`` brings them up to date, before a search and not at each
+    change of the map; it reads only the tiles that changed since the last one.
 
     ``values`` uint8 [height + 2, width + 2] with a lethal rim one cell wide | ``flat`` the same as
     one line: a *cell* is its place there | ``frame`` one record of ``FRAME``
     """
 
-    def __init__(self, belief: Belief, radius_m: float, inflation_radius_m: float,
+    def __init__(self, robot_map: RobotMap, radius_m: float, inflation_radius_m: float,
                  inflation_scaling: float) -> None:
-        spec = belief.spec
-        self.belief, self.spec = belief, spec
+        spec = robot_map.spec
+        self.robot_map, self.spec = robot_map, spec
         self.values = np.full((spec.height + 2, spec.width + 2), LETHAL, np.uint8)
         self.values[1:-1, 1:-1] = UNKNOWN
         self.flat = self.values.reshape(-1)
         self.across = spec.width + 2
         self.frame = np.array([(spec.x_m, spec.y_m, spec.resolution_m, spec.width + 2,
                                 spec.height + 2)], FRAME)
-        self.seen = 0  # the belief's version as of the last update
+        self.seen = 0  # the map's version as of the last update
         self._reach = math.floor(inflation_radius_m / spec.resolution_m)
         self._stencil = self._make_stencil(radius_m, inflation_radius_m, inflation_scaling)
-        self._boxes = np.zeros((len(belief.fused), 4), np.int64)
+        self._boxes = np.zeros((len(robot_map.fused), 4), np.int64)
 
     def _make_stencil(self, radius_m: float, inflation_radius_m: float,
                       scaling: float) -> np.ndarray:
@@ -53,22 +53,22 @@ class GlobalCostmap:
                         np.int64).reshape(-1, 3)
 
     def update(self) -> None:
-        """Take in the belief's changes since the last update."""
-        belief = self.belief
-        if belief.version == self.seen:
+        """Take in the map's changes since the last update."""
+        robot_map = self.robot_map
+        if robot_map.version == self.seen:
             return
-        count = kernels.classify(belief.fused, belief.tile_version, self.seen, belief.tiles_x,
-                                 self._reach, self.values, self._boxes)
+        count = kernels.classify(robot_map.fused, robot_map.tile_version, self.seen,
+                                 robot_map.tiles_x, self._reach, self.values, self._boxes)
         kernels.inflate(self._boxes, count, self._stencil, self._reach, self.values)
-        self.seen = belief.version
+        self.seen = robot_map.version
 
     def changed_at(self, cell: int, since: int) -> bool:
-        """Whether the belief changed in the tile of ``cell`` after its version ``since``."""
+        """Whether the map changed in the tile of ``cell`` after its version ``since``."""
         row, column = divmod(cell, self.across)
         row = min(max(row, 1), self.spec.height)
         column = min(max(column, 1), self.spec.width)
-        tile = (row - 1 >> 5) * self.belief.tiles_x + (column - 1 >> 5)
-        return bool(self.belief.tile_version[tile] > since)
+        tile = (row - 1 >> 5) * self.robot_map.tiles_x + (column - 1 >> 5)
+        return bool(self.robot_map.tile_version[tile] > since)
 
     def cell(self, x_m: float, y_m: float) -> int:
         """The cell of a point, or the nearest one to a point outside of the map."""

@@ -1,0 +1,112 @@
+"""The map of one robot: its own layer, the layers received from others, and their sum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+
+from desim.middleware.contents import LaserScan
+from desim.ports import GridSpec
+from desim.robot.kernels import evidence
+from desim.robot.kernels import tiles as kernels
+from desim.robot.tiles import (
+    CELLS,
+    Layer,
+    LayerSnapshot,
+    ReceivedLayer,
+    TilePool,
+    cell_numbers,
+    tiles_across,
+)
+
+
+class _Scans:
+    """Integrates scans, one at a time, into all maps of one raster."""
+
+    def __init__(self, spec: GridSpec) -> None:
+        count = math.prod(tiles_across(spec)) * CELLS
+        self._spec = spec
+        self._scan = np.zeros(1, evidence.SCAN)
+        self._sheet = evidence.Sheet(cell_numbers(spec), np.zeros(count, np.uint8),
+                                     np.empty(count + 1, np.uint32))
+        self._stamp = 0  # that of the last scan; no cell is marked with the next one
+
+    def integrate(self, x_m: float, y_m: float, yaw_rad: float, scan: LaserScan,
+                  usable_range_m: float, robot_map: RobotMap) -> int:
+        """See ``RobotMap.integrate_scan``. Returns the number of changed tiles."""
+        spec = self._spec
+        self._stamp = self._stamp % 255 + 1
+        if self._stamp == 1:
+            self._sheet.marks[:] = 0
+        per_m = 1.0 / spec.resolution_m
+        self._scan[0] = (
+            (x_m - spec.x_m) * per_m, (y_m - spec.y_m) * per_m, yaw_rad, scan.angle_min_rad,
+            scan.angle_increment_rad, per_m, float(np.float32(scan.range_max_m)) * per_m,
+            usable_range_m * per_m, spec.width, spec.height, self._stamp)
+        count: int = evidence.integrate(scan.ranges, self._scan, self._sheet, robot_map.version + 1,
+                                        robot_map.own.indices, robot_map.pool.arrays, robot_map.sum)
+        return count
+
+
+_scans = lru_cache(maxsize=4)(_Scans)
+
+
+class RobotMap:
+    """The knowledge of one robot: ``fused`` int16 [tiles, 1024], the sum of all its layers, always
+    up to date. A sum of int16 holds 468 sources at the clamp.
+
+    ``version`` counts the changes of knowledge: cells that became free, occupied or unknown. More
+    evidence for what they are already changes nothing. ``tile_version`` [tiles] has the version of
+    each tile's last change, after which ``observer(robot_map, changed_tiles)`` of all ``observers``
+    are called.
+    """
+
+    def __init__(self, spec: GridSpec, pool: TilePool) -> None:
+        self.spec, self.pool = spec, pool
+        self.tiles_x, self.tiles_y = tiles_across(spec)
+        self.tiles = np.arange(self.tiles_x * self.tiles_y, dtype=np.int32)
+        self.fused = np.zeros((len(self.tiles), CELLS), np.int16)
+        self.version = 0
+        self.tile_version = np.zeros(len(self.tiles), np.int64)
+        self.observers: list[Callable[[RobotMap, np.ndarray], None]] = []
+        self.own = Layer(pool, self.tiles)
+        self.received: dict[str, ReceivedLayer] = {}
+        self.sum = kernels.Fused(self.fused, self.tile_version,
+                                  np.empty(len(self.tiles), np.int32))
+        self._scans = _scans(spec)
+
+    def integrate_scan(self, x_m: float, y_m: float, yaw_rad: float, scan: LaserScan,
+                       usable_range_m: float) -> None:
+        """Add the evidence of a scan from this pose to the own layer and the sum. Beams of
+        ``usable_range_m`` and more clear space up to there and mark nothing."""
+        self.pool.reserve(len(self.tiles))
+        self.own.changing()
+        self._note(self._scans.integrate(x_m, y_m, yaw_rad, scan, usable_range_m, self))
+
+    def receive(self, source: str, version: int, snapshot: LayerSnapshot) -> bool:
+        """Take in ``source``'s evidence as of ``version``: each tile of ``snapshot`` replaces an
+        older one. The newest of each tile wins, so order, duplicates and gaps do not matter. True
+        if that changed the knowledge."""
+        layer = self.received.get(source)
+        if layer is None:
+            layer = self.received[source] = ReceivedLayer(self.pool, self.tiles)
+        layer.receiving(version, snapshot)
+        count = kernels.replace(version, snapshot.tiles, snapshot.indices, self.version + 1,
+                                layer.indices, layer.sent, self.pool.arrays, self.sum)
+        self._note(count)
+        return count > 0
+
+    def layers(self) -> tuple[LayerSnapshot, ...]:
+        """Snapshots of all layers, own first: the map as it is now, immutable."""
+        return (self.own.snapshot(), *(layer.snapshot() for layer in self.received.values()))
+
+    def _note(self, count: int) -> None:
+        if count:
+            self.version += 1
+            if self.observers:
+                changed = self.sum.changed[:count].copy()
+                for observer in self.observers:
+                    observer(self, changed)
