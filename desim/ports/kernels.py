@@ -13,9 +13,9 @@ from functools import partial
 import numpy as np
 from numba import njit
 
-# For a kernel that makes no arrays, but only borrows those that it is given: nobody counts who
-# holds them, which takes two atomic instructions for each array that a function is called with. And
-# nobody looks whether a divisor is zero: what comes of it is inf or NaN, as in numpy.
+# ``lean`` compiles a kernel that allocates no arrays. It switches off numba's reference counting
+# (two atomic instructions per array and call) and its check for division by zero (the result is inf
+# or NaN, as in numpy).
 lean = partial(njit, cache=True, _nrt=False, error_model="numpy")
 
 TWO_PI = 2.0 * math.pi

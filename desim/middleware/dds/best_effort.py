@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 
 class BestEffortSample:
-    """A message on its way in some frames: ``left`` of them at each receiver have no fate yet;
-    ``failed``: the reason why one was lost there."""
+    """A message on its way in several frames. ``left``: by receiver, the number of its frames
+    without a fate. ``failed``: by receiver, the reason why one of them was lost."""
 
     __slots__ = ("message", "number", "left", "failed")
 
@@ -29,9 +29,10 @@ class BestEffortSample:
 
 
 class BestEffort:
-    """The transport of one writer: to each matched reader by unicast, or by one multicast on each
-    medium. A sample at a host that has not matched the writer (yet, or any more) is dropped as
-    ``unmatched``; one behind a later one, which is of no use to the reader, as ``overtaken``."""
+    """The transport of one writer: unicast to each matched reader, or one multicast on each medium.
+    A sample at a host that has not matched the writer (yet, or any more) is dropped as
+    ``unmatched``. A sample that arrives after a later one is of no use to the reader, and is
+    dropped as ``overtaken``."""
 
     socket = "rtps"  # a participant sends all by one
 
@@ -126,7 +127,7 @@ class BestEffort:
         context.drop(message, receiver, reason, born_ns, born_ns)
 
     def close(self, reason: str) -> None:
-        """Nothing waits here, and what is on its way goes on."""
+        """Do nothing: no sample waits here, and frames on their way go on."""
         self._routes, self._known, self._unrouted = [], {}, []
 
     def waiting(self) -> int:

@@ -102,7 +102,8 @@ class Dds:
             self.context.changed(subscriber.topic)
 
     def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
-        """The hosts whose readers the publisher's participant has matched, and its own."""
+        """The hosts whose readers the publisher's participant has matched; its own host is among
+        them if it has a reader."""
         me, topic = self.participants[publisher.host], publisher.topic
         hosts = {remote.host: None for remote in me.remotes.values() if topic in remote.readers}
         if topic in me.readers:
@@ -141,7 +142,7 @@ class Dds:
         return remote if remote is not None and topic in remote.writers else None
 
     def linked(self, link: ReliableLink) -> None:
-        """``link`` is open."""
+        """Register ``link``, which is open, under its two ends."""
         self._links.setdefault(link.ends, []).append(link)
 
     def unlinked(self, link: ReliableLink) -> None:
@@ -176,7 +177,7 @@ class Dds:
     # Messages for participants, which may have gone meanwhile.
 
     def joined(self, me: Participant, remote: RemoteParticipant, topic: str) -> None:
-        """A reader of ``me`` has matched a writer."""
+        """A reader of participant ``me`` has matched a writer."""
         for link in self._links.get((remote.host, me.host, topic), ()):
             link.joined()
 

@@ -25,8 +25,8 @@ TRAIN = 10  # messages in one frame, so that a large fleet's start is not a fram
 
 
 class Mail(NamedTuple):
-    """One message of endpoints: its packets, the items with their numbers, and how many exist, if
-    a heartbeat rides on it."""
+    """One message of endpoints: its packets, its items with their numbers, and, if a heartbeat
+    rides on it, the number of existing items."""
 
     packets: int
     items: tuple[tuple[int, Item], ...]
@@ -34,8 +34,8 @@ class Mail(NamedTuple):
 
 
 class Envelope(NamedTuple):
-    """A message between two participants: ``handler(endpoints, remote, lost, *content)`` reads it
-    at the receiver, where the packets ``lost`` of its train are missing."""
+    """A message between two participants. ``handler(endpoints, remote, lost, *content)`` reads it
+    at the receiver; ``lost`` are the packets of its train that did not arrive."""
 
     sender: Guid
     receiver: Guid
@@ -45,7 +45,7 @@ class Envelope(NamedTuple):
 
 class Endpoints:
     """The discovery of endpoints by the participant ``me``. The methods below "Handlers" read the
-    messages of others."""
+    messages of other participants."""
 
     def __init__(self, me: Participant) -> None:
         self._me = me
@@ -65,7 +65,7 @@ class Endpoints:
         self._spent = None if limit_bytes is None else (Spent(limit_bytes), Spent(limit_bytes))
 
     def write(self, item: Item) -> None:
-        """Add an endpoint, as soon as endpoints exist."""
+        """Add an endpoint once endpoints exist."""
         if self._exist:
             self._add([item])
         else:
@@ -93,7 +93,7 @@ class Endpoints:
     # Messages to others.
 
     def announce(self, remote: RemoteParticipant) -> None:
-        """Send the items that were not sent yet; the next heartbeats reveal a loss."""
+        """Send the items that were not sent yet. The next heartbeats reveal a loss."""
         self._announce([remote])
 
     def _announce(self, remotes: list[RemoteParticipant]) -> None:
@@ -124,8 +124,8 @@ class Endpoints:
             self._me.after(delay_ns, self._ask, (remote, delay_ns))
 
     def greet(self, remote: RemoteParticipant, topic: str) -> None:
-        """Send the first heartbeat of a writer that every node has: it has matched a reader of
-        ``remote``."""
+        """Send the first heartbeat of a writer that every node has, because it has matched a reader
+        of ``remote``."""
         readers, chunk = [remote], self._wire.heartbeats(1)
         if self._params.greets_all:
             readers = [other for other in self._me.direct()
@@ -141,7 +141,7 @@ class Endpoints:
             send("endpoints", other, [chunk], Endpoints.greeted, topic, other is remote)
 
     def expect_greeting(self, remote: RemoteParticipant, topic: str) -> None:
-        """A reader that every node has, has matched a writer of ``remote``: it asks for a heartbeat
+        """A reader that every node has, has matched a writer of ``remote``. It asks for a heartbeat
         unless one arrives."""
         delay_ns = self._params.initial_acknack_ns
         if self._wire.apart and delay_ns is not None and topic not in remote.greeted:
@@ -157,7 +157,7 @@ class Endpoints:
                        lambda remote: ("", True))
 
     def _send_again(self, remote: RemoteParticipant, numbers: Sequence[int]) -> None:
-        """Send items of these numbers, which it has requested."""
+        """Send the items of these numbers, which the remote has requested."""
         out, most_bytes = remote.out, self._params.repeated_message_bytes
         if self._wire.apart:
             numbers = sorted(numbers, key=lambda n: wire.is_reader(out[n]))
@@ -235,7 +235,7 @@ class Endpoints:
                                segments=chunk.packets, multicast=len(to) > 1, in_part=dds.received)
 
     def _book(self, delay_ns: int) -> None:
-        """Send a heartbeat not later than then."""
+        """Send a heartbeat at that time, or earlier."""
         due_ns = self._context.now_ns + delay_ns
         if self._beat is None or due_ns < self._beat[0]:
             self._beat = due_ns, self._me.after(delay_ns, self._heartbeat, due_ns)
@@ -357,7 +357,7 @@ class Endpoints:
                    Endpoints.acknowledged, remote.received_series, remote.got, missing, False)
 
     def _ask(self, what: tuple[RemoteParticipant, int]) -> None:
-        """Ask for a first heartbeat, and again after times that double."""
+        """Ask for a first heartbeat, and repeat that after pauses that double."""
         remote, delay_ns = what
         if remote.asked or self._me.remotes.get(remote.guid) is not remote:
             return

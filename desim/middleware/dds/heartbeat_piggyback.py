@@ -8,8 +8,8 @@ from typing import Protocol
 
 
 class HeartbeatPiggyback(Protocol):
-    """Chooses for each message, given by its bytes, whether a heartbeat rides on it: ``new`` for
-    those of a new sample, ``again`` for those that are sent once more."""
+    """The rule by which a message, given by its bytes, carries a heartbeat: ``new`` for messages of
+    a new sample, ``again`` for those that are sent once more."""
 
     def new(self, sizes: Sequence[int]) -> tuple[bool, ...]: ...
 
@@ -31,7 +31,7 @@ def _last(count: int) -> tuple[bool, ...]:
 
 
 class Spent:
-    """The bytes that a writer of Fast DDS may still send without a heartbeat, of ``limit_bytes``.
+    """The bytes, of ``limit_bytes``, that a writer of Fast DDS may still send without a heartbeat.
 
     As in Fast DDS 2.9.1 (StatefulWriter.cpp, send_heartbeat_piggyback_nts_): behind each message it
     takes off all that its sender has sent *so far*. For a new sample that is the sample up to
@@ -51,15 +51,15 @@ class Spent:
 
 
 class Resent:
-    """The bytes that a participant has sent once more since its start."""
+    """The bytes that a participant has retransmitted since its start."""
 
     def __init__(self) -> None:
         self.bytes = 0
 
 
 class WhenFull:
-    """A heartbeat on each message while the writer's history is full, else now and then (Fast DDS).
-    ``full(count)``: whether it is full with ``count`` samples more."""
+    """A heartbeat on each message while the writer's history is full, otherwise now and then (Fast
+    DDS). ``full(count)``: whether the history is full with ``count`` more samples."""
 
     def __init__(self, full: Callable[[int], bool], limit_bytes: int, resent: Resent) -> None:
         self._full, self._spent, self._resent = full, Spent(limit_bytes), resent

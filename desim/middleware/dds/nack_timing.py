@@ -20,12 +20,12 @@ class NackTiming:
         self.directed = False  # since the last request there was a heartbeat for this reader alone
 
     def wait_ns(self, first: Place, now_ns: int, delay_ns: int) -> int:
-        """The time until it may request samples from ``first`` on, 0: now."""
+        """The time until the reader may request samples from ``first`` on; 0: now."""
         if first >= self._end or (self.directed and not self._by_delay):
             return 0
         return max(0, self._asked_ns + delay_ns - now_ns)
 
     def asks(self, first: Place, end: Place, now_ns: int) -> None:
-        """It requests samples from ``first`` up to before ``end``."""
+        """The reader requests samples from ``first`` up to before ``end``."""
         self._by_delay = first < self._end and not self.directed
         self._end, self._asked_ns, self.directed = end, now_ns, False

@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 
 
 class Participant:
-    """``remotes`` are the participants that it believes in, in the order of discovery. Any message
-    from one renews its lease, which is as long as that one has announced."""
+    """One participant. ``remotes``: the participants that it believes in, in the order of
+    discovery. Any message from one renews its lease, whose length that participant has announced.
+    """
 
     def __init__(self, dds: Dds, host: int, life: int) -> None:
         self.dds, self.context, self.params = dds, dds.context, dds.params
@@ -79,16 +80,17 @@ class Participant:
     # Other participants.
 
     def of(self, host: int) -> Iterator[RemoteParticipant]:
-        """Those on ``host``: the one that runs, and former lives of it that are believed in."""
+        """The participants on ``host``: the one that runs, and its former lives that are believed
+        in."""
         return (remote for remote in self.remotes.values() if remote.host == host)
 
     def direct(self) -> list[RemoteParticipant]:
-        """Those that it exchanges messages with."""
+        """The participants with which this one exchanges messages."""
         return [remote for remote in self.remotes.values() if remote.direct]
 
     def _announce(self, k: int) -> None:
-        """Announce itself, for the k-th time: a client of a server to that alone, the server to its
-        clients."""
+        """Announce this participant for the k-th time: a client of a server to that server alone,
+        the server to its clients."""
         params, dds = self.params, self.dds
         known = [remote.host for remote in self.direct()]
         period_ns = self.announcing_ns
@@ -106,7 +108,7 @@ class Participant:
         self.after(period_ns, self._announce, k + 1)
 
     def _announce_to_all(self, times: int, known: list[int]) -> None:
-        """Announce itself by multicast, and to each of those that are ``known``."""
+        """Announce this participant by multicast, and to each participant that is ``known``."""
         self._hello_to(self._others, self.dds.wire.announcement(times), True)
         self._hello_to(known, self.dds.wire.announcement(), False)
 
@@ -118,8 +120,8 @@ class Participant:
                               multicast=multicast, in_advance=self.in_advance)
 
     def in_advance(self, host: int) -> InAdvance | None:
-        """A function that takes an arrival in advance at ``host``, if that knows this participant:
-        for a message that only shows that this one lives."""
+        """A function that takes an arrival in advance at ``host``, if that host knows this
+        participant. It serves messages that only show that this participant lives."""
         you = self.dds.participants.get(host)
         remote = None if you is None else you.remotes.get(self.guid)
         if remote is None or not remote.direct:
@@ -129,7 +131,7 @@ class Participant:
             Coming(time_ns, arrived, token))
 
     def announced(self, guid: Guid, lease_ns: int, wants_response: bool) -> None:
-        """Meet a participant that was not known, or only through a server."""
+        """Meet a participant that was unknown, or known only through a server."""
         if self.relay is None:
             remote = RemoteParticipant(guid, lease_ns, self.context.now_ns, True,
                                        self.endpoints.items)
@@ -171,7 +173,7 @@ class Participant:
             self.lose(remote)
 
     def lose(self, remote: RemoteParticipant) -> None:
-        """It is gone, and its endpoints with it."""
+        """Forget a participant that is gone, with its endpoints."""
         del self.remotes[remote.guid]
         self.dds.book_arrivals(remote, self.host)
         context, dds, left = self.context, self.dds, list(self.of(remote.host))
@@ -235,8 +237,8 @@ class Participant:
         return remote
 
     def forget_others(self, what: tuple[RemoteParticipant, int]) -> None:
-        """A server has had the time of its lease to announce all anew: participants that no server
-        has named are gone."""
+        """Forget the participants that no server has named: a server has had the time of its lease
+        to announce all anew."""
         server, series = what
         if self.remotes.get(server.guid) is not server or server.received_series != series:
             return
@@ -246,7 +248,7 @@ class Participant:
                 self.lose(remote)
 
     def _reads(self, remote: RemoteParticipant, topic: str) -> None:
-        """This host's reader of ``topic`` has matched a writer."""
+        """A reader of ``topic`` on this host has matched a writer."""
         self.dds.matches += 1
         self.context.knows(self.host, remote.host, topic, True)
         self.dds.joined(self, remote, topic)

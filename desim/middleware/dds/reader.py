@@ -45,8 +45,8 @@ class ReliableSample:
 
 
 class Reader:
-    """Delivers samples in the order of their numbers; those that the writer no longer has are
-    passed over. It learns of the writer by arrivals alone, and is the carrier of its own
+    """Delivers samples in the order of their numbers, and passes over those that the writer no
+    longer has. It learns of the writer by arrivals alone, and is the carrier of its own
     acknowledgements."""
 
     socket = "rtps"  # a participant sends all by one
@@ -81,7 +81,7 @@ class Reader:
         self._acked = self._acked_ns = 0  # all before what it acknowledged last, and when
 
     def _match(self) -> RemoteParticipant | None:
-        """The state that this host keeps of the writer's participant, if it has matched that."""
+        """The state that this host keeps of the writer's participant, if it has matched it."""
         dds = self._dds
         if self._seen != dds.matches:
             self._seen = dds.matches
@@ -92,7 +92,7 @@ class Reader:
         return self._remote
 
     def take(self, sample: ReliableSample, part: range, first: int, beat: int) -> bool:
-        """Take some fragments of a sample. Returns False if nobody reads here."""
+        """Take some fragments of a sample. Returns False if no reader is here."""
         remote = self._match()
         if remote is None:
             return False
@@ -133,7 +133,7 @@ class Reader:
         self._context.deliver(sample.message, self._host, sample.message.born_ns, sample.sent_ns)
 
     def _advance(self, first: int) -> None:
-        """The writer has nothing before ``first``."""
+        """Pass over all before ``first``: the writer has nothing older."""
         held = self._held
         if held:
             for number in sorted(held):
@@ -175,13 +175,13 @@ class Reader:
             self._take_heartbeat(first, last, beat)
 
     def joined(self) -> None:
-        """It has matched the writer now, which may have sent something already."""
+        """The reader has matched the writer now, which may have sent something already."""
         if self._params.initial_acknack_ns is not None:
             self._greeting = True
             self._answer_in(self._params.initial_acknack_ns)
 
     def _answer_in(self, delay_ns: int) -> None:
-        """Answer then, or when an answer is due anyhow."""
+        """Answer at that time, or earlier if an answer is due anyway."""
         due_ns = self._kernel.now_ns + delay_ns
         if self._timer is not None:
             if self._due_ns <= due_ns:
@@ -195,7 +195,7 @@ class Reader:
             self._answer(None)
 
     def _answer(self, _: object) -> None:
-        """Acknowledge all before the next number, or ask for what is missing from there."""
+        """Acknowledge all before the next number, or request what is missing from there."""
         self._timer = None
         if self._match() is None:
             return
@@ -207,7 +207,7 @@ class Reader:
             self._acknowledge()
 
     def _ask(self, missing: Missing, greeting: bool) -> None:
-        """Ask for ``missing`` fragments if it did not do so just now; with ``greeting``, for a
+        """Request ``missing`` fragments unless that was done just now; with ``greeting``, a
         heartbeat."""
         now_ns, params, base = self._kernel.now_ns, self._params, self._next
         fragments = [len(parts) for _, parts in missing if parts]
@@ -247,8 +247,8 @@ class Reader:
         self._context.record("acknack", self._host, self._to_id, base, missing)
 
     def _missing(self) -> Missing:
-        """The samples and fragments that it lacks: an ACKNACK and NACK_FRAGs (of Cyclone DDS up to
-        the first sample of which it has some fragments)."""
+        """The samples and fragments that the reader lacks: an ACKNACK and NACK_FRAGs (of Cyclone
+        DDS up to the first sample of which it has some fragments)."""
         parts, held = self._parts, self._held
         out: list[tuple[int, tuple[int, ...]]] = []
         several = self._dds.wire.several_nack_frags
@@ -262,7 +262,7 @@ class Reader:
         return tuple(out)
 
     def drop(self, reason: str) -> None:
-        """Drop the samples that it holds, for ``reason``."""
+        """Drop the samples that the reader holds, for ``reason``."""
         for sample in self._held.values():
             sample.state = DONE
             self._link.waiting -= 1

@@ -22,7 +22,8 @@ class Relay:
         self._announced: dict[Guid, dict[Item, None]] = {}  # by client
 
     def add(self, item: Item) -> None:
-        """Take an endpoint: it and those that match it learn of each other."""
+        """Take an endpoint: its owner and the owners of endpoints that match it learn of each
+        other."""
         if item.kind not in _OPPOSITE:
             return
         self._items.setdefault((item.kind, item.topic), {})[item.owner] = item

@@ -141,7 +141,7 @@ class ReliableLink:
         return self.send(train.chunk, self, (sample, train, self._history[0].number, beat))
 
     def leaves(self, sample: ReliableSample, size_bytes: int) -> None:
-        """A frame with fragments of ``sample`` is sent now."""
+        """Count and record a frame with fragments of ``sample`` that is sent now."""
         sample.sent_ns = self._kernel.now_ns
         sample.flying += 1
         self._record_frame(self._from_id, self._to_id, sample.message.seq, size_bytes)
@@ -153,7 +153,7 @@ class ReliableLink:
                                     token)
 
     def _expect(self, due_ns: int) -> None:
-        """Send a heartbeat alone then, or a steady one when it was due anyhow."""
+        """Send a heartbeat by itself at that time, or when a steady one is due anyway."""
         if not self._steady or self._timer.deadline_ns == NEVER:
             self._timer.expect(due_ns)
 
@@ -163,7 +163,7 @@ class ReliableLink:
         return len(self._history)
 
     def first(self) -> int:
-        """The number of the first sample that it still has."""
+        """The number of the first sample that the writer still has."""
         return self._history[0].number if self._history else self._last + 1
 
     def acknowledged(self, token: Answer, _: int) -> None:
@@ -216,7 +216,7 @@ class ReliableLink:
             self._wanted.acknowledged(base)
 
     def _repeat_in(self, delay_ns: int) -> None:
-        """Repeat wanted fragments then, or sooner if others are repeated anyhow."""
+        """Repeat requested fragments at that time, or earlier if others are repeated anyway."""
         due_ns = self._kernel.now_ns + delay_ns
         if self._repeating is not None:
             if self._repeat_ns <= due_ns:
@@ -226,8 +226,8 @@ class ReliableLink:
         self._repeating = self._context.at(due_ns, self._from, self._repeat)
 
     def _repeat(self, _: object) -> None:
-        """Send requested fragments again, and a heartbeat at the end, or a GAP for those that are
-        gone."""
+        """Send requested fragments again and a heartbeat at the end, or a GAP for fragments that
+        are gone."""
         if self._repeating is not None:
             self._repeating.cancel()
             self._repeating = None
@@ -273,7 +273,7 @@ class ReliableLink:
             self._expect(max(self._next_beat_ns(), self._kernel.now_ns))
 
     def greets(self) -> tuple[int, int]:
-        """Its first heartbeat goes now. Returns the first and the last number that it offers."""
+        """Send the first heartbeat now. Returns the first and the last number that it offers."""
         now_ns = self._kernel.now_ns
         self.take_acknowledgements(now_ns)
         self._greeted, self._beat_ns = True, now_ns
@@ -281,7 +281,7 @@ class ReliableLink:
         return self.first(), self._last
 
     def _tick(self) -> None:
-        """Send a heartbeat if there was none meanwhile and a sample is not acknowledged."""
+        """Send a heartbeat if none was sent meanwhile and a sample is not acknowledged."""
         now_ns = self._kernel.now_ns
         self.take_acknowledgements(now_ns)
         if not self._history:
@@ -313,7 +313,7 @@ class ReliableLink:
             self.reader.joined()
 
     def close(self, reason: str) -> None:
-        """Drop what waits. Frames that are on their way meet their own fate."""
+        """Drop all that waits. Frames on their way meet their own fate."""
         self._dds.unlinked(self)
         self._closed = reason
         self._timer.stop()

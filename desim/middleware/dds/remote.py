@@ -13,7 +13,7 @@ NOBODY: Guid = (-1, 0)
 
 
 class ItemKind(StrEnum):
-    """The subject of an item of discovery."""
+    """The kinds of items of discovery."""
 
     WRITER = "writer"
     READER = "reader"
@@ -24,8 +24,8 @@ class ItemKind(StrEnum):
 
 
 class Item(NamedTuple):
-    """One announcement of discovery, about ``owner`` and, for an endpoint, its ``topic`` (of one
-    that every node has, only if it is ever matched)."""
+    """One item of discovery: an announcement about ``owner`` and, for an endpoint, its ``topic``
+    (of one that every node has, only if it is ever matched)."""
 
     owner: Guid
     kind: ItemKind
@@ -94,7 +94,7 @@ class RemoteParticipant:
                 self.received_ns = each.time_ns
 
     def begin(self, series: int) -> None:
-        """It sends all its items anew."""
+        """Start anew: the remote sends all its items again."""
         self.received_series = series
         self.got = self.known = 0
         self.held.clear()

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 class Retransmission(NamedTuple):
-    """``parts`` of samples to send now, each in a frame; whether some are ``gone``; when more are
-    due, if nothing changes (None: never)."""
+    """The answer to requests. ``parts`` of samples to send now, each in a frame; whether some are
+    ``gone``; the time when more are due, if nothing changes (None: never)."""
 
     parts: list[tuple[ReliableSample, range]]
     gone: bool
@@ -22,7 +22,7 @@ class Retransmission(NamedTuple):
 
 
 class Wanted:
-    """The last request of one reader; ``missing`` are the fragments that were not sent since then.
+    """The last request of one reader. ``missing``: the fragments that were not sent since then.
 
     A request that was on its way when a fragment was sent again tells nothing of that, and the way
     takes longer the more waits in a medium. So the pause after a repetition of the same fragment

@@ -66,7 +66,7 @@ class EndpointAnnouncement(NamedTuple):
 
 
 class Announced(Protocol):
-    """An endpoint that is announced."""
+    """An endpoint to announce."""
 
     @property
     def kind(self) -> str: ...
@@ -108,7 +108,7 @@ class SampleTrain(NamedTuple):
 
 
 def together(chunks: Iterable[Chunk]) -> Chunk:
-    """These messages in one train."""
+    """These messages as one train."""
     sizes, packets = zip(*chunks, strict=True)
     return Chunk(sum(sizes), sum(packets))
 
@@ -140,7 +140,8 @@ class RtpsDialect:
     bundles_bytes: int
 
     def udp(self, rtps_bytes: int) -> Chunk:
-        """An RTPS message of so many bytes. IP cuts it if it does not fit one packet."""
+        """An RTPS message of so many bytes in a UDP datagram. IP fragments it if it does not fit
+        one packet."""
         size_bytes = rtps_bytes + self.trailer_bytes
         packets = -(-(size_bytes + 8) // IP_PAYLOAD_BYTES)
         return Chunk(size_bytes + UDP_BYTES + (packets - 1) * FRAGMENT_BYTES, packets)
@@ -272,7 +273,7 @@ class RtpsDialect:
         return self._control(readers, ACKNACK_BYTES, -(-asked // 32) * 4 + parts)
 
     def gap(self) -> Chunk:
-        """A GAP, and a heartbeat."""
+        """The bytes of a GAP and a heartbeat."""
         return self.udp(HEADER_BYTES + TO_BYTES + GAP_BYTES + HEARTBEAT_BYTES)
 
     def liveliness(self) -> Chunk:

@@ -20,7 +20,7 @@ def _ignore(*_: object) -> None:
 
 
 class Reliable:
-    """One writer: a link for each host whose reader it has matched. It keeps ``depth`` samples
+    """One writer, with a link for each host whose reader it has matched. It keeps ``depth`` samples
     (0: all)."""
 
     def __init__(self, dds: Dds, offer: Offer) -> None:
@@ -48,14 +48,14 @@ class Reliable:
         return [receiver for receiver in fresh if receiver in self._links]
 
     def matches(self) -> None:
-        """Greet the readers that it matches before anything is published."""
+        """Greet the readers that the writer matches before anything is published."""
         if not self._connected:
             ends = self._dds.subscribers(self._offer.publisher)
             self._lead_to([end.host for end in ends if end.host != self._host])
 
     def _lead_to(self, receivers: list[int]) -> None:
-        """Lead to the readers on ``receivers``. A new participant, as a host's new life is, gets a
-        new link."""
+        """Connect to the readers on ``receivers``. A new participant, as after a host's restart,
+        gets a new link."""
         dds, old = self._dds, self._links
         context = dds.context
         self._links, self._unrouted = {}, []

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 class RosPublication:
     """One topic that a process publishes. ``connections`` lead to subscribing hosts; with UDPROS,
-    ``links`` have asked for it. A host with a new one is a new receiver."""
+    ``links`` have asked for it. A host with a new connection is a new receiver."""
 
     def __init__(self, transport: TransportKind) -> None:
         self.transport = transport
@@ -30,7 +30,7 @@ class RosPublication:
 
 class RosSubscription:
     """One topic that a process subscribes to: its subscribing nodes, the last answer of the master,
-    the publishers on other hosts in that, and the links to these."""
+    the publishers on other hosts in that answer, and the links to these."""
 
     def __init__(self) -> None:
         self.ends: list[Endpoint] = []
@@ -40,8 +40,8 @@ class RosSubscription:
 
 
 class Process:
-    """All nodes of ``uri.host``, from its start to its end. ``master`` is the host whose master
-    they know."""
+    """All nodes of ``uri.host``, from its start to its stop. ``master``: the host whose master they
+    know."""
 
     def __init__(self, processes: Processes, uri: Uri, master: int) -> None:
         self.all = processes
@@ -65,7 +65,7 @@ class Process:
         processes.tcp.listen(self.host, uri.tcpros, _nothing)
 
     def stop(self) -> None:
-        """The host stops, and all this is gone."""
+        """End the process and all its links: the host stops."""
         self.alive = False
         for subscription in self.subscriptions.values():
             for link in subscription.links.values():
@@ -81,7 +81,7 @@ class Process:
         self._register("registerPublisher", topic)
 
     def subscribe(self, end: Endpoint) -> bool:
-        """Returns whether this node did not subscribe before."""
+        """Subscribe a node. Returns whether it did not subscribe before."""
         if end.topic not in self.subscriptions:
             self.subscriptions[end.topic] = RosSubscription()
             self._register("registerSubscriber", end.topic)
@@ -92,7 +92,8 @@ class Process:
         return True
 
     def subscribers(self, topic: str) -> list[Endpoint]:
-        """The subscribers on this host, and the first one of each host that a link leads to."""
+        """The subscribers on this host, and the first subscriber on each host that a link leads to.
+        """
         local = self.subscriptions.get(topic)
         linked = self.publications.get(topic)
         return [*(local.ends if local else ()), *(linked.ends.values() if linked else ())]
@@ -226,4 +227,4 @@ class Process:
 
 
 def _nothing(_: object) -> None:
-    """The subscriber sends first."""
+    """Do nothing: the subscriber sends first."""

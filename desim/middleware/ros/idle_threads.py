@@ -19,7 +19,7 @@ class IdleThreads:
         self._booked = False
 
     def begin(self) -> None:
-        """A thread has nothing to do any more."""
+        """A thread becomes idle."""
         self._asleep_ns.append(self._now())
 
     def wake(self, works: Callable[[], bool]) -> None:

@@ -21,10 +21,9 @@ if TYPE_CHECKING:
 
 
 class RosLink:
-    """From ``process``, which subscribes to ``topic``, to the publisher at ``uri``. It lives until
-    ``drop``: what fails is tried again by the client library's schedule, always at the same
-    address, or waits until the master lists the publisher once more (``asked`` is False then).
-    """
+    """A link from ``process``, which subscribes to ``topic``, to the publisher at ``uri``. It lives
+    until ``drop``. What fails is tried again by the client library's schedule, always at the same
+    address, or waits until the master lists the publisher once more (``asked`` is False then)."""
 
     def __init__(self, process: Process, topic: str, uri: Uri) -> None:
         self.process, self.topic, self.uri = process, topic, uri
@@ -49,7 +48,7 @@ class RosLink:
         self._at_the_end_of_the_round(self._request)
 
     def drop(self) -> None:
-        """The publisher is no longer listed, or this process has ended."""
+        """End the link: the publisher is no longer listed, or this process has ended."""
         self._dropped = True
         self._cancel_timer()
         if self.process.alive:
@@ -61,7 +60,7 @@ class RosLink:
     # At the publisher.
 
     def _accepted(self, connection: Connection) -> None:
-        """The subscriber's header is there."""
+        """The subscriber's header has arrived."""
         publisher = self.process.all.at(self.uri)
         connection.send(self.uri.host, HEADER_ANSWER, self._headed, connection, "tcpros_header")
         connection.on_closed(self.uri.host, self._left)
@@ -103,7 +102,7 @@ class RosLink:
         connection.send(self.process.host, HEADER, self._accepted, connection, "tcpros_header")
 
     def _headed(self, connection: Connection) -> None:
-        """The publisher's header is there: messages may come."""
+        """The publisher's header has arrived: messages may follow."""
         if connection is self._connection:
             self._established()
 
@@ -114,7 +113,7 @@ class RosLink:
         self.process.count_links(self.uri.host, 1)
 
     def _hang_up(self, _: object) -> None:
-        """The connection takes too long."""
+        """Give up a connection that takes too long."""
         if self._connection is not None:
             self._closed(self._connection, "timeout")
 
@@ -144,7 +143,7 @@ class RosLink:
         self._timer = self.process.all.context.at(time_ns, self.process.host, step)
 
     def _at_the_end_of_the_round(self, step: Callable[..., object]) -> None:
-        """Call ``step`` when the XML-RPC thread's round ends, which events put off."""
+        """Call ``step`` when the XML-RPC thread's round ends, which events postpone."""
         now_ns = self.process.all.context.now_ns
         due_ns = self.process.xmlrpc_thread.round_end_ns(now_ns)
         if due_ns <= now_ns:

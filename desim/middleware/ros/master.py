@@ -15,7 +15,7 @@ from desim.middleware.ros.idle_threads import IdleThreads
 
 
 class Uri(NamedTuple):
-    """The address of a host's nodes: each time the host starts they listen on a new port, so that
+    """The address of a host's nodes. Each time the host starts they listen on a new port, so that
     nobody answers at an address of an earlier ``life``."""
 
     host: int
@@ -76,7 +76,7 @@ class MasterRegistry:
                 known.pop(host, None)
 
     def of(self, side: dict[str, dict[int, Uri]], topic: str) -> tuple[Uri, ...]:
-        """The addresses on this ``side`` of ``topic``."""
+        """The addresses that are registered on this ``side`` of ``topic``."""
         return tuple(side.get(topic, {}).values())
 
 
@@ -93,10 +93,9 @@ MakeCall = Callable[[MasterCall, Callable[[], object]], Any]
 
 
 class MasterThreads:
-    """The master's calls, made by threads in order, but never two at a time to the same node.
+    """The threads that make the master's calls in order, but never two at a time to the same node.
     ``call(task, done)`` has no timeout: a thread is busy until it is done. Then it takes the next
-    call, or sleeps if there is none.
-    """
+    call, or sleeps if there is none."""
 
     def __init__(self, threads: IdleThreads, call: MakeCall) -> None:
         self.waiting: deque[MasterCall] = deque()
@@ -127,7 +126,7 @@ class MasterThreads:
 
 
 class Master:
-    """One master process, from its start to its end. ``call(task, done)`` makes its calls."""
+    """One master process, from its start to its stop. ``call(task, done)`` makes its calls."""
 
     def __init__(self, threads: IdleThreads, call: MakeCall) -> None:
         self.registry = MasterRegistry()

@@ -14,8 +14,8 @@ from desim.units import NS_PER_S, Duration, Pace, Period
 
 
 class Retries(NamedTuple):
-    """Try again after ``first_ns``, then after times that double up to ``most_ns``, if the failure
-    had one of these ``reasons`` (None: any)."""
+    """The schedule of new tries: after ``first_ns``, then after times that double up to
+    ``most_ns``, if the failure had one of these ``reasons`` (None: any)."""
 
     first_ns: int
     most_ns: int
@@ -39,8 +39,9 @@ _UNREACHED = ("timeout", "unreachable")
 
 
 class RosParams(ports.Params):
-    """Of all ROS 1 middleware. Each host's nodes are one process with one address, as nodelets are:
-    its calls to the master are made one after another, and no callback waits for them."""
+    """The parameters of all ROS 1 middleware. Each host's nodes are one process with one address,
+    as nodelets are: its calls to the master are made one after another, and no callback waits for
+    them."""
 
     client: Literal["roscpp", "rospy"] = Field("roscpp", description=(
         "whose schedules: that of C++ or of Python nodes (noetic)"))
@@ -87,7 +88,7 @@ class RosParams(ports.Params):
 
 
 class Schedules(NamedTuple):
-    """The times that a client library keeps. ``requests``: of requestTopic (None: it is not tried
+    """The time schedules of a client library. ``requests``: of requestTopic (None: it is not tried
     again). ``asks``: calls before each subscription is registered."""
 
     client: str

@@ -33,10 +33,10 @@ _METHODS: dict[str, Method] = {"registerPublisher": Master.register_publisher,
 
 
 class Processes:
-    """One process on each host that runs. ``master_of`` says by host index whose master it knows;
-    a master lives as long as its host. ``sees(believer, other, state)`` is called as links open and
-    close (None: something else decides who is online); ``more`` are methods of masters beside
-    registration."""
+    """The process on each host that runs. ``master_of`` gives, by host index, the host whose master
+    it knows; a master lives as long as its host. ``sees(believer, other, state)`` is called as
+    links open and close (None: something else decides who is online); ``more`` are methods of
+    masters beside registration."""
 
     def __init__(self, context: MiddlewareContext, params: RosParams, master_of: list[int],
                  sees: Callable[[int, int, HostState], object] | None,
@@ -107,7 +107,7 @@ class Processes:
     # Masters.
 
     def _threads(self, host: int) -> IdleThreads:
-        """Of a master's threads, each at times of its own."""
+        """The idle threads of a master, which poll at times of their own."""
         context, params = self.context, self._params
         stream = context.stream("rosmaster", context.hosts[host], self._lives[host])
         asleep_ns = [context.now_ns + int(stream.integers(params.worker_poll_ns + 1))

@@ -18,7 +18,7 @@ class Ros1:
     informed = "subscriber"
 
     class Params(RosParams):
-        """The parameters of all of ROS 1, and the host of the master."""
+        """The parameters of ROS 1, and the host of the master."""
 
         master: str | None = Field(None, description=(
             "the host of the master (default: workstation, else base, else the first host)"))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 
 class Sizes(NamedTuple):
-    """Bytes of a call and of its answer, each with what it grows by for every address in it."""
+    """The bytes of a call and of its answer, each with the bytes that every address in it adds."""
 
     call: int
     call_each: int

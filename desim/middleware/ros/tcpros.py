@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 
 class Tcpros:
-    """One publisher's messages over the links of its process and topic. A host that has a new link
-    is a new receiver: what it did not get over the old one is dropped as ``link_closed``."""
+    """One publisher's messages over the links of its process and topic. A host with a new link is a
+    new receiver: messages that it did not get over the old one are dropped as ``link_closed``."""
 
     def __init__(self, context: MiddlewareContext, source: int, publication: RosPublication,
                  limit: int) -> None:
@@ -71,8 +71,9 @@ class WrittenMessage:
 
 
 class Outlet:
-    """To one subscriber: an outbox of ``limit`` messages (0: any number) that drops its oldest, and
-    the messages in the socket. The socket takes one more while its send buffer has room."""
+    """The way to one subscriber: an outbox of ``limit`` messages (0: any number) that drops its
+    oldest, and the messages in the socket. The socket takes one more while its send buffer has
+    room."""
 
     __slots__ = ("connection", "_context", "_sender", "_receiver", "_limit", "_outbox", "_written",
                  "_closed")
@@ -101,7 +102,7 @@ class Outlet:
             self._context.drop(outbox.popleft(), self._receiver, "outbox_full")
 
     def close(self, reason: str) -> None:
-        """Drop all messages that wait or have not arrived. Nobody takes those that still arrive."""
+        """Drop all messages that wait or have not arrived. Later arrivals have no effect."""
         self._closed = True
         drop, receiver = self._context.drop, self._receiver
         for written in self._written:

@@ -8,8 +8,8 @@ from desim.ports.middleware import Published, Transport
 
 
 class Udpros:
-    """Sends ``datagrams`` to the subscribers of ``publication``. The publisher never learns that
-    one of these is gone. One that asks again is new."""
+    """Sends ``datagrams`` to the subscribers of ``publication``. The publisher never learns that a
+    subscriber is gone. One that asks again is a new receiver."""
 
     def __init__(self, datagrams: Transport, publication: RosPublication) -> None:
         self._datagrams = datagrams

@@ -65,14 +65,15 @@ class XmlRpcCall:
         connection.send(self.client, self.request_bytes, self._rpc.received, self, self.kind)
 
     def release(self) -> None:
-        """The request may go, now that its connection has been called."""
+        """Allow the request to be sent, now that its connection has been called."""
         self.held = False
         if not self.over:
             self._rpc.connected(self)
 
     def broke(self) -> bool:
-        """Its connection is over before it was answered. True if it goes on with a new one: a
-        server may have left one that rested (XmlRpcClient tries again, once)."""
+        """The connection ended before the call was answered. Returns True if the call goes on over
+        a new one: a server may have closed a connection that rested (XmlRpcClient tries again,
+        once)."""
         if self._reused:
             self._reused = False
             return True
@@ -80,13 +81,13 @@ class XmlRpcCall:
         return False
 
     def finish(self, ok: bool) -> None:
-        """Tell the caller."""
+        """Report the outcome to the caller."""
         if not self.over:
             self.forget()
             self.done(ok, self.response if ok else None)
 
     def forget(self) -> None:
-        """Its caller has stopped."""
+        """Give up the call: its caller has stopped."""
         self.over = True
         if self._timer is not None:
             self._timer.cancel()
@@ -163,8 +164,8 @@ class XmlRpc:
         return call
 
     def switched(self, host: int, up: bool) -> None:
-        """A stopped host's calls, idle connections and servers are forgotten. To be told before
-        ``Tcp`` is."""
+        """Forget the calls, idle connections and servers of a stopped host. To be called before
+        that of ``Tcp``."""
         if up:
             return
         for call in list(self.calls.get(host, ())):
@@ -179,11 +180,11 @@ class XmlRpc:
     # For calls.
 
     def soon(self, host: int, fn: Callable[..., object], arg: object = None) -> None:
-        """In this instant, in the turn of ``host``."""
+        """Call ``fn(arg)`` in this instant, in the turn of ``host``."""
         self.context.at(self.context.now_ns, host, fn, arg)
 
     def rest(self, connection: Connection) -> None:
-        """It has brought an answer and may be used again."""
+        """Keep a connection for reuse: it has brought an answer."""
         connection.about = None
         now_ns = self.context.now_ns
         key = connection.client, connection.server, connection.service
@@ -242,4 +243,4 @@ class XmlRpc:
 
 
 def _nothing(_: object) -> None:
-    """The request is in the send buffer already."""
+    """Do nothing: the request is in the send buffer already."""

@@ -24,7 +24,7 @@ class XmlrpcThread:
         self._end_ns = now_ns + period_ns if within else now_ns
 
     def round_end_ns(self, now_ns: int) -> int:
-        """The end of the round that runs now, if there is no event before it."""
+        """The end of the present round, if there is no event before it."""
         if now_ns <= self._end_ns or not self._period_ns:
             return max(self._end_ns, now_ns)
         return now_ns + (self._end_ns - now_ns) % self._period_ns

@@ -12,8 +12,8 @@ from desim.robot.navigation.kernels import local_costmap as kernels
 from desim.units import seconds
 
 _MOST_REMEMBERED = 500  # points, more than ever are; maze_8: same
-# The robot does not yield to what is farther away; maze_8: 201 s, same. (Beyond 1.02 m it may go at
-# full speed anyway, by ``_YIELD_S``.)
+# Greatest distance of an obstacle to yield to; maze_8: 201 s, same. (Beyond 1.02 m the robot may go
+# at full speed anyway, by ``_YIELD_S``.)
 _YIELD_M = 1.2
 
 

@@ -75,7 +75,7 @@ def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, sear
     until ``goal`` is settled, or ``limit`` frontier clusters, or all there is.
 
     goal: -1 for none | limit: 0 = no frontiers wanted | smallest: cells of a cluster that counts |
-    inward: a cluster is aimed at so many cells from the one met first, at most half way
+    inward: cells between the aim in a cluster and its cell met first, at most half way
     Returns the number of clusters found, and the cost up to which all is settled.
     """
     distance, seen, queue, buckets, used, found = search

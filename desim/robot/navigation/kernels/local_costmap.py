@@ -29,8 +29,8 @@ LAYER = np.dtype([(name, "f8") for name in ("cell_m", "reach_m", "within_m", "yi
 FAR2 = np.float32(1e6)
 
 # Tuned; ``maze_8`` as in desim/robot/navigation/__init__.py.
-_MEMORY_S = 2.0  # a point that left the view is remembered for so long; maze_8: 214, 197 s
-_MEMORY_M = 1.2  # if it is so near; maze_8: 194, 199 s
+_MEMORY_S = 2.0  # time for which a point that left the view is remembered; maze_8: 214, 197 s
+_MEMORY_M = 1.2  # greatest distance of such a point; maze_8: 194, 199 s
 # The robot yields to what is on its left only within 50 degrees of ahead; maze_8: 195, 176 s.
 _AHEAD_COS = 0.64
 

@@ -29,26 +29,27 @@ STATE = np.dtype([(name, "f8") for name in ("x_m", "y_m", "yaw_rad", "speed_mps"
                  + [(name, "f8") for name in ("next_mps", "next_radps", "blocked", "togo_m")])
 
 # Tuned, but for the first; ``maze_8`` as in desim/robot/navigation/__init__.py.
-# A rollout is judged by a point so far ahead of its end (dwa_local_planner,
+# Distance ahead of a rollout's end of the point by which it is judged (dwa_local_planner,
 # forward_point_distance).
 _ALIGN_M = 0.325
-# A rollout is tested so often: obstacles, with the robot's size, are wider; maze_8: 200, 174 s.
+# Distance between the tested points of a rollout: obstacles, with the robot's size, are wider;
+# maze_8: 200, 174 s.
 _STEP_M = 0.15
 _FAN_RAD = math.pi / 12.0  # between directions to try where the way is blocked; maze_8: 189, 195 s
 _FAN = 11  # directions on either side, all around; maze_8 with 9: 193 s, 13: same
 _FAN_M = 1.5  # the length of way to try in each of them; maze_8: 197, 197 s
-_RIGHT = 1.2  # worth of a way on the right by that of one on the left; maze_8: 176, 192 s
-_FORWARD_M = 0.2  # a move that brings less forward is none; maze_8: 208, 170 s
+_RIGHT = 1.2  # preference for passing on the right, relative to the left; maze_8: 176, 192 s
+_FORWARD_M = 0.2  # least progress of a move that counts as one; maze_8: 208, 170 s
 _ESCAPE_M = 0.3  # the way out of a place that is too near to an obstacle; maze_8: 203, 205 s
-# A comfortable turn: an aim near by is driven to no faster than this allows; maze_8: 185, 189 s.
+# Turn rate that limits the speed towards a near aim; maze_8: 185, 189 s.
 _ARC_RADPS = 1.5
 _AIMS = 4  # points ahead on the way that are tried, from far to near; maze_8 with 3: 208 s, 5: 201
 # Time to react and brake: 0.3 s + v / 2a at 1.2 m/s and 2.5 m/s^2; maze_8: 184, 188 s.
 _YIELD_S = 0.55
-# Yielding does not go below this, or two robots would wait for each other; maze_8: 208, 202 s.
+# Least speed while yielding, or two robots would wait for each other; maze_8: 208, 202 s.
 _CREEP_MPS = 0.15
-_TURN_FIRST_RAD = 1.0  # turn on the spot where the way leads off by more; maze_8: 194, 200 s,
-_SLOW_MPS = 0.3  # once slower than this; maze_8: 186, 206 s
+_TURN_FIRST_RAD = 1.0  # least angle of the way ahead to turn on the spot; maze_8: 194, 200 s
+_SLOW_MPS = 0.3  # highest speed at which such a turn begins; maze_8: 186, 206 s
 _GENTLE = 0.8  # share of the deceleration that turning on the spot counts on; maze_8: 187, 183 s
 
 _setup, _state = types.Array(from_dtype(SETUP), 1, "C"), types.Array(from_dtype(STATE), 1, "C")
