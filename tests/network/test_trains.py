@@ -2,6 +2,7 @@
 
 import pytest
 from graphs import MS, Net, listener, talker
+from lossy import Loses
 from tcphosts import Pair, Takes, link
 
 from desim import ports
@@ -9,24 +10,7 @@ from desim.errors import ModelError
 from desim.middleware.tcp.parameters import runs
 from desim.middleware.transports import stream_frame
 from desim.ports import Drop
-from desim.testing import Bench, Instant
-
-
-class Loses(Instant):
-    """A model that loses packets, each of the tuples at its receiver, and delivers the rest."""
-
-    reasons = ("spilt", "burnt")
-
-    def __init__(self, **at):
-        self._at = {int(name[1:]): packets for name, packets in at.items()}
-        self.given = []
-
-    def send(self, frame):
-        self.given.append((frame.segments, frame.size_bytes))
-        for receiver in frame.receivers:
-            for reason, packets in zip(self.reasons, self._at.get(receiver, ()), strict=False):
-                self._context.settle(frame, receiver, Drop(reason, packets))
-        return 5
+from desim.testing import Bench
 
 
 def test_a_rule_takes_packets_out_and_the_model_never_sees_them():

@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from test_trains import Loses
+from lossy import Loses
 
 from desim import plugins
 from desim.ports import Drop

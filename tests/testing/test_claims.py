@@ -50,7 +50,7 @@ def test_claims_that_are_kept_pass():
 
 
 @pytest.mark.parametrize("name, wrong, advice", [
-    ("attempts", lambda self: (1, 2), "count attempts and how many of them failed"),
+    ("attempts", lambda self: (1, -2), "count transmissions, and those without a reply"),
     ("control", lambda self: 7, "count frames and bytes of its protocols"),
     ("busy_ns", lambda self, hosts: [-1], "give for busy_ns whole nanoseconds"),
     ("links", lambda self: (np.array([0]), np.array([0]), np.array([1.0])),
