@@ -54,4 +54,4 @@ def test_a_type_checker_holds_plug_ins_against_their_contracts(repository, folde
     assert not type_errors(repository, tmp_path)
     fence = tmp_path / "fence.py"
     fence.write_text(fence.read_text().replace("def judge(", "def judges("))
-    assert len(type_errors(repository, tmp_path)) == 1
+    assert type_errors(repository, tmp_path)

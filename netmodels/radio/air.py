@@ -90,6 +90,7 @@ class Air:
             arf = params.rate_control.of(standard.alike(radio.rate), radio.rate)
             self._attempts = {ACKED: arf.acknowledged, FAILED: arf.failed}
         self._waiting: dict[tuple[int, int], QueuedFrame] = {}  # by station and place in its queue
+        self._arrived: dict[tuple[int, int], QueuedFrame] = {}  # the last one that left each place
         self._updated_ns, self._epoch, self._places = 0, -1, np.empty((0, 2))
         self._mean: RadioLinks  # the links without fading, and with it
         self._links: RadioLinks
@@ -156,13 +157,15 @@ class Air:
             if what in attempts:
                 self.stations.choose(station, hearer, attempts[what](station, hearer))
                 continue
-            waiting = queued[station, position]
+            key = station, position
+            # A sender whose acknowledgement was lost repeats a packet that has arrived.
+            waiting = queued.get(key) or self._arrived[key]
             if not plain:
                 if not self._concerns(waiting, station, what, hearer, packet):
                     continue
                 what, hearer = RECEIVED if what == HEARD else what, hearer % self._hosts
             if waiting.note(what, hearer, packet):
-                del queued[station, position]
+                self._arrived[key] = queued.pop(key)
                 decided.append((what, station, waiting))
         self._update_links(now_ns)
         for what, station, waiting in decided:
