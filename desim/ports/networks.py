@@ -220,7 +220,7 @@ class CountsAttempts(Protocol):
     """A network model that counts transmissions."""
 
     def attempts(self) -> tuple[int, int]:
-        """Transmissions of data so far, and those of any kind without a reply (802.11's RTS too)."""
+        """Transmissions of data so far, and those of any kind that had no reply (RTS too)."""
 
 
 @runtime_checkable
