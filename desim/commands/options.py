@@ -57,7 +57,7 @@ def checked(given: Mapping[str, object], block: type[P]) -> P:
 
 
 def _or_none(text: str, info: FieldInfo | None) -> str:
-    """The addition to a complaint about an option that may have no value."""
+    """The addition to a complaint about an option that may be empty."""
     optional = info is not None and type(None) in _types(info)
     return ", or none" if optional and "; allowed: " in text else ""
 
@@ -72,7 +72,7 @@ def _option(key: str) -> str:
 
 def _taken(rest: list[str], fields: dict[str, FieldInfo], given: dict[str, object],
            more: Sequence[str]) -> tuple[str, object]:
-    """The first key and its value, which are removed from ``rest``."""
+    """The first key and its value, removed from ``rest``."""
     word = rest.pop(0)
     if not word.startswith("--"):
         return _meant(word, fields, given), word
@@ -149,7 +149,8 @@ def descriptions(block: type[Params]) -> Iterator[tuple[str, str]]:
 
 
 def _takes(info: FieldInfo) -> str:
-    """An option's kind of value: the words that are allowed, the unit of a bare number, or N."""
+    """The kind of value that an option takes: the allowed words, the unit of a bare number, or N.
+    """
     if _repeats(info):
         return _example(info)
     for option in (info.annotation, *get_args(info.annotation)):

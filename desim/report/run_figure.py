@@ -65,7 +65,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def check_ending(path: Path) -> None:
-    """Raises ``InputError`` for an ending that is no picture's."""
+    """Refuse an ending that is no picture's. Raises ``InputError``."""
     endings = Figure().canvas.get_supported_filetypes()
     if path.suffix.removeprefix(".").lower() not in endings:
         raise InputError(f"--to: {path} does not end like a picture; allowed: .png, .pdf, .svg")
@@ -127,7 +127,7 @@ def bent(x_m: np.ndarray, y_m: np.ndarray, yaw_rad: np.ndarray) -> tuple[np.ndar
 
 
 def _doors(axes: Axes, run: Run) -> list[Artist]:
-    """Doors stand in no map of the truth, which takes them as open."""
+    """Draw the doors, which are in no map of the truth, because that takes them as open."""
     keys: dict[str, Artist] = {}
     for door in run.scenario.environment.doors:
         opened = any(start_ns == 0 for start_ns, _ in door.open_ns)
@@ -139,7 +139,7 @@ def _doors(axes: Axes, run: Run) -> list[Artist]:
 
 
 def _movers(axes: Axes, run: Run) -> list[Artist]:
-    """Draw the paths of moving obstacles. Their true ways are not among a run's results."""
+    """Draw the paths of moving obstacles. A run's results do not have their true positions."""
     keys: list[Artist] = []
     for mover in run.scenario.environment.moving_obstacles:
         path_m = np.array(mover.path_m)

@@ -73,7 +73,7 @@ class Bus:
         self._arbitration.take(frame)
 
     def attempts(self) -> tuple[int, int]:
-        """Packets that were begun so far, and how many of them collided."""
+        """The number of packets begun so far, and how many of them collided."""
         return self._arbitration.transmissions, self._arbitration.collisions
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:

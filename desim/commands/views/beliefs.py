@@ -120,7 +120,7 @@ def _grouped(beliefs: BeliefSnapshot, entries: Iterable[tuple[PairBelief, str]]
 
 
 def _starred(topic: str, host: str) -> str:
-    """``/*/scan`` of robot_1's ``/robot_1/scan``; ``/robot_12/scan`` is somebody else's."""
+    """``/*/scan`` of robot_1's ``/robot_1/scan``; ``/robot_12/scan`` belongs to another host."""
     return re.sub(rf"\b{re.escape(host)}\b", "*", topic)
 
 
@@ -129,7 +129,7 @@ def _verb(verb: str, several: bool) -> str:
 
 
 def json_object(beliefs: BeliefSnapshot) -> dict[str, object]:
-    """All of it, for ``--json``."""
+    """The beliefs and the truth as an object for ``--json``."""
     return {"at_s": beliefs.at_ns / NS_PER_S, "informed": beliefs.informed,
             "matches": beliefs.known + beliefs.missing, "known": beliefs.known,
             "missing": beliefs.missing, "ghosts": beliefs.ghosts,

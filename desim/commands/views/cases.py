@@ -61,7 +61,7 @@ def layout_usage() -> str:
 
 
 def _keys(block: type[Params], lead: str = "") -> Iterator[tuple[str, str]]:
-    """Each key of a file with its description, and below a list of blocks theirs."""
+    """Each key of a file with its description; the keys of a list of blocks stand below it."""
     for name, info in block.model_fields.items():
         default = "" if info.is_required() or info.default in (None, ()) else (
             f"; default {_word(info.default)}")

@@ -28,8 +28,8 @@ from desim.simulation.simulation import Simulation
 
 def checked(loaded: Loaded, out: Path, watch: api.Watch | None,
             command: str) -> tuple[Run, str | None]:
-    """Run twice. Returns the first run, and its first difference from the second in words, None if
-    there is none."""
+    """Run twice. Returns the first run, and its first difference from the second in words; None if
+    they are equal."""
     names: dict[int, str] = {}
 
     @contextmanager

@@ -11,7 +11,7 @@ _UNITS = {"_s": "s", "_m": "m", "_m2": "m²", "_kBps": "kB/s", "_bytes": "B", "_
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """A number with so many significant digits; a long dash for None and NaN."""
+    """A number with that many significant digits; a long dash for None and NaN."""
     if value is None or not math.isfinite(value):
         return "–"
     if value == 0:

@@ -18,7 +18,7 @@ _MOST = 6  # sentences of a kind
 
 
 def answer_of(study: Study, estimates: Estimates, metric: str, panels: list[Panel]) -> list[str]:
-    """The sentences; none for samples of a space, which have no settings to compare."""
+    """The answer in sentences; none for samples of a space, which have no settings to compare."""
     if study.is_sampled or study.against is None:
         return []
     against, by = study.against, study.by
@@ -64,8 +64,8 @@ def _changed(change: Interval) -> str:
 
 
 def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level: int) -> str:
-    """A sentence about a level and the first one of the design, in the mean over all that they
-    share."""
+    """A sentence about a level and the first level of the design, as means over all other settings
+    that both have."""
     pairs = _pairs(study, axis, level)
     of = [estimates.of(metric, vector) for pair in pairs for vector in pair]
     if of and all(0 < one.n == one.late for one in of):
@@ -94,7 +94,8 @@ def _doubt(found: Interval) -> str:
 
 
 def _pairs(study: Study, axis: Axis, level: int) -> list[tuple[VectorRuns, VectorRuns]]:
-    """Vectors at the first level of ``axis`` and at ``level``, alike in all others."""
+    """Pairs of vectors at the first level of ``axis`` and at ``level`` that agree in all other
+    parameters."""
     def rest(vector: VectorRuns) -> tuple:
         return tuple(value for name, value in vector.levels.items() if name != axis.name)
 
@@ -105,7 +106,8 @@ def _pairs(study: Study, axis: Axis, level: int) -> list[tuple[VectorRuns, Vecto
 
 def _differences(study: Study, estimates: Estimates, metric: str,
                  pairs: list[tuple[VectorRuns, VectorRuns]]) -> np.ndarray:
-    """The differences [seeds], second minus first, the mean over ``pairs``, of shared seeds."""
+    """The differences [seeds], second minus first, for the seeds that both have, as means over
+    ``pairs``."""
     values = [[by_iteration(study, estimates, metric, vector) for vector in pair]
               for pair in pairs]
     shared = set.intersection(*(set(one) for pair in values for one in pair)) if values else set()

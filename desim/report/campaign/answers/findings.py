@@ -17,8 +17,8 @@ _MOST_COLUMNS = 4
 
 
 def glance(study: Study, estimates: Estimates, bends: dict[str, list[Bend]]) -> ReportTable | None:
-    """A table of each metric's means along the axis and of its knees, a column a line; of many
-    lines a row each. None where the axis has no numbers or one value."""
+    """A table of each metric's means along the axis and of its knees, a column a line (or a row a
+    line, if there are many). None if the axis has no numbers or only one value."""
     axis = study.against
     if axis is None or not axis.is_numeric or len(axis.labels) < 2 or not any(bends.values()):
         return None
@@ -77,7 +77,7 @@ def failed(study: Study) -> list[str]:
 
 
 def causes_of(study: Study) -> Counter[str]:
-    """The causes of failures, whichever host it was and when."""
+    """The number of failures by cause, no matter of which host and when."""
     return Counter(cause_of(error or "no reason is known") for error in
                    study.text("error")[study.once & study.failed])
 

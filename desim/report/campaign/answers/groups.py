@@ -47,7 +47,7 @@ class MetricGroup(NamedTuple):
 
 def presented(study: Study) -> tuple[list[str], list[MetricGroup]]:
     """The metrics with a figure each, and the groups. A metric that no run has is left out, except
-    for the exploration time: that no run got there is a result."""
+    for the exploration time: if no run reached the aim, that is a result."""
     own = [name for name in study.design.metrics if name in study.metrics]
     single, groups = [], []
     for asked in study.design.report.metrics:
@@ -64,7 +64,8 @@ def presented(study: Study) -> tuple[list[str], list[MetricGroup]]:
 
 def group_figure(study: Study, estimates: Estimates, group: MetricGroup, panels: list[Panel],
                  ) -> Figure:
-    """A panel for each line of the metrics' own figures, in it a line for each metric."""
+    """A figure with a panel for each line of the metrics' own figures, and in it a line for each
+    metric."""
     drawn = [Panel(panel.place(line), [line]) for panel in panels for line in panel.lines][:12]
     figure, all_axes = layout.paneled(len(drawn))
     axis = study.axis
@@ -132,7 +133,7 @@ class _Onsets:
                 wording.listed([interval(knee, axis) for knee in found.knees])]
 
     def sentence(self) -> list[str]:
-        """The order in words; nothing where there is nothing to compare."""
+        """The order in words; empty if there is nothing to compare."""
         if len(self.onsets) < 2:
             return []
         prefix = f"{self._place}: " if self._place else ""

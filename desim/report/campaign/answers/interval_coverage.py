@@ -18,7 +18,8 @@ _MOST_SIMULATED = 24  # different ones
 
 
 class Covered(NamedTuple):
-    """The coverage of the interval of a vector whose ``n`` values spread like these."""
+    """The coverage of the interval of a vector with ``n`` values that spread like the vector's own.
+    """
 
     vector: VectorRuns
     n: int
@@ -50,7 +51,7 @@ def measured(study: Study, estimates: Estimates) -> list[Covered]:
 
 
 def coverage_table(study: Study, metric: str, found: list[Covered]) -> ReportTable:
-    """The same as a table."""
+    """The coverage of each vector, as a table."""
     rows: list[list[Cell]] = [[
         study.label(one.vector), one.n, one.coverage.share, one.coverage.mean_n,
         one.coverage.narrow] for one in found]

@@ -35,7 +35,7 @@ _LONGEST_TEXT = 60_000  # of a file that the page holds
 
 
 class Sources:
-    """The records in the runs' folders of how they were made; None, or nothing, where no folder is
+    """The records in the runs' folders of how the runs were made; None, or nothing, if no folder is
     left."""
 
     def __init__(self, study: Study) -> None:
@@ -181,7 +181,7 @@ def _key(shape: Any) -> str | None:
 
 
 def sets(design: Design, name: str) -> str:
-    """The keys of the scenario that a parameter sets, or whose levels use it as $name."""
+    """The keys of the scenario that a parameter sets, or whose levels use it as ``$name``."""
     shape = design.parameters[name]
     if isinstance(shape, Levels):
         return ", ".join(dict.fromkeys(key for keys in shape.levels.values() for key in keys))
@@ -197,7 +197,8 @@ def _levels(study: Study, name: str) -> str:
 
 
 def values(study: Study, axis: Axis) -> str:
-    """An axis' levels, or, of samples, the range and the scale that they were drawn from."""
+    """The levels of an axis, or, for samples, the range and the scale from which they were drawn.
+    """
     shape = study.design.parameters[axis.name]
     if study.is_sampled and isinstance(shape, Span):
         how = ", evenly in the logarithm" if shape.scale == "log" else ""

@@ -50,7 +50,7 @@ def about_metrics(study: Study, single: list[str], groups: list[MetricGroup]) ->
 def about_few(study: Study, estimates: Estimates, metrics: list[str]) -> str:
     """A warning about intervals that rest on few runs whose values are far from normal, as HTML.
     The residuals of all small vectors of a metric are pooled, each in standard deviations of its
-    vector, since no test can tell from five values alone (Shapiro and Wilk 1965)."""
+    vector, because no test can decide from five values alone (Shapiro and Wilk 1965)."""
     doubtful = [metric for metric in metrics if _is_odd(study, estimates, metric)]
     if not doubtful:
         return ""

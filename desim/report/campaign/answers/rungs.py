@@ -38,7 +38,7 @@ def is_ladder(study: Study) -> bool:
 
 
 def compared(study: Study, estimates: Estimates, metric: str) -> list[Rung]:
-    """Each rung against the last one of the design."""
+    """Each rung, compared with the last one of the design."""
     axis, by = study.axis, study.setting
     found = {(vector.levels[axis.name], vector.levels[by.name]): estimates.of(metric, vector)
              for vector in study.vectors}

@@ -104,7 +104,7 @@ def sobol_figure(study: Study, found: list[SobolIndices], metric: str) -> Figure
 
 
 def sobol_table(study: Study, found: list[SobolIndices], metric: str) -> ReportTable:
-    """The same in numbers."""
+    """The indices and their intervals as a table."""
     rows = [[name, one.first, wording.between(one.first_low, one.first_high), one.total,
              wording.between(one.total_low, one.total_high)]
             for name, one in zip(study.axes, found, strict=True)]

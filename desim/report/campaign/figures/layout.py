@@ -58,7 +58,7 @@ def span(values: np.ndarray, log: bool) -> tuple[float, float]:
 
 
 def limit(axes: Axes, farthest: tuple[float, float]) -> None:
-    """Cut the axis of what has been drawn, in all panels that share it."""
+    """Cut the vertical axis, in all panels that share it, to the range ``farthest``."""
     low, high = axes.get_ylim()
     axes.set_ylim(max(low, farthest[0]), min(high, farthest[1]))
 

@@ -109,7 +109,7 @@ class _Painter:
         layout.along(axes, axis)
 
     def keys(self, with_knee: bool) -> list[Line2D]:
-        """The entries of the legend besides the lines."""
+        """The entries of the legend other than the lines."""
         out = []
         if len(self._successes) > 1:
             for count in sorted({max(min(self._successes), 1), self._most}):

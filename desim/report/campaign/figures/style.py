@@ -41,7 +41,7 @@ def colour(style: int) -> str:
 
 
 def marker(style: int) -> str:
-    """The symbol of a line: another one in the next round of colours."""
+    """The symbol of a line. When the colours repeat, the symbol changes."""
     return MARKERS[(style + style // len(PALETTE)) % len(MARKERS)]
 
 
@@ -55,8 +55,8 @@ def drawing() -> Iterator[None]:
 
 
 def save(figure: Figure, folder: Path, name: str, title: str) -> str:
-    """Write ``name``.png, .svg and .pdf, the same bytes from the same figure; returns it for the
-    page, where screen readers say its ``title``."""
+    """Write ``name``.png, .svg and .pdf, always the same bytes for the same figure. Returns the
+    figure for the page; screen readers read out its ``title``."""
     if engine := figure.get_layout_engine():
         engine.execute(figure)
     figure.set_layout_engine("none")  # laid out once, not once a format

@@ -34,8 +34,8 @@ class Band(NamedTuple):
 
 
 def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
-    """A panel for each line of the metrics' figures, in it some of its vectors; None where no run's
-    folder is there any more."""
+    """A figure with a panel for each line of the metrics' figures, and in it some of its vectors.
+    None if no run's folder is left."""
     parts = [(", ".join(filter(None, [panel.title, line.label])), _some(line.vectors))
              for panel in panels for line in panel.lines][:_MOST_PANELS]
     folders = {entry.name: entry for entry in sorted(study.folder.glob("runs/*/*"))}
@@ -73,7 +73,7 @@ def _some(vectors: list[VectorRuns]) -> list[VectorRuns]:
 
 def _read(study: Study, vector: VectorRuns, folders: dict[str, Path],
           ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Times [s] and explored shares [%] of its finished runs."""
+    """Times [s] and explored shares [%] of a vector's finished runs."""
     ids = study.text("run_id")
     for row in vector.rows[~study.failed[vector.rows]][:_MOST_RUNS]:
         try:

@@ -25,8 +25,8 @@ _QUOTIENT = re.compile(r"\s*\w+\s*/\s*(\w+|\([^()]*\))\s*")
 def of(study: Study, metric: str) -> Bounds:
     """The least and the greatest value of a metric. Times and counts are not negative, and a time
     is not above its limit (see ``Estimates``). An expression of the design is not negative if it
-    only adds, multiplies and divides what is not; a quotient that no run has above 1 is a share.
-    ``ANY`` where nothing is known."""
+    only adds, multiplies and divides values that are not negative; a quotient that is at most 1 in
+    all runs is a share. ``ANY`` if nothing is known."""
     formula = study.design.metrics.get(metric)
     if formula is None:
         return _of_run(metric)

@@ -21,9 +21,9 @@ _ALL_PAIRS = 6  # up to so many levels each is compared with each, else with the
 
 
 class Contrast(NamedTuple):
-    """``first`` compared with ``second``, two levels of ``axis``, all else ``where``. ``p`` is that
-    of the t test after Holm's correction over the comparisons of the metric; None where nothing
-    could be tested, or where the seeds are too few (``FEWEST_SEEDS``)."""
+    """``first`` compared with ``second``, two levels of ``axis``, with all other parameters at
+    ``where``. ``p`` is that of the t test after Holm's correction over the comparisons of the
+    metric; None if nothing could be tested, or if there are too few seeds (``FEWEST_SEEDS``)."""
 
     axis: str
     where: str
@@ -92,6 +92,6 @@ def _along(study: Study, axis: Axis) -> Iterator[tuple[Axis, VectorRuns, VectorR
 
 
 def strongest(found: list[Contrast]) -> list[Contrast]:
-    """Those that are significant at 5 % after the correction, the largest effect first."""
+    """The contrasts that are significant at 5 % after the correction, the largest effect first."""
     clear = [one for one in found if one.p is not None and one.p < 0.05]
     return sorted(clear, key=lambda one: -abs(one.paired.cohen_dz or np.inf))

@@ -20,7 +20,7 @@ _FEWEST_RESAMPLES = 999
 
 
 class Times(NamedTuple):
-    """More estimates of a time: the paper's mean of the successes, the median, and the number of
+    """Further estimates of a time: the paper's mean of the successes, the median, and the number of
     ``late`` runs, which had not reached the aim at the ``limit`` and count with it."""
 
     successes: Interval
@@ -71,8 +71,8 @@ class Means(NamedTuple):
 
 
 class Estimates:
-    """The estimates of all vectors of a study. ``resamples`` of a bootstrap; 0 where a campaign is
-    too large for it, and t stands in."""
+    """The estimates of all vectors of a study. ``resamples``: of a bootstrap; 0 if a campaign is
+    too large for it, so that t intervals are used instead."""
 
     def __init__(self, study: Study) -> None:
         self._study = study
@@ -86,7 +86,7 @@ class Estimates:
         self.resamples = fits if fits >= _FEWEST_RESAMPLES else 0
 
     def of(self, metric: str, vector: VectorRuns) -> Estimate:
-        """The estimate, which is computed once."""
+        """The estimate of a metric in a vector, computed once."""
         key = metric, vector.number
         if key not in self._known:
             self._known[key] = self._made(metric, vector)
@@ -195,6 +195,6 @@ class Estimates:
                         *counts, times)
 
     def _ends(self, metric: str) -> np.ndarray:
-        """The instant [runs], or the one at which the run was stopped before it."""
+        """The instant [runs], or the end of the run if that is earlier."""
         instants = self._study.column(metric)
         return np.where(np.isnan(instants), self._study.column("simulated_s"), instants)

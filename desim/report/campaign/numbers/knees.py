@@ -23,7 +23,7 @@ _MOST_CELLS = 60_000_000  # resamples times points of all lines: some seconds
 
 class Bend(NamedTuple):
     """The ``knees`` of one ``line``, which is named ``place``: at most two. Without a knee,
-    ``reason`` says whether a straight line does as well, or why no knee could be sought."""
+    ``reason`` says whether a straight line fits as well, or why no knee could be sought."""
 
     line: PlotLine
     place: str
@@ -32,7 +32,7 @@ class Bend(NamedTuple):
 
     @property
     def was_sought(self) -> bool:
-        """Whether there were enough loads to seek one."""
+        """Whether there were enough loads to seek a knee."""
         return self.reason in ("", _STRAIGHT)
 
 
@@ -71,8 +71,8 @@ class Knees:
 
 
 def _whole(loads: np.ndarray, iterations: np.ndarray) -> np.ndarray:
-    """A mask [n]: iterations with a value at each load. Only of these is it known what a seed adds
-    to all values."""
+    """A mask [n] of iterations with a value at each load. Only these show the effect of a seed on
+    all values."""
     which, counts = np.unique(iterations, return_counts=True)
     return np.isin(iterations, which[counts == len(np.unique(loads))])
 

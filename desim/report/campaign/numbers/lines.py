@@ -24,8 +24,8 @@ class PlotLine(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """A panel of a figure: ``title`` has the levels of the parameters that are neither along the
-    axis nor tell lines apart."""
+    """A panel of a figure. ``title``: the levels of the parameters that are neither along the axis
+    nor distinguish lines."""
 
     title: str
     lines: list[PlotLine]
@@ -60,8 +60,8 @@ T = TypeVar("T")
 
 
 def chosen(found: list[Panel]) -> list[Panel]:
-    """The part of them that a figure holds: the first panels, of each some lines, of each line some
-    points, evenly chosen."""
+    """The part of the panels that a figure shows: the first panels, of each some lines, of each
+    line some points, evenly spread."""
     some = found[:MOST_PANELS]
     longest = max(len(line.vectors) for panel in some for line in panel.lines)
     most_lines = _MOST_VECTORS // (len(some) * min(longest, _MOST_POINTS))

@@ -26,8 +26,8 @@ _LOG_FROM = 10.0  # largest over smallest value of an axis
 
 
 class Axis(NamedTuple):
-    """A parameter's levels: ascending, with their ``numbers`` in ``unit``; without numbers in the
-    design's order."""
+    """A parameter's levels: ascending, with their ``numbers`` in ``unit``; if they have no numbers,
+    in the design's order."""
 
     name: str
     labels: tuple[str, ...]
@@ -99,7 +99,7 @@ class Study:
         return pc.cast(column, pa.float64()).to_numpy().copy()  # Arrow's own is read-only
 
     def _metric(self, name: str) -> np.ndarray:
-        """A metric [runs]. A reason of drops that a run does not list has happened 0 times."""
+        """A metric [runs]. Reasons of drops that a run does not list count 0."""
         column = self.numbers(name)
         if name.startswith(_COUNTED):
             column[np.isnan(column) & ~self.failed] = 0.0
@@ -129,21 +129,21 @@ class Study:
 
     @cached_property
     def censored(self) -> np.ndarray:
-        """A mask [runs]: ended without having explored enough."""
+        """A mask [runs]: runs that ended without having explored enough."""
         if "censored" not in self.metrics:
             return np.zeros(len(self.failed), bool)
         return self.column("censored") == 1.0
 
     @cached_property
     def timed_out(self) -> np.ndarray:
-        """A mask [runs]: stopped by their time limit. Without recorded reasons all may be."""
+        """A mask [runs]: runs stopped by their time limit. Without recorded reasons all may be."""
         if "stop_reason" not in self._table.column_names:
             return np.ones(len(self.failed), bool)
         return self.text("stop_reason") == "elapsed"
 
     @property
     def reached(self) -> np.ndarray:
-        """A mask [runs]: successes, as the paper counts them."""
+        """A mask [runs]: the successes, as the paper counts them."""
         return ~self.failed & ~self.censored
 
     @property
@@ -168,7 +168,7 @@ class Study:
 
     @property
     def by(self) -> Axis | None:
-        """The parameter that tells lines apart."""
+        """The parameter that distinguishes lines."""
         named, against = self.design.report.by, self.against
         if named is not None:
             return self.axes[named]
@@ -186,7 +186,7 @@ class Study:
 
     @property
     def others(self) -> list[Axis]:
-        """Parameters that are neither along the axis nor tell lines apart."""
+        """The parameters that are neither along the axis nor distinguish lines."""
         return [axis for axis in self.axes.values()
                 if axis is not self.against and axis is not self.by and len(axis.labels) > 1]
 

@@ -123,7 +123,8 @@ def _begin(study: Study, vector: VectorRuns) -> list[Cell | Shown]:
 
 
 def _exact_head(study: Study) -> list[str]:
-    """The head for programs: besides the levels' names, the numbers that they are."""
+    """The head for programs: that of the table, and a column of numbers for each axis with a unit.
+    """
     return [*_head(study), *(axis.title for axis in _with_units(study))]
 
 

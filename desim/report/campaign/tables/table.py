@@ -112,7 +112,7 @@ def _is_text(table: ReportTable, column: int) -> bool:
 
 
 def _is_long(cell: Cell | Shown) -> bool:
-    """Whether it needs several lines."""
+    """Whether the text needs several lines."""
     text = text_of(cell)
     return "\n" in text or len(text) > _LONG
 
