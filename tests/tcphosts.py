@@ -6,7 +6,7 @@ from graphs import Net, silent
 
 from desim.middleware.tcp import Tcp, TcpParams
 from desim.ports import PASS, Drop
-from netmodels.link import AccessLink
+from netmodels.access_link import AccessLink
 from netmodels.rules.partition import Partition
 
 

@@ -3,7 +3,7 @@
 from graphs import Net, S
 
 from desim.middleware.zenoh.zenoh import Zenoh
-from netmodels.link import AccessLink
+from netmodels.access_link import AccessLink
 from netmodels.rules.partition import Partition
 
 # A lease of 10 s; nodes declare at once.

@@ -19,9 +19,9 @@ from desim.engine.trace import Trace, bits
 from desim.middleware.graph import Graph
 from desim.monitor.belief_metrics import BeliefMetrics, Sample
 from desim.monitor.coverage import EXPLORED, Coverage, Ground, Reached, map_age_s
-from desim.monitor.links import Links
 from desim.monitor.overlap import Overlap
 from desim.monitor.partitions import Partitions
+from desim.monitor.reachability import SampledReachability
 from desim.monitor.traffic import Families, totals
 from desim.robot.robot_map import RobotMap
 from desim.scenario.expression import condition
@@ -74,7 +74,7 @@ class Monitor:
         self.belief_metrics = BeliefMetrics(graph, [host for host in self.hosts
                                            if host.name in self.maps], self._links)
         # Where nobody has to find anything out, nobody will ask.
-        self.links = None if graph.context.beliefs is None else Links(graph)
+        self.links = None if graph.context.beliefs is None else SampledReachability(graph)
         self.collisions = 0
         self.collisions_of = [0] * len(robots)
         self.recoveries_of = [0] * len(robots)

@@ -9,9 +9,9 @@ from pydantic import Field
 from desim import ports
 from desim.ports.cases import NOWHERE, Setup
 from desim.units import BitRate, ByteSize, Duration, Period
+from netmodels.access_link import AccessLink
 from netmodels.cases.packets import MOST_UDP_BYTES, PPP_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import flows, measured_span
-from netmodels.link import AccessLink
 
 _PERIODIC = 20_000  # packets: loss within 0.001 of ns-3, delay within 1 % (validation)
 _POISSON, _MOST = 75_000, 1_000_000

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from desim.middleware.dds.dds import Dds
 from desim.network.medium import Medium
 from desim.ports import Drop
+from netmodels.access_link import AccessLink
 from netmodels.ideal import Ideal
-from netmodels.link import AccessLink
 from netmodels.rules.duplication import Duplication
 from netmodels.rules.loss import Loss
 from netmodels.rules.reordering import Reordering

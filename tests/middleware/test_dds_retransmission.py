@@ -9,7 +9,7 @@ from desim.commands.views.rows import story
 from desim.middleware.dds import wire
 from desim.middleware.direct import Direct
 from desim.ports import Drop
-from netmodels.link import AccessLink
+from netmodels.access_link import AccessLink
 
 
 class Unheard:

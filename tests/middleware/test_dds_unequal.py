@@ -7,7 +7,7 @@ from graphs import MS, Net, S, listener, silent, talker
 from desim.middleware.dds.dds import Dds
 from desim.middleware.dds.endpoints import Endpoints
 from desim.ports import Drop
-from netmodels.link import AccessLink
+from netmodels.access_link import AccessLink
 from netmodels.rules.partition import Partition
 
 PRESETS = ("fastdds", "cyclonedds")

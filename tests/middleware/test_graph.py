@@ -13,9 +13,9 @@ from desim.middleware.counts import EDGES_NS, LatencyHistogram
 from desim.middleware.direct import Direct
 from desim.middleware.node import Node
 from desim.ports import natural_key
+from netmodels.access_link import AccessLink
 from netmodels.disk import Disk
 from netmodels.ideal import Ideal
-from netmodels.link import AccessLink
 from netmodels.rules.loss import Loss
 from netmodels.switch import Switch
 

@@ -20,7 +20,7 @@ from test_kit import Final, Sulking, Twice
 
 from desim.ports import PASS, Drop
 from desim.testing import Fleet
-from netmodels.link import AccessLink
+from netmodels.access_link import AccessLink
 
 S = 10**9
 MOST_EVENTS = 5000  # in a simulated second, all talk included

@@ -12,8 +12,8 @@ from tcpwalk import DEEDS, Walk
 from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.implied import ImpliedReceiver
 from desim.ports import Deliver
+from netmodels.access_link import AccessLink
 from netmodels.ideal import Ideal
-from netmodels.link import AccessLink
 from netmodels.switch import Switch
 
 IMPLIED = {"acks": "implied"}

@@ -11,11 +11,11 @@ from desim.monitor.utilisation import utilisation
 from desim.netcases.case import play
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import Bench
+from netmodels.access_link import AccessLink
 from netmodels.bus import Bus
 from netmodels.cases.bottleneck import Bottleneck
 from netmodels.cases.saturation import Saturation
 from netmodels.disk import Disk
-from netmodels.link import AccessLink
 from netmodels.multihop import Multihop
 from netmodels.radio import Radio
 from netmodels.radio.standards import ACK_BYTES, G, psdu_bytes

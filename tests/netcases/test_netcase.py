@@ -8,6 +8,7 @@ from desim.netcases.case import play
 from desim.ports import Params
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import check_case
+from netmodels.access_link import AccessLink
 from netmodels.cases.bottleneck import Bottleneck
 from netmodels.cases.broadcast import HeartbeatBroadcast, sunflower
 from netmodels.cases.bus import SharedBus
@@ -15,7 +16,6 @@ from netmodels.cases.hidden import Hidden
 from netmodels.cases.saturation import Saturation
 from netmodels.cases.two_pairs import TwoPairs
 from netmodels.ideal import Ideal
-from netmodels.link import AccessLink
 from netmodels.radio import Radio
 
 MS, S = 10**6, 10**9

@@ -13,8 +13,8 @@ from desim.engine.trace import Names
 from desim.errors import ModelError
 from desim.network.medium import Medium
 from desim.testing import Bench, Instant
+from netmodels.access_link import AccessLink
 from netmodels.disk import Disk
-from netmodels.link import AccessLink
 from netmodels.rules.bandwidth import Bandwidth
 from netmodels.rules.latency import Latency
 from netmodels.rules.loss import Loss

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from desim.testing import Bench
 from desim.units import airtime_ns
+from netmodels.access_link import AccessLink
 from netmodels.bus import Bus
 from netmodels.disk import Disk
 from netmodels.ideal import Ideal
-from netmodels.link import AccessLink
 
 MS = 10**6
 

@@ -11,10 +11,10 @@ from desim.netcases.case import play
 from desim.scenario.complaints import validated
 from desim.testing import Bench, check_case, check_network
 from desim.units import airtime_ns
+from netmodels.access_link import AccessLink
 from netmodels.cases import chain
 from netmodels.cases.chain import RelayChain
 from netmodels.ideal_mac import IdealMac
-from netmodels.link import AccessLink
 from netmodels.multihop import Multihop
 from netmodels.multihop.routes import LinkQuality, Routes
 from netmodels.radio import Radio

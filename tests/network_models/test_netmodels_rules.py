@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from desim import plugins
 from desim.ports import PASS, Drop, Frame
 from desim.testing import Bench, Instant
-from netmodels.link import AccessLink
+from netmodels.access_link import AccessLink
 
 MS = 10**6
 S = 10**9

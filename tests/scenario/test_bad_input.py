@@ -234,8 +234,9 @@ WRONG = {
     "dotted path to something else": ("network: {media: {lan: {model: 'fractions:Fraction'}}}", [
         "2:32: network.media.lan.model: the network 'fractions:Fraction' has no start(), send(): "
         f"{WANTED}NetworkModel"]),
-    "plug-in of another kind": ("coordination: {strategy: 'netmodels.link:AccessLink'}", [
-        "2:26: coordination.strategy: the strategy 'netmodels.link:AccessLink' has no choose(): "
+    "plug-in of another kind": ("coordination: {strategy: 'netmodels.access_link:AccessLink'}", [
+        "2:26: coordination.strategy: the strategy 'netmodels.access_link:AccessLink' has no "
+        "choose(): "
         f"{WANTED}Strategy"]),
     "contract in place of a world": ("physics: {model: 'desim.ports:World'}", [
         "2:18: physics.model: the world 'desim.ports:World' has no build(), advance(), body(), "

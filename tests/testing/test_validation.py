@@ -10,7 +10,7 @@ import pytest
 from desim import ports
 from desim.netcases.case import play
 from desim.ports.cases import Check
-from netmodels import aloha, bus, link
+from netmodels import access_link, aloha, bus
 from netmodels.cases import chain
 from netmodels.radio import Thresholds, delivery, errors, path_loss
 from netmodels.radio.budget import RadioLinks
@@ -50,7 +50,7 @@ class Spreading(path_loss.LogDistance):
 
 def slower_rates(monkeypatch):
     """Links 5 % slower than they say."""
-    monkeypatch.setattr(link, "airtime_ns", lambda size_bytes, rate_bps: (
+    monkeypatch.setattr(access_link, "airtime_ns", lambda size_bytes, rate_bps: (
         size_bytes * 8 * 10**9 * 21 // (20 * rate_bps)))
 
 

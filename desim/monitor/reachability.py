@@ -12,7 +12,7 @@ from desim.units import NS_PER_S
 Pair = tuple[str, str]  # from, to
 
 
-class Links:
+class SampledReachability:
     """Samples ``Graph.linked`` of all hosts, be they up or not, and keeps the changes."""
 
     def __init__(self, graph: Graph) -> None:
