@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from desim.world.kernels import thinning
 
-# A skeleton leaves the line of a straight wall by at most so many cells.
+# Most cells by which a skeleton leaves the line of a straight wall.
 BEND = 1.0
 
 # A branch is a wall if it sticks out of the junction's disc by so many cells more than the corner

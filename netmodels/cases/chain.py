@@ -142,7 +142,7 @@ class RelayChain:
 
 
 def _check_reach(radio: Radio.Params, spacing_m: float, size_bytes: int) -> None:
-    """Raises ``InputError`` for a rate that no hop of so many m can be used at."""
+    """Refuse a rate that no hop of ``spacing_m`` can be used at. Raises ``InputError``."""
     rate, _ = chosen_rates(_STANDARD, radio.rate_bps, None)
     power_dbm = radio.power_dbm - radio.loss().loss_db(spacing_m)
     share = float(delivery(power_dbm, STANDARDS[_STANDARD], rate, psdu_bytes(size_bytes, 1),

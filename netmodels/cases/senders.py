@@ -32,7 +32,7 @@ class MeasuredSpan(NamedTuple):
 
 def measured_span(packet_ns: float, load: float, queue: int, queues: int, senders: int,
           packets: int, measured_ns: int | None) -> MeasuredSpan:
-    """The warm-up until so many ``queues`` of ``queue`` packets each are in a steady state and have
+    """The warm-up until ``queues`` queues of ``queue`` packets each are in a steady state and have
     sent what they began with; then the time of ``packets``, or ``measured_ns``."""
     each_ns, waiting = packet_ns / min(load, 1), queue * queues if load > 1 else 0
     warm_up_ns = round((_SETTLING + waiting) * each_ns)

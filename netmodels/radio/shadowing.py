@@ -26,7 +26,7 @@ from desim.units import Decibels, Length
 _WAVES = 128
 _CHUNK = 128  # links at a time, whose cosines and sines (262 kB an end) stay in a cache
 _POINTS = 4096  # places at a time, of many: at most 17 MB
-_FAR_M = 1e6  # hosts without a place are so far from all others, and from each other
+_FAR_M = 1e6  # distance of hosts without a place from all others, and from each other
 LIMIT = 3  # sigmas; so that there is a distance beyond which no signal is heard
 
 

@@ -99,8 +99,8 @@ def _itself(ratio: float, size_bytes: int) -> float:
 
 
 def _by_errors(params: Replay.Params) -> Callable[[float, int], float]:
-    """The chance of a packet of so many bytes by its RSSI in dBm. Raises ``InputError`` for a rate
-    that the standard has not."""
+    """The chance that a packet arrives, by its RSSI in dBm and its size in bytes. Raises
+    ``InputError`` for a rate that the standard does not have."""
     standard, reception = STANDARDS[params.standard], params.reception.for_stations()
     rate, _ = chosen_rates(params.standard, params.rate_bps, None)
     return lru_cache(1 << 16)(lambda rssi_dbm, size_bytes: float(

@@ -67,7 +67,7 @@ class Delays:
 
 
 def _played(play: Play, rule: ports.Rule, frames: int, every_ns: int) -> Mapping[str, float]:
-    """The measures of so many frames on one link."""
+    """The measures of ``frames`` frames on one link."""
     flow = Flow("a", ("b",), 1000, 1000, "zero", every_ns)
     return play(Setup(Ideal(Ideal.Params()), {"a": NOWHERE, "b": NOWHERE}, [flow],
                       frames * every_ns, rules=[rule]))

@@ -79,7 +79,7 @@ class PacketErrors:
 
 
 def _through(crossed: int) -> float:
-    """dB on a way of 23 m through so many of four walls, 5 m from each other."""
+    """Loss in dB on a way of 23 m through ``crossed`` of four walls, 5 m from each other."""
     way_m = np.array([[5.0 * crossed + 1.0 - 23.0, 0.0, 5.0 * crossed + 1.0, 0.0]])
     walls = Walls(crossing={"plasterboard": "5 dB"})
     return float(walls.loss_db(_across(np.arange(5.0, 25.0, 5.0)), way_m)[0])

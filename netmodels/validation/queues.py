@@ -78,5 +78,5 @@ def _bottleneck(**params: object) -> Setup:
 
 
 def _lasting(packets: int, load: float) -> str:
-    """The time in which so many packets come."""
+    """The time in which ``packets`` packets arrive."""
     return f"{packets * SERVICE_MS / load:.0f} ms"
