@@ -37,7 +37,15 @@ from desim.ports.networks import (
     Separates,
     Signal,
 )
-from desim.ports.parameters import BesideScenario, File, Params, natural_key, yaml_key
+from desim.ports.parameters import (
+    BesideScenario,
+    File,
+    Params,
+    Preset,
+    natural_key,
+    with_preset,
+    yaml_key,
+)
 from desim.ports.strategies import ExplorationView, Frontier, Peer, Strategy
 from desim.ports.worlds import GridSpec, RandomStreams, Snapshot, World
 
@@ -45,8 +53,8 @@ __all__ = [
     "FULL_PACKET_BYTES", "PASS", "BesideScenario", "Context", "CountsAttempts", "CountsBusyTime",
     "CountsControl", "Deliver", "Drop", "Duplicate", "ExplorationView", "File", "FollowsHosts",
     "Frame", "Frontier", "GridSpec", "Handle", "JudgesTransmissions", "KnowsLinks", "LimitsReach",
-    "NetworkModel", "Obstacles", "Params", "Pass", "Peer", "PredictsSignal", "RandomStreams",
-    "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "Separates", "Signal",
-    "Snapshot", "Strategy", "Verdict", "World", "function_rule", "natural_key", "packet_sizes",
-    "rule_of", "yaml_key",
+    "NetworkModel", "Obstacles", "Params", "Pass", "Peer", "PredictsSignal", "Preset",
+    "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "Separates",
+    "Signal", "Snapshot", "Strategy", "Verdict", "World", "function_rule", "natural_key",
+    "packet_sizes", "rule_of", "with_preset", "yaml_key",
 ]

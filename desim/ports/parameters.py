@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict
 
@@ -25,6 +26,17 @@ class Params(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True,
                               alias_generator=yaml_key, protected_namespaces=())
+
+
+Preset: TypeAlias = Mapping[str, object]  # parameters as a scenario gives them
+
+
+def with_preset(given: object, key: str, default: str, presets: Mapping[str, Preset]) -> object:
+    """The parameters ``given``, with those of the preset that they name under ``key`` where they
+    have none. Unknown names are left for the validator to report."""
+    if not isinstance(given, dict):
+        return given
+    return {**presets.get(str(given.get(key, default)), {}), **given}
 
 
 class BesideScenario:

@@ -28,28 +28,30 @@ the defaults in these rules, which were found by comparing small layouts and rea
 
 from __future__ import annotations
 
+from desim import ports
+
+_RECEPTION: dict[str, object] = {
+    "noise_figure": "7 dB", "heard": "-101 dBm", "energy": "-82 dBm", "preamble": "-82 dBm",
+    "preamble_above": "4 dB", "unaware": True, "eifs": "frame", "gives_up": True}
 PRESETS: dict[str, dict[str, object]] = {
     "ns3_3_44": {
         "power": "16.0206 dBm",
         "path_loss": {"model": "log_distance", "exponent": 3, "reference": "46.6777 dB"},
-        "reception": {"noise_figure": "7 dB", "heard": "-101 dBm", "energy": "-82 dBm",
-                      "preamble": "-82 dBm", "preamble_above": "4 dB", "unaware": True,
-                      "eifs": "frame", "gives_up": True},
+        "reception": _RECEPTION,
         "queue": 500, "retries": 7, "window_failures": 8, "difs_first": True,
     },
 }
+_INSIDE: dict[str, dict[str, object]] = {  # completed key by key
+    "reception": _RECEPTION, "rate_control": {"model": "arf_ns3"}}
 
 
 def filled(given: object) -> object:
-    """Parameters with the values of their preset, inside ``reception`` key by key, where ``given``
-    has none."""
+    """Parameters with the values of their preset, inside ``reception`` and ``rate_control`` key by
+    key, where ``given`` has none."""
     if not isinstance(given, dict) or str(given.get("preset")) not in PRESETS:
         return given
-    preset = PRESETS[given["preset"]]
-    reception, own = preset["reception"], given.get("reception", {})
-    if isinstance(reception, dict) and isinstance(own, dict):
-        given = {**given, "reception": reception | own}
-    if isinstance(given.get("rate_control"), dict):
-        given = {**given, "rate_control": {"model": "arf_ns3"} | given["rate_control"]}
-    lowest = "6 Mb/s" if given.get("standard") == "11a" else "1 Mb/s"
-    return {"broadcast_rate": lowest, **preset, **given}
+    own = {key: _INSIDE[key] | value if key in _INSIDE and isinstance(value, dict) else value
+           for key, value in given.items()}
+    lowest = {"broadcast_rate": "6 Mb/s" if given.get("standard") == "11a" else "1 Mb/s"}
+    return ports.with_preset(own, "preset", "", {name: lowest | preset
+                                                 for name, preset in PRESETS.items()})

@@ -5,10 +5,9 @@ from graphs import S, listener, silent, talker
 from rosnets import GIVEN_UP_S, SYNS_S, apart, beliefs, control, seen, stop
 from rosnets import one_master as net
 
-from desim.middleware.ros.idle_threads import IdleThreads
-from desim.middleware.ros.master import Master, MasterRegistry, MasterThreads, Uri
+from desim.middleware.ros.master import IdleThreads, Master, MasterRegistry, MasterThreads, Uri
 from desim.middleware.ros.sizes import CALLS
-from desim.middleware.ros.xmlrpc_thread import XmlrpcThread
+from desim.middleware.ros.xmlrpc import XmlrpcThread
 from netmodels.rules.outage import Outage
 
 # ------------------------------------------------------------------------------------ cold start

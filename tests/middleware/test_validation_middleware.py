@@ -2,6 +2,7 @@
 with one constant of the protocol changed the same rows fail."""
 
 from collections.abc import Callable
+from functools import partial
 from itertools import islice
 from typing import NamedTuple
 
@@ -12,8 +13,8 @@ from desim.middleware.dds.heartbeat_piggyback import WhenFull
 from desim.middleware.dds.participant import Participant
 from desim.middleware.dds.reliable import ReliableLink
 from desim.middleware.multimaster.sync import Sync
-from desim.middleware.ros import processes
-from desim.middleware.ros.xmlrpc_thread import XmlrpcThread
+from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.ros.xmlrpc import XmlrpcThread
 from desim.middleware.zenoh import link, router
 from desim.middleware.zenoh import zenoh as zenoh_model
 from desim.middleware.zenoh.link_queue import LinkQueue
@@ -39,8 +40,7 @@ def no_rounds(monkeypatch):
 
 def no_questions(monkeypatch):
     """Subscriptions are registered at once."""
-    schedules = processes.schedules
-    monkeypatch.setattr(processes, "schedules", lambda params: schedules(params)._replace(asks=0))
+    monkeypatch.setattr(Ros1, "Params", partial(Ros1.Params, parameters=0))
 
 
 def longer_keep_alives(monkeypatch):

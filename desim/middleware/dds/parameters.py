@@ -8,11 +8,10 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.middleware.dds import wire
-from desim.middleware.presets import Preset, filled
 from desim.units import DURATION, NS_PER_S, ByteSize, Duration, Pace
 
 # What Cyclone DDS has different (src/core/ddsi/defconfig.c, docs/manual/options.md).
-CYCLONEDDS: Preset = {
+CYCLONEDDS: ports.Preset = {
     "lease": "10 s", "initial_announcements": 1, "first_times": 2,
     "announcement_period": None, "announces_when_found": False, "responses": 4,
     "liveliness_period": None, "initial_heartbeat": "5 ms", "greets_all": True,
@@ -165,7 +164,7 @@ class DdsParams(ports.Params):
     @model_validator(mode="before")
     @classmethod
     def _filled(cls, given: object) -> object:
-        return filled(given, "preset", "fastdds", dict.fromkeys(CYCLONE, CYCLONEDDS))
+        return ports.with_preset(given, "preset", "fastdds", dict.fromkeys(CYCLONE, CYCLONEDDS))
 
     @model_validator(mode="after")
     def _sound(self) -> DdsParams:

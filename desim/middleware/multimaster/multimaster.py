@@ -7,16 +7,15 @@ from desim.errors import InputError, did_you_mean
 from desim.middleware.multimaster.discovery import Beat, Discovery
 from desim.middleware.multimaster.parameters import MultimasterParams
 from desim.middleware.multimaster.sync import Sync, multicall
-from desim.middleware.ros.processes import Processes
+from desim.middleware.ros.processes import Processes, RosMiddleware
 from desim.middleware.ros.xmlrpc import XmlRpcCall
-from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
+from desim.ports.middleware import MiddlewareContext
 
 
-class Multimaster:
+class Multimaster(RosMiddleware):
     """Nodes register with the master of their host; the registrations of other masters are copied
     there."""
 
-    informed = "subscriber"
     Params = MultimasterParams
 
     def __init__(self, params: MultimasterParams) -> None:
@@ -37,24 +36,12 @@ class Multimaster:
         if not up and host in self.discoveries:
             self.discoveries.pop(host).stop()
             self._syncs.pop(host).stop()
-        self.processes.switched(host, up)
+        super().switched(host, up)
         if up:
             sync = self._syncs[host] = Sync(self.processes, self._params, host)
             sync.discovery = self.discoveries[host] = Discovery(
                 self.processes, self._params, host, sync.notify, self._receive)
             self.processes.rpc.serve(host, "monitor", self._serve)
-
-    def advertise(self, offer: Offer) -> None:
-        self.processes.advertise(offer)
-
-    def subscribe(self, subscriber: Endpoint) -> None:
-        self.processes.subscribe(subscriber)
-
-    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
-        return self.processes.subscribers(publisher)
-
-    def transport(self, offer: Offer) -> Transport:
-        return self.processes.transport(offer)
 
     def _receive(self, beat: Beat, host: int) -> None:
         self.discoveries[host].receive(beat)

@@ -7,11 +7,11 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
-from desim.middleware.presets import Preset, filled
+from desim import ports
 from desim.middleware.ros.parameters import RosParams
 from desim.units import NS_PER_S, Duration, Frequency, Pace, Period
 
-PRESETS: dict[str, Preset] = {"fkie_1_3": {
+PRESETS: dict[str, ports.Preset] = {"fkie_1_3": {
     "heartbeat": "0.02 Hz", "timeout_factor": 10, "active_request_after": "60 s"}}
 MIN_HZ = Fraction(3, 10)  # slower heartbeats do not tell who is there (MIN_HZ_FOR_QUALITY)
 
@@ -80,7 +80,7 @@ class MultimasterParams(RosParams):
     @model_validator(mode="before")
     @classmethod
     def _filled(cls, given: object) -> object:
-        return filled(given, "preset", "fkie_1_3_groovy", PRESETS)
+        return ports.with_preset(given, "preset", "fkie_1_3_groovy", PRESETS)
 
     @model_validator(mode="after")
     def _is_visible(self) -> MultimasterParams:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from desim.middleware.ros.links import RosLink
 from desim.middleware.ros.master import Uri
 from desim.middleware.ros.sizes import CALLS, REQUEST_TOPIC
-from desim.middleware.ros.xmlrpc import XmlRpcCall
-from desim.middleware.ros.xmlrpc_thread import XmlrpcThread
+from desim.middleware.ros.xmlrpc import XmlRpcCall, XmlrpcThread
 from desim.ports.middleware import Endpoint, HostState, TransportKind
 
 if TYPE_CHECKING:
@@ -56,10 +55,10 @@ class Process:
         self._held: list[XmlRpcCall] = []  # updates
         self._met = False  # the master, at least once
         self._ended = False  # rospy, because it did not
-        schedules, context = processes.schedules, processes.context
-        started_ns = schedules.poll_ns and int(context.stream(
-            "ros", context.hosts[self.host], uri.life).integers(schedules.start_ns + 1))
-        self.xmlrpc_thread = XmlrpcThread(schedules.poll_ns, context.now_ns - started_ns)
+        params, context = processes.params, processes.context
+        started_ns = params.poll_ns and int(context.stream(
+            "ros", context.hosts[self.host], uri.life).integers(params.start_ns + 1))
+        self.xmlrpc_thread = XmlrpcThread(params.poll_ns, context.now_ns - started_ns)
         self._links_up: dict[int, int] = {}  # links that are up, by publishing host
         processes.rpc.serve(self.host, uri.slave, self._serve)
         processes.tcp.listen(self.host, uri.tcpros, _nothing)
@@ -105,8 +104,7 @@ class Process:
         if self._ended or (method, topic) in self._wanted:
             return
         self._wanted[method, topic] = None
-        schedules = self.all.schedules
-        asks = schedules.asks if method == "registerSubscriber" else 0
+        asks = self.all.params.parameters if method == "registerSubscriber" else 0
         first = not self._calls
         self._calls.extend([("hasParam", topic)] * asks + [(method, topic)])
         if first:
@@ -120,13 +118,13 @@ class Process:
                           (method, topic, self.uri), self._registered)
 
     def _registered(self, ok: bool, answer: tuple[Uri, ...]) -> None:
-        context = self.all.context
-        if not ok and self.all.schedules.client == "rospy" and not self._met:
+        context, params = self.all.context, self.all.params
+        if not ok and params.client == "rospy" and not self._met:
             self._ended = True  # ROSInitException
             context.record("gave_up", self.host)
             return
         if not ok:
-            context.at(context.now_ns + self.all.schedules.master_retry_ns, self.host, self._call)
+            context.at(context.now_ns + params.master_retry_ns, self.host, self._call)
             return
         self._met = True
         method, topic = self._calls.popleft()
@@ -144,8 +142,7 @@ class Process:
         self.xmlrpc_thread.event(self.all.context.now_ns)
         method, *arguments = call.request
         if method == "requestTopic":
-            sizes = REQUEST_TOPIC[self.all.schedules.client]
-            call.reply(sizes.answer, self._requested(*arguments))
+            call.reply(REQUEST_TOPIC[self.all.params.client].answer, self._requested(*arguments))
             return
         if method == "publisherUpdate":
             if self._calls and self._calls[0][0] == "registerSubscriber":

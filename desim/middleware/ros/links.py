@@ -39,11 +39,10 @@ class RosLink:
         """requestTopic, over a connection of its own, which is called at once; the request waits
         for the end of the XML-RPC thread's round."""
         self.asked = True
-        self._timer = None
         all_ = self.process.all
         self._call = all_.rpc.call(
             self.process.host, self.uri.host, self.uri.slave, "requestTopic",
-            REQUEST_TOPIC[all_.schedules.client].call, ("requestTopic", self), self._answered,
+            REQUEST_TOPIC[all_.params.client].call, ("requestTopic", self), self._answered,
             fresh=True, held=True)
         self._at_the_end_of_the_round(self._request)
 
@@ -81,21 +80,20 @@ class RosLink:
             self._at_the_end_of_the_round(
                 self._connect if transport == TransportKind.STREAM else self._established)
             return
-        retries = self.process.all.schedules.requests
+        retries = self.process.all.params.requests
         if retries is not None and retries.covers(self._call.reason):
             self._again(retries, self.ask)
         else:
             self.asked = False
 
     def _connect(self, _: object) -> None:
-        self._timer = None
         all_ = self.process.all
-        schedules = all_.schedules
-        if schedules.connect_timeout_ns is not None:
-            self._set_timer(all_.context.now_ns + schedules.connect_timeout_ns, self._hang_up)
+        timeout_ns = all_.params.connect_timeout_ns
+        if timeout_ns is not None:
+            self._set_timer(all_.context.now_ns + timeout_ns, self._hang_up)
         self._connection = all_.tcp.connect(
             self.process.host, self.uri.host, self.uri.tcpros, "tcpros",
-            opened=self._opened, closed=self._closed, nodelay=schedules.nodelay)
+            opened=self._opened, closed=self._closed, nodelay=all_.params.tcp_nodelay)
 
     def _opened(self, connection: Connection) -> None:
         self._cancel_timer()
@@ -107,7 +105,6 @@ class RosLink:
             self._established()
 
     def _established(self, _: object = None) -> None:
-        self._timer = None
         self._period_ns = 0
         self.up = True
         self.process.count_links(self.uri.host, 1)
@@ -124,7 +121,7 @@ class RosLink:
         self._connection = None
         self._cancel_timer()
         self._down()
-        retries = self.process.all.schedules.connections
+        retries = self.process.all.params.connections
         if retries.covers(reason):
             self._again(retries, self._connect)
         else:
@@ -147,7 +144,6 @@ class RosLink:
         now_ns = self.process.all.context.now_ns
         due_ns = self.process.xmlrpc_thread.round_end_ns(now_ns)
         if due_ns <= now_ns:
-            self._timer = None
             step(None)
         else:
             self._set_timer(due_ns, lambda _: self._at_the_end_of_the_round(step))
@@ -160,4 +156,3 @@ class RosLink:
     def _cancel_timer(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-            self._timer = None

@@ -9,9 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
-
-from desim.middleware.ros.idle_threads import IdleThreads
+from typing import NamedTuple
 
 
 class Uri(NamedTuple):
@@ -89,7 +87,46 @@ class MasterCall(NamedTuple):
     publishers: tuple[Uri, ...]
 
 
-MakeCall = Callable[[MasterCall, Callable[[], object]], Any]
+MakeCall = Callable[[MasterCall, Callable[[], object]], object]
+
+
+class IdleThreads:
+    """The idle worker threads of a rosmaster. Each polls for work every ``period_ns`` since it fell
+    asleep, at the instants ``asleep_ns`` (threadpool.py, threadSleepTime). Without a period they
+    never sleep. ``at(time_ns, fn)`` calls ``fn()`` then."""
+
+    def __init__(self, period_ns: int, asleep_ns: list[int], now: Callable[[], int],
+                 at: Callable[[int, Callable[[], object]], object]) -> None:
+        self._period_ns = period_ns
+        self._asleep_ns = asleep_ns
+        self._now, self._at = now, at
+        self._booked = False
+
+    def begin(self) -> None:
+        """A thread becomes idle."""
+        self._asleep_ns.append(self._now())
+
+    def wake(self, works: Callable[[], bool]) -> None:
+        """There is work: a thread that polls calls ``works()``, again and again while that returns
+        that there was some."""
+        if not self._asleep_ns or self._booked:
+            return
+        if not self._period_ns:
+            self._take(0, works)
+            return
+        now_ns, period_ns = self._now(), self._period_ns
+        waits_ns = [(asleep_ns - now_ns) % period_ns for asleep_ns in self._asleep_ns]
+        first = waits_ns.index(min(waits_ns))
+        self._booked = True
+        self._at(now_ns + waits_ns[first], lambda: self._take(first, works))
+
+    def _take(self, thread: int, works: Callable[[], bool]) -> None:
+        self._booked = False
+        asleep_ns = self._asleep_ns.pop(thread)
+        if works():
+            self.wake(works)
+        else:
+            self._asleep_ns.insert(thread, asleep_ns)
 
 
 class MasterThreads:

@@ -7,7 +7,6 @@ from typing import Literal, NamedTuple
 from pydantic import Field, model_validator
 
 from desim import ports
-from desim.middleware.presets import Preset, filled
 from desim.middleware.tcp import TcpParams
 from desim.middleware.tcp.parameters import in_order
 from desim.units import NS_PER_S, Duration, Pace, Period
@@ -30,7 +29,7 @@ class Retries(NamedTuple):
         return self.reasons is None or reason in self.reasons
 
 
-CLIENTS: dict[str, Preset] = {"rospy": {
+CLIENTS: dict[str, ports.Preset] = {"rospy": {
     "master_retry": "200 ms", "reconnect_first": "1 s", "reconnect_most": "32 s",
     "connect_timeout": "30 s", "poll": "0 s", "parameters": 0}}
 # What rospy tries again: ENETUNREACH, ETIMEDOUT, EHOSTUNREACH and the like, but no refusal and no
@@ -75,40 +74,26 @@ class RosParams(ports.Params):
         "subscribers ask for links without Nagle's algorithm (roscpp default)"))
     tcp: TcpParams = Field(default_factory=TcpParams, description="see docs/middleware/tcp.md")
 
+    @property
+    def connections(self) -> Retries:
+        """The new tries of a connection of TCPROS."""
+        return Retries(self.reconnect_first_ns, self.reconnect_most_ns,
+                       _UNREACHED if self.client == "rospy" else None)
+
+    @property
+    def requests(self) -> Retries | None:
+        """The new tries of requestTopic; None: it is not tried again."""
+        if self.client != "rospy":
+            return None
+        return Retries(NS_PER_S, 32 * NS_PER_S, (*_UNREACHED, "reset", "fin"))
+
     @model_validator(mode="before")
     @classmethod
     def _of_client(cls, given: object) -> object:
-        return filled(given, "client", "roscpp", CLIENTS)
+        return ports.with_preset(given, "client", "roscpp", CLIENTS)
 
     @model_validator(mode="after")
     def _retries_in_order(self) -> RosParams:
         in_order("reconnect_first", self.reconnect_first_ns, "reconnect_most",
                  self.reconnect_most_ns)
         return self
-
-
-class Schedules(NamedTuple):
-    """The time schedules of a client library. ``requests``: of requestTopic (None: it is not tried
-    again). ``asks``: calls before each subscription is registered."""
-
-    client: str
-    master_retry_ns: int
-    connections: Retries
-    connect_timeout_ns: int | None
-    requests: Retries | None
-    poll_ns: int
-    start_ns: int
-    asks: int
-    nodelay: bool
-
-
-def schedules(params: RosParams) -> Schedules:
-    """The schedules that follow from ``params``."""
-    connections = Retries(params.reconnect_first_ns, params.reconnect_most_ns, None)
-    requests = None
-    if params.client == "rospy":
-        connections = connections._replace(reasons=_UNREACHED)
-        requests = Retries(NS_PER_S, 32 * NS_PER_S, (*_UNREACHED, "reset", "fin"))
-    return Schedules(params.client, params.master_retry_ns, connections,
-                     params.connect_timeout_ns, requests, params.poll_ns, params.start_ns,
-                     params.parameters, params.tcp_nodelay)

@@ -1,17 +1,16 @@
-"""All ROS 1 processes of a run, and their masters."""
+"""All ROS 1 processes of a run, their masters, and the part of a middleware that they share."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from desim.errors import InputError
 from desim.middleware.ros.client import Process
-from desim.middleware.ros.idle_threads import IdleThreads
-from desim.middleware.ros.master import Master, MasterCall, Uri
-from desim.middleware.ros.parameters import RosParams, schedules
+from desim.middleware.ros.master import IdleThreads, Master, MasterCall, Uri
+from desim.middleware.ros.parameters import RosParams
 from desim.middleware.ros.sizes import CALLS
-from desim.middleware.ros.tcpros import Tcpros
-from desim.middleware.ros.udpros import Udpros
+from desim.middleware.ros.transports import Tcpros, Udpros
 from desim.middleware.ros.xmlrpc import XmlRpc, XmlRpcCall
 from desim.middleware.tcp import Tcp
 from desim.ports.middleware import (
@@ -25,7 +24,6 @@ from desim.ports.middleware import (
 )
 
 Method = Callable[..., tuple[Uri, ...]]  # of a master: the addresses that it answers with
-
 
 _METHODS: dict[str, Method] = {"registerPublisher": Master.register_publisher,
                                "registerSubscriber": Master.register_subscriber,
@@ -43,11 +41,10 @@ class Processes:
                  more: dict[str, Method] | None = None) -> None:
         self.context = context
         self.sees = sees
-        self.schedules = schedules(params)
+        self.params = params
         self.tcp = Tcp(context, params.tcp)
         self.rpc = XmlRpc(context, self.tcp, local_ns=params.local_call_ns)
         self.masters: dict[int, Master] = {}  # by host
-        self._params = params
         self._methods = _METHODS | (more or {})
         self._master_of = master_of
         self._processes: dict[int, Process] = {}
@@ -69,8 +66,7 @@ class Processes:
         if up:
             self._lives[host] += 1
             if host in self._master_of:
-                self.masters[host] = Master(
-                    self._threads(host), lambda task, done: self._make_call(host, task, done))
+                self.masters[host] = Master(self._threads(host), partial(self._make_call, host))
                 self.rpc.serve(host, "master", self._serve)
             self.on(host)
             return
@@ -81,39 +77,16 @@ class Processes:
         self.rpc.switched(host, False)
         self.tcp.switched(host, False)
 
-    # For a middleware.
-
-    def advertise(self, offer: Offer) -> None:
-        topic = offer.publisher.topic
-        self.on(offer.publisher.host).advertise(topic)
-
-    def subscribe(self, subscriber: Endpoint) -> None:
-        if self.on(subscriber.host).subscribe(subscriber):
-            self.context.changed(subscriber.topic)
-
-    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
-        return tuple(sorted(self.on(publisher.host).subscribers(publisher.topic)))
-
-    def transport(self, offer: Offer) -> Transport:
-        if offer.via != Addressing.UNICAST:
-            raise InputError(f".via: ROS 1 has no {offer.via}; allowed: unicast")
-        host, topic = offer.publisher.host, offer.publisher.topic
-        publication = self.on(host).publication(topic, offer.transport)
-        if publication.transport == TransportKind.STREAM:
-            return Tcpros(self.context, host, publication, offer.queue)
-        datagrams = offer._replace(transport=TransportKind.DATAGRAM)
-        return Udpros(self.context.default_transport(datagrams), publication)
-
     # Masters.
 
     def _threads(self, host: int) -> IdleThreads:
         """The idle threads of a master, which poll at times of their own."""
-        context, params = self.context, self._params
+        context, params = self.context, self.params
         stream = context.stream("rosmaster", context.hosts[host], self._lives[host])
         asleep_ns = [context.now_ns + int(stream.integers(params.worker_poll_ns + 1))
                      for _ in range(params.workers)]
         return IdleThreads(params.worker_poll_ns, asleep_ns, lambda: context.now_ns,
-                    lambda time_ns, fn: context.at(time_ns, host, lambda _: fn()))
+                           lambda time_ns, fn: context.at(time_ns, host, lambda _: fn()))
 
     def _serve(self, call: XmlRpcCall) -> None:
         method, *arguments = call.request
@@ -126,3 +99,35 @@ class Processes:
         self.rpc.call(host, task.uri.host, task.uri.slave, task.method,
                       sizes.call + sizes.call_each * len(task.publishers),
                       (task.method, task.topic, task.publishers), lambda ok, _: done())
+
+
+class RosMiddleware:
+    """The part that ``ros1`` and ``multimaster`` share: each request goes to the process on its
+    host."""
+
+    informed = "subscriber"
+    processes: Processes
+
+    def switched(self, host: int, up: bool) -> None:
+        self.processes.switched(host, up)
+
+    def advertise(self, offer: Offer) -> None:
+        self.processes.on(offer.publisher.host).advertise(offer.publisher.topic)
+
+    def subscribe(self, subscriber: Endpoint) -> None:
+        if self.processes.on(subscriber.host).subscribe(subscriber):
+            self.processes.context.changed(subscriber.topic)
+
+    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
+        process = self.processes.on(publisher.host)
+        return tuple(sorted(process.subscribers(publisher.topic)))
+
+    def transport(self, offer: Offer) -> Transport:
+        if offer.via != Addressing.UNICAST:
+            raise InputError(f".via: ROS 1 has no {offer.via}; allowed: unicast")
+        context, host = self.processes.context, offer.publisher.host
+        publication = self.processes.on(host).publication(offer.publisher.topic, offer.transport)
+        if publication.transport == TransportKind.STREAM:
+            return Tcpros(context, host, publication, offer.queue)
+        datagrams = offer._replace(transport=TransportKind.DATAGRAM)
+        return Udpros(context.default_transport(datagrams), publication)

@@ -6,16 +6,14 @@ from pydantic import Field
 
 from desim.errors import InputError, did_you_mean
 from desim.middleware.ros.parameters import RosParams
-from desim.middleware.ros.processes import Processes
-from desim.ports.middleware import Endpoint, MiddlewareContext, Offer, Transport
+from desim.middleware.ros.processes import Processes, RosMiddleware
+from desim.ports.middleware import MiddlewareContext
 
 _USUAL = ("workstation", "base")
 
 
-class Ros1:
+class Ros1(RosMiddleware):
     """Publishers and subscribers find each other through one master and then talk directly."""
-
-    informed = "subscriber"
 
     class Params(RosParams):
         """The parameters of ROS 1, and the host of the master."""
@@ -35,18 +33,3 @@ class Ros1:
                              f"{', '.join(hosts)}")
         self.processes = Processes(context, self._params, [hosts.index(name)] * len(hosts),
                                    context.sees)
-
-    def switched(self, host: int, up: bool) -> None:
-        self.processes.switched(host, up)
-
-    def advertise(self, offer: Offer) -> None:
-        self.processes.advertise(offer)
-
-    def subscribe(self, subscriber: Endpoint) -> None:
-        self.processes.subscribe(subscriber)
-
-    def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
-        return self.processes.subscribers(publisher)
-
-    def transport(self, offer: Offer) -> Transport:
-        return self.processes.transport(offer)

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
-from desim.middleware.tcp.connection import Connection
-
-if TYPE_CHECKING:
-    from desim.middleware.tcp.stack import Tcp
-    from desim.ports.middleware import MiddlewareContext
-    from desim.ports.networks import Handle
+from desim.middleware.tcp import Connection, Tcp
+from desim.ports.middleware import MiddlewareContext
+from desim.ports.networks import Handle
 
 IDLE_NS = 30_000_000_000  # roscpp xmlrpc_manager: a cached client that rests is reaped
 
@@ -49,7 +46,8 @@ class XmlRpcCall:
         client has given up."""
         self.response = response
         if self.connection is None:
-            self._rpc.soon(self.client, self._local_end)
+            context = self._rpc.context
+            context.at(context.now_ns, self.client, self._local_end)
         elif self.connection.holds(self.server):
             self.connection.send(self.server, response_bytes, self._answered,
                                  self.connection, self.kind)
@@ -67,8 +65,8 @@ class XmlRpcCall:
     def release(self) -> None:
         """Allow the request to be sent, now that its connection has been called."""
         self.held = False
-        if not self.over:
-            self._rpc.connected(self)
+        if not self.over and self.connection is not None:
+            self.go(self.connection, False)
 
     def broke(self) -> bool:
         """The connection ended before the call was answered. Returns True if the call goes on over
@@ -91,7 +89,6 @@ class XmlRpcCall:
         self.over = True
         if self._timer is not None:
             self._timer.cancel()
-            self._timer = None
         self._rpc.calls[self.client].pop(self, None)
 
     def _local_end(self, _: object) -> None:
@@ -106,7 +103,6 @@ class XmlRpcCall:
             self.finish(True)
 
     def _timed_out(self, _: object) -> None:
-        self._timer = None
         if self.connection is not None:
             self._hang_up(self.connection)
         self.finish(False)
@@ -179,10 +175,6 @@ class XmlRpc:
 
     # For calls.
 
-    def soon(self, host: int, fn: Callable[..., object], arg: object = None) -> None:
-        """Call ``fn(arg)`` in this instant, in the turn of ``host``."""
-        self.context.at(self.context.now_ns, host, fn, arg)
-
     def rest(self, connection: Connection) -> None:
         """Keep a connection for reuse: it has brought an answer."""
         connection.about = None
@@ -214,11 +206,6 @@ class XmlRpc:
         if not call.held:
             call.go(connection, False)
 
-    def connected(self, call: XmlRpcCall) -> None:
-        """Its request need not wait any longer."""
-        if call.connection is not None:
-            call.go(call.connection, False)
-
     def _reap(self, key: Key) -> None:
         """Close what has rested for long. The last one to rest is the first one to work, so that
         they lie in order of time."""
@@ -244,3 +231,32 @@ class XmlRpc:
 
 def _nothing(_: object) -> None:
     """Do nothing: the request is in the send buffer already."""
+
+
+class XmlrpcThread:
+    """The thread of a roscpp process that serves XML-RPC and makes its requestTopic calls.
+
+    It works in rounds of ``period_ns`` (roscpp xmlrpc_manager.cpp: server_.work(0.1)). Between two
+    rounds it takes up the calls that are new or answered. An event within a round's period prolongs
+    the round by another period; the first later event ends it (XmlRpcDispatch::work: each of its
+    polls waits for the whole time). Without a period a round ends at once.
+    """
+
+    def __init__(self, period_ns: int, begin_ns: int) -> None:
+        self._period_ns = period_ns
+        self._begin_ns = begin_ns
+        self._end_ns = begin_ns + period_ns
+
+    def event(self, now_ns: int) -> None:
+        """A call or an answer has arrived, or a request may be written."""
+        period_ns = self._period_ns
+        if now_ns >= self._end_ns and period_ns:
+            self._begin_ns = now_ns - (now_ns - self._end_ns) % period_ns
+        within = now_ns <= self._begin_ns + period_ns
+        self._end_ns = now_ns + period_ns if within else now_ns
+
+    def round_end_ns(self, now_ns: int) -> int:
+        """The end of the present round, if there is no event before it."""
+        if now_ns <= self._end_ns or not self._period_ns:
+            return max(self._end_ns, now_ns)
+        return now_ns + (self._end_ns - now_ns) % self._period_ns

@@ -7,12 +7,11 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from desim import ports
-from desim.middleware.presets import Preset, filled
 from desim.middleware.tcp.parameters import TcpParams, in_order
 from desim.units import PACE, ByteSize, Duration, Pace, Period
 
 _ZENOH = {"lease": "10 s", "keep_alive": 4, "open_timeout": "10 s", "wait_before_close": "5 s"}
-PRESETS: dict[str, Preset] = {"zenoh": _ZENOH, "rmw_zenoh": {}, "rmw_zenoh_2024": _ZENOH}
+PRESETS: dict[str, ports.Preset] = {"zenoh": _ZENOH, "rmw_zenoh": {}, "rmw_zenoh_2024": _ZENOH}
 
 
 class ZenohParams(ports.Params):
@@ -90,4 +89,4 @@ class ZenohParams(ports.Params):
     @model_validator(mode="before")
     @classmethod
     def _from_preset(cls, values: object) -> object:
-        return filled(values, "preset", "rmw_zenoh", PRESETS)
+        return ports.with_preset(values, "preset", "rmw_zenoh", PRESETS)

@@ -1,22 +1,21 @@
-"""TCPROS at the publisher: an outbox in front of each subscriber's connection."""
+"""TCPROS and UDPROS at the publisher."""
 
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING
 
+from desim.middleware.message import Message
+from desim.middleware.ros.client import RosPublication
+from desim.middleware.ros.links import RosLink
+from desim.middleware.tcp import Connection
 from desim.middleware.transports import LENGTH_BYTES
-
-if TYPE_CHECKING:
-    from desim.middleware.message import Message
-    from desim.middleware.ros.client import RosPublication
-    from desim.middleware.tcp import Connection
-    from desim.ports.middleware import MiddlewareContext
+from desim.ports.middleware import MiddlewareContext, Transport
 
 
 class Tcpros:
-    """One publisher's messages over the links of its process and topic. A host with a new link is a
-    new receiver: messages that it did not get over the old one are dropped as ``link_closed``."""
+    """One publisher's messages over the links of its process and topic, with an outbox for each. A
+    host with a new link is a new receiver: messages that it did not get over the old one are
+    dropped as ``link_closed``."""
 
     def __init__(self, context: MiddlewareContext, source: int, publication: RosPublication,
                  limit: int) -> None:
@@ -43,12 +42,8 @@ class Tcpros:
         return fresh
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
-        if only is None:
-            for outlet in self._outlets.values():
-                outlet.offer(message)
-        else:
-            for receiver in only:
-                self._outlets[receiver].offer(message)
+        for receiver in self._outlets if only is None else only:
+            self._outlets[receiver].offer(message)
 
     def close(self, reason: str) -> None:
         for outlet in self._outlets.values():
@@ -134,3 +129,30 @@ class Outlet:
             self._write(outbox.popleft())
         if outbox:
             sender.when_writable(self._go_on)
+
+
+class Udpros:
+    """Sends ``datagrams`` to all subscribers that have asked for them, for ever: a publisher never
+    learns that one is gone. A subscriber that asks again is a new receiver."""
+
+    def __init__(self, datagrams: Transport, publication: RosPublication) -> None:
+        self._datagrams = datagrams
+        self._publication = publication
+        self._asked: dict[int, RosLink] = {}
+
+    def connect(self, receivers: list[int]) -> list[int]:
+        links = self._publication.links
+        asked = {receiver: links[receiver] for receiver in receivers}
+        self._datagrams.connect([receiver for receiver in receivers
+                                 if self._asked.get(receiver) is asked[receiver]])
+        self._asked = asked
+        return self._datagrams.connect(receivers)
+
+    def send(self, message: Message, only: list[int] | None = None) -> None:
+        self._datagrams.send(message, only)
+
+    def close(self, reason: str) -> None:
+        self._datagrams.close(reason)
+
+    def waiting(self) -> int:
+        return self._datagrams.waiting()
