@@ -11,7 +11,7 @@ from types import FrameType
 from typing import NamedTuple
 
 from desim import plugins
-from desim.errors import DesimError, ModelError, first_line
+from desim.errors import DesimError, ModelError, first_line, place_of
 from desim.units import NS_PER_S
 
 _OURS = Path(__file__).resolve().parent.parent
@@ -39,7 +39,9 @@ def blame(error: BaseException) -> Blame:
         return Blame(f"{words}{where}{when}", isinstance(error, ModelError))
     file = inspect.getfile(plugin)
     own = [frame for frame in frames[depth:] if frame[0].f_code.co_filename == file]
-    line = f"{plugins.LOADED[plugin]} raised {words} at {_line(*own[-1])}{when}"
+    named = f"{place_of(inspect.unwrap(plugin))} "  # as complaints about what it returned begin
+    does = words.removeprefix(named) if words.startswith(named) else f"raised {words}"
+    line = f"{plugins.LOADED[plugin]} {does} at {_line(*own[-1])}{when}"
     return Blame(line, _OURS not in Path(file).resolve().parents)
 
 

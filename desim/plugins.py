@@ -5,12 +5,15 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+from collections.abc import Callable, Sequence
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from inspect import getattr_static, isfunction
+from inspect import Parameter, Signature, getattr_static, isfunction, signature
 from operator import attrgetter
 from types import ModuleType
 from typing import Any
+
+from pydantic import ValidationError
 
 from desim import ports
 from desim.errors import InputError, did_you_mean, first_line
@@ -28,7 +31,7 @@ GROUPS = {
 }
 
 # The contract whose methods a class must have to be a plug-in of its kind.
-CONTRACTS = {
+CONTRACTS: dict[str, type] = {
     "network": ports.NetworkModel,
     "rule": ports.Rule,
     "strategy": ports.Strategy,
@@ -38,6 +41,9 @@ CONTRACTS = {
     "validation": Validation,
 }
 
+# The parameters that desim makes a plug-in with. (A world is made by its ``build``.)
+_MADE_WITH = {**dict.fromkeys(CONTRACTS, ("params",)), "validation": ()}
+del _MADE_WITH["world"]
 
 LOADED: dict[type, str] = {}  # every class that was loaded, and what the user calls it
 
@@ -53,19 +59,23 @@ def load(kind: str, name: str) -> Any:
     """The class called ``name``: an entry point's name or ``package.module:Class``. A function that
     is a rule is made a class.
 
-    Raises ``InputError`` that says what is known, why the import failed, or which methods of its
-    contract the class lacks.
+    Raises ``InputError`` that says what is known, why the import failed, or how the class breaks
+    its contract.
     """
     cls = imported(kind, name if ":" in name else _installed(kind, name))
     if kind == "rule" and isfunction(cls):
         cls = ports.function_rule(cls)
-    missing = _missing(CONTRACTS[kind], cls) if kind in CONTRACTS else []
+    contract = CONTRACTS[kind]
+    # A class that only inherits a stub from the contract has no such method, either.
+    missing = [f"{method}()" for method in _methods(contract)
+               if getattr_static(cls, method, stub := vars(contract)[method]) is stub]
     if missing:
-        contract = CONTRACTS[kind].__name__
-        module = "desim.ports" if hasattr(ports, contract) else CONTRACTS[kind].__module__
+        module = "desim.ports" if hasattr(ports, contract.__name__) else contract.__module__
         raise InputError(f"the {kind} {bare(name)!r} has no {', '.join(missing)}: it is not a "
                          "plug-in for this place; wanted: a class with all methods of "
-                         f"{module}.{contract}")
+                         f"{module}.{contract.__name__}")
+    if advice := misfit(kind, cls):
+        raise InputError(f"the {kind} {bare(name)!r} must {advice}")
     LOADED[cls] = f"{kind} {bare(name)}"
     return cls
 
@@ -73,16 +83,44 @@ def load(kind: str, name: str) -> Any:
 def _installed(kind: str, name: str) -> str:
     points = available(kind)
     if name not in points:
-        raise InputError(f"unknown {kind} {name!r}{did_you_mean(name, points)}; known: "
+        meant = did_you_mean(name, [*points, *([":".join(name.rsplit(".", 1))] * ("." in name))])
+        raise InputError(f"unknown {kind} {name!r}{meant}; known: "
                          f"{', '.join(points) or 'none'}, or a dotted path 'package.module:Class'")
     return f"{points[name].module}:{points[name].attr}"
 
 
-def _missing(contract: type, cls: object) -> list[str]:
-    """The methods of a contract that a class has not, or only inherits from the contract."""
-    stubs = {name: stub for name, stub in vars(contract).items()
-             if not name.startswith("_") and callable(getattr(contract, name))}
-    return [f"{name}()" for name, stub in stubs.items() if getattr_static(cls, name, stub) is stub]
+def _methods(contract: type) -> list[str]:
+    return [name for name in vars(contract)
+            if not name.startswith("_") and callable(getattr(contract, name))]
+
+
+def misfit(kind: str, cls: type) -> str:
+    """Advice to the author of a class with all methods of its contract, where one of them takes
+    other arguments, or ``reasons`` is no tuple of names; empty if all is well."""
+    contract = CONTRACTS[kind]
+    found = [_misfit("__init__", cls, _MADE_WITH[kind])] if kind in _MADE_WITH else []
+    for name in _methods(contract):
+        wanted = list(signature(getattr(contract, name)).parameters)
+        if isinstance(getattr_static(cls, name), staticmethod | classmethod):
+            wanted = [parameter for parameter in wanted if parameter != "self"]
+        found.append(_misfit(name, getattr(cls, name), wanted))
+    reasons = getattr(cls, "reasons", None)
+    if hasattr(contract, "reasons") and not (isinstance(reasons, tuple) and all(
+            isinstance(reason, str) for reason in reasons)):
+        found.append(f"declare reasons = ('...',), a tuple of names, not {reasons!r}")
+    return ", and ".join(filter(None, found))
+
+
+def _misfit(name: str, function: Callable[..., object], wanted: Sequence[str]) -> str:
+    """Advice to take the arguments that are ``wanted``, unless ``function`` does."""
+    taken = signature(function, follow_wrapped=False)
+    try:
+        taken.bind(*wanted)
+    except TypeError:
+        names = taken.replace(return_annotation=Signature.empty, parameters=[
+            one.replace(annotation=Parameter.empty) for one in taken.parameters.values()])
+        return f"take ({', '.join(wanted)}) in {name}, not {names}"
+    return ""
 
 
 @cache
@@ -92,6 +130,14 @@ def parameters(kind: str, name: str) -> type[ports.Params]:
     if not (isinstance(block, type) and issubclass(block, ports.Params)):
         raise InputError(f"the {kind} {bare(name)!r} has no class Params, a desim.ports.Params: it "
                          "is not a plug-in for this place")
+    try:
+        block.model_validate_json("{}", strict=True)
+    except ValidationError as error:
+        for wrong in error.errors():
+            if wrong["type"] != "missing" and wrong["loc"]:
+                raise InputError(f"the {kind} {bare(name)!r} has a wrong default of "
+                                 f"{wrong['loc'][0]}, {wrong['input']!r}: "
+                                 f"{wrong['msg'].removeprefix('Value error, ')}") from error
     return block
 
 
@@ -125,6 +171,9 @@ def imported(kind: str, path: str) -> Any:
         return attrgetter(attribute)(_module(*os.path.split(place)))
     except (Exception, SystemExit) as error:  # a stranger's module may fail in any way
         reason = first_line(error) if isinstance(error, Exception) else repr(error)
+        if isinstance(error, ModuleNotFoundError) and f"{place}.".startswith(f"{error.name}."):
+            reason += ("; looked beside the file that names it, where Python finds modules, and in "
+                       "the current directory")
         raise InputError(f"cannot load {kind} {bare(path)!r}: {reason}") from error
 
 

@@ -11,6 +11,7 @@ from desim import plugins
 from desim.errors import InputError
 from desim.scenario.load import from_mapping, load
 from desim.scenario.resolved import resolved, scenario_id
+from desim.testing import Instant
 
 # Every test has modules of its own: Python keeps what it has imported by name.
 MODEL = """
@@ -139,6 +140,89 @@ def test_two_modules_of_one_name_are_refused(here):
         f"../copy/case.yaml:2:32: network.media.lan.model: cannot load network 'my_twin:Slow': "
         f"{twin}",
         f"../copy/case.yaml:3:14: stop.when: cannot load function 'my_twin:enough': {twin}"]
+
+
+PARTS = """
+    from pydantic import Field
+    from desim import ports
+    from desim.units import Position
+
+    class Right:
+        class Params(ports.Params):
+            at_m: Position = "0 m"
+        reasons = ("said",)
+        def __init__(self, params, more=None): pass
+        def start(self, context, hosts): pass
+        def judge(self, *everything): pass
+        def send(self, frame): pass
+        def choose(self, view): pass
+
+    class Wrong(Right):
+        {wrong}
+"""
+WRONG = [  # kind of plug-in, what is wrong with its class, what is said
+    ("rule", "def judge(self, frame): pass",
+     "must take (self, frame, receivers) in judge, not (self, frame)"),
+    ("rule", "def judge(frame, receivers): pass",
+     "must take (self, frame, receivers) in judge, not (frame, receivers)"),
+    ("rule", "def judge(self, frame: object, *, receivers: tuple = ()) -> None: pass",
+     "must take (self, frame, receivers) in judge, not (self, frame, *, receivers=())"),
+    ("rule", "def start(self, context): pass",
+     "must take (self, context, hosts) in start, not (self, context)"),
+    ("rule", "def __init__(self): pass", "must take (params) in __init__, not ()"),
+    ("network", "def send(self, frame, receivers): pass",
+     "must take (self, frame) in send, not (self, frame, receivers)"),
+    ("strategy", "def choose(self, view, robot): pass",
+     "must take (self, view) in choose, not (self, view, robot)"),
+    ("rule", "reasons = 'said'",
+     "must declare reasons = ('...',), a tuple of names, not 'said'"),
+    ("network", "reasons = None\n        def send(self): pass",
+     "must take (self, frame) in send, not (self), and declare reasons = ('...',), a tuple of "
+     "names, not None"),
+    ("rule", "class Params(ports.Params):\n            at_m: Position = 0.0",
+     "has a wrong default of at_m, 0.0: 0.0 has no unit; allowed: m, km, cm, mm, e.g. '-38 m'"),
+    ("rule", "class Params(ports.Params):\n            times: int = Field('three', ge=0)",
+     "has a wrong default of times, 'three': Input should be a valid integer"),
+]
+
+
+@pytest.mark.parametrize("number", range(len(WRONG)))
+def test_a_class_that_breaks_its_contract_is_refused_where_it_is_named(here, number):
+    kind, wrong, says = WRONG[number]
+    (here / "elsewhere" / f"part_{number}.py").write_text(
+        textwrap.dedent(PARTS.format(wrong=wrong)))
+    choice = {"rule": "network: {media: {lan: {model: ideal, rules: [{rule: 'NAME'}]}}}",
+              "network": "network: {media: {lan: {model: 'NAME'}}}",
+              "strategy": "coordination: {strategy: 'NAME'}"}[kind]
+    path = {"rule": "network.media.lan.rules.0.rule", "network": "network.media.lan.model",
+            "strategy": "coordination.strategy"}[kind]
+    case = here / "elsewhere" / "case.yaml"
+    case.write_text(f"name: x\n{choice.replace('NAME', f'part_{number}:Right')}\n")
+    load(case)
+    case.write_text(f"name: x\n{choice.replace('NAME', f'part_{number}:Wrong')}\n")
+    with pytest.raises(InputError) as caught:
+        load(case)
+    column = choice.index("'NAME'") + 1
+    assert str(caught.value) == (
+        f"{case}:2:{column}: {path}: the {kind} 'part_{number}:Wrong' {says}")
+
+
+def test_a_static_method_takes_no_self():
+    class Static(Instant):
+        def __init__(self, params):
+            """There is nothing to set."""
+
+        @staticmethod
+        def send(frame):
+            return 0
+
+    assert plugins.misfit("network", Static) == ""
+
+
+def test_a_dot_in_place_of_the_colon_is_guessed():
+    with pytest.raises(InputError, match=r"^unknown strategy 'left.Far' \(did you mean "
+                                         r"'left:Far'\?\); known: "):
+        plugins.load("strategy", "left.Far")
 
 
 def test_a_module_that_exits_does_not_end_desim(tmp_path, monkeypatch):

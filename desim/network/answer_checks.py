@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from desim.errors import ModelError, class_of
-from desim.ports import LimitsReach, NetworkModel, Rule
+from desim.ports import LimitsReach, NetworkModel, Rule, Verdict
 
 Plugin = Rule | NetworkModel
 
@@ -21,7 +21,26 @@ def checked_delay(plugin: Plugin, does: str, delay_ns: object) -> int:
 
 def arrival_of(model: NetworkModel, delay_ns: object) -> int:
     """The delay that a model's ``send`` returned. Raises ``ModelError`` unless it is one."""
+    if type(delay_ns) is int and delay_ns >= 0:
+        return delay_ns
+    if isinstance(delay_ns, Verdict):
+        raise ModelError(f"{class_of(model)} returned {delay_ns!r} from send; wanted: a delay in "
+                         "ns, or None and a call of context.settle(frame, receiver, verdict)")
     return checked_delay(model, "delivers after", delay_ns)
+
+
+def no_verdicts(rule: Rule, given: object, receivers: int) -> ModelError:
+    """The error about what a rule gave instead of one verdict for each of ``receivers``."""
+    if isinstance(given, Verdict):  # which are sequences, too
+        text = f"the one verdict {given!r}; wanted: None, or a list with one for each receiver"
+    elif not isinstance(given, Sequence):
+        text = f"{given!r}; wanted: None, or a list of one verdict for each receiver"
+    elif len(given) != receivers:
+        text = f"{len(given)} verdicts for {receivers} receivers"
+    else:
+        wrong = (one for one in given if not isinstance(one, Verdict))
+        text = f"{next(wrong)!r}, which is no verdict"
+    return ModelError(f"{class_of(rule)} gave {text}")
 
 
 def check_packets(plugin: Plugin, packets: Iterable[object], segments: int) -> None:

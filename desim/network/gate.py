@@ -7,11 +7,10 @@ from typing import TypeVar
 
 from desim.errors import ModelError, class_of
 from desim.network.account import Account
-from desim.network.answer_checks import check_packets, checked_delay, undeclared
+from desim.network.answer_checks import check_packets, checked_delay, no_verdicts, undeclared
 from desim.network.carrier import Carrier
 from desim.network.terms import PLAIN, Terms
 from desim.ports import (
-    PASS,
     Deliver,
     Drop,
     Duplicate,
@@ -70,12 +69,8 @@ class Gate:
         receivers = frame.receivers
         if terms is None:
             terms = dict.fromkeys(receivers, PLAIN)
-        if not isinstance(verdicts, Sequence):
-            raise ModelError(f"{class_of(rule)} gave {verdicts!r}; wanted: None, or a list of one "
-                             "verdict for each receiver")
-        if len(verdicts) != len(receivers):
-            raise ModelError(f"{class_of(rule)} gave {len(verdicts)} verdicts for "
-                             f"{len(receivers)} receivers")
+        if not isinstance(verdicts, Sequence) or len(verdicts) != len(receivers):
+            raise no_verdicts(rule, verdicts, len(receivers))
         for receiver, verdict in zip(receivers, verdicts, strict=True):
             if type(verdict) is Deliver:
                 own = terms[receiver]
@@ -89,7 +84,7 @@ class Gate:
                 after_ns = checked_delay(rule, "makes a copy after", verdict.after_ns)
                 terms[receiver] = own._replace(copies_ns=(*own.copies_ns, after_ns))
             elif type(verdict) is not Pass:
-                raise ModelError(f"{class_of(rule)} gave {verdict!r}, which is no verdict")
+                raise no_verdicts(rule, verdicts, len(receivers))
         return terms
 
     def _drops(self, rule: Rule, verdict: Drop, frame: Frame, receiver: int,
@@ -113,12 +108,18 @@ class Gate:
     def _judge_transmission(self, frame: Frame, receiver: int) -> Drop | None:
         """See ``ports.Context``. Raises ``ModelError`` for other verdicts."""
         for rule in self._repeated:
-            (verdict,) = rule.judge(frame, (receiver,)) or (PASS,)
+            verdicts = rule.judge(frame, (receiver,))
+            if verdicts is None:
+                continue
+            one = isinstance(verdicts, (list, tuple)) and len(verdicts) == 1
+            verdict = verdicts[0] if one else None
             if type(verdict) is Drop:
                 if verdict.reason not in rule.reasons:
                     raise undeclared(rule, verdict.reason)
                 return Drop(verdict.reason)
-            if type(verdict) is not Pass:
+            if type(verdict) is Deliver or type(verdict) is Duplicate:
                 raise ModelError(f"{class_of(rule)} gave {verdict!r} of a transmission; wanted: "
                                  "Drop or Pass")
+            if type(verdict) is not Pass:
+                raise no_verdicts(rule, verdicts, 1)
         return None

@@ -378,7 +378,8 @@ class Medium(Account):
         return verdict.reason
 
     def _unexpected(self, frame: Frame, receiver: int | Sequence[int] | None) -> ModelError:
-        return ModelError(f"{self._model()} settled {frame} at receiver {receiver}, which is "
+        (where,) = receiver if isinstance(receiver, tuple) and len(receiver) == 1 else (receiver,)
+        return ModelError(f"{self._model()} settled {frame} at receiver {where}, which is "
                           "settled already or was never intended")
 
     def _model(self) -> str:

@@ -46,14 +46,14 @@ from desim.ports.parameters import (
     with_preset,
     yaml_key,
 )
-from desim.ports.strategies import ExplorationView, Frontier, Peer, Strategy
+from desim.ports.strategies import ExplorationView, Frontier, Peer, Pose2D, Strategy
 from desim.ports.worlds import GridSpec, RandomStreams, Snapshot, World
 
 __all__ = [
     "FULL_PACKET_BYTES", "PASS", "BesideScenario", "Context", "CountsAttempts", "CountsBusyTime",
     "CountsControl", "Deliver", "Drop", "Duplicate", "ExplorationView", "File", "FollowsHosts",
     "Frame", "Frontier", "GridSpec", "Handle", "JudgesTransmissions", "KnowsLinks", "LimitsReach",
-    "NetworkModel", "Obstacles", "Params", "Pass", "Peer", "PredictsSignal", "Preset",
+    "NetworkModel", "Obstacles", "Params", "Pass", "Peer", "Pose2D", "PredictsSignal", "Preset",
     "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "Separates",
     "Signal", "Snapshot", "Strategy", "Verdict", "World", "function_rule", "natural_key",
     "packet_sizes", "rule_of", "with_preset", "yaml_key",

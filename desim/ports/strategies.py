@@ -22,6 +22,14 @@ class Frontier(NamedTuple):
     cells: int
 
 
+class Pose2D(NamedTuple):
+    """A robot's place on the plane, and its heading."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+
 class Peer(NamedTuple):
     """The last that this robot heard of another one."""
 
@@ -43,8 +51,8 @@ class ExplorationView(Protocol):
         """The time."""
 
     @property
-    def pose(self) -> tuple[float, float, float]:
-        """x m, y m, yaw rad, as localization has it."""
+    def pose(self) -> Pose2D:
+        """The robot's own, as localization has it."""
 
     @property
     def peers(self) -> Mapping[str, Peer]:

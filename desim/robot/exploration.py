@@ -14,7 +14,7 @@ from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest
-from desim.ports import Frontier, Peer, Strategy
+from desim.ports import Frontier, Peer, Pose2D, Strategy
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.global_planner import GlobalPlanner
 from desim.scenario.schema.fleet import BodyType
@@ -46,7 +46,7 @@ class RobotView:
         self._explore = explore
         self.name = name
         self.now_ns = 0
-        self.pose = (0.0, 0.0, 0.0)
+        self.pose = Pose2D(0.0, 0.0, 0.0)
         self.peers = peers
 
     def frontiers(self, limit: int | None = None) -> list[Frontier]:
@@ -133,7 +133,7 @@ class Explore(Node):
 
     def _choose(self, pose: Pose) -> None:
         view = self._view
-        view.now_ns, view.pose = self.now_ns, (pose.x_m, pose.y_m, pose.yaw_rad)
+        view.now_ns, view.pose = self.now_ns, Pose2D(pose.x_m, pose.y_m, pose.yaw_rad)
         self._blacklist = [entry for entry in self._blacklist if entry[2] > view.now_ns]
         self.shown.clear()
         chosen = self._chosen()
@@ -158,7 +158,8 @@ class Explore(Node):
         chosen = self._strategy.choose(self._view)
         if not (chosen is None or isinstance(chosen, Frontier)
                 and (chosen in self.shown or self._is_free(chosen))):
-            raise ModelError(f"{class_of(self._strategy)} chose {chosen!r}; wanted: one of "
+            what = f"a list of {len(chosen)}" if isinstance(chosen, list) else repr(chosen)
+            raise ModelError(f"{class_of(self._strategy)} chose {what}; wanted: one of "
                              "view.frontiers(), a Frontier at another place that is free in the "
                              "robot's map, or None")
         return chosen

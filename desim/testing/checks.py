@@ -75,7 +75,7 @@ class _View:
 
     name = "robot_1"
     now_ns = 10 * NS_PER_S
-    pose = (0.0, 0.0, 0.0)
+    pose = ports.Pose2D(0.0, 0.0, 0.0)
 
     def __init__(self, frontiers: list[ports.Frontier]) -> None:
         self._frontiers = frontiers

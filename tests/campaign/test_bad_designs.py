@@ -137,7 +137,9 @@ WRONG = PARAMETERS | {
         "3:17: metrics.mine: 'explored.__class__' is not allowed in an expression; allowed: "
         "numbers, names, + - * /, comparisons, and, or, not, min(), max(), abs() and parentheses"),
     "metric nofile": ("metrics: {mine: 'no_such:f'}",
-        "3:17: metrics.mine: cannot load function 'no_such:f': No module named 'no_such'"),
+        "3:17: metrics.mine: cannot load function 'no_such:f': No module named 'no_such'; "
+        "looked beside the file that names it, where Python finds modules, and in the current "
+        "directory"),
     "metric number": ("metrics: {mine: 5}",
         "3:17: metrics.mine: must be text, got 5"),
     "metric name": ("metrics: {'a b': explored}",

@@ -158,7 +158,9 @@ PARAMETERS = {
         "4:10: vectors: vector 0: how: ['near'] is not one of its levels (did you mean "
         "'near'?); allowed: near"),
     "function none": (P + "vectors: {function: 'no_such:f'}",
-        "4:10: vectors: cannot load function 'no_such:f': No module named 'no_such'"),
+        "4:10: vectors: cannot load function 'no_such:f': No module named 'no_such'; "
+        "looked beside the file that names it, where Python finds modules, and in the current "
+        "directory"),
     "function raises": (P + "vectors: {function: 'bad_functions:raises'}",
         "4:10: vectors: bad_functions:raises raised ValueError: oh no"),
     "function not callable": (P + "vectors: {function: 'bad_functions:THING'}",

@@ -79,6 +79,8 @@ def desim(tmp_path, monkeypatch):
     ("s_block", STRATEGY, "return ports.Frontier(0.0, 0.0, 1.0, 9)",
      "s_block.Plugin (s_block.py:4) chose Frontier(x_m=0.0, "),
     ("s_text", STRATEGY, "return 'left'", "s_text.Plugin (s_text.py:4) chose 'left'; wanted: one "),
+    ("s_list", STRATEGY, "return view.frontiers()[:1] * 99", "s_list.Plugin (s_list.py:4) chose a "
+     "list of 99; wanted: one of view.frontiers(), a "),
     ("s_tuple", STRATEGY, "return tuple(view.frontiers()[0])",
      "s_tuple.Plugin (s_tuple.py:4) chose ("),
     ("s_words", STRATEGY, "return ports.Frontier('here', 0.0, 1.0, 9)",
@@ -97,12 +99,22 @@ def desim(tmp_path, monkeypatch):
     ("n_late", NETWORK, "self.context.at(-1, print)", "network n_late:Plugin raised delay_ns must "
      "be an int >= 0, got -1 for print at n_late.py:12 (medium lan, 0 s)"),
     ("n_reason", NETWORK, "self.context.settle(frame, frame.receivers[0], ports.Drop('other'))",
-     "network n_reason:Plugin raised n_reason.Plugin (n_reason.py:4) dropped for 'other', which "
-     "its class does not declare"),
+     "network n_reason:Plugin dropped for 'other', which its class does not declare (reasons = "
+     "('said',)) at n_reason.py:12 (medium lan, "),
+    ("n_stranger", NETWORK, "self.context.settle(frame, 99, ports.Drop('said'))",
+     "network n_stranger:Plugin of medium 'lan' settled Frame(id=1, "),
+    ("n_drop", NETWORK, "return ports.Drop('said')", "n_drop.Plugin (n_drop.py:4) returned "
+     "Drop(reason='said', packets=None) from send; wanted: a delay in ns, or None and a call of "
+     "context.settle(frame, receiver, verdict) (medium lan, "),
     ("r_raises", RULE, "raise RuntimeError", "rule r_raises:Plugin raised RuntimeError at "
      "r_raises.py:12 (medium lan, "),
     ("r_text", RULE, "return ['no'] * len(receivers)", "r_text.Plugin (r_text.py:4) gave 'no', "
      "which is no verdict (medium lan, "),
+    *((f"r_one_{name}", RULE, f"return ports.{verdict}", f"r_one_{name}.Plugin (r_one_{name}.py:4) "
+       f"gave the one verdict {shown}; wanted: None, or a list with one for each receiver (medium "
+       "lan, ") for name, verdict, shown in (
+           ("pass", "PASS", "Pass()"), ("late", "Deliver(5)", "Deliver(delay_ns=5)"),
+           ("drop", "Drop('said')", "Drop(reason='said', packets=None)"))),
     ("r_nan", RULE, "return [ports.Deliver(float('nan'))] * len(receivers)",
      "r_nan.Plugin (r_nan.py:4) delays by nan; wanted: an int >= 0 of nanoseconds (medium lan, "),
 ])

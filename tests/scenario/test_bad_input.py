@@ -230,7 +230,8 @@ WRONG = {
     ]),
     "dotted path that leads nowhere": ("network: {media: {lan: {model: 'nowhere.at:All'}}}", [
         "2:32: network.media.lan.model: cannot load network 'nowhere.at:All': No module named "
-        "'nowhere'"]),
+        "'nowhere'; looked beside the file that names it, where Python finds modules, and in the "
+        "current directory"]),
     "dotted path to something else": ("network: {media: {lan: {model: 'fractions:Fraction'}}}", [
         "2:32: network.media.lan.model: the network 'fractions:Fraction' has no start(), send(): "
         f"{WANTED}NetworkModel"]),

@@ -259,7 +259,7 @@ class Reasonless(Broken):
 @pytest.mark.parametrize(("cls", "error", "says"), [
     (Forgetful, AssertionError, "settle every frame"),
     (Twice, ModelError, "settled already or was never intended"),
-    (Stranger, ModelError, "settled already or was never intended"),
+    (Stranger, ModelError, r"at receiver \d, which is settled already or was never intended"),
     (Undeclared, ModelError, "does not declare"),
     (Floating, KernelError, "must be an int"),
     (Past, KernelError, "must be an int >= 0"),
