@@ -1,9 +1,11 @@
-# Two commands from a fresh clone: `make run` and `make test`. Both set up .venv by themselves.
+# From a fresh clone: `make install`, `make run`, `make test`. Each sets up .venv if need be.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test quick check validate bench dist schema
+.PHONY: install run test quick check validate bench dist schema
+
+install: $(VENV)/.installed
 
 run: $(VENV)/.installed
 	$(BIN)/desim run scenarios/maze_30.yaml

@@ -1,10 +1,13 @@
 """The pages of docs/ name files that exist, and link to pages and headings that exist."""
 
+import ast
 import importlib
 import re
 
 import pytest
+from rooms import STORY
 
+from desim.cli import app
 from desim.plugins import GROUPS
 
 PAGES = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"]
@@ -76,6 +79,51 @@ def test_the_walks_of_the_architecture_are_of_files_that_exist(repository):
         found = next((place for place in places if place.is_file()), None)
         assert found, name
         folder = found.parent
+
+
+def test_the_story_of_the_architecture_is_the_one_that_is_enforced(repository):
+    text = (repository / "docs" / "architecture.md").read_text()
+    story = next(part for part in text.split("\n\n") if part.startswith("units, errors"))
+    assert re.findall(r"\w+", story) == STORY
+
+
+def names_in(file):
+    """The top-level names of a module, and the members of its classes with a dot."""
+    found = set()
+    for node in ast.parse(file.read_text()).body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.add(node.name)
+        if isinstance(node, ast.ClassDef):
+            found |= {f"{node.name}.{member.name}" for member in node.body
+                      if isinstance(member, ast.FunctionDef)}
+        if isinstance(node, ast.Assign):
+            found |= {target.id for target in node.targets if isinstance(target, ast.Name)}
+    return found
+
+
+def test_what_where_is_names_is_there(repository):
+    rows = [re.findall(r"`([\w./]+)`", "|".join(line.split("|")[2:]))
+            for line in (repository / "docs" / "where-is.md").read_text().splitlines()
+            if line.startswith("| ") and "`" in line]
+    assert len(rows) > 30
+    wrong = []
+    for row in rows:
+        files = [repository / ("" if name.startswith("netmodels/") else "desim") / name
+                 for name in row if name.endswith(".py")]
+        there = set().union(*map(names_in, files))
+        wrong += [f"{row[0]}: {name}" for name in row
+                  if not name.endswith(".py") and name not in there]
+    assert not wrong
+
+
+def test_the_page_of_commands_has_all_and_says_which_end_with_1_for_an_outcome(repository):
+    rows = [line.split("|") for line in (repository / "docs" / "commands.md").read_text()
+            .splitlines() if line.startswith("| `desim")]
+    fails = {row[1].strip(" `").removeprefix("desim "): bool(row[3].strip()) for row in rows}
+    functions = {node.name: node for file in (repository / "desim" / "commands").glob("*.py")
+                 for node in ast.parse(file.read_text()).body if isinstance(node, ast.FunctionDef)}
+    commands = [command.callback.__name__ for command in app.registered_commands]
+    assert fails == {name: "typer.Exit(1)" in ast.unparse(functions[name]) for name in commands}
 
 
 @pytest.mark.parametrize("name, words", [("architecture.md", 600)])

@@ -1,15 +1,17 @@
 """Where does a thing belong? Prints each package with the first line of its docstring.
 
-    python tools/rooms.py [--modules | --counts]
+    python tools/rooms.py [PACKAGE ...] [--modules | --counts]
 
-With --modules, each module's first line too. With --counts, a line a room instead: statements in
-the syntax tree, names ``Any``, and casts and ``type: ignore`` comments.
+PACKAGE, as ``desim/network`` or ``network``, is printed alone, with the first line of each of its
+modules. Without one: all packages, and with --modules their modules too. With --counts, a line a
+room instead: statements in the syntax tree, names ``Any``, and casts and ``type: ignore`` comments.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import sys
 from collections import Counter
 from pathlib import Path
 
@@ -38,6 +40,18 @@ def rooms(package: Path, modules: bool, depth: int = 0) -> list[str]:
         if (folder / "__init__.py").is_file():
             lines += rooms(folder, modules, depth + 1)
     return lines
+
+
+def packages(name: str) -> list[Path]:
+    """The packages called ``network``, ``middleware/tcp``, ``middleware.tcp`` or ``desim/network``;
+    ends the program where there is none."""
+    wanted = Path(*name.removesuffix("/").replace(".", "/").split("/")).parts
+    found = [file.parent for top in ("desim", "netmodels")
+             for file in sorted((ROOT / top).rglob("__init__.py"))
+             if file.parent.relative_to(ROOT).parts[-len(wanted):] == wanted]
+    if not found:
+        sys.exit(f"no package {name!r}; tools/rooms.py alone prints all of them")
+    return found
 
 
 def counts() -> list[str]:
@@ -69,11 +83,16 @@ def counted(text: str) -> Counter[str]:
 def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("packages", nargs="*", metavar="PACKAGE", help="only these, with modules")
     parser.add_argument("--modules", action="store_true", help="each module's first line too")
     parser.add_argument("--counts", action="store_true", help="statements, Any and casts by room")
     chosen = parser.parse_args()
-    lines = counts() if chosen.counts else [*rooms(ROOT / "desim", chosen.modules),
-                                            *rooms(ROOT / "netmodels", chosen.modules)]
+    if chosen.counts:
+        lines = counts()
+    else:
+        shown = [package for name in chosen.packages for package in packages(name)]
+        lines = [line for package in shown or (ROOT / "desim", ROOT / "netmodels")
+                 for line in rooms(package, chosen.modules or bool(shown))]
     print("\n".join(lines))
 
 
