@@ -6,11 +6,11 @@ States and times are those of Linux (net/core/neighbour.c, net/ipv4/arp.c).
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from desim.engine.kernel import Phase, pair
 from desim.middleware.jiffies import fires_ns
-from desim.network.carrier import Carrier, T_contra
+from desim.network.carrier import BroadcastCarrier, Carrier, T_contra
 
 if TYPE_CHECKING:
     from desim.ports.middleware import MiddlewareContext, Route
@@ -31,8 +31,10 @@ NONE, INCOMPLETE, FAILED, STALE, DELAY, PROBE, REACHABLE = range(7)
 QUESTION, ANSWER = range(2)
 
 
-class AddressedCarrier(Carrier[T_contra], Protocol[T_contra]):
+class AddressedCarrier(Carrier[T_contra]):
     """A carrier of unicast frames that cares whether they could leave."""
+
+    __slots__ = ()
 
     def unresolved(self, token: T_contra) -> None:
         """A frame is lost because nobody has answered for the receiver's address."""
@@ -76,7 +78,7 @@ class Neighbours:
         return self._reachable[drawn]
 
 
-class Neighbour:
+class Neighbour(BroadcastCarrier[int]):
     """One host's ARP entry for another host. All frames to that host go through ``transmit``. While
     the address is being resolved they wait; if nobody answers they are lost, and each carrier is
     notified (``unresolved``). TCP sets ``confirmed_ns`` when an acknowledgement arrives. A peer's
@@ -118,7 +120,7 @@ class Neighbour:
         self._rest()
         self._lose("host_down")
 
-    # The carrier of questions and answers.
+    # The carrier of questions and answers: nobody learns of a lost one.
 
     def arrived(self, what: int, receiver: int) -> None:
         if what == QUESTION:
@@ -142,18 +144,6 @@ class Neighbour:
         queue, self._queue = self._queue, deque()
         for frame in queue:
             self.transmit(*frame)
-
-    def arrived_in_part(self, what: int, receiver: int, lost: dict[int, str]) -> None:
-        """Cannot happen: an ARP frame is a single packet."""
-
-    def lost(self, what: int, receiver: int, reason: str) -> None:
-        """Nobody learns of it."""
-
-    def repeated(self, what: int, receiver: int) -> None:
-        """A copy changes nothing."""
-
-    def missed(self, what: int, receivers: object, reason: str, medium: object) -> None:
-        """Nobody learns of it."""
 
     # Timers.
 

@@ -5,7 +5,7 @@ It keeps the account of all that passes between the two.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 from operator import attrgetter
 from typing import TYPE_CHECKING
@@ -15,9 +15,10 @@ import numpy as np
 from desim.engine.kernel import Call, Phase
 from desim.engine.trace import pack
 from desim.middleware.answer_checks import transport_of
-from desim.middleware.arp import Neighbours
+from desim.middleware.arp import AddressedCarrier, Neighbours
 from desim.middleware.beliefs import Beliefs
 from desim.middleware.transports import Datagram, Stream
+from desim.network.carrier import BroadcastCarrier
 from desim.ports.middleware import (
     Addressing,
     CarriesMessages,
@@ -183,13 +184,15 @@ class GraphContext:
         self.discovery_frames[kind] = self.discovery_frames.get(kind, 0) + frames
 
 
-class _Arrivals:
+class _Arrivals(AddressedCarrier[object], BroadcastCarrier[object]):
     """The carrier of frames of which only the arrival matters. A protocol over UDP takes a copy
     for another frame."""
 
     socket = "discovery"  # a host's registry sends all by one
 
     __slots__ = ("arrived", "repeated", "_in_part")
+    arrived: Callable[..., object]
+    repeated: Callable[..., object]
 
     def __init__(self, arrived: Callable[..., object],
                  in_part: Callable[..., object] | None) -> None:
@@ -200,13 +203,3 @@ class _Arrivals:
         """A datagram is lost with any packet of it, unless the frame is a train of several."""
         if self._in_part is not None:
             self._in_part(token, receiver, lost)
-
-    def lost(self, token: object, receiver: int, reason: str) -> None:
-        """Nobody learns of it."""
-
-    def missed(self, token: object, receivers: Collection[int], reason: str,
-               medium: object) -> None:
-        """Nobody learns of it."""
-
-    def unresolved(self, token: object) -> None:
-        """Nobody learns of it."""

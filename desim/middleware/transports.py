@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase, pair
 from desim.engine.trace import pack
+from desim.middleware.arp import AddressedCarrier
 from desim.middleware.jiffies import TICK_NS, fires_ns
+from desim.network.carrier import BroadcastCarrier, Carrier
 from desim.ports import packet_sizes
 
 if TYPE_CHECKING:
@@ -94,7 +96,7 @@ class Stream:
         return sum(link.waiting() for link in self._links.values())
 
 
-class StreamLink:
+class StreamLink(Carrier["Message"]):
     """One message on the wire; an outbox behind it that drops its oldest when full.
 
     Segments that are lost while later ones arrive are sent again as soon as the sender can know it
@@ -237,7 +239,7 @@ class StreamLink:
         self._send(self._from, self._to, size_bytes, segments, False, self, message)
 
 
-class Datagram:
+class Datagram(AddressedCarrier["Message"], BroadcastCarrier["Message"]):
     """Fire and forget: a frame per receiving host, or one broadcast frame per medium. Any lost
     datagram of a message loses the message."""
 
@@ -301,9 +303,6 @@ class Datagram:
     def lost(self, message: Message, receiver: int, reason: str) -> None:
         self._flying -= 1
         self._graph.drop(message, receiver, reason, message.born_ns, message.born_ns)
-
-    def unresolved(self, message: Message) -> None:
-        """It could not leave, of which its sender does not learn."""
 
     def repeated(self, message: Message, receiver: int) -> None:
         """UDP does not recognise copies: the message arrives again."""

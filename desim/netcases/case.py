@@ -6,7 +6,7 @@ There are no robots, transports or topics in between; a frame is one packet.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from itertools import pairwise
 from typing import Any, TypeAlias
 
@@ -18,6 +18,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import InputError
 from desim.monitor.utilisation import busy_ns, utilisation
+from desim.network.carrier import BroadcastCarrier
 from desim.network.medium import Medium
 from desim.network.place import Still
 from desim.ports.cases import Flow, Setup
@@ -94,9 +95,9 @@ def _check(setup: Setup) -> None:
                              "one each ns")
 
 
-class Source:
+class Source(BroadcastCarrier[int]):
     """Sends one flow and counts its fates, as the medium's ``Carrier``. The token of a frame is the
-    time when it was sent."""
+    time when it was sent. A copy counts as no further arrival."""
 
     __slots__ = ("flow", "sent", "arrivals_ns", "delays_ns", "losses", "_host", "_receivers",
                  "_next_host", "_kernel", "_medium", "_entity", "_gaps", "_saturated")
@@ -151,18 +152,12 @@ class Source:
         if self._saturated:
             self._send(None)
 
-    def arrived_in_part(self, sent_ns: int, receiver: int, lost: dict[int, str]) -> None:
-        """A flow sends single packets: this does not happen."""
-
-    def repeated(self, sent_ns: int, receiver: int) -> None:
-        """A copy counts as no further arrival."""
-
     def lost(self, sent_ns: int, receiver: int, reason: str) -> None:
         self.losses[reason] = self.losses.get(reason, 0) + 1
         if self._saturated and sent_ns < self._kernel.now_ns:  # else refused: so it would be again
             self._send(None)
 
-    def missed(self, sent_ns: int, receivers: tuple[int, ...], reason: str,
+    def missed(self, sent_ns: int, receivers: Collection[int], reason: str,
                medium: Medium) -> None:
         self.losses[reason] = self.losses.get(reason, 0) + len(receivers)
 

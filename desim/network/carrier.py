@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import TYPE_CHECKING, Protocol, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 if TYPE_CHECKING:
     from desim.network.medium import Medium
@@ -11,14 +11,22 @@ if TYPE_CHECKING:
 T_contra = TypeVar("T_contra", contravariant=True)
 
 
-@runtime_checkable
-class Carrier(Protocol[T_contra]):
+class Carrier(Generic[T_contra]):
     """The sender of unicast frames. It gives a ``token`` along with each frame, and gets it back
     with the frame's fate, once, and with each copy.
 
-    To the queues of interfaces its frames to one receiver are one flow, as those of a connection
-    are. Carriers that send by the same socket have an equal attribute ``socket``.
+    A class that inherits from this one defines the fates that concern it; the others have no
+    effect.
     """
+
+    __slots__ = ()
+
+    @property
+    def socket(self) -> object:
+        """Equal for carriers that send by the same socket; the carrier itself, unless its class
+        says otherwise. To the queues of interfaces all frames from one socket to one receiver are
+        one flow, as those of a connection are."""
+        return self
 
     def arrived(self, token: T_contra, receiver: int) -> object:
         """All of the frame is at ``receiver``."""
@@ -34,9 +42,10 @@ class Carrier(Protocol[T_contra]):
         """A copy of a frame that has arrived whole, where a rule makes copies."""
 
 
-@runtime_checkable
-class BroadcastCarrier(Carrier[T_contra], Protocol[T_contra]):
+class BroadcastCarrier(Carrier[T_contra]):
     """The sender of broadcast frames."""
+
+    __slots__ = ()
 
     def missed(self, token: T_contra, receivers: Collection[int], reason: str,
                medium: Medium) -> object:

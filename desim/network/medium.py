@@ -158,7 +158,7 @@ class Medium(Account):
     def flow(self, frame: Frame) -> Hashable:
         carrier = (self._broadcasts[frame.id].carrier if frame.broadcast
                    else self._open[frame.id][0])
-        return getattr(carrier, "socket", carrier), frame.source, frame.receivers
+        return carrier.socket, frame.source, frame.receivers
 
     # For those who send.
 

@@ -11,6 +11,7 @@ from desim import ports
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names
+from desim.network.carrier import BroadcastCarrier
 from desim.network.medium import Medium
 from desim.network.place import Still
 from desim.units import NS_PER_S
@@ -23,7 +24,7 @@ Fate = tuple[int, object, str, str, str]  # time_ns, label, source, receiver, fa
 Token = tuple[object, str]  # label, source
 
 
-class Bench:
+class Bench(BroadcastCarrier[Token]):
     """A medium on a kernel of its own, with named hosts at fixed places and a log of every fate.
 
     ``places``: host name to x, y in m (NaN: none), or a number of hosts without a place, called

@@ -11,6 +11,7 @@ from tcpwalk import DEEDS, Walk
 
 from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.implied import ImpliedReceiver
+from desim.network.carrier import Carrier
 from desim.ports import Deliver
 from netmodels.access_link import AccessLink
 from netmodels.ideal import Ideal
@@ -58,24 +59,11 @@ def ideal():
     return Ideal(Ideal.Params())
 
 
-class Nobody:
-    """A carrier of what only takes room."""
-
-    def arrived(self, token, receiver):
-        pass
-
-    def lost(self, token, receiver, reason):
-        pass
-
-    def repeated(self, token, receiver):
-        pass
-
-
 class Busy(Walk):
     """There are others, too."""
 
     def crowd(self, source, size_bytes):
-        self.net.medium.transmit(source, (1 - source,), size_bytes, 1, False, Nobody(), None)
+        self.net.medium.transmit(source, (1 - source,), size_bytes, 1, False, Carrier(), None)
 
 
 def outcome(walk):

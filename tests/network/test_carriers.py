@@ -33,13 +33,18 @@ def carriers():
 @pytest.mark.parametrize("module, name", list(carriers()))
 def test_carriers_are_whole(module, name):
     cls = getattr(importlib.import_module(module), name)
-    assert issubclass(cls, Carrier), f"{name} lacks a method of {Carrier.__name__}"
+    assert issubclass(cls, Carrier)
 
 
 def test_the_search_finds_them():
     found = {name for _, name in carriers()}
-    assert {"Source", "StreamLink", "Datagram", "Receiver", "Sender", "End", "Bench"} <= found
+    assert {"Source", "StreamLink", "Datagram", "Receiver", "Sender", "Express", "Bench"} <= found
     assert issubclass(Bench, BroadcastCarrier)
+
+
+def test_a_carrier_is_a_socket_of_its_own_unless_it_says_otherwise():
+    bench = Bench(Ideal(Ideal.Params()))
+    assert bench.socket is bench
 
 
 def test_a_case_may_have_a_rule_that_makes_copies():

@@ -11,6 +11,7 @@ from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import ModelError
+from desim.network.carrier import Carrier
 from desim.network.medium import Medium
 from desim.testing import Bench, Instant
 from netmodels.access_link import AccessLink
@@ -106,7 +107,7 @@ def test_a_host_that_is_down_receives_nothing():
     assert bench.medium.rx_bytes == [0, 0, 125]
 
 
-class Told:
+class Told(Carrier):
     """A carrier that writes down what it is told."""
 
     def __init__(self):

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from desim.engine.kernel import Phase
 from desim.netcases.case import play as play_case
+from desim.network.carrier import Carrier
 from desim.ports import packet_sizes
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import Bench
@@ -202,7 +203,7 @@ def command_ms(queue, rate):
     return sum(commands.took_ns) / len(commands.took_ns) / 1e6
 
 
-class Conversation:
+class Conversation(Carrier):
     """A carrier of its own, and so a flow of its own."""
 
     def __init__(self, bench):

@@ -10,6 +10,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import InputError
 from desim.middleware.transports import stream_frame
+from desim.network.carrier import Carrier
 from desim.network.medium import Medium
 from desim.ports import NetworkModel, natural_key
 
@@ -34,7 +35,7 @@ def round_ends_ns(model: NetworkModel, rounds: Rounds, image_bytes: int) -> list
     return ends_ns
 
 
-class _Round:
+class _Round(Carrier[tuple[int, tuple[int, int]]]):
     """Simultaneous copies. It stops the clock when they are complete."""
 
     def __init__(self, copies: list[Copy], image_bytes: int, medium: Medium,
@@ -75,9 +76,6 @@ class _Round:
                         lost: dict[int, str]) -> None:
         """The whole part is copied again."""
         self.lost(token, receiver, next(iter(lost.values())))
-
-    def repeated(self, token: tuple[int, tuple[int, int]], _: int) -> None:
-        """The part is there already."""
 
     def lost(self, token: tuple[int, tuple[int, int]], _: int, reason: str) -> None:
         source, part = token

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds.reader import DIRECTED, NO_HEARTBEAT, ReliableSample
+from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
     from desim.middleware.dds.reliable import ReliableLink
@@ -14,7 +15,7 @@ BundleToken = tuple[list[ReliableSample], int, int]  # samples, first number, ki
 HeartbeatToken = tuple[int, int, int]  # first and last number, kind
 
 
-class Bundling:
+class Bundling(Carrier[BundleToken]):
     """The carrier of several whole samples in one message, which gets lost with any packet of it
     (Fast DDS, of what it repeats)."""
 
@@ -51,7 +52,7 @@ class Bundling:
             self._link.discard_copy(sample)
 
 
-class Beating:
+class Beating(Carrier[HeartbeatToken]):
     """The carrier of heartbeats to one reader."""
 
     socket = "rtps"  # a participant sends all by one

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds.nack_timing import NackTiming
+from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
@@ -44,7 +45,7 @@ class ReliableSample:
         self.again: dict[int, tuple[int, int]] | None = None
 
 
-class Reader:
+class Reader(Carrier[Answer]):
     """Delivers samples in the order of their numbers, and passes over those that the writer no
     longer has. It learns of the writer by arrivals alone, and is the carrier of its own
     acknowledgements."""

@@ -28,13 +28,13 @@ from desim.middleware.dds.reader import (
 )
 from desim.middleware.dds.retransmission import Wanted
 from desim.middleware.timers import NEVER, Timer
+from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.dds.remote import Guid
     from desim.middleware.dds.writer import Reliable
     from desim.middleware.message import Message
-    from desim.network.carrier import Carrier
     from desim.ports.middleware import Offer, Route
     from desim.ports.networks import Handle
 
@@ -47,7 +47,7 @@ SOON_NS = 50_000_000
 DataToken = tuple[ReliableSample, wire.SampleTrain, int, int]
 
 
-class ReliableLink:
+class ReliableLink(Carrier[DataToken]):
     """A writer's end of the link to one reader, and the carrier of its data.
 
     It keeps the last ``depth`` samples that are not acknowledged (0: all); an older one is

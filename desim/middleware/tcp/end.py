@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase, pair
+from desim.middleware.arp import AddressedCarrier
 from desim.middleware.jiffies import fires_ns
 from desim.middleware.tcp.implied import ImpliedReceiver
 from desim.middleware.tcp.parameters import SYN_BYTES
@@ -27,7 +28,7 @@ Control = tuple[int, int, int]
 SYN, SYN_ACK, ACK, RESET, PROBE, ALIVE = range(6)
 
 
-class End:
+class End(AddressedCarrier[Control]):
     """One host's end. It is the carrier of the segments without data that come to it."""
 
     __slots__ = ("connection", "host", "peer", "state", "closed", "sender", "receiver", "far",
@@ -122,15 +123,6 @@ class End:
         self.received_ns = now_ns = self._kernel.now_ns
         self._echo_ns = sent_ns
         _COMES[what](self, now_ns - echo_ns)
-
-    def arrived_in_part(self, segment: Control, receiver: int, lost: dict[int, str]) -> None:
-        """Cannot happen: a control segment is a single packet."""
-
-    def lost(self, segment: Control, receiver: int, reason: str) -> None:
-        """Nobody learns of it."""
-
-    def repeated(self, segment: Control, receiver: int) -> None:
-        """A copy changes nothing."""
 
     def unresolved(self, segment: Control) -> None:
         """The segment could not leave: a caller learns that the host is unreachable."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from desim.middleware.arp import AddressedCarrier
 from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.tcp.transit import FIN, Token
 from desim.middleware.timers import NEVER
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 Flight = tuple[int, Callable[..., object], Token, "str | None", int]
 
 
-class Express:
+class Express(AddressedCarrier[Flight]):
     """The one-step path of one sender. ``ready``: nothing is under way except ``flight``, and
     ``more`` behind it."""
 
@@ -127,9 +128,6 @@ class Express:
         """The medium lost it. The sender does not know; its timer will."""
         self.join()
         self._sender.peer.lost(self._train(flight), receiver, reason)
-
-    def unresolved(self, flight: Flight) -> None:
-        """Only a retransmission that could not leave counts (``RetransmissionTimer``)."""
 
     def repeated(self, flight: Flight, receiver: int) -> None:
         """A copy, which is a train like any other."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
+from desim.middleware.arp import AddressedCarrier
 from desim.middleware.context import ACKS
 from desim.middleware.jiffies import fires_ns
 from desim.middleware.tcp.parameters import on_wire, runs
@@ -28,7 +29,7 @@ _FIRST_MSS_BYTES = 536  # what Linux takes for a full segment before it has seen
 Train = tuple[int, int, int, int, int]
 
 
-class Receiver:
+class Receiver(AddressedCarrier[Train]):
     """Receives the trains of ``origin``, the sender at the other end; ``back`` is the sender at
     this end, with whose data an acknowledgement may travel; ``transit`` is shared with the origin.
 

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from desim.middleware.arp import AddressedCarrier
 from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.tcp.repair import Repair
@@ -30,7 +31,7 @@ _BATCH_BYTES = 26 * MSS_BYTES  # half of the window that a peer offers at first 
 _PIECE_BYTES = 832  # of memory beside the bytes (SKB_TRUESIZE(0), measured)
 
 
-class Sender(CongestionWindow):
+class Sender(AddressedCarrier[Ack], CongestionWindow):
     """Bytes ``una`` to ``nxt`` are on their way; those up to ``written`` wait to be sent. ``peer``
     is the receiver at the other end, ``back`` the one at this end. ``transit``: messages not yet
     acknowledged, or refused by the closed peer. ``repair``: not None while bytes are believed lost.
@@ -201,12 +202,6 @@ class Sender(CongestionWindow):
     def lost(self, ack: Ack, receiver: int, reason: str) -> None:
         """A lost acknowledgement: nobody learns of it, but a probe or timeout may follow."""
         self.retransmission.hide(ack[0])
-
-    def repeated(self, ack: Ack, receiver: int) -> None:
-        """A copy of an acknowledgement that is known."""
-
-    def unresolved(self, ack: Ack) -> None:
-        """An acknowledgement could not leave: nothing is to be done."""
 
     def acked(self, number: int, echo_ns: int,
               ranges: tuple[tuple[int, int], ...] = ()) -> None:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim.middleware.arp import AddressedCarrier
+
 if TYPE_CHECKING:
     from desim.middleware.tcp.receiver import Receiver, Train
 
 
-class Writes:
+class Writes(AddressedCarrier["Train"]):
     """The carrier of a train of ``packets`` equal pieces (to a byte) to ``socket``."""
 
     __slots__ = ("socket", "_packets")
+    socket: Receiver
 
     def __init__(self, socket: Receiver, packets: int) -> None:
         self.socket = socket
