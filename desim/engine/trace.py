@@ -71,8 +71,6 @@ class Trace:
     once after several rows.
     """
 
-    __slots__ = ("names", "rows_written", "_sink", "_buffer", "put", "_whole", "_by_entity")
-
     def __init__(self, names: Names, sink: Callable[[np.ndarray], None] | None = None) -> None:
         self.names = names
         self.rows_written = 0

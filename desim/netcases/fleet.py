@@ -59,8 +59,6 @@ class Question(Params):
 class FamilyAccount:
     """The fates of the messages of one family of topics that were born in time."""
 
-    __slots__ = ("talks", "sent", "delays_ns", "lost")
-
     def __init__(self) -> None:
         self.talks: list[Talk] = []
         self.sent = 0

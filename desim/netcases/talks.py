@@ -112,8 +112,6 @@ class PacedNode(Node):
     """Publishes the messages of a node of this host, under its name, and so with its timers'
     phases."""
 
-    __slots__ = ("_talks",)
-
     def __init__(self, host: Host, name: str, talks: list[Talk]) -> None:
         super().__init__(host, name)
         self._talks = talks
@@ -137,8 +135,6 @@ class PacedNode(Node):
 
 class Listener(Node):
     """Subscribes to topics."""
-
-    __slots__ = ("_topics",)
 
     def __init__(self, host: Host, topics: list[str]) -> None:
         super().__init__(host, "listener")
@@ -164,8 +160,6 @@ def _stages(parts: Simulation) -> list[_Stage]:
 
 class _Stage(Host):
     """A host that notes the advertisements and subscriptions of its nodes."""
-
-    __slots__ = ("advertised", "subscribed")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         super().__init__(graph, name, index)

@@ -34,8 +34,6 @@ class Gate:
     other rules exist, so frames need not be admitted.
     """
 
-    __slots__ = ("_account", "_judges", "_repeated", "judge_transmission", "reasons", "open")
-
     def __init__(self, rules: Sequence[Rule], model: NetworkModel, account: Account) -> None:
         self._account = account
         repeats = isinstance(model, Retransmits) and model.judges_transmissions

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 class MediumView:
     """The ``ports.RuleContext`` of the rule called ``name``."""
 
-    __slots__ = ("_medium", "_name", "_kernel", "positions")
-
     def __init__(self, medium: Medium, name: str) -> None:
         self._medium = medium
         self._name = name

@@ -27,7 +27,6 @@ from desim.results.status import RunStatus
 from desim.scenario.resolved import resolved
 from desim.scenario.schema.whole import Scenario
 
-FINISHED, FAILED = RunStatus.FINISHED, RunStatus.FAILED
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 _SCENARIO, _NAMES, _LOCK = "scenario.resolved.yaml", "names.json", ".lock"
 # The files that a run may have left when it was cut off.
@@ -142,12 +141,12 @@ class RunFolder:
                     "versions": identity.versions(), "plugins": self._identity.plugins,
                     "source": self._identity.source, "machine": identity.machine()}
         before = manifest_of(self.path)
-        if before is not None and before["status"] == manifest["status"] == FINISHED \
+        if before is not None and before["status"] == manifest["status"] == RunStatus.FINISHED \
                 and before["digest"] != manifest["digest"]:
             complete["differs_from_earlier"] = before["digest"]
         # A finished run is not replaced by part of the same run.
-        if manifest["status"] != FINISHED and before is not None \
-                and before["status"] == FINISHED:
+        if manifest["status"] != RunStatus.FINISHED and before is not None \
+                and before["status"] == RunStatus.FINISHED:
             self.discard()
             return None
         written = [name for name in _files(self._partial)

@@ -9,8 +9,8 @@ import numpy as np
 
 from desim.middleware.message import Message
 
-BATCH = 1 << 14
-LOOKED_BACK = 1 << 13
+BATCH = 1 << 14  # rows at a time: 1.3 MB, a row group of the table
+LOOKED_BACK = 1 << 13  # messages: 0.6 MB, which a panel can search at each refresh
 COLUMNS = ("number", "topic", "source", "destination", "size_bytes", "born_ns", "first_ns",
            "last_ns", "reason", "end_ns")
 DELIVERED = "delivered"  # reason number 0
@@ -22,8 +22,6 @@ class MessageLog:
     """Collects the fates of messages: pass ``fate`` to ``Graph`` as ``on_fate``. ``sink(rows,
     reasons)`` gets every full batch: int64 [n, 10] in the order of ``COLUMNS``, the topic as its
     name id, hosts as indices, the reason as an index into ``reasons``."""
-
-    __slots__ = ("reasons", "_sink", "_reason", "_rows", "_before")
 
     def __init__(self, sink: Callable[[np.ndarray, list[str]], None]) -> None:
         self.reasons = [DELIVERED]

@@ -23,9 +23,6 @@ from desim.scenario.schema.robot import Laser
 class Driver(Node):
     """Sensors and motors of ``robots`` (indices into ``world.robots``)."""
 
-    __slots__ = ("robots", "_world", "_laser", "_scan_bytes", "_increment_rad", "_alone", "_scans",
-                 "_poses")
-
     def __init__(self, host: Host, world: World, robots: Sequence[int], laser: Laser) -> None:
         super().__init__(host, "driver")
         self.robots = tuple(robots)

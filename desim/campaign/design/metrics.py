@@ -17,11 +17,12 @@ from desim.campaign.design.plan import Plan
 from desim.errors import InputError, described, did_you_mean
 from desim.results.row import Row, flat
 from desim.results.run import Run
+from desim.results.status import RunStatus
 from desim.scenario import expression
 
 # A rehearsal is long enough for everything to be measured once, and too short to be felt.
 _REHEARSAL_NS = 10_000_000
-_MOST_REHEARSALS = 8
+_MOST_REHEARSALS = 8  # where all of these fail, more would only take longer to say so
 # Which reasons there are shows only in a run: what did not happen happened 0 times.
 _COUNTED = re.compile(r"messages_dropped_\w+")
 _INSTANTS = ("exploration_time_s", "union_time_s", "fleet_time_s")
@@ -74,7 +75,7 @@ class Metrics:
         An instant that was not reached within the time limit counts as the run's end, in the
         design's expressions too, so that vectors that fail do not pass for well known (restricted
         mean). Where the run stopped for another reason nothing is known about the instant."""
-        if row["status"] != "finished":
+        if row["status"] != RunStatus.FINISHED:
             return None
         found = row["metrics"]
         ends = {instant: found["simulated_s"] for instant in _INSTANTS

@@ -13,7 +13,7 @@ from desim.campaign.design.quantities import Quantity, same_unit
 from desim.errors import InputError, did_you_mean
 from desim.scenario.places import Path
 
-_MOST_LEVELS = 100_000
+_MOST_LEVELS = 100_000  # of one parameter: a mistaken step is refused before it takes minutes
 _DIGITS = 6  # of sampled and of logarithmic values
 
 

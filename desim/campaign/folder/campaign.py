@@ -10,8 +10,8 @@ import numpy as np
 
 from desim.campaign.design.design import Design, read_design
 from desim.errors import InputError
-from desim.results.folder import FINISHED
 from desim.results.run import Run, columns
+from desim.results.status import RunStatus
 
 
 class Campaign:
@@ -45,7 +45,7 @@ class Campaign:
 
     def __iter__(self) -> Iterator[Run]:
         for run_id, status in zip(self.runs["run_id"], self.runs["status"], strict=True):
-            if status == FINISHED:
+            if status == RunStatus.FINISHED:
                 yield self.run(run_id)
 
     def __repr__(self) -> str:

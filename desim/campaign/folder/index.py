@@ -14,11 +14,11 @@ from pathlib import Path
 
 from desim.errors import InputError
 from desim.files import content, refuse_link, replacing
-from desim.results.folder import FAILED, FINISHED
 from desim.results.row import Row
+from desim.results.status import RunStatus
 
 _FINISHED_HAS = {"digest", "cost", "metrics", "functions"}
-_MOST_BYTES = 10**11
+_MOST_BYTES = 10**11  # 50 times what a campaign of 1,000,000 runs writes
 _CHECK = b', "check": "'
 
 
@@ -88,7 +88,7 @@ def recovered(rows: dict[str, Row], present: Iterable[str], like: Callable[[str]
     raised, because that may have been mended."""
     known = dict.fromkeys(present)
     found = {run_id: row for run_id, row in rows.items()
-             if run_id in known or row["status"] != FINISHED}
+             if run_id in known or row["status"] != RunStatus.FINISHED}
     wrong: dict[str, str] = {}
     for run_id in known:
         if is_current(found.get(run_id), like(run_id), functions):
@@ -104,7 +104,8 @@ def recovered(rows: dict[str, Row], present: Iterable[str], like: Callable[[str]
 def is_current(row: Row | None, folder: str | None, functions: tuple[str, ...] = ()) -> bool:
     """Whether a row is what reading a folder of this likeness again would give."""
     return (row is not None and row.get("folder") == folder and "raised" not in row
-            and (row["status"] == FAILED or all(name in row["functions"] for name in functions)))
+            and (row["status"] == RunStatus.FAILED
+                 or all(name in row["functions"] for name in functions)))
 
 
 def read(path: Path) -> tuple[dict[str, Row], int, int]:
@@ -149,7 +150,7 @@ def _row(line: bytes) -> Row | None:
         return None
     if not (isinstance(row, dict) and isinstance(row.get("run_id"), str)):
         return None
-    whole = (row.get("status") == FAILED and "error" in row
-             or row.get("status") == FINISHED and row.keys() >= _FINISHED_HAS
+    whole = (row.get("status") == RunStatus.FAILED and "error" in row
+             or row.get("status") == RunStatus.FINISHED and row.keys() >= _FINISHED_HAS
              and isinstance(row["metrics"], dict) and isinstance(row["functions"], dict))
     return row if whole else None

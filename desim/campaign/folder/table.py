@@ -19,6 +19,7 @@ from desim.campaign.design.metrics import Metrics
 from desim.campaign.design.plan import Plan, Vector
 from desim.files import replacing
 from desim.results.row import Row, Rows
+from desim.results.status import RunStatus
 
 RAISED = "desim.raised"  # of the metadata: by metric, in how many runs, and the first error
 
@@ -37,7 +38,7 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
            for name in ("status", "error", "digest")},
         **{column: [of[vector.levels[name].label] for vector, _, _ in made]
            for name in plan.parameters for column, of in labelled(plan, name).items()}}
-    found = [metrics.of(rows[run_id]) if rows[run_id]["status"] == "finished" else {}
+    found = [metrics.of(rows[run_id]) if rows[run_id]["status"] == RunStatus.FINISHED else {}
              for _, _, run_id in made]
     names = dict.fromkeys((*metrics.names, *sorted(
         {name for values in found for name in values} - {*metrics.names})))

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from desim.campaign.design.design import Until
 from desim.campaign.design.plan import Plan, Vector
 from desim.campaign.design.quantities import same_unit
-from desim.results.folder import FAILED
 from desim.results.row import Row, Rows
+from desim.results.status import RunStatus
 
 if TYPE_CHECKING:  # scipy.stats is slow to import, and few designs need it
     import numpy as np
@@ -106,7 +106,7 @@ class Agenda:
 
     def _count(self, row: Row) -> None:
         self._done += 1
-        self._failed += row["status"] == FAILED
+        self._failed += row["status"] == RunStatus.FAILED
 
     def _extend(self) -> None:
         """Append iterations of each vector that is not known well enough."""

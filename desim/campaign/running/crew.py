@@ -18,7 +18,7 @@ from desim.campaign.running.work import Task
 from desim.results.row import Row, failure
 from desim.units import DURATION, NS_PER_S
 
-_TRIES = 2
+_TRIES = 2  # one death may be the machine's fault (memory, a kill); a second is the run's
 
 
 class Crew:

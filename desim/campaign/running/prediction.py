@@ -16,7 +16,7 @@ import numpy as np
 
 from desim.campaign.design.plan import Plan, Vector
 from desim.campaign.running.agenda import Agenda
-from desim.results.folder import FINISHED
+from desim.results.status import RunStatus
 
 _MOST_COMPARED = 64  # vectors: enough to see what matters, few enough for large designs
 _OVERHEAD_S = 0.015  # of a run, beside what its manifest says (measured: tools/bench.py campaign)
@@ -103,7 +103,7 @@ def finished_costs(agenda: Agenda) -> dict[int, list[Cost]]:
     costs: dict[int, list[Cost]] = {}
     for vector, _, run_id in agenda.runs:
         row = agenda.rows.get(run_id)
-        if row is not None and row["status"] == FINISHED:
+        if row is not None and row["status"] == RunStatus.FINISHED:
             costs.setdefault(vector.number, []).append(
                 Cost(row["cost"]["cpu_s"], row["cost"]["simulated_s"], True))
     return costs

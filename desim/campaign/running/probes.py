@@ -12,13 +12,14 @@ from desim import api
 from desim.campaign.design.plan import Plan, Vector
 from desim.campaign.running.agenda import Agenda
 from desim.campaign.running.prediction import Cost
-from desim.results.folder import FINISHED, RunFolder
+from desim.results.folder import RunFolder
 from desim.results.run import Run
+from desim.results.status import RunStatus
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 
-BUDGET_S = 20.0
-_MOST_PROBES = 8
+BUDGET_S = 20.0  # as long as a person waits for an answer
+_MOST_PROBES = 8  # of 2.5 s each: shorter ones see little more than the beginning
 _SHARE = 10  # runs for each probe: what predicts takes about a tenth of what it predicts
 _GOLDEN = 0.6180339887  # its multiples, modulo 1, fill the interval evenly
 
@@ -77,7 +78,7 @@ def _probe(plan: Plan, vector: Vector, budget_s: float) -> Cost:
                 raise
             run = Run(str(stopped))
         cpu_s, simulated_s = run.manifest["cpu_s"], run.manifest["simulated_s"]
-        if run.manifest["status"] == FINISHED:
+        if run.manifest["status"] == RunStatus.FINISHED:
             return Cost(cpu_s, simulated_s, True)
         return Cost(cpu_s, simulated_s, False, _start_s(cpu_s, simulated_s, marks))
 

@@ -7,14 +7,14 @@ from desim.campaign.design.metrics import Metrics
 from desim.campaign.design.plan import Plan
 from desim.campaign.folder.table import raised
 from desim.campaign.running.agenda import Agenda
-from desim.results.folder import FINISHED
+from desim.results.status import RunStatus
 
 
 def remarks(plan: Plan, metrics: Metrics, agenda: Agenda) -> list[str]:
     """The remarks, a line each; none where all is well, or where no run has finished."""
     ids = dict.fromkeys(run_id for _, _, run_id in sorted(
         agenda.runs, key=lambda run: (run[0].number, run[1])) if run_id in agenda.rows)
-    rows = [row for row in map(agenda.rows.__getitem__, ids) if row["status"] == FINISHED]
+    rows = [row for row in map(agenda.rows.__getitem__, ids) if row["status"] == RunStatus.FINISHED]
     if not rows:
         return []
     found = raised(metrics, rows)

@@ -22,12 +22,12 @@ from desim.campaign.running.cluster_settings import Local, Queue, Running, Setti
 from desim.errors import InputError
 from desim.units import NS_PER_S
 
-_CONNECT_S = 5
+_CONNECT_S = 5  # a scheduler that is there answers within a second, also over a wide network
 _COMMANDS = {"slurm": ("sbatch", "SLURMCluster"), "pbs": ("qsub", "PBSCluster")}
 _DASK = {
     "distributed.scheduler.allowed-failures": 1,  # a second death of its worker ends a run
     "distributed.scheduler.worker-saturation": 1.0,  # nobody dies with runs that have not begun
-    "distributed.deploy.lost-worker-timeout": "5s",
+    "distributed.deploy.lost-worker-timeout": "5s",  # then its job is replaced (Dask: 15 s)
 }
 
 

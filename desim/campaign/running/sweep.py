@@ -26,8 +26,8 @@ from desim.campaign.running.remarks import remarks
 from desim.campaign.running.work import Task
 from desim.errors import InputError, did_you_mean
 from desim.files import refuse_link
-from desim.results.folder import FAILED
 from desim.results.row import Row, Rows
+from desim.results.status import RunStatus
 
 INDEX, TABLE = "index.jsonl", "runs.parquet"
 
@@ -207,7 +207,7 @@ def foreseen(plan: Plan, metrics: Metrics, out: Path, only: tuple[str, ...] = ()
 def _agenda(plan: Plan, metrics: Metrics, rows: Rows, only: tuple[str, ...],
             retry_failed: bool) -> Agenda:
     if retry_failed:
-        rows = {run_id: row for run_id, row in rows.items() if row["status"] != FAILED}
+        rows = {run_id: row for run_id, row in rows.items() if row["status"] != RunStatus.FAILED}
     rule = plan.design.iterations
     if not isinstance(rule, Until):
         return Agenda(plan, rows, only)

@@ -19,8 +19,8 @@ from desim.campaign.running.agenda import Agenda
 from desim.campaign.running.driver import Prediction, TimeLeft
 from desim.campaign.running.sweep import INDEX, TABLE, Sweep
 from desim.commands.views.terminal import Terminal
-from desim.results.folder import FAILED
 from desim.results.row import Row
+from desim.results.status import RunStatus
 
 LINE_EVERY_S = 10.0  # where there is no terminal
 _MOST_DAMAGED = 10  # runs that are named
@@ -101,7 +101,7 @@ class SweepView:
         if not self._console.is_terminal and time.monotonic() >= self._next_line_s:
             self._console.print(f"{done} of {total} runs{_failed(failed)}; {left} to go")
             self._next_line_s = time.monotonic() + LINE_EVERY_S
-        if row["status"] == FAILED and cause_of(row["error"]) not in self._errors:
+        if row["status"] == RunStatus.FAILED and cause_of(row["error"]) not in self._errors:
             self._errors.add(cause_of(row["error"]))
             self._progress.console.print(f"{row['run_id']} failed: {row['error']}")
 
@@ -144,7 +144,7 @@ class SweepView:
         """Print each cause once, the most frequent first."""
         causes: dict[str, list[str]] = {}
         for row in self._sweep.rows.values():
-            if row["status"] == FAILED and row["run_id"] in self._sweep.agenda:
+            if row["status"] == RunStatus.FAILED and row["run_id"] in self._sweep.agenda:
                 causes.setdefault(cause_of(row["error"]), []).append(row["run_id"])
         for cause, ids in sorted(causes.items(), key=lambda item: -len(item[1]))[:_MOST_CAUSES]:
             count = f"{len(ids)} runs" if len(ids) > 1 else "1 run"

@@ -17,7 +17,7 @@ from desim.campaign.design.design import Design, LatinHypercube, Saltelli, Sobol
 from desim.campaign.design.quantities import SUFFIXES
 from desim.campaign.folder.table import RAISED
 from desim.errors import InputError, did_you_mean, printable
-from desim.results.folder import FAILED
+from desim.results.status import RunStatus
 
 # Instants that a run may be stopped before: null is later than ``simulated_s``.
 TIMES = ("exploration_time_s", "union_time_s", "fleet_time_s")
@@ -86,7 +86,7 @@ class Study:
         self.metrics = tuple(name for name in self._table.column_names
                              if name not in taken and self._is_number(name))
         self._refuse_unknown()
-        self.failed = self.words("status") == FAILED
+        self.failed = self.words("status") == RunStatus.FAILED
         self.iterations = self.numbers("iteration").astype(int)
         self.vectors = self._vectors()
         self.column, self.text = cache(self._metric), cache(self.words)
