@@ -10,7 +10,7 @@ from desim.ports.middleware import Addressing
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
-    from desim.middleware.dds.remote import Guid
+    from desim.middleware.dds.wire import Guid
     from desim.middleware.message import Message
     from desim.ports.middleware import Offer, Route
 

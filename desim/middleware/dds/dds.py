@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from functools import lru_cache
-from typing import Protocol
 
 from desim.engine.kernel import Phase, pair
 from desim.errors import InputError, did_you_mean
@@ -13,8 +12,8 @@ from desim.middleware.dds.endpoints import Envelope
 from desim.middleware.dds.parameters import DdsParams
 from desim.middleware.dds.participant import Participant
 from desim.middleware.dds.reliable import ReliableLink
-from desim.middleware.dds.remote import NOBODY, Guid, RemoteParticipant
-from desim.middleware.dds.wire import LONG_TRAIN_BYTES, SampleTrain
+from desim.middleware.dds.remote import NOBODY, RemoteParticipant
+from desim.middleware.dds.wire import LONG_TRAIN_BYTES, Guid, SampleTrain
 from desim.middleware.dds.writer import Reliable
 from desim.middleware.timers import Timers
 from desim.ports.middleware import (
@@ -26,11 +25,8 @@ from desim.ports.middleware import (
     TransportKind,
 )
 
-
-class Cuts(Protocol):
-    """Cuts a sample of so many bytes into trains, with heartbeats on some of its messages."""
-
-    def __call__(self, size_bytes: int, beats: tuple[bool, ...]) -> tuple[SampleTrain, ...]: ...
+# Cuts a sample of so many bytes into trains, with heartbeats on some of its messages.
+Cuts = Callable[[int, tuple[bool, ...]], tuple[SampleTrain, ...]]
 
 
 class Dds:

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from desim.middleware.dds import wire
 from desim.middleware.dds.heartbeat_piggyback import Spent
-from desim.middleware.dds.remote import Guid, Item, ItemKind, RemoteParticipant
+from desim.middleware.dds.remote import RemoteParticipant
+from desim.middleware.dds.wire import Guid, Item, ItemKind
 
 if TYPE_CHECKING:
     from desim.middleware.dds.participant import Participant
+    from desim.ports.middleware import InAdvance
     from desim.ports.networks import Handle
 
 # Until a reader asks again for endpoints that are on their way: NackDelay of Cyclone DDS. Fast DDS
@@ -33,14 +35,9 @@ class Mail(NamedTuple):
     known: int | None
 
 
-class Envelope(NamedTuple):
-    """A message between two participants. ``handler(endpoints, remote, lost, *content)`` reads it
-    at the receiver; ``lost`` are the packets of its train that did not arrive."""
-
-    sender: Guid
-    receiver: Guid
-    handler: Callable[..., object]
-    content: tuple[object, ...]
+# A message between two participants: sender, receiver, handler and content. ``handler(endpoints,
+# remote, lost, *content)`` reads it; ``lost`` are the packets of its train that did not arrive.
+Envelope = tuple[Guid, Guid, Callable[..., object], tuple[object, ...]]
 
 
 class Endpoints:
@@ -56,9 +53,7 @@ class Endpoints:
         self.items: list[Item] = []  # those that exist
         # A node's endpoints are made some time after its participant.
         self._exist = False
-        self._coming = [
-            Item(me.guid, ItemKind(f"built_in_{each.kind}"), each.shared, each.size_bytes)
-            for each in self._wire.built_in_endpoints(self._context.hosts[me.host])]
+        self._coming = self._wire.built_in_endpoints(me.guid, self._context.hosts[me.host])
         self._beat: tuple[int, Handle] | None = None  # when the next heartbeat is due
         self._beats = 0
         limit_bytes = me.params.heartbeat_after_bytes
@@ -84,20 +79,14 @@ class Endpoints:
                 me.relay.add(item)
             return
         known = me.direct()
-        if self._multicast and len(known) > 1:
-            self._announce(known)
-        else:
-            for remote in known:
-                self.announce(remote)
+        for group in [known] if self._multicast and known else [[remote] for remote in known]:
+            self.announce(group)
 
     # Messages to others.
 
-    def announce(self, remote: RemoteParticipant) -> None:
-        """Send the items that were not sent yet. The next heartbeats reveal a loss."""
-        self._announce([remote])
-
-    def _announce(self, remotes: list[RemoteParticipant]) -> None:
-        """Send the same items to all of these, by multicast if there are several."""
+    def announce(self, remotes: list[RemoteParticipant]) -> None:
+        """Send the items that were not sent yet, the same to all of these, by multicast if there
+        are several. The next heartbeats reveal a loss."""
         first, last = remotes[0].sent_count, len(remotes[0].out)
         alone = len(self._me.remotes) == 1
         for start in range(first, last, TRAIN):
@@ -195,13 +184,13 @@ class Endpoints:
         parts: list[list[Item]] = [[]]
         if self._spent is None:
             return [items]
-        resent = self._me.resent
+        me = self._me
         for item in items:
-            resent.bytes += wire.TIME_BYTES + item.size_bytes + (
+            me.resent_bytes += wire.TIME_BYTES + item.size_bytes + (
                 0 if parts[-1] else self._wire.head_bytes)
             parts[-1].append(item)
-            if self._spent[wire.is_reader(item)].over(resent.bytes):
-                resent.bytes += self._wire.head_bytes + wire.HEARTBEAT_BYTES
+            if self._spent[wire.is_reader(item)].over(me.resent_bytes):
+                me.resent_bytes += self._wire.head_bytes + wire.HEARTBEAT_BYTES
                 parts.append([])
         return parts
 
@@ -212,27 +201,23 @@ class Endpoints:
     def _send_in_advance(self, kind: str, remote: RemoteParticipant, chunks: list[wire.Chunk],
                          handler: Callable[..., object], *content: object) -> None:
         """``_send`` a message that only shows ``remote`` that this participant lives."""
-        me, dds = self._me, self._me.dds
-        you = dds.participants.get(remote.host)
-        size_bytes, packets = wire.together(chunks)
-        self._context.send(kind, me.host, [remote.host], size_bytes, dds.received,
-                           {remote.host: Envelope(me.guid, remote.guid, handler, content)},
-                           segments=packets, in_part=dds.received, in_advance=(
-                               me.in_advance if you is not None and you.guid == remote.guid
-                               else None))
+        you = self._me.dds.participants.get(remote.host)
+        runs = you is not None and you.guid == remote.guid
+        self._send_all(kind, [remote], chunks, handler, lambda _: content,
+                       self._me.in_advance if runs else None)
 
     def _send_all(self, kind: str, remotes: list[RemoteParticipant], chunks: list[wire.Chunk],
                   handler: Callable[..., object],
-                  content: Callable[[RemoteParticipant], tuple[object, ...]]) -> None:
+                  content: Callable[[RemoteParticipant], tuple[object, ...]],
+                  in_advance: Callable[[int], InAdvance | None] | None = None) -> None:
         """Send messages in one train: by multicast if that is usual and there are several remotes.
         """
         chunk, me, dds = wire.together(chunks), self._me, self._me.dds
-        groups = [remotes] if self._multicast else [[remote] for remote in remotes]
-        for group in groups:
-            to = {remote.host: Envelope(me.guid, remote.guid, handler, content(remote))
-                  for remote in group}
+        for group in [remotes] if self._multicast else [[remote] for remote in remotes]:
+            to = {remote.host: (me.guid, remote.guid, handler, content(remote)) for remote in group}
             self._context.send(kind, me.host, list(to), chunk.size_bytes, dds.received, to,
-                               segments=chunk.packets, multicast=len(to) > 1, in_part=dds.received)
+                               segments=chunk.packets, multicast=len(to) > 1, in_part=dds.received,
+                               in_advance=in_advance)
 
     def _book(self, delay_ns: int) -> None:
         """Send a heartbeat at that time, or earlier."""

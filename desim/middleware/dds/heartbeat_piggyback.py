@@ -1,33 +1,26 @@
-"""Piggybacked heartbeats: which messages of a writer carry one."""
+"""Piggybacked heartbeats: which messages of a writer carry one.
+
+The two rules take messages by their bytes: ``new`` those of a new sample, ``again`` those that are
+sent once more.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
-from typing import Protocol
+from itertools import accumulate
+from typing import TYPE_CHECKING
 
-
-class HeartbeatPiggyback(Protocol):
-    """The rule by which a message, given by its bytes, carries a heartbeat: ``new`` for messages of
-    a new sample, ``again`` for those that are sent once more."""
-
-    def new(self, sizes: Sequence[int]) -> tuple[bool, ...]: ...
-
-    def again(self, sizes: Sequence[int]) -> tuple[bool, ...]: ...
+if TYPE_CHECKING:
+    from desim.middleware.dds.participant import Participant
 
 
 class Always:
     """A heartbeat on the last message of each sample, and of each repetition (Cyclone DDS)."""
 
     def new(self, sizes: Sequence[int]) -> tuple[bool, ...]:
-        return _last(len(sizes))
+        return (False,) * (len(sizes) - 1) + (True,)
 
     again = new
-
-
-@lru_cache(1 << 10)
-def _last(count: int) -> tuple[bool, ...]:
-    return (False,) * (count - 1) + (True,)
 
 
 class Spent:
@@ -50,33 +43,21 @@ class Spent:
         return True
 
 
-class Resent:
-    """The bytes that a participant has retransmitted since its start."""
-
-    def __init__(self) -> None:
-        self.bytes = 0
-
-
 class WhenFull:
     """A heartbeat on each message while the writer's history is full, otherwise now and then (Fast
     DDS). ``full(count)``: whether the history is full with ``count`` more samples."""
 
-    def __init__(self, full: Callable[[int], bool], limit_bytes: int, resent: Resent) -> None:
-        self._full, self._spent, self._resent = full, Spent(limit_bytes), resent
+    def __init__(self, full: Callable[[int], bool], limit_bytes: int, sender: Participant) -> None:
+        self._full, self._spent, self._sender = full, Spent(limit_bytes), sender
 
     def new(self, sizes: Sequence[int]) -> tuple[bool, ...]:
         if self._full(1):
             return (True,) * len(sizes)
-        so_far = 0
-        out: list[bool] = []
-        for size in sizes:
-            so_far += size
-            out.append(self._spent.over(so_far))
-        return tuple(out)
+        return tuple([self._spent.over(so_far) for so_far in accumulate(sizes)])
 
     def again(self, sizes: Sequence[int]) -> tuple[bool, ...]:
         full, out = self._full(0), []
         for size in sizes:
-            self._resent.bytes += size
-            out.append(full or self._spent.over(self._resent.bytes))
+            self._sender.resent_bytes += size
+            out.append(full or self._spent.over(self._sender.resent_bytes))
         return tuple(out)

@@ -9,10 +9,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds.endpoints import Endpoints
-from desim.middleware.dds.heartbeat_piggyback import Resent
 from desim.middleware.dds.relay import Relay
-from desim.middleware.dds.remote import Coming, Guid, Item, ItemKind, RemoteParticipant
-from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk
+from desim.middleware.dds.remote import RemoteParticipant
+from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk, Guid, Item, ItemKind
 from desim.middleware.lifetime import Lifetime
 from desim.ports.middleware import HostState
 
@@ -36,7 +35,7 @@ class Participant:
         self.remotes: dict[Guid, RemoteParticipant] = {}
         self.writers: dict[str, None] = {}  # topics
         self.readers: dict[str, None] = {}
-        self.resent = Resent()
+        self.resent_bytes = 0  # retransmitted since its start
         self.relay = Relay(self) if dds.server == host else None
         self._series = 0  # begun so far
         self.endpoints = Endpoints(self)
@@ -127,8 +126,7 @@ class Participant:
         if remote is None or not remote.direct:
             return None
         remote.take_arrivals(self.context.now_ns)
-        return lambda time_ns, arrived, token: remote.coming.append(
-            Coming(time_ns, arrived, token))
+        return lambda *arrival: remote.coming.append(arrival)
 
     def announced(self, guid: Guid, lease_ns: int, wants_response: bool) -> None:
         """Meet a participant that was unknown, or known only through a server."""
@@ -254,7 +252,5 @@ class Participant:
         self.dds.joined(self, remote, topic)
 
     def _assert_liveliness(self, _: object) -> None:
-        known = self.direct()
-        if known:
-            self.endpoints.assert_liveliness(known)
+        self.endpoints.assert_liveliness(self.direct())
         self.after(self.asserting_ns, self._assert_liveliness)

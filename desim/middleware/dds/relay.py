@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.middleware.dds.remote import Guid, Item, ItemKind
+from desim.middleware.dds.wire import Guid, Item, ItemKind
 
 if TYPE_CHECKING:
     from desim.middleware.dds.participant import Participant
@@ -59,4 +59,4 @@ class Relay:
             remote.out.append(first)
         announced[item] = None
         remote.out.append(item)
-        me.endpoints.announce(remote)
+        me.endpoints.announce([remote])

@@ -32,7 +32,7 @@ from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
-    from desim.middleware.dds.remote import Guid
+    from desim.middleware.dds.wire import Guid
     from desim.middleware.dds.writer import Reliable
     from desim.middleware.message import Message
     from desim.ports.middleware import Offer, Route

@@ -3,43 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import StrEnum
-from typing import NamedTuple
 
-from desim.middleware.dds.nack_timing import NackTiming
+from desim.middleware.dds.reader import NackTiming
+from desim.middleware.dds.wire import Guid, Item, ItemKind
 
-Guid = tuple[int, int]  # host index, and which of its lives: a new one at every start
 NOBODY: Guid = (-1, 0)
-
-
-class ItemKind(StrEnum):
-    """The kinds of items of discovery."""
-
-    WRITER = "writer"
-    READER = "reader"
-    BUILT_IN_WRITER = "built_in_writer"  # one that every node has
-    BUILT_IN_READER = "built_in_reader"
-    PARTICIPANT = "participant"
-    GONE = "gone"  # a participant
-
-
-class Item(NamedTuple):
-    """One item of discovery: an announcement about ``owner`` and, for an endpoint, its ``topic``
-    (of one that every node has, only if it is ever matched)."""
-
-    owner: Guid
-    kind: ItemKind
-    topic: str
-    size_bytes: int
-
-
-class Coming(NamedTuple):
-    """An arrival that only shows that a participant lives: ``arrived(token, receiver)`` at
-    ``time_ns``."""
-
-    time_ns: int
-    arrived: Callable[..., object]
-    token: object
+# An arrival that only shows that a participant lives: ``arrived(token, receiver)`` at ``time_ns``.
+Arrival = tuple[int, Callable[..., object], object]
 
 
 class RemoteParticipant:
@@ -82,16 +52,16 @@ class RemoteParticipant:
         self.beating = 0
         self.built_in: dict[tuple[ItemKind, str], None] = {}
         self.greeted: dict[str, None] = {}
-        self.coming: list[Coming] = []
+        self.coming: list[Arrival] = []
 
     def take_arrivals(self, now_ns: int) -> None:
         """Renew its lease by what has arrived before ``now_ns``."""
         coming, self.coming = self.coming, []
-        for each in coming:
-            if each.time_ns >= now_ns:
-                self.coming.append(each)
-            elif each.time_ns > self.received_ns:
-                self.received_ns = each.time_ns
+        for arrival in coming:
+            if arrival[0] >= now_ns:
+                self.coming.append(arrival)
+            else:
+                self.received_ns = max(self.received_ns, arrival[0])
 
     def begin(self, series: int) -> None:
         """Start anew: the remote sends all its items again."""

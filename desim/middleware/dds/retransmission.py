@@ -3,22 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, NamedTuple
 
-from desim.middleware.dds import wire
-
-if TYPE_CHECKING:
-    from desim.middleware.dds.parameters import DdsParams
-    from desim.middleware.dds.reader import Missing, ReliableSample
-
-
-class Retransmission(NamedTuple):
-    """The answer to requests. ``parts`` of samples to send now, each in a frame; whether some are
-    ``gone``; the time when more are due, if nothing changes (None: never)."""
-
-    parts: list[tuple[ReliableSample, range]]
-    gone: bool
-    next_ns: int | None
+from desim.middleware.dds.parameters import DdsParams
+from desim.middleware.dds.reader import Missing, ReliableSample
+from desim.middleware.dds.wire import RtpsDialect
 
 
 class Wanted:
@@ -29,7 +17,7 @@ class Wanted:
     doubles each time.
     """
 
-    def __init__(self, params: DdsParams, cut: wire.RtpsDialect) -> None:
+    def __init__(self, params: DdsParams, cut: RtpsDialect) -> None:
         self._pause_ns, self._most_ns = params.nack_suppression_ns, params.heartbeat_limit_ns
         self._fragment_bytes, self._message = params.fragment_bytes, params.message_fragments
         self._cut = cut
@@ -43,10 +31,12 @@ class Wanted:
         self.missing = {number: indices for number, indices in self.missing.items()
                         if number >= base}
 
-    def take(self, history: deque[ReliableSample], first: int, now_ns: int) -> Retransmission:
+    def take(self, history: deque[ReliableSample], first: int, now_ns: int
+             ) -> tuple[list[tuple[ReliableSample, range]], bool, int | None]:
         """Take the fragments of ``history``, which begins with number ``first``, that are to be
-        sent now. A sample of several messages of which the reader has nothing goes in trains once,
-        all others by fragments."""
+        sent now: parts of samples, each in a frame. A sample of several messages of which the
+        reader has nothing goes in trains once, all others by fragments. Returns also whether some
+        fragments are gone, and when more are due if nothing changes (None: never)."""
         missing, self.missing = self.missing, {}
         parts: list[tuple[ReliableSample, range]] = []
         next_ns = None
@@ -72,7 +62,7 @@ class Wanted:
                     parts.append((sample, range(index, index + 1)))
             if waits:
                 self.missing[number] = tuple(waits)
-        return Retransmission(parts, any(number < first for number in missing), next_ns)
+        return parts, any(number < first for number in missing), next_ns
 
     def _after(self, now_ns: int, pause_ns: int) -> tuple[int, int]:
         """The end and the length of the pause that follows one of ``pause_ns``."""

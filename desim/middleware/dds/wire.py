@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Protocol
+from enum import StrEnum
+from typing import NamedTuple
 
 UDP_BYTES = 14 + 4 + 20 + 8  # Ethernet, its check sequence, IP, UDP
 FRAGMENT_BYTES = 14 + 4 + 20  # around each further IP fragment of a datagram
@@ -42,6 +43,9 @@ _SERVICES = ("GetParameters", "GetParameterTypes", "SetParameters", "SetParamete
              "DescribeParameters", "ListParameters")
 
 
+Guid = tuple[int, int]  # host index, and which of its lives: a new one at every start
+
+
 class Chunk(NamedTuple):
     """One UDP message, or several in a train: bytes with all headers, and IP packets."""
 
@@ -56,26 +60,28 @@ class Letter(NamedTuple):
     items: int
 
 
-class EndpointAnnouncement(NamedTuple):
-    """A DATA that announces an endpoint: its kind, ``writer`` or ``reader``; its bytes; and its
-    topic, if every node has such an endpoint."""
+class ItemKind(StrEnum):
+    """The kinds of items of discovery."""
 
-    kind: str
+    WRITER = "writer"
+    READER = "reader"
+    BUILT_IN_WRITER = "built_in_writer"  # one that every node has
+    BUILT_IN_READER = "built_in_reader"
+    PARTICIPANT = "participant"
+    GONE = "gone"  # a participant
+
+
+class Item(NamedTuple):
+    """One item of discovery: an announcement about ``owner`` and, for an endpoint, its ``topic``
+    (of one that every node has, only if it is ever matched)."""
+
+    owner: Guid
+    kind: ItemKind
+    topic: str
     size_bytes: int
-    shared: str = ""
 
 
-class Announced(Protocol):
-    """An endpoint to announce."""
-
-    @property
-    def kind(self) -> str: ...
-
-    @property
-    def size_bytes(self) -> int: ...
-
-
-def is_reader(item: Announced) -> bool:
+def is_reader(item: Item) -> bool:
     """Whether the writer of subscriptions announces it, not the one of publications."""
     return item.kind.endswith("reader")
 
@@ -226,23 +232,26 @@ class RtpsDialect:
         return (self.reader_base_bytes + _padded(topic) + _padded(type_name)
                 + quality * self.qualities)
 
-    def built_in_endpoints(self, host: str) -> list[EndpointAnnouncement]:
-        """The endpoints that every ROS 2 node has, in the order of their creation."""
-        writer, reader = self.writer_bytes, self.reader_bytes
-        out = [EndpointAnnouncement("writer", writer(*_INFO, LATCHED), "info"),
-               EndpointAnnouncement("reader", reader(*_INFO, QUEUED + LATCHED), "info"),
-               EndpointAnnouncement("writer", writer(*_LOG, QUEUED + LATCHED)),
-               EndpointAnnouncement("writer", writer(*_EVENTS, QUEUED), "events"),
-               EndpointAnnouncement("reader", reader(*_EVENTS, QUEUED), "events")]
+    def built_in_endpoints(self, owner: Guid, host: str) -> list[Item]:
+        """The endpoints that every ROS 2 node has, in the order of their creation. Those that are
+        ever matched have a topic."""
+        def writes(topic: str, type_name: str, quality: int, matched: str = "") -> Item:
+            return Item(owner, ItemKind.BUILT_IN_WRITER, matched,
+                        self.writer_bytes(topic, type_name, quality))
+
+        def reads(topic: str, type_name: str, quality: int, matched: str = "") -> Item:
+            return Item(owner, ItemKind.BUILT_IN_READER, matched,
+                        self.reader_bytes(topic, type_name, quality))
+
+        out = [writes(*_INFO, LATCHED, "info"), reads(*_INFO, QUEUED + LATCHED, "info"),
+               writes(*_LOG, QUEUED + LATCHED), writes(*_EVENTS, QUEUED, "events"),
+               reads(*_EVENTS, QUEUED, "events")]
         for service in _SERVICES:
             snake = "".join(f"_{letter.lower()}" if letter.isupper() else letter
-                            for letter in service)
-            out += [EndpointAnnouncement("reader", reader(f"rq/{host}/{snake[1:]}Request",
-                                          f"rcl_interfaces::srv::dds_::{service}_Request_",
-                                          QUEUED)),
-                    EndpointAnnouncement("writer", writer(f"rr/{host}/{snake[1:]}Reply",
-                                          f"rcl_interfaces::srv::dds_::{service}_Response_",
-                                          QUEUED))]
+                            for letter in service)[1:]
+            kind = f"rcl_interfaces::srv::dds_::{service}"
+            out += [reads(f"rq/{host}/{snake}Request", f"{kind}_Request_", QUEUED),
+                    writes(f"rr/{host}/{snake}Reply", f"{kind}_Response_", QUEUED)]
         return out
 
     def announcement(self, times: int = 1) -> Chunk:
@@ -280,12 +289,12 @@ class RtpsDialect:
         """An assertion of liveliness, with a heartbeat that asks for an answer."""
         return self.udp(HEADER_BYTES + TIME_BYTES + LIVELINESS_BYTES + HEARTBEAT_BYTES)
 
-    def new_endpoints(self, items: Sequence[Announced], addressed: bool) -> list[Letter]:
+    def new_endpoints(self, items: Sequence[Item], addressed: bool) -> list[Letter]:
         """SEDP: each in a message of its own, which may be ``addressed`` to one participant."""
         head = HEADER_BYTES + TO_BYTES * addressed + TIME_BYTES
         return [Letter(self.udp(head + item.size_bytes), 1) for item in items]
 
-    def known_endpoints(self, items: Sequence[Announced], message_bytes: int, beats: bool
+    def known_endpoints(self, items: Sequence[Item], message_bytes: int, beats: bool
                         ) -> list[Letter]:
         """SEDP: the items that one participant has requested, as many in each message as fit
         ``message_bytes``; ``beats``: the heartbeats of both writers ride on the last one. Where

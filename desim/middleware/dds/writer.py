@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.middleware.dds.heartbeat_piggyback import Always, HeartbeatPiggyback, WhenFull
+from desim.middleware.dds.heartbeat_piggyback import Always, WhenFull
 from desim.middleware.dds.implied import ImpliedLink
 from desim.middleware.dds.reader import DIRECTED
 from desim.middleware.dds.reliable import ReliableLink
@@ -13,10 +13,6 @@ if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.message import Message
     from desim.ports.middleware import Offer
-
-
-def _ignore(*_: object) -> None:
-    """A reader ignores a heartbeat that is for another one."""
 
 
 class Reliable:
@@ -30,11 +26,11 @@ class Reliable:
         self.depth = offer.queue if params.depth is None else params.depth
         self._written = 0
         self._link_type = ImpliedLink if params.acks == "implied" else ReliableLink
-        self.piggyback: HeartbeatPiggyback = Always()
+        self.piggyback: Always | WhenFull = Always()
         if params.heartbeat_rides != "always":
             full = self._many_written if params.heartbeat_rides == "written" else self._many_wait
             self.piggyback = WhenFull(full, params.heartbeat_after_bytes or 1 << 62,
-                                   dds.participants[self._host].resent)
+                                      dds.participants[self._host])
         self._connected = False  # its publisher has connected it
         self._fresh: list[int] = []
         self._links: dict[int, ReliableLink] = {}
@@ -93,8 +89,8 @@ class Reliable:
             to, chunk = list(links), dds.wire.heartbeat_to_all()
             multicast = dds.params.allow_multicast == "all"
         dds.context.send("heartbeat", self._host, to, chunk.size_bytes, self._greeted, now,
-                         multicast=multicast,
-                         in_advance=lambda receiver: None if receiver in now else _ignore)
+                         multicast=multicast,  # other readers ignore it
+                         in_advance=lambda receiver: None if receiver in now else lambda *_: None)
 
     def _greeted(self, now: dict[int, tuple[ReliableLink, int, int]], receiver: int) -> None:
         if receiver in now:
