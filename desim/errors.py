@@ -6,7 +6,7 @@ argument would be lost on the way, so each message is built where it is raised.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 
@@ -70,6 +70,15 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
     near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6)
     return f" (did you mean {near[0]!r}?)" if near else ""
+
+
+def host_index(key: str, name: str, hosts: Sequence[str]) -> int:
+    """The index of the host that the parameter ``key`` of a plug-in names. Raises ``InputError``
+    unless it is one of ``hosts``."""
+    if name not in hosts:
+        raise InputError(f".{key}: no host {name!r}{did_you_mean(name, hosts)}; allowed: "
+                         f"{', '.join(hosts)}")
+    return hosts.index(name)
 
 
 def class_of(plugin: object) -> str:

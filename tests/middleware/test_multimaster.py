@@ -6,8 +6,8 @@ from rosnets import AT_ONCE, apart, beliefs, control, master, seen, stop
 from tcphosts import Losing
 
 from desim.errors import InputError
+from desim.middleware.multimaster.discovery import RemoteMaster
 from desim.middleware.multimaster.multimaster import Multimaster
-from desim.middleware.multimaster.remote import RemoteMaster
 from desim.middleware.multimaster.sync import Sync
 from netmodels.ideal import Ideal
 from netmodels.rules.outage import Outage

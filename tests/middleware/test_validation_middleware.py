@@ -30,7 +30,8 @@ class Twin(NamedTuple):
 
 def no_checksums(monkeypatch):
     """As multimaster_fkie before it asked for them."""
-    monkeypatch.setattr(Sync, "_ask", lambda sync, method, remote, count, done: done(True, None))
+    monkeypatch.setattr(Sync, "_ask", lambda sync, method, remote, count, done=lambda ok, _: None:
+                        done(True, None))
 
 
 def no_rounds(monkeypatch):

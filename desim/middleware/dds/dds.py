@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from functools import lru_cache
 
 from desim.engine.kernel import Phase, pair
-from desim.errors import InputError, did_you_mean
+from desim.errors import InputError, host_index
 from desim.middleware.dds.best_effort import BestEffort
 from desim.middleware.dds.endpoints import Envelope
 from desim.middleware.dds.parameters import DdsParams
@@ -55,11 +55,10 @@ class Dds:
 
     def start(self, context: MiddlewareContext) -> None:
         params, hosts = self.params, context.hosts
-        named = [("server", params.server)] if params.server is not None else []
-        for key, name in [*named, *(("leases", name) for name in params.leases)]:
-            if name not in hosts:
-                raise InputError(f".{key}: no host {name!r}{did_you_mean(name, hosts)}; allowed: "
-                                 f"{', '.join(hosts)}")
+        if params.server is not None:
+            self.server = host_index("server", params.server, hosts)
+        for name in params.leases:
+            host_index("leases", name, hosts)
         if (params.discovery == "server") != (params.server is not None):
             raise InputError(".server: the host of the discovery server is wanted with discovery: "
                              "server, and only then")
@@ -70,8 +69,6 @@ class Dds:
         self._lives = [0] * len(hosts)
         self._writers: list[dict[str, list[Reliable]]] = [{} for _ in hosts]
         self._links: dict[tuple[int, int, str], list[ReliableLink]] = {}
-        if params.server is not None:
-            self.server = hosts.index(params.server)
 
     def switched(self, host: int, up: bool) -> None:
         former = self.participants.pop(host, None)

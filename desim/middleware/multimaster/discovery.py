@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from enum import StrEnum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from desim.middleware.lifetime import Lifetime
-from desim.middleware.multimaster.parameters import MultimasterParams, timing
-from desim.middleware.multimaster.remote import MasterNews, RemoteMaster
+from desim.middleware.multimaster.parameters import DiscoveryTiming, MultimasterParams, timing
+from desim.middleware.ros.master import Uri
+from desim.middleware.ros.processes import Processes
 from desim.middleware.ros.sizes import Sizes
-from desim.middleware.ros.xmlrpc import XmlRpcCall
 from desim.ports.middleware import HostState
-
-if TYPE_CHECKING:
-    from desim.middleware.ros.master import Uri
-    from desim.middleware.ros.processes import Processes
 
 # Payload ('cBBiiHii'), UDP, IP, Ethernet and its check sequence; master_discovery itself reckons
 # with 68 B.
@@ -39,7 +36,7 @@ class HeartbeatKind(StrEnum):
     LEAVE = "leave"  # the sender stops
 
 
-Registration = tuple[Side, str, "Uri"]  # side, topic, address
+Registration = tuple[Side, str, Uri]  # side, topic, address
 
 
 class MasterState(NamedTuple):
@@ -58,6 +55,68 @@ class Beat(NamedTuple):
     what: HeartbeatKind
     changed_ns: int
     stirred_ns: int
+
+
+class MasterNews(StrEnum):
+    """A change that discovery notices at a remote master, or the need to ask it."""
+
+    ONLINE = "online"  # new, or again
+    CHANGED = "changed"
+    OFFLINE = "offline"
+    REMOVED = "removed"
+    REQUEST = "request"
+
+
+class RemoteMaster:
+    """The master of another ``host``, as its heartbeats show it: online, silent, gone. ``known``:
+    its identity is known. ``quality``: percent of the expected heartbeats that have arrived, 0
+    where these are too slow for that."""
+
+    def __init__(self, host: int) -> None:
+        self.host = host
+        self.known = False
+        self.online = False
+        self.changed_ns = -1  # the last change of its state, by its last heartbeat
+        self.stirred_ns = -1  # the last change of its master
+        self.received_ns = 0
+        self.offline_ns = 0  # when it became so
+        self.requests = 0  # unanswered
+        self.quality = 0
+        self._beats: deque[int] = deque()
+
+    def receive(self, now_ns: int) -> None:
+        self.received_ns = now_ns
+        self.requests = 0
+        self._beats.append(now_ns)
+
+    def verdict(self, now_ns: int, timing: DiscoveryTiming, params: MultimasterParams
+                ) -> MasterNews | None:
+        """The meaning of the master's silence: offline, removed, a request (which is counted), or
+        None. With quick heartbeats silence is enough; with slow ones the master is asked first."""
+        silent_ns = now_ns - self.received_ns
+        if silent_ns > params.remove_after_ns:
+            return MasterNews.REMOVED
+        if timing.counted:
+            return MasterNews.OFFLINE if silent_ns > timing.timeout_ns else None
+        if not params.active_request_after_ns or silent_ns <= params.active_request_after_ns:
+            return None
+        if self.requests >= params.offline_after_requests:
+            return MasterNews.OFFLINE
+        self.requests += 1
+        return MasterNews.REQUEST
+
+    def measure(self, now_ns: int, timing: DiscoveryTiming) -> bool:
+        """Update the quality; returns whether it has changed: beats / (rate * window + unanswered
+        requests)."""
+        beats = self._beats
+        while beats and beats[0] <= now_ns - timing.window_ns:
+            beats.popleft()
+        if not timing.counted:
+            return False
+        quality = min(100, int(100 * len(beats) / (timing.expected + self.requests)))
+        changed = quality != self.quality
+        self.quality = quality
+        return changed
 
 
 class Discovery:
@@ -91,10 +150,6 @@ class Discovery:
         if self._params.leave:
             self._send(HeartbeatKind.LEAVE)
         self._life.end()
-
-    def serve(self, call: XmlRpcCall) -> None:
-        """Answer masterContacts."""
-        call.reply(CONTACTS.answer, True)
 
     # Own state.
 

@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from desim.errors import InputError, did_you_mean
-from desim.middleware.multimaster.discovery import Beat, Discovery
+from desim.errors import host_index
+from desim.middleware.multimaster.discovery import Discovery
 from desim.middleware.multimaster.parameters import MultimasterParams
 from desim.middleware.multimaster.sync import Sync, multicall
 from desim.middleware.ros.processes import Processes, RosMiddleware
-from desim.middleware.ros.xmlrpc import XmlRpcCall
 from desim.ports.middleware import MiddlewareContext
 
 
@@ -24,9 +23,7 @@ class Multimaster(RosMiddleware):
     def start(self, context: MiddlewareContext) -> None:
         hosts = context.hosts
         for number, name in enumerate(self._params.robot_hosts):
-            if name not in hosts:
-                raise InputError(f".robot_hosts.{number}: no host {name!r}"
-                                 f"{did_you_mean(name, hosts)}; allowed: {', '.join(hosts)}")
+            host_index(f"robot_hosts.{number}", name, hosts)
         self.processes = Processes(context, self._params, list(range(len(hosts))), None,
                                    {"multicall": multicall})
         self.discoveries: dict[int, Discovery] = {}
@@ -40,15 +37,6 @@ class Multimaster(RosMiddleware):
         if up:
             sync = self._syncs[host] = Sync(self.processes, self._params, host)
             sync.discovery = self.discoveries[host] = Discovery(
-                self.processes, self._params, host, sync.notify, self._receive)
-            self.processes.rpc.serve(host, "monitor", self._serve)
-
-    def _receive(self, beat: Beat, host: int) -> None:
-        self.discoveries[host].receive(beat)
-
-    def _serve(self, call: XmlRpcCall) -> None:
-        """Answer a call to discovery's XML-RPC server."""
-        if call.request[0] == "masterContacts":
-            self.discoveries[call.server].serve(call)
-        else:
-            self._syncs[call.server].serve(call)
+                self.processes, self._params, host, sync.notify,
+                lambda beat, receiver: self.discoveries[receiver].receive(beat))
+            self.processes.rpc.serve(host, "monitor", sync.serve)

@@ -100,15 +100,13 @@ class DiscoveryTiming(NamedTuple):
     tick_ns: int
     window_ns: int
     timeout_ns: int
-    request_after_ns: int
 
 
 def timing(params: MultimasterParams) -> DiscoveryTiming:
     """The times that follow from ``params``."""
-    hz, factor = params.heartbeat_hz, params.timeout_factor
+    hz = params.heartbeat_hz
     window_ns = int(params.measurement_intervals * NS_PER_S / min(hz, Fraction(1)))
     announced_hz = Fraction(int(hz * 10), 10)  # as in the heartbeat: 0.02 Hz is 0
     return DiscoveryTiming(
         int(NS_PER_S / hz), announced_hz >= MIN_HZ, float(announced_hz * window_ns / NS_PER_S),
-        int(NS_PER_S / params.rosmaster_hz), window_ns, round(window_ns * factor),
-        params.active_request_after_ns)
+        int(NS_PER_S / params.rosmaster_hz), window_ns, round(window_ns * params.timeout_factor))

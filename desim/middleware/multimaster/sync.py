@@ -3,28 +3,31 @@
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING
 
 from desim.middleware.lifetime import Lifetime
-from desim.middleware.multimaster.discovery import Discovery, MasterState, Registration, Side
+from desim.middleware.multimaster.discovery import (
+    CONTACTS,
+    Discovery,
+    MasterNews,
+    MasterState,
+    Registration,
+    RemoteMaster,
+    Side,
+)
 from desim.middleware.multimaster.parameters import MultimasterParams
-from desim.middleware.multimaster.remote import MasterNews, RemoteMaster
+from desim.middleware.ros.master import Master, Uri
+from desim.middleware.ros.processes import Processes
 from desim.middleware.ros.sizes import CALLS, Sizes
 from desim.middleware.ros.xmlrpc import Done, XmlRpcCall
-
-if TYPE_CHECKING:
-    from desim.middleware.ros.master import Master, Uri
-    from desim.middleware.ros.processes import Processes
-    from desim.ports.networks import Handle
+from desim.ports.networks import Handle
 
 # masterInfoFiltered; estimated from getPublishedTopics, 306 B and 3585 B for 20 topics.
 MASTER_INFO = Sizes(306, 0, 345, 162)
 # Counted from the formats of xmlrpc.client and of multimaster_fkie 1.3.2's server, which has eleven
 # methods: which of them there are, asked twice of each remote master; and the checksums of types,
 # each for a name like std_msgs/String.
-LIST_METHODS = Sizes(264, 0, 795, 0)
-MD5_SUMS = Sizes(360, 48, 278, 158)
-_ASKED = {"listMethods": LIST_METHODS, "md5Sums": MD5_SUMS}
+_ASKED = {"masterContacts": CONTACTS, "listMethods": Sizes(264, 0, 795, 0),
+          "md5Sums": Sizes(360, 48, 278, 158)}
 UPDATE_TIMEOUT_NS = 3_000_000_000  # sync_thread.py setdefaulttimeout
 
 
@@ -58,15 +61,16 @@ class Sync:
         self._life.end()
 
     def serve(self, call: XmlRpcCall) -> None:
-        """Answer masterInfoFiltered with the registrations of this host; those of others count as
-        bytes only."""
+        """Answer a call to discovery's XML-RPC server: masterInfoFiltered with the registrations of
+        this host (those of others count as bytes only), the others without any content."""
         method, *arguments = call.request
-        if method != "masterInfo":
+        if method == "masterInfo":
+            state = self.discovery.state
+            call.reply(MASTER_INFO.answer + MASTER_INFO.answer_each * len(state.registrations),
+                       state)
+        else:
             sizes = _ASKED[method]
             call.reply(sizes.answer + sizes.answer_each * sum(arguments), True)
-            return
-        state = self.discovery.state
-        call.reply(MASTER_INFO.answer + MASTER_INFO.answer_each * len(state.registrations), state)
 
     def notify(self, what: MasterNews, remote: RemoteMaster) -> None:
         """Discovery has news of a remote master."""
@@ -128,17 +132,18 @@ class Sync:
         if state is None or self._copies.get(remote.host) is not copy:
             return
         copy.changed_ns = state.changed_ns
-        fresh = self._write(copy, tuple(one for one in state.registrations if self._copied(one)))
+        fresh = self._write(copy, tuple(
+            one for one in state.registrations
+            if not any(fnmatchcase(one[1], topics) for topics in self._params.ignore_topics)))
         if copy.known:
-            self._ask("md5Sums", remote, fresh, _done)
+            self._ask("md5Sums", remote, fresh)
         else:
             copy.known = True
-            self._ask("listMethods", remote, 0,
-                      lambda ok, _: self._ask("md5Sums", remote, fresh, _done))
+            self._ask("listMethods", remote, 0, lambda ok, _: self._ask("md5Sums", remote, fresh))
         self._want(remote, copy)
 
     def _ask(self, method: str, remote: RemoteMaster, count: int,
-             done: Done) -> None:
+             done: Done = lambda ok, _: None) -> None:
         """Make a call of which only the bytes matter here."""
         sizes = _ASKED[method]
         self._call(method, remote, sizes.call + sizes.call_each * count, (count,), done)
@@ -151,10 +156,6 @@ class Sync:
             self._host, remote.host, "monitor", method, size_bytes, (method, *arguments), done,
             timeout_ns=self._params.sync_timeout_ns, fresh=True)
 
-    def _copied(self, registration: Registration) -> bool:
-        topic = registration[1]
-        return not any(fnmatchcase(topic, ignored) for ignored in self._params.ignore_topics)
-
     def _write(self, copy: Copy, wanted: tuple[Registration, ...]) -> int:
         """Make one MultiCall to the own master: unregister old registrations, register new ones.
         New subscribers of published topics then get the publishers, one after another. Returns the
@@ -163,10 +164,10 @@ class Sync:
         gone = [one for one in old if one not in copy.registrations]
         new = [one for one in copy.registrations if one not in old]
         if gone or new:
-            self._processes.rpc.call(self._host, self._host, "master", "multicall", 0,
-                                     ("multicall", gone, new),
-                                     lambda ok, _: self._update_publishers([one for one in new
-                                                               if one[0] == Side.SUBSCRIBER]))
+            subscribers = [one for one in new if one[0] == Side.SUBSCRIBER]
+            self._processes.rpc.call(
+                self._host, self._host, "master", "multicall", 0, ("multicall", gone, new),
+                lambda ok, _: self._update_publishers(subscribers))
         return len(new)
 
     def _update_publishers(self, subscribers: list[Registration]) -> None:
@@ -189,25 +190,18 @@ class Sync:
     def _rest(self, copy: Copy) -> None:
         if copy.timer is not None:
             copy.timer.cancel()
-        copy.timer = None
-        copy.restarts = 0
+        copy.timer, copy.restarts = None, 0
 
 
 def multicall(master: Master, gone: list[Registration], new: list[Registration]
               ) -> tuple[Uri, ...]:
     """The method of a master that ``Sync`` calls at its own."""
+    unregister = {Side.PUBLISHER: master.unregister_publisher,
+                  Side.SUBSCRIBER: master.unregister_subscriber}
+    register = {Side.PUBLISHER: master.register_publisher,
+                Side.SUBSCRIBER: master.register_subscriber}
     for side, topic, uri in gone:
-        if side == Side.PUBLISHER:
-            master.unregister_publisher(topic, uri)
-        else:
-            master.unregister_subscriber(topic, uri)
+        unregister[side](topic, uri)
     for side, topic, uri in new:
-        if side == Side.PUBLISHER:
-            master.register_publisher(topic, uri)
-        else:
-            master.register_subscriber(topic, uri)
+        register[side](topic, uri)
     return ()
-
-
-def _done(ok: bool, _: object) -> None:
-    """Ignore the answer."""

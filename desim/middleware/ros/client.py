@@ -61,7 +61,8 @@ class Process:
         self.xmlrpc_thread = XmlrpcThread(params.poll_ns, context.now_ns - started_ns)
         self._links_up: dict[int, int] = {}  # links that are up, by publishing host
         processes.rpc.serve(self.host, uri.slave, self._serve)
-        processes.tcp.listen(self.host, uri.tcpros, _nothing)
+        # The subscriber sends first.
+        processes.tcp.listen(self.host, uri.tcpros, lambda connection: None)
 
     def stop(self) -> None:
         """End the process and all its links: the host stops."""
@@ -221,7 +222,3 @@ class Process:
         self._links_up[publisher] = count
         if self.all.sees is not None and count == max(more, 0):
             self.all.sees(self.host, publisher, HostState.ONLINE if count else HostState.OFFLINE)
-
-
-def _nothing(_: object) -> None:
-    """Do nothing: the subscriber sends first."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from desim.errors import InputError, did_you_mean
+from desim.errors import host_index
 from desim.middleware.ros.parameters import RosParams
 from desim.middleware.ros.processes import Processes, RosMiddleware
 from desim.ports.middleware import MiddlewareContext
@@ -28,8 +28,5 @@ class Ros1(RosMiddleware):
         name, hosts = self._params.master, context.hosts
         if name is None:
             name = next((usual for usual in _USUAL if usual in hosts), hosts[0])
-        if name not in hosts:
-            raise InputError(f".master: no host {name!r}{did_you_mean(name, hosts)}; allowed: "
-                             f"{', '.join(hosts)}")
-        self.processes = Processes(context, self._params, [hosts.index(name)] * len(hosts),
-                                   context.sees)
+        masters = [host_index("master", name, hosts)] * len(hosts)
+        self.processes = Processes(context, self._params, masters, context.sees)

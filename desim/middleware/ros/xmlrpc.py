@@ -198,8 +198,8 @@ class XmlRpc:
             server(call)
 
     def _connect(self, call: XmlRpcCall) -> None:
-        connection = self._tcp.connect(
-            call.client, call.server, call.service, call.kind, opened=_nothing,
+        connection = self._tcp.connect(  # once it is open, TCP sends the request of itself
+            call.client, call.server, call.service, call.kind, opened=lambda connection: None,
             closed=self._closed, nodelay=True, keepalive=False)
         connection.about = call
         call.connection = connection
@@ -227,10 +227,6 @@ class XmlRpc:
             call.reason = reason
             if call.broke():
                 self._connect(call)
-
-
-def _nothing(_: object) -> None:
-    """Do nothing: the request is in the send buffer already."""
 
 
 class XmlrpcThread:

@@ -62,9 +62,8 @@ class Finder:
         endpoints, params = self._endpoints, self._params
         if peer not in endpoints:
             return
-        if was_up:
-            pause_ns = 0
-        else:
+        pause_ns = 0
+        if not was_up:
             pause_ns = self._pauses_ns.get(peer, params.retry_first_ns)
             self._pauses_ns[peer] = min(2 * pause_ns, params.retry_last_ns)
         if not self.listens:
@@ -74,7 +73,8 @@ class Finder:
     def gossiped(self, peer: int) -> None:
         """Take the gossip that ``peer`` is in the network."""
         if self._params.gossip and self.listens and self._host > peer \
-                and peer in self._listening() and not self._router.has_link(peer):
+                and peer in self._routers and self._routers[peer].finder.listens \
+                and not self._router.has_link(peer):
             self._router.dial(peer)
 
     # Scouting.
@@ -118,9 +118,6 @@ class Finder:
     def _call(self, endpoint: int) -> None:
         if not self._router.has_link(endpoint if self.listens else None):
             self._router.dial(endpoint)
-
-    def _listening(self) -> list[int]:
-        return [host for host, router in self._routers.items() if router.finder.listens]
 
     def _book(self, what: int, delay_ns: int, fn: Callable[[int], object]) -> None:
         if what in self._timers:

@@ -84,11 +84,6 @@ class RouterLink:
         elif not parcel.gone:
             self.far.router.received(parcel)
 
-    def shares(self, other: RouterLink) -> None:
-        """Nothing that has gone over ``other``, the first link with this peer, has to go over this
-        one."""
-        self.named, self.declared = other.named, other.declared
-
     def close(self) -> None:
         """End it: all messages on it are lost."""
         if not self.over:
@@ -139,13 +134,10 @@ class RouterLink:
         self.send("link", OPEN_SYN_BYTES, RouterLink._open_syn)
 
     def _open_syn(self, _: object) -> None:
-        self.send("link", OPEN_ACK_BYTES, RouterLink._open_ack)
-        self._establish()
+        self.send("link", OPEN_ACK_BYTES, RouterLink._establish)
+        self._establish(None)
 
-    def _open_ack(self, _: object) -> None:
-        self._establish()
-
-    def _establish(self) -> None:
+    def _establish(self, _: object) -> None:
         self.up = True
         self._opened_ns = now_ns = self._context.now_ns
         self._timers.pop("opening").cancel()
@@ -165,11 +157,9 @@ class RouterLink:
         if due_ns <= now_ns:
             due_ns = now_ns + pause_ns
             if self.connection.sender(self.host).writable:
-                self.send("keepalive", KEEP_ALIVE_BYTES, RouterLink._alive)
+                # Its arrival is all that matters.
+                self.send("keepalive", KEEP_ALIVE_BYTES, lambda link, _: None)
         self._book("beat", due_ns, self._beat)
-
-    def _alive(self, _: object) -> None:
-        """A keep-alive has arrived; its arrival is all that matters."""
 
     def _check_lease(self, _: object) -> None:
         """Give up a link over which nothing arrived for a lease. If the socket does not take all

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
+from desim.middleware.message import Message
+from desim.middleware.zenoh.link_queue import Parcel
+from desim.middleware.zenoh.router import ZenohRouter
 from desim.ports.middleware import MiddlewareContext, Offer, TransportKind
-
-if TYPE_CHECKING:
-    from desim.middleware.message import Message
-    from desim.middleware.zenoh.link_queue import Parcel
-    from desim.middleware.zenoh.router import ZenohRouter
 
 
 class ZenohPublication:

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from bisect import insort
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from desim.ports.middleware import HostState
-
-if TYPE_CHECKING:
-    from desim.ports.middleware import MiddlewareContext
+from desim.ports.middleware import HostState, MiddlewareContext
 
 
 class Declaration(NamedTuple):

@@ -64,10 +64,6 @@ class ZenohRouter:
     way to it is offline, and its declarations do not count.
     """
 
-    __slots__ = ("host", "life", "context", "params", "tcp", "links", "topology", "finder",
-                 "registry", "_most_hops", "_online", "_news", "_free_ns", "_ends", "_timers",
-                 "_held_back", "_opened")
-
     def __init__(self, host: int, life: int, context: MiddlewareContext, params: ZenohParams,
                  tcp: Tcp, finder: Finder) -> None:
         self.host, self.life = host, life
@@ -123,7 +119,8 @@ class ZenohRouter:
         link.unread = any(other.expired for other in others)
         spare = not link.unread and any(other.life == link.life for other in others)
         if spare:
-            link.shares(self.links[peer])
+            # Nothing that has gone over the first link has to go over this one.
+            link.named, link.declared = self.links[peer].named, self.links[peer].declared
             return
         self.links[peer] = link
         if link.unread:
@@ -168,9 +165,9 @@ class ZenohRouter:
 
     def receive_states(self, link: RouterLink, states: dict[int, LinkState]) -> None:
         known = self.topology.states
-        received = [router for router, state in states.items() if known.get(router) is not state]
         news = False
-        for router in received:
+        for router in [router for router, state in states.items()
+                       if known.get(router) is not state]:
             before, state = known.get(router), states[router]
             if self.topology.learn(router, state):
                 self._pass_on(router, before, state, link.peer)
@@ -271,8 +268,9 @@ class ZenohRouter:
         identities = (routers & ~link.named).bit_count()
         stubs = named & ~(routers | link.named)
         link.named |= routers | stubs
-        link.send("linkstate", size_bytes + IDENTITY_BYTES * identities
-                 + STUB_BYTES * stubs.bit_count(), _states_received, states, writes)
+        link.send("linkstate",
+                  size_bytes + IDENTITY_BYTES * identities + STUB_BYTES * stubs.bit_count(),
+                  lambda link, states: link.router.receive_states(link, states), states, writes)
 
     def _review(self) -> None:
         """Find the routers that are online now."""
@@ -328,7 +326,9 @@ class ZenohRouter:
         for child, parts in missing.items():
             size_bytes = batches * DECLARATIONS_BYTES + sum(
                 declaration.size_bytes for part in parts for declaration in part.declarations)
-            self.links[child].send("declare", size_bytes, _declarations_received, parts, batches)
+            self.links[child].send(
+                "declare", size_bytes,
+                lambda link, parts: link.router.receive_declarations(link, parts), parts, batches)
 
     # Messages.
 
@@ -381,11 +381,3 @@ def _changes_bytes(changes: int, named: int, near: int) -> int:
     own; ``near`` 1: with the address."""
     return (changes * (STATES_BYTES + STATE_BYTES + near * LOCATOR_BYTES)
             + named * NEIGHBOUR_BYTES)
-
-
-def _states_received(link: RouterLink, states: dict[int, LinkState]) -> None:
-    link.router.receive_states(link, states)
-
-
-def _declarations_received(link: RouterLink, parts: list[Part]) -> None:
-    link.router.receive_declarations(link, parts)

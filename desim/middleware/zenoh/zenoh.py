@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from desim.errors import InputError, did_you_mean
+from desim.errors import InputError, host_index
 from desim.middleware.tcp import Tcp
 from desim.middleware.zenoh.finder import Finder
 from desim.middleware.zenoh.parameters import ZenohParams
@@ -97,9 +97,5 @@ class Zenoh:
 
     def _hosts(self, name: str) -> list[int]:
         """The indices of the hosts that this parameter names."""
-        hosts = self._context.hosts
-        for number, host in enumerate(getattr(self._params, name)):
-            if host not in hosts:
-                raise InputError(f".{name}.{number}: no host {host!r}{did_you_mean(host, hosts)}; "
-                                 f"known: {', '.join(hosts)}")
-        return [hosts.index(host) for host in getattr(self._params, name)]
+        return [host_index(f"{name}.{number}", host, self._context.hosts)
+                for number, host in enumerate(getattr(self._params, name))]
