@@ -20,6 +20,7 @@ from desim.monitor.coverage import EXPLORED
 from desim.report.log_axis import plain
 from desim.results.maps import OccupancyMap
 from desim.results.run import Run
+from desim.results.status import RunStatus
 
 NAMED = 10  # up to so many robots have a line each in the legend, more share a colour bar
 
@@ -47,9 +48,9 @@ def draw(run: Run, path: Path) -> None:
         figure.colorbar(scale, ax=[where], label=f"robot, {robots[0]} to {robots[-1]}",
                         location="left", shrink=0.7)
     metrics, manifest = run.metrics, run.manifest
+    status = "" if manifest["status"] == RunStatus.FINISHED else f", {manifest['status']}"
     figure.suptitle(f"{manifest['name']}, seed {manifest['seed']}: {len(robots)} robots, "
-                    f"{metrics['simulated_s']:.1f} s, {metrics['stop_reason']}"
-                    f"{'' if manifest['status'] == 'finished' else ', ' + manifest['status']}",
+                    f"{metrics['simulated_s']:.1f} s, {metrics['stop_reason']}{status}",
                     fontsize=13)
     save(figure, path)
 

@@ -113,7 +113,7 @@ def readable(file: Path) -> Iterator[Path]:
     """Turn errors of reading the file into an ``InputError`` that says it is damaged."""
     try:
         yield file
-    except (ValueError, OSError, RecursionError) as error:  # JSON's, pydantic's, pyarrow's too
+    except (ValueError, OSError, RecursionError, pa.ArrowException) as error:  # JSON's, pydantic's
         raise InputError(f"{file}: damaged: {str(error).splitlines()[0]}") from error
 
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from desim.engine.streams import Streams
 from desim.statistics.samples import aligned
 
+FEWEST_LOADS, FEWEST_RUNS = 5, 8  # two lines that meet have four parameters
 _GRID = 401  # places tried: steps of 1/400 of the way between the second and the last load but one
 
 
@@ -104,9 +105,9 @@ class _Fits:
 
     def __init__(self, x: np.ndarray) -> None:
         loads, self._begins = np.unique(x, return_index=True)
-        if len(loads) < 5 or len(x) < 8:
-            raise ValueError("a knee wants at least 5 different loads and 8 runs, got "
-                             f"{len(loads)} and {len(x)}")
+        if len(loads) < FEWEST_LOADS or len(x) < FEWEST_RUNS:
+            raise ValueError(f"a knee wants at least {FEWEST_LOADS} different loads and "
+                             f"{FEWEST_RUNS} runs, got {len(loads)} and {len(x)}")
         self.places = np.union1d(np.linspace(loads[1], loads[-2], _GRID), loads[1:-1])
         self._line = np.linalg.qr(np.stack([np.ones_like(x), x], axis=1))[0]
         hinges = np.maximum(0.0, x - self.places[:, None])

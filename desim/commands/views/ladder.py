@@ -9,8 +9,7 @@ from rich.table import Table
 from desim.campaign.design.design import Design
 from desim.commands.views.terminal import Terminal
 from desim.report.campaign.answers import rungs
-from desim.report.campaign.numbers.estimates import Estimates
-from desim.report.campaign.numbers.study import Study
+from desim.report.campaign.numbers import Estimates, Study
 from desim.report.campaign.tables.table import ReportTable, text_of
 
 

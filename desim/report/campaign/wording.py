@@ -23,8 +23,9 @@ def number(value: float | None, digits: int = 4) -> str:
     return f"{value:.{digits - 1}g}"
 
 
-def at_least(text: str, late: int) -> str:
+def at_least(mean: float | None, late: int, digits: int = 4) -> str:
     """The text of a mean, with a sign where ``late`` values are only known to exceed the limit."""
+    text = number(mean, digits)
     return f"≥ {text}" if late and text != "–" else text
 
 

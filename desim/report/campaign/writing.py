@@ -10,22 +10,12 @@ from matplotlib.figure import Figure
 from desim.campaign.design.design import Design
 from desim.errors import InputError
 from desim.report.campaign import wording
-from desim.report.campaign.answers import (
-    findings,
-    groups,
-    interval_coverage,
-    methods,
-    notes,
-    rungs,
-    sensitivity,
-)
+from desim.report.campaign.answers import findings, groups, methods, notes, rungs, sensitivity
 from desim.report.campaign.answers.answer import answer_of
 from desim.report.campaign.figures import style, time_series
-from desim.report.campaign.figures.metric import metric_figure
-from desim.report.campaign.numbers import contrasts, knees, lines
-from desim.report.campaign.numbers.estimates import Estimates
-from desim.report.campaign.numbers.study import Study
-from desim.report.campaign.page import captions, page
+from desim.report.campaign.figures.metric import caption, metric_figure, reading
+from desim.report.campaign.numbers import Estimates, Study, contrasts, knees, lines
+from desim.report.campaign.page import page
 from desim.report.campaign.page.page import Section
 from desim.report.campaign.tables import overview
 from desim.report.campaign.tables.table import Cell, ReportTable, as_csv, as_html, as_latex
@@ -88,12 +78,11 @@ class _Report:
     def page(self) -> str:
         """The document."""
         study = self._study
-        metrics = [self._metric(metric) for metric in self._single]
-        of_groups = [self._group(group) for group in self._groups]
-        sections = [self._findings(), self._run(), Section(
-            "metrics", "Metrics", captions.reading(study), 2), *metrics, *of_groups,
-            *self._explored(), self._table(), self._methods(), self._files()]
-        return page.page(study.design.name, self._lead(), sections)
+        how = "" if study.is_sampled else page.paragraph(reading(study), "note")
+        return page.page(study.design.name, self._lead(), [
+            self._findings(), self._run(), Section("metrics", "Metrics", how),
+            *map(self._metric, self._single), *map(self._group, self._groups), *self._explored(),
+            self._table(), self._methods(), self._files()])  # the list of files is last
 
     def _lead(self) -> str:
         study = self._study
@@ -102,9 +91,9 @@ class _Report:
             study.failed, ~study.failed, study.censored & ~study.failed))
         question = page.paragraph(study.design.question, "question") if study.design.question \
             else ""
-        answer = page.items(answer_of(study, self._estimates, self._single[0], self._drawn)
-                            if self._single else [], "answer")
-        return question + answer + page.facts([
+        return question + page.items(
+            answer_of(study, self._estimates, self._single[0], self._drawn)
+            if self._single else [], "answer") + page.facts([
             (wording.number(len(study.vectors), 9), "vectors" if len(study.vectors) > 1
              else "vector"),
             (wording.number(most, 9), "iterations" if most > 1 else "iteration"),
@@ -113,29 +102,23 @@ class _Report:
             (wording.number(censored, 9), "censored (stopped before the aim)")])
 
     def _findings(self) -> Section:
-        study, said = self._study, []
-        table = findings.glance(study, self._estimates, self._bends)
-        if rungs.is_ladder(study):
-            for metric in self._single:
-                said += rungs.sentences(study, metric, self._rungs(metric))
-        for group in self._groups:
-            said += self._onsets[group][1]
+        study, table = self._study, findings.glance(self._study, self._estimates, self._bends)
+        said = [sentence for metric in self._single if rungs.is_ladder(study)
+                for sentence in rungs.sentences(study, metric, self._rungs(metric))]
+        said += [sentence for group in self._groups for sentence in self._onsets[group][1]]
         said += findings.failed(study) + findings.starved(study) + findings.differing(self._found)
         if study.is_sampled:
             said += [sentence for metric in self._single
                      for sentence in sensitivity.sentences(study, self._estimates, metric)]
         elif not said and not any(bend.knees for bends in self._bends.values() for bend in bends):
             said = ["No knee and no significant difference was found with these runs."]
-        body = ""
-        if table is not None:
-            body = self._written(table, stacked=True)
-        body += page.items(said)
+        body = ("" if table is None else self._written(table, stacked=True)) + page.items(said)
         if max(len(vector.rows) for vector in study.vectors) == 1 and not study.is_sampled:
             body += page.paragraph("One run a vector: there are no intervals and no comparisons, "
                                    "and knees rest on how the points scatter around lines.",
                                    "warn")
-        body += notes.about_metrics(study, self._single, self._groups)
-        body += notes.about_few(study, self._estimates, self._single)
+        body += notes.about_metrics(study, self._single, self._groups) \
+            + notes.about_few(study, self._estimates, self._single)
         if self._wide:
             body += page.paragraph(self._wide, "warn")
         return Section("findings", "In short", body)
@@ -148,8 +131,7 @@ class _Report:
         head = ["parameter", "sets", "levels", "values"]
         body = page.paragraph(methods.outcome(study))
         if rows:
-            table = ReportTable("parameters", "Parameters.", head, rows, head, rows)
-            body += self._written(table)
+            body += self._written(ReportTable("parameters", "Parameters.", head, rows, head, rows))
         if study.design.metrics:
             body += page.paragraph("Metrics of this campaign:") + page.items(
                 [f"{name} = {formula}" for name, formula in study.design.metrics.items()])
@@ -163,16 +145,15 @@ class _Report:
         else:
             bends = self._bends[metric]
             drawn = metric_figure(study, estimates, metric, self._drawn, bends)
-            caption = captions.caption(study, estimates, metric, self._vectors) \
-                + lines.left_out(self._panels, self._drawn)
-            parts.append(self._figure(drawn, metric, caption))
-            parts.append(page.items(knees.sentences(bends, study.axis, metric) if bends else []))
+            parts += [self._figure(drawn, metric, caption(study, estimates, metric, self._vectors)
+                                   + lines.left_out(self._panels, self._drawn)),
+                      page.items(knees.sentences(bends, study.axis, metric) if bends else [])]
         if rungs.is_ladder(study):
             parts.append(self._written(rungs.table(study, metric, self._rungs(metric))))
-        covered = self._covered(metric)
+        covered = notes.coverage(study, estimates, metric)
         parts.append(page.folded("By vector", self._written(overview.one_metric(
             study, estimates, metric, self._vectors,
-            {one.vector.number: one.coverage.share for one in covered}))))
+            {number: one.share for number, one in covered.items()}))))
         if self._found[metric]:
             clear = findings.clearest(metric, self._found[metric])
             parts.append(page.folded(
@@ -180,7 +161,13 @@ class _Report:
                 (page.paragraph(clear) if clear else "")
                 + self._written(overview.compared(metric, self._found[metric])),
                 opened=len(self._found[metric]) <= _OPEN))
-        parts.append(self._coverage(metric, covered))
+        shares = [one.share for one in covered.values()]
+        parts.append("" if not covered else page.paragraph(
+            "Iterations ended by the width of this metric's interval, which makes intervals "
+            f"hold the mean less often than 95 %: by simulation {min(shares):.1%} to "
+            f"{max(shares):.1%}, depending on the vector.", "warn") + page.folded(
+            "Measured coverage", self._written(
+                notes.coverage_table(study, estimates, metric, covered))))
         return Section(f"metric-{metric}", wording.titled(metric), "\n".join(parts), 3)
 
     def _sampled(self, metric: str) -> list[str]:
@@ -189,27 +176,11 @@ class _Report:
                               f"{wording.titled(metric)} over each parameter; a dot a vector. ")]
         found = sensitivity.sobol(study, self._estimates, metric)
         if found is not None and found[0].first is not None:
-            name = f"{metric}_sobol"
-            parts += [self._figure(sensitivity.sobol_figure(study, found, metric), name,
+            parts += [self._figure(sensitivity.sobol_figure(study, found, metric),
+                                   f"{metric}_sobol",
                                    f"Sobol indices of {wording.titled(metric)}. "),
                       self._written(sensitivity.sobol_table(study, found, metric))]
         return parts
-
-    def _covered(self, metric: str) -> list[interval_coverage.Covered]:
-        """The coverage of the metric whose interval ended the iterations."""
-        if getattr(self._study.design.iterations, "metric", None) != metric:
-            return []
-        return interval_coverage.measured(self._study, self._estimates)
-
-    def _coverage(self, metric: str, found: list[interval_coverage.Covered]) -> str:
-        if not found:
-            return ""
-        shares = [one.coverage.share for one in found]
-        text = (f"Iterations ended by the width of this metric's interval, which makes intervals "
-                f"hold the mean less often than 95 %: by simulation {min(shares):.1%} to "
-                f"{max(shares):.1%}, depending on the vector.")
-        return page.paragraph(text, "warn") + page.folded("Measured coverage", self._written(
-            interval_coverage.coverage_table(self._study, metric, found)))
 
     def _bends_of(self, metric: str) -> list[knees.Bend]:
         axis = self._study.against
@@ -222,28 +193,24 @@ class _Report:
         return rungs.compared(self._study, self._estimates, metric)
 
     def _group(self, group: groups.MetricGroup) -> Section:
-        study, estimates = self._study, self._estimates
-        drawn = groups.group_figure(study, estimates, group, self._drawn)
+        drawn = groups.group_figure(self._study, self._estimates, group, self._drawn)
         table, said = self._onsets[group]
-        body = self._figure(drawn, group.name, f"{group.common} by "
-                            f"{study.axis.name}: means with their 95 % intervals. ")
+        body = self._figure(drawn, group.name, f"{group.common} by {self._study.axis.name}: means "
+                            "with their 95 % intervals. ")
         return Section(group.name, f"{group.common}: which gives in first",
                        body + page.items(said) + self._written(table), 3)
 
     def _explored(self) -> list[Section]:
         study = self._study
-        if study.is_sampled or "explored" not in study.metrics:
-            return []
-        drawn = time_series.explored_figure(study, self._drawn)
-        if drawn is None:
-            return []
-        return [Section("time", "Explored share over time", self._figure(
+        drawn = None if study.is_sampled or "explored" not in study.metrics \
+            else time_series.explored_figure(study, self._drawn)
+        return [] if drawn is None else [Section("time", "Explored share over time", self._figure(
             drawn, "explored_over_time", "Median and quartiles over the runs of a vector of what "
             "the robot that knows most knows; a run that has ended keeps its last share. "))]
 
     def _table(self) -> Section:
-        table = overview.all_metrics(self._study, self._estimates)
-        return Section("table", "All metrics", self._written(table, wide=True))
+        return Section("table", "All metrics", self._written(
+            overview.all_metrics(self._study, self._estimates), wide=True))
 
     def _methods(self) -> Section:
         study, sources = self._study, self._sources
@@ -268,8 +235,8 @@ class _Report:
             wording.counted(len(names), "file"), f"<ul>{links}</ul>"))
 
     def _figure(self, drawn: Figure, name: str, caption: str) -> str:
-        title = caption.partition(". ")[0]
-        return page.figure(style.save(drawn, self._out / "figures", name, title), name, caption)
+        svg = style.save(drawn, self._out / "figures", name, caption.partition(". ")[0])
+        return page.figure(svg, name, caption)
 
     def _written(self, table: ReportTable, wide: bool = False, stacked: bool = False) -> str:
         """Write a table into files, a ``wide`` one not for LaTeX; returns it for the page."""

@@ -8,10 +8,16 @@ from __future__ import annotations
 import numpy as np
 
 from desim.report.campaign import wording
+from desim.report.campaign.numbers import (
+    Axis,
+    Estimate,
+    Estimates,
+    Panel,
+    PlotLine,
+    Study,
+    VectorRuns,
+)
 from desim.report.campaign.numbers.contrasts import FEWEST_SEEDS, by_iteration
-from desim.report.campaign.numbers.estimates import Estimate, Estimates
-from desim.report.campaign.numbers.lines import Panel
-from desim.report.campaign.numbers.study import Axis, Study, VectorRuns
 from desim.statistics.intervals import Interval, t_interval
 
 _MOST = 6  # sentences of a kind
@@ -21,46 +27,40 @@ def answer_of(study: Study, estimates: Estimates, metric: str, panels: list[Pane
     """The answer in sentences; none for samples of a space, which have no settings to compare."""
     if study.is_sampled or study.against is None:
         return []
-    against, by = study.against, study.by
     said = []
-    if against.is_numeric and len(against.labels) > 1:
-        ends = [(line.label, line.vectors[0], line.vectors[-1]) for panel in panels
-                for line in panel.lines if len(line.vectors) > 1]
-        said += [_along(study, estimates, metric, *end) for end in ends[:_MOST]]
-    words = next((axis for axis in (by, against) if axis is not None and not axis.is_numeric
-                  and len(axis.labels) > 1), None)
+    if study.against.is_numeric and len(study.against.labels) > 1:
+        ends = [line for panel in panels for line in panel.lines if len(line.vectors) > 1]
+        said += [_along(study, estimates, metric, line) for line in ends[:_MOST]]
+    words = next((axis for axis in (study.by, study.against) if axis is not None
+                  and not axis.is_numeric and len(axis.labels) > 1), None)
     if words is not None and study.is_paired:
         said += [_between(study, estimates, metric, words, level)
                  for level in range(1, min(len(words.labels), _MOST + 1))]
     return [sentence for sentence in said if sentence]
 
 
-def _along(study: Study, estimates: Estimates, metric: str, label: str, first: VectorRuns,
-           last: VectorRuns) -> str:
+def _along(study: Study, estimates: Estimates, metric: str, line: PlotLine) -> str:
     """A sentence about the change from one end of a line to the other."""
-    axis, ends = study.axis, [estimates.of(metric, vector) for vector in (first, last)]
-    begin, end = (axis.labels[vector.levels[axis.name]] for vector in (first, last))
-    if any(one.mean is None for one in ends):
+    axis, vectors = study.axis, (line.vectors[0], line.vectors[-1])
+    first, last = (estimates.of(metric, vector) for vector in vectors)
+    if first.mean is None or last.mean is None:
         return ""
-    named = f"{label + ': ' if label else ''}{wording.titled(metric)}"
-    if all(one.late == one.n for one in ends):
+    begin, end = map(axis.label, vectors)
+    named = f"{line.label + ': ' if line.label else ''}{wording.titled(metric)}"
+    if first.late == first.n and last.late == last.n:
         return f"{named}: no run reached the aim, neither at {axis.name} = {begin} nor at {end}."
-    change = t_interval(_differences(study, estimates, metric, [(first, last)])) \
-        if study.is_paired else None
-    return (f"{named} goes from {_estimate(ends[0])} at {axis.name} = {begin} to "
-            f"{_estimate(ends[1])} at {end}{_changed(change) if change else ''}.")
+    change = t_interval(_differences(study, estimates, metric,
+                                     [vectors] if study.is_paired else []))
+    more = "" if change.low is None else (
+        f": {wording.number(change.mean, 3)} {wording.between(change.low, change.high)} more, seed "
+        f"by seed{_doubt(change)}")
+    return (f"{named} goes from {_estimate(first)} at {axis.name} = {begin} to {_estimate(last)} "
+            f"at {end}{more}.")
 
 
 def _estimate(one: Estimate) -> str:
     bounds = "" if one.low is None else f" {wording.between(one.low, one.high)}"
-    return f"{wording.at_least(wording.number(one.mean, 3), one.late)}{bounds} (n = {one.n})"
-
-
-def _changed(change: Interval) -> str:
-    if change.low is None:
-        return ""
-    return (f": {wording.number(change.mean, 3)} {wording.between(change.low, change.high)} more, "
-            f"seed by seed{_doubt(change)}")
+    return f"{wording.at_least(one.mean, one.late, 3)}{bounds} (n = {one.n})"
 
 
 def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level: int) -> str:
@@ -80,11 +80,10 @@ def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level:
     if found.low is None or found.high is None:
         return (f"{wording.titled(metric)} of {second} minus {first}: "
                 f"{wording.number(found.mean, 3)}, one seed{mean}.")
-    words = (f"{wording.number(abs(found.mean), 3)} {'above' if found.mean > 0 else 'below'} "
+    words = (f"is {wording.number(abs(found.mean), 3)} {'above' if found.mean > 0 else 'below'} "
              f"{first}" if found.low > 0 or found.high < 0
              else f"cannot be told from {first}: difference {wording.number(found.mean, 3)}")
-    is_ = "is " if found.low > 0 or found.high < 0 else ""
-    return (f"{wording.titled(metric)} of {axis.name} = {second} {is_}{words}, 95 % interval of "
+    return (f"{wording.titled(metric)} of {axis.name} = {second} {words}, 95 % interval of "
             f"the difference {wording.between(found.low, found.high)}, n = {found.n} seeds{mean}"
             f"{_doubt(found)}.")
 

@@ -6,10 +6,9 @@ from collections import Counter
 
 from desim.blame import cause_of
 from desim.report.campaign import wording
+from desim.report.campaign.numbers import Estimates, Study, VectorRuns
 from desim.report.campaign.numbers.contrasts import Contrast, strongest
-from desim.report.campaign.numbers.estimates import Estimate, Estimates
 from desim.report.campaign.numbers.knees import Bend, interval
-from desim.report.campaign.numbers.study import Study, VectorRuns
 from desim.report.campaign.tables.table import Cell, ReportTable
 
 _MOST_SAID = 6  # places of a kind
@@ -23,39 +22,32 @@ def glance(study: Study, estimates: Estimates, bends: dict[str, list[Bend]]) -> 
     if axis is None or not axis.is_numeric or len(axis.labels) < 2 or not any(bends.values()):
         return None
     places = [bend.place for bend in next(iter(bends.values()))]
-    rows: list[list[Cell]] = []
-    exact: list[list[Cell]] = []
-    for metric, found in bends.items():
-        cells = [_along(study, estimates, metric, bend) for bend in found]
-        if len(places) <= _MOST_COLUMNS:
-            rows.append([wording.titled(metric), *cells])
-        else:
-            rows += [[wording.titled(metric), bend.place, cell]
-                     for bend, cell in zip(found, cells, strict=True)]
-        exact += [[metric, bend.place, *knee] for bend in found for knee in bend.knees]
-    ends = f"{axis.labels[0]} → {axis.labels[-1]}"
-    head = ["metric", *(place or f"{axis.name} {ends}" for place in places)] \
-        if len(places) <= _MOST_COLUMNS else ["metric", "line", f"{axis.name} {ends}"]
+    ends = f"{axis.name} {axis.labels[0]} → {axis.labels[-1]}"
+    rows: list[list[Cell]]
+    if len(places) <= _MOST_COLUMNS:
+        head = ["metric", *(place or ends for place in places)]
+        rows = [[wording.titled(metric), *(_along(study, estimates, metric, bend)
+                                           for bend in found)] for metric, found in bends.items()]
+    else:
+        head = ["metric", "line", ends]
+        rows = [[wording.titled(metric), bend.place, _along(study, estimates, metric, bend)]
+                for metric, found in bends.items() for bend in found]
+    exact: list[list[Cell]] = [[metric, bend.place, *knee] for metric, found in bends.items()
+                               for bend in found for knee in bend.knees]
     return ReportTable(
-        "knees", f"Means at {axis.name} {ends}; below them where the line bends, with the 95 % "
+        "knees", f"Means at {ends}; below them where the line bends, with the 95 % "
         "interval of that place.", head, rows,
         ["metric", "line", "at", "low", "high", "slope_before", "slope_after", "p", "n"], exact)
 
 
 def _along(study: Study, estimates: Estimates, metric: str, bend: Bend) -> str:
     """The means at both ends of a line, and its knees."""
-    axis = study.axis
-    ends = [estimates.of(metric, vector) for vector in (bend.line.vectors[0],
-                                                        bend.line.vectors[-1])]
-    text = " → ".join(map(_mean, ends))
+    ends = [estimates.of(metric, bend.line.vectors[end]) for end in (0, -1)]
+    text = " → ".join(f"{wording.at_least(one.mean, one.late, 3)} (n = {one.n})" for one in ends)
     if not bend.knees:
         return f"{text}\nno knee" if bend.was_sought else text
-    return "\n".join([text, *(f"knee {wording.quantity(knee.at, axis.unit)} "
-                              f"({interval(knee, axis)})" for knee in bend.knees)])
-
-
-def _mean(one: Estimate) -> str:
-    return f"{wording.at_least(wording.number(one.mean, 3), one.late)} (n = {one.n})"
+    return "\n".join([text, *(f"knee {wording.quantity(knee.at, study.axis.unit)} "
+                              f"({interval(knee, study.axis)})" for knee in bend.knees)])
 
 
 def failed(study: Study) -> list[str]:
@@ -108,11 +100,11 @@ def clearest(metric: str, found: list[Contrast]) -> str:
     if not clear:
         return ""
     one, pair = clear[0], clear[0].paired
-    where = f" at {one.where}" if one.where else ""
     p = wording.probability(one.p)
     return (f"{wording.titled(metric)}: {len(clear)} of "
             f"{wording.counted(len(found), 'comparison')} significant after Holm's correction; the "
-            f"clearest: {one.axis} {one.first} minus {one.second}{where}, "
+            f"clearest: {one.axis} {one.first} minus {one.second}"
+            f"{f' at {one.where}' if one.where else ''}, "
             f"{wording.number(pair.difference.mean)} "
             f"{wording.between(pair.difference.low, pair.difference.high)}, d_z "
             f"{wording.number(pair.cohen_dz, 3)}, p {p if p.startswith('<') else f'= {p}'} "
@@ -126,8 +118,8 @@ def _named(study: Study, vectors: list[VectorRuns]) -> str:
     by_line: dict[str, list[str]] = {}
     rest = [axis for axis in study.axes.values() if axis is not study.against]
     for vector in vectors:
-        place = study.label(vector, *rest) if rest else ""
-        by_line.setdefault(place, []).append(study.label(vector, study.against).split(" = ")[1])
-    lines = [f"{place + ', ' if place else ''}{study.against.name} = {wording.listed(labels)}"
-             for place, labels in list(by_line.items())[:_MOST_SAID]]
-    return "; ".join(lines) + ("; ..." if len(by_line) > _MOST_SAID else "")
+        place = f"{study.label(vector, *rest)}, " if rest else ""
+        by_line.setdefault(place, []).append(study.against.label(vector))
+    lines = [f"{place}{study.against.name} = {wording.listed(labels)}"
+             for place, labels in by_line.items()]
+    return "; ".join(lines[:_MOST_SAID]) + ("; ..." if len(lines) > _MOST_SAID else "")

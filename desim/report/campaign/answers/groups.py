@@ -16,10 +16,8 @@ from matplotlib.lines import Line2D
 from desim.report.campaign import wording
 from desim.report.campaign.figures import layout
 from desim.report.campaign.figures.style import colour, marker
-from desim.report.campaign.numbers.estimates import Estimates
-from desim.report.campaign.numbers.knees import ONSET, Knees, Onset, interval, onset
-from desim.report.campaign.numbers.lines import Panel, PlotLine
-from desim.report.campaign.numbers.study import TIMES, Study
+from desim.report.campaign.numbers import TIMES, Estimates, Panel, PlotLine, Study, VectorRuns
+from desim.report.campaign.numbers.knees import ONSET, Knees, interval, onset
 from desim.report.campaign.tables.table import Cell, ReportTable
 
 
@@ -48,17 +46,15 @@ class MetricGroup(NamedTuple):
 def presented(study: Study) -> tuple[list[str], list[MetricGroup]]:
     """The metrics with a figure each, and the groups. A metric that no run has is left out, except
     for the exploration time: if no run reached the aim, that is a result."""
-    own = [name for name in study.design.metrics if name in study.metrics]
     single, groups = [], []
     for asked in study.design.report.metrics:
         if study.has(asked) or asked == TIMES[0] and asked in study.metrics:
             single.append(asked)
         elif "*" in asked:
-            found = [name for names in (own, study.metrics) for name in names
-                     if fnmatchcase(name, asked)]
-            mine = [name for name in found if name in own] or found
-            if mine:
-                groups.append(MetricGroup(asked, tuple(dict.fromkeys(mine))))
+            found = tuple(name for name in study.metrics if fnmatchcase(name, asked))
+            own = tuple(name for name in study.design.metrics if name in found)
+            if found:
+                groups.append(MetricGroup(asked, own or found))
     return single, groups
 
 
@@ -69,25 +65,23 @@ def group_figure(study: Study, estimates: Estimates, group: MetricGroup, panels:
     drawn = [Panel(panel.place(line), [line]) for panel in panels for line in panel.lines][:12]
     figure, all_axes = layout.paneled(len(drawn))
     axis = study.axis
-    farthest = layout.span(np.concatenate([
-        estimates.of(metric, vector).values for metric in group.metrics
-        for panel in drawn for vector in panel.lines[0].vectors]), False)
     for axes, panel in zip(all_axes, drawn, strict=True):
-        line = panel.lines[0]
-        at = np.array([vector.levels[axis.name] for vector in line.vectors])
-        x = axis.numbers[at] if axis.is_numeric else at
+        vectors = panel.lines[0].vectors
+        x = axis.places(vectors)
         for i, metric in enumerate(group.metrics):
-            found = [estimates.of(metric, vector) for vector in line.vectors]
-            mean, *bounds = np.array([[one.mean, one.low, one.high] for one in found], float).T
+            mean, *bounds = np.array([[one.mean, one.low, one.high] for one in (
+                estimates.of(metric, vector) for vector in vectors)], float).T
             axes.plot(x, mean, color=colour(i), marker=marker(i), markersize=4.5, linewidth=1.4,
                       linestyle="-" if axis.is_numeric else "none")
             axes.fill_between(x, *bounds, color=colour(i), alpha=0.18, linewidth=0)
         axes.set_title(panel.title)
         layout.along(axes, axis)
-    layout.limit(all_axes[0], farthest)
-    keys = [Line2D([], [], color=colour(i), marker=marker(i), markersize=5, label=group.of(metric))
-            for i, metric in enumerate(group.metrics)]
-    layout.finish(figure, all_axes, [], group.common, keys)
+    layout.limit(all_axes[0], layout.span(np.concatenate([
+        estimates.of(metric, vector).values for metric in group.metrics
+        for panel in drawn for vector in panel.lines[0].vectors]), False))
+    layout.finish(figure, all_axes, [], group.common, [
+        Line2D([], [], color=colour(i), marker=marker(i), markersize=5, label=group.of(metric))
+        for i, metric in enumerate(group.metrics)])
     return figure
 
 
@@ -95,18 +89,14 @@ def order_of_onset(study: Study, estimates: Estimates, knees: Knees, group: Metr
                    panels: list[Panel]) -> tuple[ReportTable, list[str]]:
     """The order in which the metrics fall under 95 % of their best, as a table and in words, line
     by line."""
-    rows: list[list[Cell]] = []
-    sentences = []
-    for panel in panels:
-        for line in panel.lines:
-            found = _Onsets(study, estimates, knees, group, line, panel.place(line))
-            rows += [found.row(metric) for metric in found.onsets]
-            sentences += found.sentence()
+    found = [_Onsets(study, estimates, knees, group, line, panel.place(line))
+             for panel in panels for line in panel.lines]
+    rows = [one.row(metric) for one in found for metric in one.onsets]
     head = ["line", "metric", "best mean", "at", f"under {100 * ONSET:.0f} % of it from", "knee",
             "95 % interval"]
-    table = ReportTable(group.name, f"{group.common}: where each gives in, on the way from its "
-                        "best to the worse end.", head, rows, head, rows)
-    return table, sentences
+    return ReportTable(group.name, f"{group.common}: where each gives in, on the way from its "
+                       "best to the worse end.", head, rows, head, rows), [
+        sentence for one in found for sentence in one.sentence()]
 
 
 class _Onsets:
@@ -114,17 +104,17 @@ class _Onsets:
 
     def __init__(self, study: Study, estimates: Estimates, knees: Knees, group: MetricGroup,
                  line: PlotLine, place: str) -> None:
-        self._study, self._estimates, self._knees, self._group = study, estimates, knees, group
+        self._axis, self._estimates, self._knees, self._group = study.axis, estimates, knees, group
         self._line, self._place = line, place
-        found = {metric: onset(estimates, metric, line) for metric in group.metrics}
-        self.onsets: dict[str, Onset] = {metric: one for metric, one in found.items() if one}
+        self.onsets = {metric: one for metric in group.metrics
+                       if (one := onset(estimates, metric, line))}
 
     def row(self, metric: str) -> list[Cell]:
-        one, axis = self.onsets[metric], self._study.axis
-        mean = self._estimates.of(metric, self._line.vectors[one.best]).mean
+        one, axis, vectors = self.onsets[metric], self._axis, self._line.vectors
         row: list[Cell] = [
-            self._place or "all", self._group.of(metric), mean, self._label(one.best),
-            "nowhere" if one.at is None else self._label(one.at)]
+            self._place or "all", self._group.of(metric),
+            self._estimates.of(metric, vectors[one.best]).mean, axis.label(vectors[one.best]),
+            "nowhere" if one.at is None else axis.label(vectors[one.at])]
         found = self._knees.of(metric, self._line, self._place) if axis.is_numeric else None
         if found is None or not found.knees:
             return [*row, "none" if found and found.was_sought else "–", ""]
@@ -142,17 +132,13 @@ class _Onsets:
             names = [self._group.of(metric) for metric in self.onsets]
             return [f"{prefix}none of {wording.listed(names)} gives in."]
         order = sorted(falling, key=lambda metric: self.onsets[metric].sign * falling[metric])
-        first = [metric for metric in order if falling[metric] == falling[order[0]]]
-        rest = [self._falls(metric, falling[metric]) for metric in order if metric not in first]
-        begin = [self._falls(metric, falling[metric]) for metric in first]
-        return [f"{prefix}{wording.listed(begin)} "
+        first, rest = ([self._falls(metric, self._line.vectors[falling[metric]])
+                        for metric in order if (falling[metric] == falling[order[0]]) is is_first]
+                       for is_first in (True, False))
+        return [f"{prefix}{wording.listed(first)} "
                 f"{'gives' if len(first) == 1 else 'give'} in first"
                 f"{', then ' + wording.listed(rest) if rest else ''}."]
 
-    def _falls(self, metric: str, at: int) -> str:
-        mean = self._estimates.of(metric, self._line.vectors[at]).mean
-        return f"{self._group.of(metric)} (at {self._label(at)}, mean {wording.number(mean, 3)})"
-
-    def _label(self, i: int) -> str:
-        axis = self._study.axis
-        return axis.labels[self._line.vectors[i].levels[axis.name]]
+    def _falls(self, metric: str, vector: VectorRuns) -> str:
+        return (f"{self._group.of(metric)} (at {self._axis.label(vector)}, mean "
+                f"{wording.number(self._estimates.of(metric, vector).mean, 3)})")

@@ -22,8 +22,8 @@ from desim.campaign.design.design import (
 from desim.errors import InputError
 from desim.files import content
 from desim.report.campaign import wording
+from desim.report.campaign.numbers import TIMES, Axis, Study
 from desim.report.campaign.numbers.contrasts import Contrast
-from desim.report.campaign.numbers.study import TIMES, Axis, Study
 from desim.results.run import Run
 from desim.scenario import yaml12
 from desim.statistics.intervals import BOOTSTRAP_FROM, BOOTSTRAP_TO, widened

@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.report.campaign import wording
-from desim.report.campaign.numbers.contrasts import FEWEST_SEEDS
-from desim.report.campaign.numbers.estimates import Estimates
-from desim.report.campaign.numbers.study import Study
+from desim.report.campaign.numbers import Estimates, Study
+from desim.report.campaign.numbers.contrasts import FEWEST_SEEDS, by_iteration
 from desim.report.campaign.tables.table import Cell, ReportTable, Shown
 from desim.statistics.ranking import Flip, Kendall, flips, kendall
 
@@ -40,28 +39,26 @@ def is_ladder(study: Study) -> bool:
 def compared(study: Study, estimates: Estimates, metric: str) -> list[Rung]:
     """Each rung, compared with the last one of the design."""
     axis, by = study.axis, study.setting
-    found = {(vector.levels[axis.name], vector.levels[by.name]): estimates.of(metric, vector)
-             for vector in study.vectors}
+    vectors = {(vector.levels[axis.name], vector.levels[by.name]): vector
+               for vector in study.vectors}
     values: list[np.ndarray | None] = []
     late: list[tuple[int, ...]] = []
     for rung in range(len(axis.labels)):
-        there = [found.get((rung, setting)) for setting in range(len(by.labels))]
-        late.append(tuple(0 if one is None else one.late for one in there))
-        by_seed = [{} if one is None else dict(zip(
-            study.iterations[one.rows].tolist(), one.values.tolist(), strict=True))
-            for one in there]
+        there = [vectors.get((rung, setting)) for setting in range(len(by.labels))]
+        late.append(tuple(estimates.of(metric, one).late if one else 0 for one in there))
+        by_seed = [by_iteration(study, estimates, metric, one) if one else {} for one in there]
         shared = sorted(set.intersection(*(set(one) for one in by_seed)))
         values.append(np.array([[one[k] for k in shared] for one in by_seed]) if shared else None)
     highest = values[-1]
     out = []
-    for name, own, bounds in zip(axis.labels, values, late, strict=True):
+    for name, own, over in zip(axis.labels, values, late, strict=True):
         if own is None or highest is None:
             known = (None,) * len(by.labels) if own is None else tuple(own.mean(axis=1).tolist())
-            out.append(Rung(name, known, bounds, None, [], 0))
-            continue
-        means = own.mean(axis=1)
-        out.append(Rung(name, tuple(means.tolist()), bounds,
-                        kendall(means, highest.mean(axis=1)), flips(own, highest), own.shape[1]))
+            out.append(Rung(name, known, over, None, [], 0))
+        else:
+            means = own.mean(axis=1)
+            out.append(Rung(name, tuple(means.tolist()), over, kendall(
+                means, highest.mean(axis=1)), flips(own, highest), own.shape[1]))
     return out
 
 
@@ -73,24 +70,21 @@ def sentences(study: Study, metric: str, found: list[Rung]) -> list[str]:
     if highest.kendall.tau is None:
         return [f"On the highest rung, {highest.name}, all settings have the same "
                 f"{wording.titled(metric)}: there is no ranking that others could hold."]
-    below = found[:-1]
-    turned = [rung for rung in below if rung.flips]
-    tied = [rung.name for rung in below if rung.kendall and rung.kendall.tau is None]
-    out = []
-    if not turned:
-        held = [rung.name for rung in below if rung.kendall and not rung.flips
-                and rung.kendall.tau is not None]
+    below, out = found[:-1], []
+    if not any(rung.flips for rung in below):
+        held = [rung.name for rung in below if rung.kendall and rung.kendall.tau is not None]
         fewest = min(rung.seeds for rung in found)
         hint = "" if fewest >= FEWEST_SEEDS else (
             f" With {wording.counted(fewest, 'seed')} that is no more than a hint.")
         out.append(f"The ranking by {wording.titled(metric)} on {highest.name} holds on "
                    f"{wording.listed(held)}.{hint}")
-    for rung in turned:
-        pairs = wording.listed([
-            f"{labels[flip.i]} and {labels[flip.j]} "
-            f"({'significant' if flip.significant else 'not significant'}, p "
-            f"{wording.probability(flip.p)})" for flip in rung.flips])
-        out.append(f"{rung.name} flips {pairs} against {highest.name}.")
+    for rung in below:
+        pairs = [f"{labels[flip.i]} and {labels[flip.j]} "
+                 f"({'significant' if flip.significant else 'not significant'}, p "
+                 f"{wording.probability(flip.p)})" for flip in rung.flips]
+        if pairs:
+            out.append(f"{rung.name} flips {wording.listed(pairs)} against {highest.name}.")
+    tied = [rung.name for rung in below if rung.kendall and rung.kendall.tau is None]
     if tied:
         out.append(f"On {wording.listed(tied)} all settings come to the same.")
     lacking = [rung.name for rung in below if rung.kendall is None]
@@ -108,10 +102,9 @@ def table(study: Study, metric: str, found: list[Rung]) -> ReportTable:
         tau = None if rung.kendall is None else rung.kendall.tau
         pairs = ", ".join(f"{labels[flip.i]}/{labels[flip.j]}{'*' if flip.significant else ''}"
                           for flip in rung.flips)
-        means = [Shown(wording.at_least(wording.number(mean), late), mean)
-                 for mean, late in zip(rung.means, rung.late, strict=True)]
-        rows.append([rung.name, *means, rung.seeds,
-                     Shown(wording.number(tau, 3), tau), pairs or "none"])
+        rows.append([rung.name, *(Shown(wording.at_least(mean, late), mean)
+                                  for mean, late in zip(rung.means, rung.late, strict=True)),
+                     rung.seeds, Shown(wording.number(tau, 3), tau), pairs or "none"])
         exact.append([rung.name, *rung.means, rung.seeds, tau, pairs])
     head = ["rung", *labels, "seeds", "Kendall's tau", "flipped"]
     return ReportTable(

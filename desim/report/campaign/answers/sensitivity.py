@@ -11,8 +11,7 @@ from desim.campaign.design.design import Saltelli
 from desim.report.campaign import wording
 from desim.report.campaign.figures import layout
 from desim.report.campaign.figures.style import INK, WIDTH_IN, colour
-from desim.report.campaign.numbers.estimates import Estimates
-from desim.report.campaign.numbers.study import Study
+from desim.report.campaign.numbers import Estimates, Study
 from desim.report.campaign.tables.table import ReportTable
 from desim.statistics.intervals import t_interval
 from desim.statistics.sensitivity import SobolIndices, indices
@@ -33,8 +32,7 @@ def scatter_figure(study: Study, estimates: Estimates, metric: str) -> Figure:
     means = means[~np.isnan(means)]
     every = max(1, len(found) // _MOST_DOTS)
     for i, (axes, axis) in enumerate(zip(all_axes, axes_of, strict=False)):
-        at = np.array([vector.levels[axis.name] for vector in found], int)
-        x = axis.numbers[at] if axis.is_numeric else at.astype(float)
+        x = axis.places(found)
         axes.scatter(x[::every], means[::every], 9, color=colour(i), alpha=0.45, linewidths=0)
         if len(x) >= _FEWEST_IN_BINS and axis.is_numeric:
             _binned(axes, x, means)
@@ -48,15 +46,13 @@ def scatter_figure(study: Study, estimates: Estimates, metric: str) -> Figure:
 
 
 def _binned(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    order = np.argsort(x, kind="stable")
-    parts = np.array_split(order, _BINS)
+    parts = np.array_split(np.argsort(x, kind="stable"), _BINS)
     centres = [float(x[part].mean()) for part in parts]
-    found = [t_interval(y[part]) for part in parts]
-    means, low, high = np.array([[one.mean, one.low, one.high] for one in found], float).T
+    found = [t_interval(y[part])[:3] for part in parts]
+    means, low, high = np.array(found, float).T
     axes.plot(centres, means, color=INK, linewidth=1.2)
     for centre, *bounds in zip(centres, low, high, strict=True):
-        axes.plot([centre] * 2, bounds, color=INK, linewidth=1.2, marker="_",
-                  markersize=4)
+        axes.plot([centre] * 2, bounds, color=INK, linewidth=1.2, marker="_", markersize=4)
 
 
 def sobol(study: Study, estimates: Estimates, metric: str) -> list[SobolIndices] | None:
@@ -76,9 +72,9 @@ def sentences(study: Study, estimates: Estimates, metric: str) -> list[str]:
     found = sobol(study, estimates, metric)
     if found is None or found[0].total is None:
         return []
-    order = sorted(zip(study.axes, found, strict=True), key=lambda one: -(one[1].total or 0.0))
     shares = [f"{name} {wording.number(one.total, 2)} "
-              f"{wording.between(one.total_low, one.total_high)}" for name, one in order]
+              f"{wording.between(one.total_low, one.total_high)}" for name, one in sorted(
+                  zip(study.axes, found, strict=True), key=lambda one: -(one[1].total or 0.0))]
     return [f"Share of the variance of {wording.titled(metric)} in which each parameter has a part "
             f"(total Sobol index): {wording.listed(shares)}."]
 
@@ -87,12 +83,11 @@ def sobol_figure(study: Study, found: list[SobolIndices], metric: str) -> Figure
     """First-order and total indices as bars with their intervals."""
     figure = Figure(figsize=(WIDTH_IN, 0.62 * len(found) + 1.3), layout="constrained")
     axes = figure.subplots()
-    for k, (name, shade) in enumerate((("first", colour(0)), ("total", colour(1)))):
+    for k, label in enumerate(("first order", "total")):
         for i, one in enumerate(found):
-            value, low, high = (getattr(one, name + ending) for ending in ("", "_low", "_high"))
+            value, low, high = np.array(one[3 * k:3 * k + 3], float)
             at = i + (k - 0.5) * 0.36
-            axes.barh(at, value, 0.32, color=shade, alpha=0.75,
-                      label={"first": "first order", "total": "total"}[name] if not i else None)
+            axes.barh(at, value, 0.32, color=colour(k), alpha=0.75, label=None if i else label)
             axes.plot([low, high], [at, at], color=INK, linewidth=1.2, marker="|", markersize=5)
     axes.set_yticks(range(len(found)), list(study.axes))
     axes.invert_yaxis()

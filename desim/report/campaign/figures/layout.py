@@ -9,8 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
 from desim.report.campaign.figures.style import WIDTH_IN, colour, marker
-from desim.report.campaign.numbers.lines import Panel
-from desim.report.campaign.numbers.study import Axis
+from desim.report.campaign.numbers import Axis, Panel
 from desim.report.log_axis import plain
 
 _LABELLED = 14  # up to so many levels each has its name at the axis
@@ -20,8 +19,8 @@ def paneled(count: int) -> tuple[Figure, list[Axes]]:
     """A figure of ``count`` panels in up to two columns, with one vertical axis."""
     columns = min(count, 2)
     rows = -(-count // columns)
-    size = (WIDTH_IN, 4.1 if count == 1 else 2.9 * rows + 0.5)
-    figure = Figure(figsize=size, layout="constrained")
+    figure = Figure(figsize=(WIDTH_IN, 4.1 if count == 1 else 2.9 * rows + 0.5),
+                    layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     for spare in axes[count:]:
         spare.remove()

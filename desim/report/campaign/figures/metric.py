@@ -1,4 +1,4 @@
-"""The figure of a metric: a line a setting over the parameter, intervals, and a dot a run."""
+"""The figure of a metric, and its caption: a line a setting over the parameter, a dot a run."""
 
 from __future__ import annotations
 
@@ -10,10 +10,17 @@ from matplotlib.lines import Line2D
 from desim.report.campaign import wording
 from desim.report.campaign.figures import layout
 from desim.report.campaign.figures.style import INK, colour, marker
-from desim.report.campaign.numbers.estimates import Estimate, Estimates
+from desim.report.campaign.numbers import (
+    TIMES,
+    Axis,
+    Estimate,
+    Estimates,
+    Panel,
+    PlotLine,
+    Study,
+    VectorRuns,
+)
 from desim.report.campaign.numbers.knees import Bend
-from desim.report.campaign.numbers.lines import Panel, PlotLine
-from desim.report.campaign.numbers.study import Axis, Study
 from desim.report.log_axis import plain
 
 _MOST_DOTS = 800  # in a figure
@@ -59,13 +66,12 @@ class _Painter:
                  ) -> None:
         self._study, self._estimates, self._metric = study, estimates, metric
         self._axis: Axis | None = study.against
-        vectors = [vector for panel in panels for line in panel.lines for vector in line.vectors]
-        found = [estimates.of(metric, vector) for vector in vectors]
+        found = [estimates.of(metric, vector) for panel in panels for line in panel.lines
+                 for vector in line.vectors]
         self._successes = {one.reached for one in found}
         self._most = max(self._successes, default=0)
         self._every = max(1, sum(one.n for one in found) // _MOST_DOTS)
-        censored = any(one.late for one in found)
-        self._limit = estimates.limit(metric) if censored else None
+        self._limit = estimates.limit(metric) if any(one.late for one in found) else None
         values = np.concatenate([one.values for one in found] or [np.zeros(0)])
         # Shares are read on a linear scale.
         self._log = bool(len(values) and values.min() > 0 and values.max() > 1
@@ -77,28 +83,25 @@ class _Painter:
         not overlap."""
         found = [self._estimates.of(self._metric, vector) for vector in line.vectors]
         x = self._places(line, place)
-        shade, symbol = colour(line.style), marker(line.style)
+        shade = colour(line.style)
         self._dots(axes, x, found, shade)
-        means = np.array([np.nan if one.mean is None else one.mean for one in found])
+        means, low, high = np.array([[one.mean, one.low, one.high] for one in found], float).T
         if self._axis is not None and self._axis.is_numeric:
             axes.plot(x, means, color=shade, linewidth=1.4, zorder=3)
-        low, high = np.array([[one.low, one.high] for one in found], float).T
         axes.vlines(x, low, high, color=shade, linewidth=1.3, zorder=3)
         axes.plot(np.tile(x, 2), np.concatenate([low, high]), color=shade, linestyle="none",
                   marker="_", markersize=5, zorder=3)
-        sizes = [self._area(one.reached) for one in found]
         faces = [shade if one.reached or len(self._successes) == 1 else "none" for one in found]
-        axes.scatter(x, means, sizes, marker=symbol, facecolors=faces, edgecolors=shade,
+        axes.scatter(x, means, [self._area(one.reached) for one in found],
+                     marker=marker(line.style), facecolors=faces, edgecolors=shade,
                      linewidths=1.1, zorder=4)
         if self._limit is not None:
-            successes = np.array([np.nan if one.times is None or one.times.successes.mean is None
-                                  else one.times.successes.mean for one in found])
-            axes.plot(x, successes, color=shade, linewidth=0.9, linestyle=":", marker="x",
-                      markersize=4, zorder=2)
+            successes = [one.times and one.times.successes.mean for one in found]
+            axes.plot(x, np.array(successes, float), color=shade, linewidth=0.9, linestyle=":",
+                      marker="x", markersize=4, zorder=2)
 
     def axis(self, axes: Axes, title: str) -> None:
         """Label the axes of a panel."""
-        axis = self._axis
         if title:
             axes.set_title(title)
         if self._limit is not None:
@@ -106,25 +109,25 @@ class _Painter:
         if self._log:
             axes.set_yscale("log")
             plain(axes.yaxis)
-        layout.along(axes, axis)
+        layout.along(axes, self._axis)
 
     def keys(self, with_knee: bool) -> list[Line2D]:
         """The entries of the legend other than the lines."""
         out = []
         if len(self._successes) > 1:
-            for count in sorted({max(min(self._successes), 1), self._most}):
-                out.append(Line2D([], [], color=INK, linestyle="none", marker="o", label=(
-                    f"{wording.counted(count, 'run')} reached the aim"),
-                    markersize=self._area(count)**0.5))
+            out += [Line2D([], [], color=INK, linestyle="none", marker="o",
+                           markersize=self._area(count)**0.5,
+                           label=f"{wording.counted(count, 'run')} reached the aim")
+                    for count in sorted({max(min(self._successes), 1), self._most})]
             if 0 in self._successes:
                 out.append(Line2D([], [], color=INK, linestyle="none", marker="o",
                                   markerfacecolor="none", markersize=_SMALL**0.5,
                                   label="none did"))
         if self._limit is not None:
-            out.append(Line2D([], [], color=INK, linestyle=":", marker="x", markersize=4,
-                              label="mean of the successes alone"))
-            out.append(Line2D([], [], color=INK, linestyle="--", alpha=0.6,
-                              label=f"time limit, {wording.number(self._limit)} s"))
+            out += [Line2D([], [], color=INK, linestyle=":", marker="x", markersize=4,
+                           label="mean of the successes alone"),
+                    Line2D([], [], color=INK, linestyle="--", alpha=0.6,
+                           label=f"time limit, {wording.number(self._limit)} s")]
         if with_knee:
             out.append(Line2D([], [], color=INK, linestyle=(0, (5, 2)), linewidth=1.0,
                               label="knee, with its interval"))
@@ -134,10 +137,9 @@ class _Painter:
         axis = self._axis
         if axis is None:
             return np.zeros(len(line.vectors))
-        at = np.array([vector.levels[axis.name] for vector in line.vectors])
+        x = axis.places(line.vectors)
         if not axis.is_numeric:
-            return at + 0.5 * place
-        x = axis.numbers[at]
+            return x + 0.5 * place
         if axis.log:
             return x * (axis.numbers[-1] / axis.numbers[0]) ** (0.012 * place)
         return x + 0.012 * place * np.ptp(axis.numbers)
@@ -155,3 +157,32 @@ class _Painter:
         if len(self._successes) == 1:  # nothing to tell apart
             return (_SMALL + _LARGE) / 2
         return _SMALL + (_LARGE - _SMALL) * successes / max(self._most, 1)
+
+
+def reading(study: Study) -> str:
+    """The legend that the figures of all metrics share, in words."""
+    text = ("Lines and large symbols are means over the runs of a vector, bars their 95 % "
+            "intervals, faint dots single runs (▲: stopped at the time limit).")
+    if len({int(study.reached[vector.rows].sum()) for vector in study.vectors}) > 1:
+        text += " The larger a symbol, the more runs reached the aim; hollow: none did."
+    if study.others:
+        text += (f" Panels are the levels of "
+                 f"{wording.listed([axis.name for axis in study.others])}.")
+    return text
+
+
+def caption(study: Study, estimates: Estimates, metric: str, vectors: list[VectorRuns]) -> str:
+    """The caption of a metric's figure that shows ``vectors``."""
+    found = [estimates.of(metric, vector) for vector in vectors]
+    finished = sum(one.runs - one.failed for one in found)
+    have = sum(one.n for one in found)
+    text = f"{wording.titled(metric)} against {study.against.name}. " if study.against \
+        else f"{wording.titled(metric)}. "
+    if any(one.late for one in found):
+        text += ("Mean restricted to the time limit: a run that was stopped counts with the "
+                 "limit. Dotted: the mean of the successes, which leaves such runs out. ")
+    if have < finished:
+        text += f"{finished - have} of {finished} finished runs have no such value"
+        text += (", or are of a vector of which some runs were stopped before it for another "
+                 "reason than the time limit. ") if metric in TIMES else ". "
+    return text

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -13,8 +12,8 @@ from matplotlib.figure import Figure
 from desim.errors import InputError
 from desim.report.campaign.figures import layout
 from desim.report.campaign.figures.style import WIDTH_IN, colour
-from desim.report.campaign.numbers.lines import Panel
-from desim.report.campaign.numbers.study import Axis, Study, VectorRuns
+from desim.report.campaign.numbers import Panel, Study, VectorRuns
+from desim.report.campaign.numbers.lines import evenly
 from desim.results.run import Run
 
 _MOST_LINES = 6  # in a panel
@@ -24,19 +23,11 @@ _INSTANTS = 121
 _DASHES = ("-", (0, (6, 1.5)), (0, (4, 1.5, 1, 1.5)), (0, (2, 1.2)), (0, (1, 1)), "-")
 
 
-class Band(NamedTuple):
-    """Median and quartiles [instants] over the runs of a vector."""
-
-    label: str
-    low: np.ndarray
-    median: np.ndarray
-    high: np.ndarray
-
 
 def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
     """A figure with a panel for each line of the metrics' figures, and in it some of its vectors.
     None if no run's folder is left."""
-    parts = [(", ".join(filter(None, [panel.title, line.label])), _some(line.vectors))
+    parts = [(panel.place(line), evenly(line.vectors, _MOST_LINES))
              for panel in panels for line in panel.lines][:_MOST_PANELS]
     folders = {entry.name: entry for entry in sorted(study.folder.glob("runs/*/*"))}
     series = [(title, [(vector, list(_read(study, vector, folders))) for vector in vectors])
@@ -51,11 +42,13 @@ def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
     for axes, (title, vectors) in zip(all_axes, series, strict=True):
         for i, (vector, runs) in enumerate(vectors):
             if runs:
-                band = _band(study.against, vector, runs, instants_s)
-                axes.fill_between(instants_s, band.low, band.high, color=colour(i),
-                                  alpha=0.2, linewidth=0)
-                axes.plot(instants_s, band.median, color=colour(i), linewidth=1.5,
-                          linestyle=_DASHES[i % len(_DASHES)], label=band.label)
+                # A run that has ended keeps its last share.
+                low, median, high = np.quantile([np.interp(instants_s, *run) for run in runs],
+                                                [0.25, 0.5, 0.75], axis=0)
+                axes.fill_between(instants_s, low, high, color=colour(i), alpha=0.2, linewidth=0)
+                axes.plot(instants_s, median, color=colour(i), linewidth=1.5,
+                          linestyle=_DASHES[i % len(_DASHES)],
+                          label=study.label(vector, study.against) if study.against else "")
         axes.set(xlabel="simulated time [s]", xlim=(0.0, longest_s), ylim=(0.0, 103.0),
                  title=title)
     keys = {line.get_label(): line for axes in all_axes for line in axes.get_lines()}
@@ -63,12 +56,6 @@ def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
                    list(keys.values()) if len(keys) > 1 else [])
     return figure
 
-
-def _some(vectors: list[VectorRuns]) -> list[VectorRuns]:
-    if len(vectors) <= _MOST_LINES:
-        return vectors
-    return [vectors[round(k * (len(vectors) - 1) / (_MOST_LINES - 1))]
-            for k in range(_MOST_LINES)]
 
 
 def _read(study: Study, vector: VectorRuns, folders: dict[str, Path],
@@ -85,11 +72,3 @@ def _read(study: Study, vector: VectorRuns, folders: dict[str, Path],
             yield (table["time_s"].to_numpy(),
                    100.0 * table["explored"].to_numpy(zero_copy_only=False).astype(float))
 
-
-def _band(axis: Axis | None, vector: VectorRuns, runs: list[tuple[np.ndarray, np.ndarray]],
-          instants_s: np.ndarray) -> Band:
-    """The band of a vector's runs. A run that has ended keeps its last share."""
-    shares = np.stack([np.interp(instants_s, time_s, share) for time_s, share in runs])
-    low, median, high = np.quantile(shares, [0.25, 0.5, 0.75], axis=0)
-    label = "" if axis is None else f"{axis.name} = {axis.labels[vector.levels[axis.name]]}"
-    return Band(label, low, median, high)

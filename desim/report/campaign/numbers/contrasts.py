@@ -47,15 +47,14 @@ def contrasts(study: Study, estimates: Estimates, metric: str) -> list[Contrast]
         if len(shared) > 1:
             rest = [each for each in study.axes.values() if each is not axis]
             made.append(Contrast(
-                axis.name, study.label(one, *rest) if rest else "",
-                axis.labels[one.levels[axis.name]], axis.labels[other.levels[axis.name]],
+                axis.name, study.label(one, *rest) if rest else "", axis.label(one),
+                axis.label(other),
                 paired([first[k] for k in shared], [second[k] for k in shared]), None))
         if len(made) == MOST:
             break
-    tested = [i for i, one in enumerate(made) if one.paired.t_p is not None
-              and one.paired.difference.n >= FEWEST_SEEDS]
-    raw = [p for i in tested if (p := made[i].paired.t_p) is not None]
-    for i, p in zip(tested, holm(raw), strict=True):
+    tested = {i: p for i, one in enumerate(made) if (p := one.paired.t_p) is not None
+              and one.paired.difference.n >= FEWEST_SEEDS}
+    for i, p in zip(tested, holm(list(tested.values())), strict=True):
         made[i] = made[i]._replace(p=float(p))
     return made
 
@@ -93,5 +92,5 @@ def _along(study: Study, axis: Axis) -> Iterator[tuple[Axis, VectorRuns, VectorR
 
 def strongest(found: list[Contrast]) -> list[Contrast]:
     """The contrasts that are significant at 5 % after the correction, the largest effect first."""
-    clear = [one for one in found if one.p is not None and one.p < 0.05]
-    return sorted(clear, key=lambda one: -abs(one.paired.cohen_dz or np.inf))
+    return sorted((one for one in found if one.p is not None and one.p < 0.05),
+                  key=lambda one: -abs(one.paired.cohen_dz or np.inf))

@@ -143,12 +143,9 @@ class Estimates:
         watched = self.watched(metric)
         if not watched.any() or (metric != TIMES[0] and not reached.any()):
             return None
-        limits = []
-        for vector in self._study.vectors:
-            rows = vector.rows[watched[vector.rows]]
-            if (~reached[rows]).any():
-                limits.append(ends[rows].max())
-        return float(min(limits) if limits else ends[watched].max())
+        stopped = [ends[vector.rows][watched[vector.rows]].max() for vector in self._study.vectors
+                   if (watched & ~reached)[vector.rows].any()]
+        return float(min(stopped) if stopped else ends[watched].max())
 
     def _watched(self, metric: str) -> np.ndarray:
         """A mask [runs] of the finished runs of those vectors in which each run reached the aim or

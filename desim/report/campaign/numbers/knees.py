@@ -11,9 +11,8 @@ from desim.report.campaign.numbers.estimates import Estimates
 from desim.report.campaign.numbers.lines import PlotLine
 from desim.report.campaign.numbers.study import Axis, Study
 from desim.statistics.bends import bends_of
-from desim.statistics.knee import Knee, breakpoint_of
+from desim.statistics.knee import FEWEST_LOADS, FEWEST_RUNS, Knee, breakpoint_of
 
-FEWEST_LOADS, FEWEST_RUNS = 5, 8
 ONSET = 0.95  # of the best mean of a line
 _STRAIGHT = "lines that meet do no better than a straight one"
 _MOST_POINTS = 2000  # of a line
@@ -41,7 +40,6 @@ class Knees:
 
     def __init__(self, study: Study, estimates: Estimates, count: int) -> None:
         self._study, self._estimates, self._count = study, estimates, count
-        self._two = count <= MOST_WITH_TWO
 
     def of(self, metric: str, line: PlotLine, place: str) -> Bend:
         """The knees of a line of the metric's figure. Of very many runs the first iterations."""
@@ -62,7 +60,7 @@ class Knees:
             return Bend(line, place, (), f"that wants {FEWEST_LOADS} values of {axis.name} and "
                                          f"{FEWEST_RUNS} runs with results")
         resamples = min(max(_MOST_CELLS // (self._count * len(loads)), 499), 1999)
-        if self._two:
+        if self._count <= MOST_WITH_TWO:
             knees = bends_of(loads, values, axis.log, resamples=resamples, blocks=blocks)
         else:
             knee = breakpoint_of(loads, values, axis.log, resamples=resamples, blocks=blocks)
@@ -136,5 +134,5 @@ def onset(estimates: Estimates, metric: str, line: PlotLine) -> Onset | None:
     way = list(means)[::sign]
     # Of equals, the last one on the way.
     best = max(way, key=lambda i: (means[i], way.index(i)))
-    after = way[way.index(best):]
-    return Onset(best, next((i for i in after if means[i] < ONSET * means[best]), None), sign)
+    at = next((i for i in way[way.index(best):] if means[i] < ONSET * means[best]), None)
+    return Onset(best, at, sign)

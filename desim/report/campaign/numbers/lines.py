@@ -66,8 +66,8 @@ def chosen(found: list[Panel]) -> list[Panel]:
     longest = max(len(line.vectors) for panel in some for line in panel.lines)
     most_lines = _MOST_VECTORS // (len(some) * min(longest, _MOST_POINTS))
     return [Panel(panel.title, [
-        PlotLine(line.label, line.style, _evenly(line.vectors, _MOST_POINTS))
-        for line in _evenly(panel.lines, min(max(most_lines, 1), _MOST_LINES))]) for panel in some]
+        PlotLine(line.label, line.style, evenly(line.vectors, _MOST_POINTS))
+        for line in evenly(panel.lines, min(max(most_lines, 1), _MOST_LINES))]) for panel in some]
 
 
 def left_out(found: list[Panel], drawn: list[Panel]) -> str:
@@ -80,7 +80,8 @@ def left_out(found: list[Panel], drawn: list[Panel]) -> str:
     return f"Drawn: {', '.join(parts)}; the tables have all. " if parts else ""
 
 
-def _evenly(items: Sequence[T], most: int) -> list[T]:
+def evenly(items: Sequence[T], most: int) -> list[T]:
+    """At most so many of the items, with the same distance between them, the ends among them."""
     if len(items) <= most:
         return list(items)
     return [items[round(i * (len(items) - 1) / max(most - 1, 1))] for i in range(most)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from functools import cache, cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +18,7 @@ from desim.campaign.design.design import Design, LatinHypercube, Saltelli, Sobol
 from desim.campaign.design.quantities import SUFFIXES
 from desim.campaign.folder.table import RAISED
 from desim.errors import InputError, did_you_mean, printable
+from desim.results.run import readable
 from desim.results.status import RunStatus
 
 # Instants that a run may be stopped before: null is later than ``simulated_s``.
@@ -52,6 +54,15 @@ class Axis(NamedTuple):
         """The name with its unit, for figures and tables."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
+    def label(self, vector: VectorRuns) -> str:
+        """The level of a vector."""
+        return self.labels[vector.levels[self.name]]
+
+    def places(self, vectors: Sequence[VectorRuns]) -> np.ndarray:
+        """The places of vectors [n] along the axis: numbers, or else the levels' indices."""
+        at = np.array([vector.levels[self.name] for vector in vectors], int)
+        return self.numbers[at] if self.is_numeric else at
+
 
 class VectorRuns(NamedTuple):
     """The runs of one vector: ``rows`` of the table, in the order of iterations. ``levels`` are
@@ -71,16 +82,15 @@ class Study:
         if not file.is_file():
             raise InputError(f"{folder}: not a campaign's folder: there is no runs.parquet (desim "
                              "sweep DESIGN writes it when it ends)")
-        try:
+        with readable(file):
             self._table = pq.read_table(file)
-        except (pa.ArrowException, OSError) as error:
-            raise InputError(f"{file}: damaged: {str(error).splitlines()[0]}") from error
         if not self._table.num_rows:
             raise InputError(f"{folder}: no run has ended yet")
         missing = [name for name in FIXED if name not in self._table.column_names]
         if missing:
             raise InputError(f"{file}: not the table of a campaign: it has no {missing[0]}")
-        self.axes = {name: self._axis(name) for name in design.parameters}
+        found = {name: self._axis(name) for name in design.parameters}
+        self.axes = {name: axis for name, (axis, _) in found.items()}
         taken = {*FIXED, *design.parameters,
                  *(name + suffix for name in design.parameters for suffix in SUFFIXES)}
         self.metrics = tuple(name for name in self._table.column_names
@@ -88,7 +98,7 @@ class Study:
         self._refuse_unknown()
         self.failed = self.words("status") == RunStatus.FAILED
         self.iterations = self.numbers("iteration").astype(int)
-        self.vectors = self._vectors()
+        self.vectors = self._vectors({name: levels for name, (_, levels) in found.items()})
         self.column, self.text = cache(self._metric), cache(self.words)
 
     def numbers(self, name: str) -> np.ndarray:
@@ -163,8 +173,8 @@ class Study:
         named = self.design.report.against
         if named is not None:
             return self.axes[named]
-        numeric = [axis for axis in self.axes.values() if axis.is_numeric]
-        return next(iter([*numeric, *self.axes.values()]), None)
+        axes = self.axes.values()
+        return next((axis for axis in axes if axis.is_numeric), next(iter(axes), None))
 
     @property
     def by(self) -> Axis | None:
@@ -192,7 +202,7 @@ class Study:
 
     def label(self, vector: VectorRuns, *axes: Axis) -> str:
         """``bandwidth = 3 Mb/s, deployment = field``, of all parameters unless some are named."""
-        return ", ".join(f"{axis.name} = {axis.labels[vector.levels[axis.name]]}"
+        return ", ".join(f"{axis.name} = {axis.label(vector)}"
                          for axis in axes or self.axes.values())
 
     def _is_number(self, name: str) -> bool:
@@ -200,7 +210,8 @@ class Study:
         return name in TIMES or pa.types.is_integer(kind) or pa.types.is_floating(kind) \
             or pa.types.is_boolean(kind)
 
-    def _axis(self, name: str) -> Axis:
+    def _axis(self, name: str) -> tuple[Axis, np.ndarray]:
+        """The axis of a parameter, and the index [runs] of each run's level."""
         columns = self._table.column_names
         of_numbers = next((name + suffix for suffix in SUFFIXES if name + suffix in columns
                            and self._is_number(name + suffix)), None)
@@ -208,30 +219,23 @@ class Study:
             raise InputError(f"{self.folder}: the table has no parameter {name!r}; it belongs to "
                              "another design")
         if of_numbers is None:
-            return Axis(name, tuple(dict.fromkeys(self.words(name).tolist())), np.zeros(0), "")
-        numbers, which = np.unique(self.numbers(of_numbers), return_index=True)
-        words = self.words(name) if name in columns and not self._is_number(name) else None
-        labels = (f"{number:.12g}" if words is None else words[at]
-                  for number, at in zip(numbers, which, strict=True))
-        return Axis(name, tuple(labels), numbers, SUFFIXES[of_numbers.removeprefix(name)])
+            words = self.words(name).tolist()
+            at = {label: i for i, label in enumerate(dict.fromkeys(words))}
+            return Axis(name, tuple(at), np.zeros(0), ""), np.array([at[word] for word in words])
+        numbers, which, levels = np.unique(self.numbers(of_numbers), return_index=True,
+                                           return_inverse=True)
+        labels = self.words(name)[which] if name in columns and not self._is_number(name) \
+            else [f"{number:.12g}" for number in numbers]
+        return Axis(name, tuple(labels), numbers, SUFFIXES[of_numbers.removeprefix(name)]), levels
 
-    def _vectors(self) -> list[VectorRuns]:
+    def _vectors(self, levels: dict[str, np.ndarray]) -> list[VectorRuns]:
+        """The vectors, by the ``levels`` [runs] of each parameter."""
         numbers = self.numbers("vector").astype(int)
         order = np.lexsort((self.iterations, numbers))
         begins = np.flatnonzero(np.diff(numbers[order], prepend=-1))
-        levels = {name: self._levels(axis) for name, axis in self.axes.items()}
-        return [VectorRuns(int(numbers[rows[0]]), {name: int(of[rows[0]]) for name, of in
-                                               levels.items()}, rows)
+        return [VectorRuns(int(numbers[rows[0]]),
+                           {name: int(of[rows[0]]) for name, of in levels.items()}, rows)
                 for rows in np.split(order, begins[1:])]
-
-    def _levels(self, axis: Axis) -> np.ndarray:
-        """Indices [runs] into the labels of ``axis``."""
-        if axis.is_numeric:
-            suffix = next(suffix for suffix, unit in SUFFIXES.items() if unit == axis.unit
-                          and axis.name + suffix in self._table.column_names)
-            return np.searchsorted(axis.numbers, self.numbers(axis.name + suffix))
-        at = {label: i for i, label in enumerate(axis.labels)}
-        return np.array([at[word] for word in self.words(axis.name).tolist()])
 
     def _refuse_unknown(self) -> None:
         for key in ("against", "by"):

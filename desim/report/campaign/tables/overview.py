@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from desim.report.campaign import wording
+from desim.report.campaign.numbers import TIMES, Axis, Estimate, Estimates, Means, Study, VectorRuns
 from desim.report.campaign.numbers.contrasts import Contrast
-from desim.report.campaign.numbers.estimates import Estimate, Estimates, Means
-from desim.report.campaign.numbers.study import TIMES, Axis, Study, VectorRuns
 from desim.report.campaign.tables.table import Cell, ReportTable, Shown
 
 _MOST_VECTORS = 1000  # that are looked at one by one
@@ -26,8 +25,9 @@ def all_metrics(study: Study, estimates: Estimates) -> ReportTable:
         Shown(_with_half(*(column[i] for column in means[name])), means[name].mean[i])
         for name in names)] for i, vector in enumerate(study.vectors)]
     columns = [column for name, found in means.items() for column in found[:len(_endings(name))]]
-    exact = ([*_exact_begin(study, vector), *(_exact(column[i]) for column in columns)]
-             for i, vector in enumerate(study.vectors))  # a file's rows, one at a time
+    exact = ([*_exact_begin(study, vector), *(
+        None if np.isnan(column[i]) else float(column[i]) for column in columns)]
+        for i, vector in enumerate(study.vectors))  # a file's rows, one at a time
     caption = ("All metrics by vector: mean ± half of the 95 % interval; times are restricted to "
                "the time limit; ≥ where runs that were not there by then count with it.")
     return ReportTable("metrics_by_vector", caption, [*head, *map(wording.titled, names)], rows,
@@ -61,7 +61,7 @@ def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vect
     for vector in study.vectors if few else drawn:
         one = estimates.of(metric, vector)
         row = [*_begin(study, vector),
-               Shown(wording.at_least(wording.number(one.mean), one.late), one.mean),
+               Shown(wording.at_least(one.mean, one.late), one.mean),
                Shown(wording.between(one.low, one.high), one.low), one.n]
         line = [*_exact_begin(study, vector), one.mean, one.low, one.high, one.n, one.method]
         if holds:
@@ -84,17 +84,13 @@ def compared(metric: str, found: list[Contrast]) -> ReportTable:
     rows: list[list[Cell | Shown]] = []
     exact: list[list[Cell]] = []
     for one in found:
-        pair = one.paired
-        words = [one.axis, one.first, one.second, one.where]
-        signs = f"{pair.above} / {pair.equal} / {pair.below}"
+        pair, words = one.paired, [one.axis, one.first, one.second, one.where]
+        chances = [pair.t_p, one.p, pair.wilcoxon_p]
         rows.append([*words, pair.difference.mean,
                      wording.between(pair.difference.low, pair.difference.high), pair.difference.n,
-                     Shown(wording.probability(pair.t_p), pair.t_p),
-                     Shown(wording.probability(one.p), one.p),
-                     Shown(wording.probability(pair.wilcoxon_p), pair.wilcoxon_p), pair.cohen_dz,
-                     pair.rank_biserial, signs])
-        exact.append([*words, *pair.difference[:4], pair.t_p, one.p, pair.wilcoxon_p,
-                      pair.cohen_dz, pair.rank_biserial, pair.above, pair.equal, pair.below])
+                     *(Shown(wording.probability(p), p) for p in chances), pair.cohen_dz,
+                     pair.rank_biserial, f"{pair.above} / {pair.equal} / {pair.below}"])
+        exact.append([*words, *pair.difference[:4], *chances, *pair[3:]])
     return ReportTable(
         f"{metric}_comparisons",
         f"{wording.titled(metric)}: first minus second under common random numbers. p of "
@@ -114,12 +110,10 @@ def _head(study: Study) -> list[str]:
 
 def _begin(study: Study, vector: VectorRuns) -> list[Cell | Shown]:
     rows = vector.rows
-    levels: list[Cell | Shown] = [
-        Shown(axis.labels[vector.levels[name]], float(axis.numbers[vector.levels[name]]))
-        if axis.is_numeric else axis.labels[vector.levels[name]]
-        for name, axis in study.axes.items()]
-    return [vector.number, *levels, len(rows), int(study.reached[rows].sum()),
-            int(study.failed[rows].sum())]
+    return [vector.number, *(
+        Shown(axis.label(vector), float(axis.numbers[vector.levels[name]])) if axis.is_numeric
+        else axis.label(vector) for name, axis in study.axes.items()),
+        len(rows), int(study.reached[rows].sum()), int(study.failed[rows].sum())]
 
 
 def _exact_head(study: Study) -> list[str]:
@@ -141,14 +135,13 @@ def _with_units(study: Study) -> list[Axis]:
 def _times(one: Estimate) -> tuple[list[Cell | Shown], list[Cell]]:
     if one.times is None:
         return [None, None], [None] * 8
-    median, mean = one.times.median, one.times.successes
-    late = f"> {wording.number(one.times.limit)}"
-    text = late if median.value is None else wording.number(median.value)
-    spread = f" [{wording.number(median.low)}, {wording.number(median.high)}]" \
-        if median.low is not None or median.high is not None else ""
-    return ([Shown(text + spread, median.value if median.value is not None else one.times.limit),
+    median, mean, limit = one.times.median, one.times.successes, one.times.limit
+    text = f"> {wording.number(limit)}" if median.value is None else wording.number(median.value)
+    if median.low is not None or median.high is not None:
+        text += f" [{wording.number(median.low)}, {wording.number(median.high)}]"
+    return ([Shown(text, limit if median.value is None else median.value),
              Shown(f"{wording.number(mean.mean)} of {mean.n}", mean.mean)],
-            [*median, mean.mean, mean.low, mean.high, mean.n, one.times.limit])
+            [*median, *mean[:4], limit])
 
 
 def _means(study: Study, estimates: Estimates, metric: str) -> Means:
@@ -156,17 +149,11 @@ def _means(study: Study, estimates: Estimates, metric: str) -> Means:
     if metric not in study.design.report.metrics or len(study.vectors) > _WIDE_FOR:
         return estimates.means(metric)
     found = [estimates.of(metric, vector) for vector in study.vectors]
-    bounds = np.array([[one.mean, one.low, one.high] for one in found], float)
-    counts = np.array([[one.n, one.late] for one in found], float)
-    return Means(*bounds.T, *counts.T)
+    return Means(*np.array([[one.mean, one.low, one.high, one.n, one.late] for one in found],
+                           float).T)
 
 
 def _with_half(mean: float, low: float, high: float, _: float, late: float) -> str:
-    text = wording.at_least(wording.number(mean), int(late))
-    if np.isnan(low) or high == low:
-        return text
-    return f"{text} ± {wording.number((high - low) / 2, 2)}"
-
-
-def _exact(value: float) -> float | None:
-    return None if np.isnan(value) else float(value)
+    text = wording.at_least(mean, int(late))
+    has_width = not np.isnan(low) and high != low
+    return f"{text} ± {wording.number((high - low) / 2, 2)}" if has_width else text

@@ -92,19 +92,16 @@ def as_html(table: ReportTable, stacked: bool = False) -> str:
 
 
 def _td(cell: Cell | Shown, words: bool, name: str) -> str:
-    text = html.escape(text_of(cell))
-    if words:
-        return f"<td{name}>{text}</td>"
     value = cell.value if isinstance(cell, Shown) else cell
     sort = "" if value is None or isinstance(value, str) else f' data-v="{value:.9g}"'
-    return f'<td class="num"{sort}{name}>{text}</td>'
+    kind = "" if words else f' class="num"{sort}'
+    return f"<td{kind}{name}>{html.escape(text_of(cell))}</td>"
 
 
 def text_of(cell: Cell | Shown) -> str:
     """The text of a cell."""
-    if isinstance(cell, Shown):
-        return cell.text
-    return cell if isinstance(cell, str) else wording.number(cell)
+    text = cell.text if isinstance(cell, Shown) else cell
+    return text if isinstance(text, str) else wording.number(text)
 
 
 def _is_text(table: ReportTable, column: int) -> bool:
@@ -118,5 +115,4 @@ def _is_long(cell: Cell | Shown) -> bool:
 
 
 def _escaped(text: str) -> str:
-    text = "".join(_OF_LATEX.get(letter, letter) for letter in text)
-    return _THOUSANDS.sub(r"\\,", text)
+    return _THOUSANDS.sub(r"\\,", "".join(_OF_LATEX.get(letter, letter) for letter in text))
