@@ -25,6 +25,7 @@ def compiling_inside(quiet: bool) -> Iterator[None]:
 def compiling(quiet: bool) -> Iterator[None]:
     """Announce kernels that are compiled at their first import, and the time that it took."""
     from desim.engine.compiled import announced
+    from desim.engine.garbage import rare_collections
 
     begin_s = None
 
@@ -35,7 +36,7 @@ def compiling(quiet: bool) -> Iterator[None]:
             say("compiling numerical kernels (first run only)...", err=True)
 
     try:
-        with announced(begin):
+        with rare_collections(), announced(begin):
             yield
     except RuntimeError as error:
         if "cannot cache function" not in str(error):

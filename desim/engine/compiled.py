@@ -1,4 +1,4 @@
-"""Compiled kernels: the folder that keeps them, and a notice when one is compiled.
+"""Compiled kernels: the folder that keeps them, a notice when one is compiled, and fast calls.
 
 numba looks at the file of the function that it compiles, not at the files of those that it calls: a
 change in ``desim/ports/kernels.py`` would leave old copies of it inside other modules' compiled
@@ -16,6 +16,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TypeVar
+
+F = TypeVar("F", bound=Callable[..., object])
 
 
 def choose_folder() -> None:
@@ -48,6 +51,18 @@ def announced(say: Callable[[], object]) -> Iterator[None]:
 
     with install_listener("numba:compile", First()):
         yield
+
+
+def compiled_function(kernel: F) -> F:
+    """The function that a kernel of one signature was compiled to, for frequent calls from Python.
+
+    It skips numba's dispatcher, which determines the type of each argument: 0.3 us for plain arrays
+    and 5 us for a NamedTuple (``drop_all``: 6.7 us before, 1.0 us now). So nothing checks
+    that an array has the declared layout: pass only arrays that desim made.
+    """
+    overloads = getattr(kernel, "overloads", None)  # with NUMBA_DISABLE_JIT there are none
+    function: F = next(iter(overloads.values())).entry_point if overloads else kernel
+    return function
 
 
 def _fingerprint() -> str:

@@ -15,11 +15,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from desim.monitor.kernels import recount
+from desim.engine.compiled import compiled_function
+from desim.monitor import kernels
 from desim.ports import GridSpec
 from desim.robot.robot_map import RobotMap
 from desim.robot.tiles import FREE, OCCUPIED, tiles_of
 from desim.units import NS_PER_S
+
+_recount = compiled_function(kernels.recount)
 
 EXPLORED = 0.99  # the share at which the paper calls a terrain explored (3.3.1)
 
@@ -95,7 +98,7 @@ class Coverage:
 
     def update(self, i: int, fused: np.ndarray, tiles: np.ndarray) -> None:
         """Count again ``tiles`` (int32 indices) of ``fused`` (int16 [tiles, 1024])."""
-        totals = recount(fused, self._inside, tiles, i, self._union, self._counts, self._totals)
+        totals = _recount(fused, self._inside, tiles, i, self._union, self._counts, self._totals)
         self.known[i] = totals >> 32
         self.union_known = totals & 0xFFFFFFFF
         self._changed(i)

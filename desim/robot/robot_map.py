@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from desim.engine.compiled import compiled_function
 from desim.middleware.contents import LaserScan
 from desim.ports import GridSpec
 from desim.robot.kernels import evidence
@@ -21,6 +22,9 @@ from desim.robot.tiles import (
     cell_numbers,
     tiles_across,
 )
+
+_integrate = compiled_function(evidence.integrate)
+_replace = compiled_function(kernels.replace)
 
 
 class _Scans:
@@ -46,8 +50,9 @@ class _Scans:
             (x_m - spec.x_m) * per_m, (y_m - spec.y_m) * per_m, yaw_rad, scan.angle_min_rad,
             scan.angle_increment_rad, per_m, float(np.float32(scan.range_max_m)) * per_m,
             usable_range_m * per_m, spec.width, spec.height, self._stamp)
-        count: int = evidence.integrate(scan.ranges, self._scan, self._sheet, robot_map.version + 1,
-                                        robot_map.own.indices, robot_map.pool.arrays, robot_map.sum)
+        ranges = np.ascontiguousarray(scan.ranges, np.float32)  # of any world, also a stranger's
+        count: int = _integrate(ranges, self._scan, self._sheet, robot_map.version + 1,
+                                robot_map.own.indices, robot_map.pool.arrays, robot_map.sum)
         return count
 
 
@@ -94,7 +99,7 @@ class RobotMap:
         if layer is None:
             layer = self.received[source] = ReceivedLayer(self.pool, self.tiles)
         layer.receiving(version, snapshot)
-        count = kernels.replace(version, snapshot.tiles, snapshot.indices, self.version + 1,
+        count = _replace(version, snapshot.tiles, snapshot.indices, self.version + 1,
                                 layer.indices, layer.sent, self.pool.arrays, self.sum)
         self._note(count)
         return count > 0

@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from desim.engine.compiled import compiled_function
 from desim.ports import GridSpec
 from desim.robot.kernels import tiles as kernels
 from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
@@ -23,6 +24,9 @@ __all__ = ["CELLS", "CLAMP_HIGH", "CLAMP_LOW", "FREE", "HIT", "MISS", "OCCUPIED"
 
 TILE = 32
 CELLS = TILE * TILE
+_hold_all = compiled_function(kernels.hold_all)
+_drop_all = compiled_function(kernels.drop_all)
+
 FREE, OCCUPIED = int(kernels.FREE), int(kernels.OCCUPIED)  # the sum's thresholds
 
 
@@ -94,9 +98,9 @@ class LayerSnapshot:
     def __init__(self, pool: TilePool, tiles: np.ndarray, indices: np.ndarray,
                  complete: bool) -> None:
         self.pool, self.tiles, self.indices, self.complete = pool, tiles, indices, complete
-        kernels.hold_all(indices, pool.arrays.refs)
+        _hold_all(indices, pool.arrays.refs)
 
-    def __del__(self, drop_all: Callable[..., None] = kernels.drop_all,
+    def __del__(self, drop_all: Callable[..., None] = _drop_all,
                 at_exit: Callable[[], bool] = sys.is_finalizing) -> None:
         if not at_exit():  # kernels cannot be called any more, and the memory goes anyway
             drop_all(self.indices, self.pool.arrays)
@@ -125,7 +129,7 @@ class Layer:
         self.indices = np.zeros(len(tiles), np.int32)
         self._latest: LayerSnapshot | None = None
 
-    def __del__(self, drop_all: Callable[..., None] = kernels.drop_all,
+    def __del__(self, drop_all: Callable[..., None] = _drop_all,
                 at_exit: Callable[[], bool] = sys.is_finalizing) -> None:
         if not at_exit():  # kernels cannot be called any more, and the memory goes anyway
             drop_all(self.indices, self.pool.arrays)

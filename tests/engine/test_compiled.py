@@ -4,6 +4,9 @@ import subprocess
 import sys
 from types import SimpleNamespace
 
+import numpy as np
+import pytest
+
 LOOK = "import os, desim; print(os.environ['NUMBA_CACHE_DIR'])"
 
 
@@ -39,3 +42,15 @@ def test_the_name_changes_with_any_kernel_file(tmp_path, monkeypatch):
     before = compiled._fingerprint()
     (tmp_path / "a" / "kernels.py").write_text("x = 2")
     assert compiled._fingerprint() != before
+
+
+def test_a_kernel_is_called_without_its_dispatcher():
+    from desim.engine.compiled import compiled_function
+    from desim.robot.kernels.tiles import hold_all
+
+    refs = np.zeros(4, np.int32)
+    compiled_function(hold_all)(np.array([0, 2, 2], np.int32), refs)
+    assert refs.tolist() == [0, 0, 2, 0]
+    with pytest.raises(TypeError):  # numba still checks the size of an item
+        compiled_function(hold_all)(np.array([0, 2, 2], np.int64), refs)
+    assert compiled_function(abs) is abs  # what a kernel is with NUMBA_DISABLE_JIT: a function

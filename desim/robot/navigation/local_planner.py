@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from desim.engine.compiled import compiled_function
 from desim.middleware.contents import Pose
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.kernels import local_planner as kernels
@@ -15,6 +16,8 @@ from desim.scenario.schema.robot import Navigation
 from desim.units import NS_PER_S, seconds
 
 _MARGIN_M = 0.3  # distance of the aim beyond a rollout's reach; maze_8: 192, 164 s
+
+_steer = compiled_function(kernels.steer)
 
 Position = tuple[float, float, float]  # x m, y m, yaw rad
 
@@ -56,7 +59,7 @@ class LocalPlanner:
         costmap, state = self.costmap, self._state
         state[0] = (x_m, y_m, yaw_rad, self.speed_mps, self.turn_radps, self._leg, 0.0, 0.0, 0.0,
                     0.0)
-        kernels.steer(state, self._path, self._setup, costmap.near2, costmap.layer, costmap.scan,
+        _steer(state, self._path, self._setup, costmap.near2, costmap.layer, costmap.scan,
                       costmap.around.flat, costmap.around.frame)
         *_, self._leg, speed_mps, turn_radps, _, togo_m = state.item()
         return speed_mps, turn_radps, togo_m
