@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import nullcontext
 from functools import partial
 
 from pydantic import Field
 
 from desim import ports
-from desim.errors import below
 from desim.units import ByteSize, Period
-from netmodels.multihop.hop_choice import HOPS, HopChoice
+from netmodels.multihop.hop_choice import HOPS, HopChoice, lend
 from netmodels.multihop.hops import Hops
 
 _ARRIVED, _EXPIRED = ports.Deliver(0), ports.Drop("expired")
@@ -94,20 +92,14 @@ class Epidemic:
         self._params = params
         self._block = "" if hop else f".{params.hop}"
         self._hop = hop = hop or params.chosen()
-        for member in "busy_ns", "judges_transmissions":  # capabilities of the hop
-            if hasattr(hop, member):
-                setattr(self, member, getattr(hop, member))
+        lend(self, hop, "busy_ns", "judges_transmissions")
         self._frames = self._bytes = 0
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._hops = Hops(self._hop, context, len(hosts))
-        with below(self._block) if self._block else nullcontext():
-            self._hop.start(self._hops, hosts)
+        self._hops = Hops(self._hop, context, hosts, self._block)
         self._stores = [_Store() for _ in hosts]
         self._draws = [context.stream("epidemic", host).random for host in hosts]
-        self._others = [tuple(other for other in range(len(hosts)) if other != host)
-                        for host in range(len(hosts))]
 
     def send(self, frame: ports.Frame) -> int | None:
         if frame.broadcast:
@@ -181,7 +173,7 @@ class Epidemic:
             store.announcing = False
             return
         self._context.at(self._context.now_ns + self._params.interval_ns, self._announce, host)
-        self._control(host, self._others[host], tuple(store.held), broadcast=True)
+        self._control(host, self._hops.others[host], tuple(store.held), broadcast=True)
 
     def _control(self, host: int, receivers: tuple[int, ...], numbers: Sequence[int], *,
                  broadcast: bool) -> None:

@@ -16,7 +16,7 @@ from netmodels.cases.equal_power import SAME_POWER
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
 from netmodels.ethernet import ETHERNET_BYTES
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 
 _TURN_RAD = math.pi * (3 - math.sqrt(5))  # the golden angle
 
@@ -56,7 +56,7 @@ class HeartbeatBroadcast:
             places, loss = [NOWHERE] * p.stations, SAME_POWER
         else:
             places, loss = sunflower(p.stations, p.radius_m), {"model": "log_distance"}
-        radio = Radio(Radio.Params(preset=p.preset, standard=p.standard, rate=rate,
+        radio = DcfRadio(DcfRadio.Params(preset=p.preset, standard=p.standard, rate=rate,
                                    broadcast_rate=rate, path_loss=loss))
         size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
         every_ns = round(NS_PER_S / Fraction(p.hz))

@@ -17,10 +17,9 @@ from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
 from netmodels.multihop.batman import BatmanParams
 from netmodels.multihop.static import StaticParams
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import delivery
-from netmodels.radio.rates import chosen_rates
-from netmodels.radio.standards import STANDARDS, psdu_bytes
+from netmodels.radio.standards import STANDARDS, chosen_rates, psdu_bytes
 from netmodels.tdma import Tdma
 
 RANGE, INTERFERENCE = 1.1, 2.1  # of a frame, in hops: of ideal and tdma
@@ -125,7 +124,7 @@ class RelayChain:
         p = self._params
         rate = f"{p.rate_bps} b/s"
         if p.mac == "dcf":
-            radio = Radio.Params(standard=_STANDARD, rate=rate, broadcast_rate=rate, **_TWO_HOPS)
+            radio = DcfRadio.Params(standard=_STANDARD, rate=rate, broadcast_rate=rate, **_TWO_HOPS)
             _check_reach(radio, p.spacing_m, size_bytes)
             return {"hop": "radio", "radio": radio}
         air = {"rate": rate, "range": f"{RANGE * p.spacing_m} m",
@@ -141,7 +140,7 @@ class RelayChain:
             cycle=cycle, slots=slots, slot=f"{airtime_ns(size_bytes, p.rate_bps)} ns", **air)}
 
 
-def _check_reach(radio: Radio.Params, spacing_m: float, size_bytes: int) -> None:
+def _check_reach(radio: DcfRadio.Params, spacing_m: float, size_bytes: int) -> None:
     """Refuse a rate that no hop of ``spacing_m`` can be used at. Raises ``InputError``."""
     rate, _ = chosen_rates(_STANDARD, radio.rate_bps, None)
     power_dbm = radio.power_dbm - radio.loss().loss_db(spacing_m)

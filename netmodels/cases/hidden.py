@@ -13,7 +13,7 @@ from desim.units import BitRate, ByteSize, Length, Period
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import flows
 from netmodels.ethernet import ETHERNET_BYTES
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 
 _WARM_UP_NS = 500_000_000  # some hundred packets at 6 Mb/s
 
@@ -46,7 +46,7 @@ class Hidden:
         if p.load_bps is not None and p.load_bps > p.rate_bps:
             raise InputError(f".load: {p.load_bps / 1e6:g} Mb/s is more than a sender gets onto "
                              "the air; allowed: at most the rate, or none (saturated)")
-        radio = Radio(Radio.Params(preset=p.preset, standard=p.standard,
+        radio = DcfRadio(DcfRadio.Params(preset=p.preset, standard=p.standard,
                                    rate=f"{p.rate_bps} b/s", rts="0 B" if p.rts else None))
         places = {"sender_1": (0.0, 0.0), "receiver": (p.spacing_m, 0.0),
                   "sender_2": (2 * p.spacing_m, 0.0)}

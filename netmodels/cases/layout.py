@@ -13,7 +13,7 @@ from desim.ports.cases import Flow, Setup
 from desim.units import BitRate, ByteSize, Period
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.ethernet import ETHERNET_BYTES
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 
 _FAR_M = 1e6  # the farthest place: floats resolve 1e-9 m there
 
@@ -74,7 +74,7 @@ class Layout:
         if p.broadcast_rate_bps is not None:
             radio["broadcast_rate"] = f"{p.broadcast_rate_bps} b/s"
         hosts = tuple(f"host_{k}" for k in range(len(p.places)))
-        return Setup(Radio(Radio.Params(**radio)), dict(zip(hosts, p.places, strict=True)),
+        return Setup(DcfRadio(DcfRadio.Params(**radio)), dict(zip(hosts, p.places, strict=True)),
                      [_flow(flow, hosts) for flow in p.flows],
                      p.warm_up_ns + p.duration_ns, p.warm_up_ns)
 

@@ -15,9 +15,8 @@ from netmodels.cases.equal_power import SAME_POWER
 from netmodels.cases.packets import MOST_80211_BYTES, UDP_IP_BYTES
 from netmodels.cases.senders import numbered
 from netmodels.ethernet import ETHERNET_BYTES
-from netmodels.radio import Radio
-from netmodels.radio.rates import chosen_standard
-from netmodels.radio.standards import STANDARDS
+from netmodels.radio.dcf.radio import DcfRadio
+from netmodels.radio.standards import STANDARDS, chosen_standard
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured
 _WARM_UP = 0.1  # of that time
@@ -70,9 +69,9 @@ class Saturation:
         receivers = (numbered("receiver", p.stations) if p.topology == "pairs"
                      else ("sink",) * p.stations)
         standard = chosen_standard(p.standard, p.basic_rates_bps or None)
-        radio = Radio(Radio.Params(preset=p.preset, standard=p.standard, rate=f"{rate_bps} b/s",
-                                   path_loss=SAME_POWER),
-                      replace(standard, slot_ns=p.slot_ns or standard.slot_ns))
+        radio = DcfRadio(DcfRadio.Params(preset=p.preset, standard=p.standard,
+                                         rate=f"{rate_bps} b/s", path_loss=SAME_POWER),
+                         replace(standard, slot_ns=p.slot_ns or standard.slot_ns))
         return Setup(radio, dict.fromkeys((*senders, *receivers), NOWHERE),
                      [Flow(sender, (receiver,), size_bytes, p.payload_bytes)
                       for sender, receiver in zip(senders, receivers, strict=True)],

@@ -12,7 +12,7 @@ from desim.ports.cases import Flow, Setup
 from desim.units import BitRate, ByteSize, Length, Period
 from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.ethernet import ETHERNET_BYTES
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 
 _WARM_UP_NS = 500_000_000  # some hundred packets at 6 Mb/s
 
@@ -40,7 +40,7 @@ class TwoPairs:
 
     def setup(self) -> Setup:
         p = self._params
-        radio = Radio(Radio.Params(preset=p.preset, standard=p.standard,
+        radio = DcfRadio(DcfRadio.Params(preset=p.preset, standard=p.standard,
                                    rate=f"{p.rate_bps} b/s"))
         places = {"sender_1": (0.0, 0.0), "receiver_1": (p.length_m, 0.0),
                   "sender_2": (0.0, p.distance_m), "receiver_2": (p.length_m, p.distance_m)}

@@ -87,8 +87,6 @@ class Batman:
 
     def start(self, hops: Hops, hosts: tuple[str, ...]) -> None:
         self._hops = hops
-        self._others = [tuple(other for other in range(len(hosts)) if other != host)
-                        for host in range(len(hosts))]
         self._nodes = [BatmanNode(hops.stream("batman", host).random) for host in hosts]
         if len(hosts) > 1:
             for host, node in enumerate(self._nodes):
@@ -118,7 +116,7 @@ class Batman:
         size_bytes = self._params.message_bytes
         self.frames += 1
         self.bytes += size_bytes
-        self._hops.send(host, self._others[host], size_bytes, 1, True,
+        self._hops.send(host, self._hops.others[host], size_bytes, 1, True,
                         partial(self._settled, message))
 
     def _settled(self, message: OriginatorMessage, frame: ports.Frame, receivers: Sequence[int],

@@ -9,14 +9,21 @@ from pydantic import Field, model_validator
 from desim import ports
 from netmodels.disk import Disk
 from netmodels.ideal_mac import IdealMac
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.tdma import Tdma
 
-Hop = Radio | Disk | IdealMac | Tdma
-HOPS: dict[str, type[Radio] | type[Disk] | type[IdealMac] | type[Tdma]] = {
-    "radio": Radio, "disk": Disk, "ideal_mac": IdealMac, "tdma": Tdma}
+Hop = DcfRadio | Disk | IdealMac | Tdma
+HOPS: dict[str, type[DcfRadio] | type[Disk] | type[IdealMac] | type[Tdma]] = {
+    "radio": DcfRadio, "disk": Disk, "ideal_mac": IdealMac, "tdma": Tdma}
 
 P = TypeVar("P", bound=ports.Params)
+
+
+def lend(model: object, inner: object, *members: str) -> None:
+    """Give ``model`` those ``members`` (capabilities) that ``inner``, on which it builds, has."""
+    for member in members:
+        if hasattr(inner, member):
+            setattr(model, member, getattr(inner, member))
 
 
 class HopChoice(ports.Params):
@@ -24,7 +31,7 @@ class HopChoice(ports.Params):
 
     hop: Literal["radio", "disk", "ideal_mac", "tdma"] = Field("radio", description=(
         "the model of single hops; its parameters stand under its name (Wi-Fi)"))
-    radio: Radio.Params | None = Field(None, description=(
+    radio: DcfRadio.Params | None = Field(None, description=(
         "of hop: radio (its own defaults, but broadcasts are as fast as unicast frames: who "
         "hears a routing message should get packets, too)"))
     disk: Disk.Params | None = Field(None, description="of hop: disk (its own defaults)")
@@ -52,6 +59,6 @@ class HopChoice(ports.Params):
 
 def as_fast(params: P) -> P:
     """A radio's parameters with its broadcasts at the rate of unicast frames, if they have none."""
-    if not isinstance(params, Radio.Params) or params.broadcast_rate_bps is not None:
+    if not isinstance(params, DcfRadio.Params) or params.broadcast_rate_bps is not None:
         return params
     return params.model_copy(update={"broadcast_rate_bps": params.rate_bps})

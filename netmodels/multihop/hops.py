@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
+from contextlib import nullcontext
 from operator import attrgetter
 
 import numpy as np
 
 from desim import ports
+from desim.errors import below
 
 # Called with a frame's fate at some receivers of one hop, and with the packets of a unicast train
 # that were lost on it (number to reason).
@@ -29,21 +31,27 @@ class Hops:
     """Sends frames over one hop and reports their fates; to the hop model it is the context.
 
     Frames of the medium may be sent as they are (``model.send``), and are settled there. Frames
-    that are sent here have negative numbers.
-    Hosts that are not ``up`` have no place. ``refuses`` are the model's.
+    that are sent here have negative numbers. Hosts that are not ``up`` have no place; to each host
+    there are ``others``. ``refuses`` are the model's.
     """
 
-    def __init__(self, model: ports.NetworkModel, context: ports.Context, hosts: int) -> None:
+    def __init__(self, model: ports.NetworkModel, context: ports.Context, hosts: tuple[str, ...],
+                 block: str = "") -> None:
+        """Starts ``model``. Raises ``InputError`` for its parameters, at the path ``block``."""
         self._context = context
         self._model = model
         self.refuses = frozenset(getattr(model, "refuses", ()))
-        self.up = [True] * hosts
+        self.up = [True] * len(hosts)
+        self.others = [tuple(other for other in range(len(hosts)) if other != host)
+                       for host in range(len(hosts))]
         self._last = 0
         self._open: dict[int, _Leg] = {}
         self._places = np.empty((0, 2))
         self._seen: np.ndarray | None = None
         self.at, self.stream = context.at, context.stream
         self.judge_transmission, self.shared = context.judge_transmission, context.shared
+        with below(block) if block else nullcontext():
+            model.start(self, hosts)
 
     now_ns = property(attrgetter("_context.now_ns"))
     obstacles = property(attrgetter("_context.obstacles"))

@@ -18,7 +18,7 @@ from netmodels.radio.fates import QueuedFrame
 from netmodels.radio.shadowing import Shadows
 
 if TYPE_CHECKING:
-    from netmodels.radio import Radio
+    from netmodels.radio.dcf.radio import DcfRadio
 
 _EXPIRED = ports.Drop("expired")
 # The parameters that may differ between radios that share the air.
@@ -28,7 +28,7 @@ _OWN = ("rate_bps", "broadcast_rate_bps", "rts_bytes", "channel", "channels", "p
 class Member(NamedTuple):
     """A radio with its medium's context and hosts."""
 
-    radio: Radio
+    radio: DcfRadio
     context: ports.Context
     hosts: tuple[str, ...]
 
@@ -271,7 +271,7 @@ class Airs:
             member.radio.air = joined
 
 
-def _check(radio: Radio, other: Radio) -> None:
+def _check(radio: DcfRadio, other: DcfRadio) -> None:
     """Raises ``InputError`` where two radios that share the air differ."""
     for name in type(radio.params).model_fields:
         if name in _OWN and not (name == "rate_bps" and radio.params.rate_control):

@@ -1,4 +1,4 @@
-"""Timing, rates and frame formats of 802.11a, b and g.
+"""Timing, rates, channels and frame formats of 802.11a, b and g.
 
 Numbers of IEEE 802.11-2016: clause 17 (OFDM, 5 GHz), 16 (DSSS and CCK, long preamble), 18 (ERP),
 and 10.3 for the interframe spaces. Nothing is aggregated and no station has QoS.
@@ -6,11 +6,15 @@ and 10.3 for the interframe spaces. Nothing is aggregated and no station has QoS
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
-from desim.errors import InputError
+import numpy as np
+
+from desim.errors import InputError, did_you_mean
 from desim.ports import packet_sizes
 from netmodels.ethernet import ETHERNET_BYTES
 
@@ -132,3 +136,54 @@ G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
              band_hz=2.407e9, last_channel=14, extension_ns=6_000)
 
 STANDARDS = {"11a": A, "11b": B, "11g": G}
+
+
+def chosen_rates(standard: str, rate_bps: int, broadcast_rate_bps: int | None) -> tuple[int, int]:
+    """The rates of unicast and of broadcast frames, as indices of ``STANDARDS[standard].rates``;
+    the latter by default the lowest of the same modulation. Raises ``InputError`` for rates that
+    the standard does not have."""
+    unicast = _index(standard, "rate", rate_bps)
+    if broadcast_rate_bps is not None:
+        return unicast, _index(standard, "broadcast_rate", broadcast_rate_bps)
+    return unicast, STANDARDS[standard].lowest(unicast)
+
+
+def chosen_standard(standard: str, basic_rates_bps: Sequence[int] | None) -> Standard:
+    """With these basic rates instead of its own. Raises ``InputError`` for rates that it does not
+    have."""
+    chosen = STANDARDS[standard]
+    if basic_rates_bps is None:
+        return chosen
+    return replace(chosen, basic_mbps=tuple(
+        chosen.rates[_index(standard, f"basic_rates.{k}", bps)].mbps
+        for k, bps in enumerate(basic_rates_bps)))
+
+
+def _index(standard: str, key: str, bps: int) -> int:
+    rates = STANDARDS[standard].rates
+    for k, rate in enumerate(rates):
+        if round(rate.mbps * 1e6) == bps:
+            return k
+    raise InputError(f".{key}: {bps / 1e6:g} Mb/s is no rate of {standard}; allowed: "
+                     f"{', '.join(f'{rate.mbps:g} Mb/s' for rate in rates)}")
+
+
+def channels_of(hosts: tuple[str, ...], channel: int, by_host: dict[str, int], standard: Standard
+                ) -> np.ndarray:
+    """[hosts] their channels' numbers: ``by_host``, or ``channel``. Raises ``InputError`` for an
+    unknown host, for channels that the standard does not have, and for different ones that overlap.
+    """
+    for host in by_host:
+        if host not in hosts:
+            raise InputError(f".channels: no host {host!r}{did_you_mean(host, hosts)}")
+    last, apart = standard.last_channel, standard.channels_apart
+    for key, number in (("channel", channel), *((f"channels.{host}", number)
+                                                for host, number in by_host.items())):
+        if number > last:
+            raise InputError(f".{key}: there is no channel {number} in this band; allowed: 1 to "
+                             f"{last}")
+    for one, other in pairwise(sorted({*by_host.values(), channel})):
+        if other - one < apart:
+            raise InputError(f".channels: {one} and {other} overlap, which this model knows "
+                             f"nothing of; allowed: the same, or {apart} and more apart")
+    return np.array([by_host.get(host, channel) for host in hosts])

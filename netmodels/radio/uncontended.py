@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -11,19 +12,17 @@ import numpy as np
 from desim import ports
 from netmodels.ethernet import FULL_BYTES
 from netmodels.partial_trains import settle_without
-from netmodels.radio import Radio
 from netmodels.radio.budget import Budget
-from netmodels.radio.channels import channels_of
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import sensitivity_dbm
 from netmodels.radio.path_loss import reach_m
-from netmodels.radio.rates import chosen_rates, chosen_standard
-from netmodels.radio.shadowing import Shadows
 from netmodels.radio.standards import (
     ACK_BYTES,
     CTS_BYTES,
     RTS_BYTES,
-    STANDARDS,
     Standard,
+    chosen_rates,
+    chosen_standard,
     psdu_bytes,
 )
 
@@ -57,12 +56,12 @@ class NearbyHosts:
 
 
 class Uncontended:
-    """Radios with the parameters, times and queues of ``Radio``, each with the air to itself: no
-    contention, no collisions, no losses. A frame arrives where ``Radio`` would deliver 90 % at the
-    received power, and nowhere else. ``open_air``: as if there were neither walls
-    nor shadowing.
+    """Radios with the parameters, times and queues of ``DcfRadio``, each with the air to itself: no
+    contention, no collisions, no losses. A frame arrives where ``DcfRadio`` would deliver 90 % at
+    the received power, and nowhere else. ``open_air``: as if there were neither walls nor
+    shadowing.
 
-    A packet takes as long as ``Radio``'s in an idle medium, and the next one of the same sender
+    A packet takes as long as ``DcfRadio``'s in an idle medium, and the next one of the same sender
     waits for acknowledgement, DIFS and a backoff of the mean length. The range is that of the
     moment when a frame is given to the sender: of unicast frames where a full packet (1518 B with
     Ethernet's headers) arrives at 90 % within its ``retries``, of broadcasts the same at once.
@@ -72,15 +71,16 @@ class Uncontended:
     Capabilities: LimitsReach, Separates, Retransmits, Refuses, PredictsSignal.
     """
 
+    Params = DcfRadio.Params
     reasons = ("expired", "out_of_range", "out_of_reach", "queue_full", "retry_limit")
     refuses = ("expired", "queue_full")
     judges_transmissions = True
 
-    def __init__(self, params: Radio.Params, open_air: bool) -> None:
+    def __init__(self, params: DcfRadio.Params, open_air: bool) -> None:
         standard = chosen_standard(params.standard, params.basic_rates_bps)
+        if open_air:
+            params = params.model_copy(update={"walls": None, "shadowing": None})
         self._params, self._lifetime_ns = params, params.lifetime_ns
-        self._walls, self._shadowing = (None, None) if open_air else (params.walls,
-                                                                      params.shadowing)
         self._rates = chosen_rates(params.standard, params.rate_bps, params.broadcast_rate_bps)
         full_bytes, reception = psdu_bytes(FULL_BYTES, 1), params.reception.for_stations()
         self.sensitivity_dbm = tuple(  # of unicast and of broadcast
@@ -91,25 +91,18 @@ class Uncontended:
         path_loss = params.loss()
         self.range_m = tuple(reach_m(path_loss, params.power_dbm - level_dbm)
                              for level_dbm in self.sensitivity_dbm)
-        best_db = self._shadowing.best_db if self._shadowing else 0.0
+        best_db = params.shadowing.best_db if params.shadowing else 0.0
         self.reach_m = reach_m(path_loss, params.power_dbm + best_db - min(self.sensitivity_dbm))
         self._times = lru_cache(1 << 12)(lambda size_bytes, segments, broadcast: times_ns(
             standard, self._rates[broadcast], ports.packet_sizes(size_bytes, segments), broadcast,
             params.rts_bytes))
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        params = self._params
         self._context = context
-        if self._walls is not None:
-            self._walls.check(context.obstacles.materials)
-        shadows = (Shadows(self._shadowing, hosts, context.stream) if self._shadowing
-                   else None)
-        channels = channels_of(hosts, params.channel, params.channels,
-                               STANDARDS[params.standard])
-        self._near = [
-            NearbyHosts(Budget(params.power_dbm, params.loss(), self._walls, shadows,
-                              level_dbm, level_dbm, channels), context, params.update_ns)
-            for level_dbm in self.sensitivity_dbm]
+        budget = self._params.budget(context, hosts, *self.sensitivity_dbm)
+        self._near = [NearbyHosts(replace(budget, heard_dbm=level_dbm, found_dbm=level_dbm),
+                                  context, self._params.update_ns)
+                      for level_dbm in self.sensitivity_dbm]
         self._ends_ns: list[deque[int]] = [deque() for _ in hosts]  # of what waits, at each sender
 
     def send(self, frame: ports.Frame) -> None:

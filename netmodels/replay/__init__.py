@@ -11,10 +11,9 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Duration, Ratio
-from netmodels.radio import Thresholds
 from netmodels.radio.delivery import delivery
-from netmodels.radio.rates import chosen_rates
-from netmodels.radio.standards import STANDARDS, psdu_bytes
+from netmodels.radio.standards import STANDARDS, chosen_rates, psdu_bytes
+from netmodels.radio.thresholds import Thresholds
 from netmodels.random_loss import REASONS, RandomLoss
 from netmodels.replay.traces import LinkTraces, MeasuredLink, Quantity, read
 from netmodels.sender_queues import SenderQueues

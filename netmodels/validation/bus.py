@@ -6,9 +6,7 @@ from collections.abc import Iterator
 
 from desim.ports.cases import NOWHERE, Check, Play, Setup
 from desim.units import NS_PER_S
-from netmodels.bus import Bus
-from netmodels.bus.collisions import SLOT_BITS, CollisionDetection
-from netmodels.bus.stations import BusStation
+from netmodels.bus import SLOT_BITS, Bus, BusStation, CollisionDetection
 from netmodels.cases.bus import SharedBus
 from netmodels.cases.senders import flows, numbered
 from netmodels.validation.within import within
@@ -59,11 +57,6 @@ class Slotted(CollisionDetection):
         self._context.at(stop_ns, self._try, station)
 
 
-class SlottedBus(Bus):
-    def _discipline(self) -> type[Slotted]:
-        return Slotted
-
-
 class CollisionsOfEthernet:
     """Collisions on a cable with slots, as by Metcalfe and Boggs: efficiency within 0.005 (four
     standard errors of 20000 packets)."""
@@ -82,8 +75,8 @@ class CollisionsOfEthernet:
 
 def _saturated(hosts: int, packet_ns: float) -> Setup:
     """``packet_ns`` is until everybody has heard a packet's end."""
-    bus = SlottedBus(Bus.Params(arbitration="csma_cd", rate=f"{_RATE_BPS} b/s", gap="0 B",
-                                propagation=f"{_PROPAGATION_NS} ns", preamble="0 B"))
+    bus = Bus(Bus.Params(arbitration="csma_cd", rate=f"{_RATE_BPS} b/s", gap="0 B",
+                         propagation=f"{_PROPAGATION_NS} ns", preamble="0 B"), Slotted)
     size_bytes = round((packet_ns - _PROPAGATION_NS) * _RATE_BPS / 8e9)
     senders = numbered("sender", hosts)
     return Setup(bus, dict.fromkeys((*senders, "sink"), NOWHERE),

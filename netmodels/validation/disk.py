@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from desim.ports.cases import Check, Flow, Play, Setup
 from desim.units import NS_PER_S
 from netmodels.ethernet import FULL_BYTES
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.uncontended import SHARE, Uncontended
 
 RADIOS: dict[str, dict[str, object]] = {
@@ -33,9 +33,9 @@ class DiskOfRadio:
     def checks(self, play: Play) -> Iterator[Check]:
         tolerance = 3.3 * math.sqrt(SHARE * (1 - SHARE) / _FRAMES)
         for name, params in RADIOS.items():
-            range_m = Uncontended(Radio.Params(**params), open_air=True).range_m[False]
+            range_m = Uncontended(DcfRadio.Params(**params), open_air=True).range_m[False]
             flow = Flow("a", ("b",), FULL_BYTES, FULL_BYTES, "zero", _EVERY_NS)
-            radio = Radio(Radio.Params(**params))
+            radio = DcfRadio(DcfRadio.Params(**params))
             found = play(Setup(radio, {"a": (0.0, 0.0), "b": (range_m, 0.0)}, [flow],
                                _FRAMES * _EVERY_NS))
             yield Check(f"{name}, {range_m:.1f} m: delivered", 1 - found["loss"], SHARE, tolerance)

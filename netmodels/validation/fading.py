@@ -9,7 +9,7 @@ from scipy.stats import ncx2
 
 from desim.ports.cases import NOWHERE, Check, Flow, Play, Setup
 from desim.units import NS_PER_S
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 
 PREAMBLE = "-82 dBm"
 
@@ -38,10 +38,10 @@ class FadingOutage:
 
 
 def _delivered(play: Play, k_db: float | None, above_db: float) -> float:
-    radio = Radio.Params(
+    radio = DcfRadio.Params(
         rate="6 Mb/s", retries=1, reception={"preamble": PREAMBLE},
         path_loss={"model": "fixed", "total": f"{16.0206 - _THRESHOLD_DBM - above_db} dB"},
         fading={"coherence": "10 ms", "rician_k": None if k_db is None else f"{k_db} dB"})
-    found = play(Setup(Radio(radio), {"a": NOWHERE, "b": NOWHERE},
+    found = play(Setup(DcfRadio(radio), {"a": NOWHERE, "b": NOWHERE},
                        [Flow("a", ("b",), 200, 200, "zero", _EVERY_NS)], _FRAMES * _EVERY_NS))
     return 1 - found["loss"]

@@ -13,7 +13,7 @@ from desim.ports.cases import NOWHERE, Check, Flow, Play, Setup
 from desim.units import NS_PER_S
 from netmodels.cases.equal_power import SAME_POWER
 from netmodels.cases.senders import numbered
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import delivery
 from netmodels.radio.standards import ACK_BYTES, A, Standard, psdu_bytes
 from netmodels.validation.layouts import PAIRS, parsed
@@ -67,10 +67,10 @@ class FallbackOfRates:
 
     def _alone(self, play: Play) -> Iterator[Check]:
         for power_dbm in POWERS_DBM:
-            radio = Radio.Params(
+            radio = DcfRadio.Params(
                 standard="11a", rate="54 Mb/s", rate_control={}, retries=TRIES,
                 path_loss={"model": "fixed", "total": f"{16.0206 - power_dbm} dB"})
-            found = play(Setup(Radio(radio), {"a": NOWHERE, "b": NOWHERE},
+            found = play(Setup(DcfRadio(radio), {"a": NOWHERE, "b": NOWHERE},
                                [Flow("a", ("b",), _SIZE_BYTES, _PAYLOAD_BYTES)], _DURATION_NS))
             wrong = 1 - np.array([float(delivery(power_dbm, A, rate, psdu_bytes(_SIZE_BYTES, 1),
                                                  radio.reception.for_stations()))
@@ -82,9 +82,9 @@ class FallbackOfRates:
 def _saturated(places: dict[str, tuple[float, float]], to: dict[str, str], until_s: int,
                **params: object) -> Setup:
     """Saturated flows ``to`` receivers by sender, after a second for the rates to settle."""
-    radio = Radio.Params(preset="ns3_3_44", standard="11a", rate="6 Mb/s", rate_control={},
+    radio = DcfRadio.Params(preset="ns3_3_44", standard="11a", rate="6 Mb/s", rate_control={},
                          **params)
-    return Setup(Radio(radio), places, [Flow(sender, (receiver,), 1046, 1000)
+    return Setup(DcfRadio(radio), places, [Flow(sender, (receiver,), 1046, 1000)
                                         for sender, receiver in to.items()],
                  until_s * NS_PER_S, NS_PER_S)
 

@@ -8,7 +8,7 @@ from desim.ports.cases import Check, Flow, Play, Setup
 from desim.units import NS_PER_S
 from netmodels.cases.packets import UDP_IP_BYTES
 from netmodels.ethernet import ETHERNET_BYTES
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 
 # Rate in Mb/s: m from sender to receiver to the share of transmissions that fail, in one run of 2 s
 # of ns-3 each (887 to 6106 of them). Beyond 51.46 m nothing is found.
@@ -35,7 +35,7 @@ class SinglePair:
 
 
 def _setup(mbps: float, apart_m: float) -> Setup:
-    radio = Radio(Radio.Params(preset="ns3_3_44", standard="11a", rate=f"{mbps} Mb/s"))
+    radio = DcfRadio(DcfRadio.Params(preset="ns3_3_44", standard="11a", rate=f"{mbps} Mb/s"))
     flow = Flow("sender", ("receiver",), _PAYLOAD_BYTES + UDP_IP_BYTES + ETHERNET_BYTES,
                 _PAYLOAD_BYTES)
     return Setup(radio, {"sender": (0.0, 0.0), "receiver": (apart_m, 0.0)}, [flow], _DURATION_NS)

@@ -289,7 +289,7 @@ def test_describe_says_what_a_plugin_does_and_takes():
     assert "drops for: queue_full" in said
     assert desim_("describe", "netmodels.switch:Switch").split("\n\n")[1:] \
         == said.split("\n\n")[1:]
-    radio = desim_("describe", "netmodels.radio:Radio")
+    radio = desim_("describe", "netmodels.radio.dcf.radio:DcfRadio")
     assert ("  reception: of receivers (802.11-2016)\n"
             "    noise_figure: default '7 dB'.  noise") in radio
     for slot in "  fading: default None.  by", "    speed: default '1.2 m/s'.  of":

@@ -17,7 +17,7 @@ from netmodels.cases.bottleneck import Bottleneck
 from netmodels.cases.saturation import Saturation
 from netmodels.disk import Disk
 from netmodels.multihop import Multihop
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.standards import ACK_BYTES, G, psdu_bytes
 from netmodels.switch import Switch
 
@@ -127,7 +127,7 @@ def beacons(size_bytes):
     """A host of two pairs that are 10 km apart broadcasts every 10 ms, the other every 20 ms."""
     places = {"host_1": (0.0, 0.0), "host_2": (5.0, 0.0), "host_3": (10_000.0, 0.0),
               "host_4": (10_005.0, 0.0)}
-    bench = Bench(Radio(Radio.Params()), places)
+    bench = Bench(DcfRadio(DcfRadio.Params()), places)
     for k in range(100):
         bench.send(10 * k * MS, "host_1", "host_2", size_bytes, broadcast=True)
         if k % 2:
@@ -148,7 +148,7 @@ def test_several_hops_are_as_busy_as_their_radio():
     """Without routing messages a frame over one hop is the radio's own."""
     places = {"host_1": (0.0, 0.0), "host_2": (5.0, 0.0)}
     busy_ns = []
-    for model in Radio(Radio.Params()), Multihop(Multihop.Params(routing="static")):
+    for model in DcfRadio(DcfRadio.Params()), Multihop(Multihop.Params(routing="static")):
         bench = Bench(model, places)
         bench.send(MS, "host_1", "host_2", 1046)
         bench.run(10 * MS)
@@ -160,7 +160,7 @@ def test_several_hops_are_as_busy_as_their_radio():
 
 
 @pytest.mark.parametrize("make", [
-    lambda: Radio(Radio.Params()), lambda: AccessLink(AccessLink.Params(rate="5 Mb/s")),
+    lambda: DcfRadio(DcfRadio.Params()), lambda: AccessLink(AccessLink.Params(rate="5 Mb/s")),
     lambda: Switch(Switch.Params(rate="5 Mb/s")),
     lambda: Switch(Switch.Params(rate="5 Mb/s", buffer="10 kB")),
     *(lambda mode=mode: Bus(Bus.Params(arbitration=mode)) for mode in ("csma", "csma_cd", "fifo")),

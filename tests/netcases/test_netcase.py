@@ -16,7 +16,7 @@ from netmodels.cases.hidden import Hidden
 from netmodels.cases.saturation import Saturation
 from netmodels.cases.two_pairs import TwoPairs
 from netmodels.ideal import Ideal
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 
 MS, S = 10**6, 10**9
 
@@ -162,7 +162,7 @@ def test_nothing_sent_has_no_shares():
 
 def test_a_broadcast_counts_at_each_receiver():
     """b hears it, c is too far away; a broadcast is not given up."""
-    setup = Setup(Radio(Radio.Params(standard="11a", broadcast_rate="6 Mb/s")),
+    setup = Setup(DcfRadio(DcfRadio.Params(standard="11a", broadcast_rate="6 Mb/s")),
                   {"a": (0.0, 0.0), "b": (10.0, 0.0), "c": (190.0, 0.0)},
                   [Flow("a", ("b", "c"), 246, 200, "zero", 100 * MS, broadcast=True)], 999 * MS)
     found = play(setup)
@@ -173,7 +173,7 @@ def test_a_broadcast_counts_at_each_receiver():
 
 def test_no_packet_is_longer_than_80211_has_frames_for():
     def played(size_bytes):
-        return play(Setup(Radio(Radio.Params(standard="11b", rate="1 Mb/s")),
+        return play(Setup(DcfRadio(DcfRadio.Params(standard="11b", rate="1 Mb/s")),
                           {"a": (0.0, 0.0), "b": (1.0, 0.0)},
                           [Flow("a", ("b",), size_bytes, size_bytes)], S))
 

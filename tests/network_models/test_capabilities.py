@@ -6,7 +6,7 @@ import pytest
 
 from desim import plugins
 from desim.ports import networks
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.uncontended import Uncontended
 
 CAPABILITIES = [value for value in vars(networks).values()
@@ -42,7 +42,7 @@ def test_a_docstring_names_the_capabilities(kind, name):
 
 
 def test_capabilities_of_some_objects():
-    assert "Separates" in found(Radio(Radio.Params(channels={"a": 6})))
+    assert "Separates" in found(DcfRadio(DcfRadio.Params(channels={"a": 6})))
     emitter = plugins.load("network", "webots_emitter")
     assert "LimitsReach" in found(emitter(emitter.Params(range="5 m")))
-    assert found(Uncontended(Radio.Params(), open_air=True)) == named(Uncontended)[0]
+    assert found(Uncontended(DcfRadio.Params(), open_air=True)) == named(Uncontended)[0]

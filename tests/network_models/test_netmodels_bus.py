@@ -12,8 +12,8 @@ from desim.errors import InputError
 from desim.netcases.case import play
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import Bench, check_network
-from netmodels.bus import ARBITRATIONS, Bus, collisions
-from netmodels.bus.collisions import CollisionDetection
+from netmodels import bus
+from netmodels.bus import ARBITRATIONS, Bus, CollisionDetection
 
 MODES = ["csma", "csma_cd", "fifo"]
 MB = 10**6
@@ -174,7 +174,7 @@ def test_exponential_backoff_of_ethernet(hosts):
 
 def test_twin_that_doubles_nine_times_gives_up_more(monkeypatch):
     lost, _ = contend(10, 20_000)
-    monkeypatch.setattr(collisions, "_CEILING", 9)
+    monkeypatch.setattr(bus, "_CEILING", 9)
     assert saturated(10, 20_000)[0] > 1.3 * lost
 
 

@@ -17,7 +17,7 @@ from netmodels.cases.chain import RelayChain
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
 from netmodels.multihop.routes import LinkQuality, Routes
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.tdma import Tdma
 
 MS, S = 10**6, 10**9
@@ -159,7 +159,7 @@ def test_etx_prefers_two_good_hops_to_a_bad_one():
 
 def test_links_of_the_radio_deliver_what_they_say():
     places = {"a": (0, 0), "b": (47, 0), "c": (20, 0)}
-    radio = Radio(Radio.Params(standard="11a", rate="24 Mb/s", broadcast_rate="24 Mb/s"))
+    radio = DcfRadio(DcfRadio.Params(standard="11a", rate="24 Mb/s", broadcast_rate="24 Mb/s"))
     bench = Bench(radio, places)
     one, other, delivery = radio.links()
     said = dict(zip(zip(one.tolist(), other.tolist(), strict=True), delivery, strict=True))
@@ -455,8 +455,8 @@ def test_nobody_can_leave_a_single_hop():
 
 def test_a_rung_is_built_from_the_parameters_of_the_radio():
     """Two hops of 40 m: each by itself is one of the radio's; 80 m are not."""
-    radio = Radio.Params(standard="11a", rate="6 Mb/s")
-    bench = Bench(Multihop(Multihop.Params(), Radio(radio)), row(3, spacing_m=40.0))
+    radio = DcfRadio.Params(standard="11a", rate="6 Mb/s")
+    bench = Bench(Multihop(Multihop.Params(), DcfRadio(radio)), row(3, spacing_m=40.0))
     bench.send(5 * S, "h0", "h2", 1046)
     assert [fate for *_, fate in bench.run(6 * S)] == ["arrived"]
-    assert set(Radio.reasons) < set(bench.medium.model.reasons)
+    assert set(DcfRadio.reasons) < set(bench.medium.model.reasons)

@@ -15,7 +15,7 @@ from desim.engine.trace import Names
 from desim.errors import InputError
 from desim.network.medium import Medium
 from desim.testing import Bench, check_network
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.dcf.stations import Stations
 from netmodels.radio.standards import A, G
 
@@ -23,7 +23,7 @@ MS = 10**6
 
 
 def radio(**params):
-    return Radio(Radio.Params(**params))
+    return DcfRadio(DcfRadio.Params(**params))
 
 
 def fates(log):
@@ -37,7 +37,7 @@ def fates(log):
     {"path_loss": {"model": "fixed", "total": "60 dB"}, "reception": {"noise_figure": "3 dB"}},
 ], ids=["default", "11b", "11a", "fixed"])
 def test_it_keeps_the_contract(params):
-    check_network(Radio, **params)
+    check_network(DcfRadio, **params)
 
 
 def test_one_packet_in_an_idle_medium_takes_its_airtime():
@@ -187,19 +187,20 @@ def test_thirty_saturated_stations_as_in_ns3(reference):
 
 
 def test_a_preset_fills_what_is_not_given():
-    params = Radio.Params(preset="ns3_3_44", retries=4, reception={"energy": "-70 dBm"})
+    params = DcfRadio.Params(preset="ns3_3_44", retries=4, reception={"energy": "-70 dBm"})
     assert params.reception.unaware and params.window_failures == 8
     assert params.retries == 4 and params.reception.energy_dbm == -70
     assert params.broadcast_rate_bps == 1e6
-    assert Radio.Params(preset="ns3_3_44", standard="11a", rate="6 Mb/s").broadcast_rate_bps == 6e6
-    assert not Radio.Params().reception.unaware and Radio.Params().window_failures is None
-    again = Radio.Params(**params.model_dump(by_alias=True))
+    slow = DcfRadio.Params(preset="ns3_3_44", standard="11a", rate="6 Mb/s")
+    assert slow.broadcast_rate_bps == 6e6
+    assert not DcfRadio.Params().reception.unaware and DcfRadio.Params().window_failures is None
+    again = DcfRadio.Params(**params.model_dump(by_alias=True))
     assert again == params
 
 
 def test_a_preset_that_there_is_not():
     with pytest.raises(ValueError, match="ns3_3_44"):
-        Radio.Params(preset="ns4")
+        DcfRadio.Params(preset="ns4")
 
 
 def test_who_is_on_another_channel_hears_nothing():

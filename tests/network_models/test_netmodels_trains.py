@@ -11,7 +11,7 @@ from desim import plugins
 from desim.ports import Drop
 from desim.testing import Bench
 from netmodels.multihop import Multihop
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.standards import A, psdu_bytes
 from netmodels.tdma import Tdma
 
@@ -81,7 +81,7 @@ def test_a_radio_gives_up_packets_one_by_one():
     packet is lost, with one as many as the errors say, and the train goes on to its end."""
     lost = {}
     for retries in 1, 7:
-        bench = Bench(Radio(Radio.Params(standard="11a", rate="24 Mb/s", retries=retries)),
+        bench = Bench(DcfRadio(DcfRadio.Params(standard="11a", rate="24 Mb/s", retries=retries)),
                       {"a": (0, 0), "b": (48, 0)})
         for label in range(20):
             bench.send(label * 1000 * MS, "a", "b", 50 * 1518, 50, label)
@@ -94,7 +94,8 @@ def test_a_radio_gives_up_packets_one_by_one():
 
 def test_a_radio_sends_packets_of_the_sizes_that_they_have():
     """A full one and one of 110 B; two of the mean size would be 4 us longer."""
-    bench = Bench(Radio(Radio.Params(standard="11a", rate="6 Mb/s")), {"a": (0, 0), "b": (9, 0)})
+    radio = DcfRadio(DcfRadio.Params(standard="11a", rate="6 Mb/s"))
+    bench = Bench(radio, {"a": (0, 0), "b": (9, 0)})
     bench.send(0, "a", ["b"], 1628, 2, broadcast=True)
     (time_ns, *_), = bench.run()
     air_ns = sum(A.airtime_ns(psdu_bytes(size_bytes, 1), A.rate(6)) for size_bytes in (1518, 110))
@@ -105,7 +106,7 @@ def test_a_radio_sends_packets_of_the_sizes_that_they_have():
 
 def test_a_broadcast_train_of_a_radio_loses_what_others_talk_into():
     """Two who do not hear each other: only one packet of the train meets the other's."""
-    bench = Bench(Radio(Radio.Params(preset="ns3_3_44", standard="11a", rate="6 Mb/s")),
+    bench = Bench(DcfRadio(DcfRadio.Params(preset="ns3_3_44", standard="11a", rate="6 Mb/s")),
                   {"a": (0, 0), "b": (45, 0), "c": (90, 0)})
     bench.send(0, "a", ["b", "c"], 5 * 1518, 5, "train", broadcast=True)
     bench.send(3 * MS, "c", ["b"], 100, 1, "packet", broadcast=True)

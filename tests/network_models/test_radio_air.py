@@ -13,7 +13,7 @@ from desim.engine.trace import Names
 from desim.errors import InputError
 from desim.network.medium import Medium
 from desim.network.place import Still
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.standards import G
 from netmodels.rules.loss import Loss
 
@@ -27,7 +27,7 @@ class Run:
     def __init__(self, *media, places=None, rules=((), (), ())):
         self.kernel, names, self.log = Kernel(), Names(), []
         place = places and Still(np.array(places, float))
-        self.media = [Medium(f"wifi_{k}", Radio(Radio.Params(**FIXED | params)), rules[k],
+        self.media = [Medium(f"wifi_{k}", DcfRadio(DcfRadio.Params(**FIXED | params)), rules[k],
                              kernel=self.kernel, names=names, streams=Streams(1), hosts=HOSTS,
                              place=place) for k, params in enumerate(media)]
 

@@ -8,7 +8,7 @@ import pytest
 from graphs import Net, S, Words
 from radio import rows
 
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 
 BEACON = Words("here I am", 188)  # 264 B on the air
 
@@ -22,7 +22,7 @@ def beacons(hz, start, seconds, seed=1, **params):
             node.timer(hz(number), lambda k: node.publish("/beacon", BEACON), start=start)
         return begin
 
-    model = Radio(Radio.Params(path_loss={"model": "fixed", "total": "66.0206 dB"}, **params))
+    model = DcfRadio(DcfRadio.Params(path_loss={"model": "fixed", "total": "66.0206 dB"}, **params))
     net = Net({f"robot_{k}": robot(k) for k in range(30)}, model, seed=seed, on_fate=None)
     net.run(seconds * S)
     counts = net.counts("/beacon")

@@ -14,11 +14,11 @@ from scipy.stats import expon, kstest, ncx2, norm
 
 from desim.engine.streams import Streams
 from desim.testing import Bench, check_network
-from netmodels.radio import Radio
 from netmodels.radio.budget import RadioLinks
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.fading import Fading
-from netmodels.radio.ladder import Ladder
+from netmodels.radio.radio import Radio
 from netmodels.radio.standards import G
 
 MS = 1_000_000
@@ -250,7 +250,7 @@ def bench(mean_dbm, fading, **params):
     """Two hosts: at 6 Mb/s there are no errors from -82 dBm on, 12 dB above the noise, and below
     that nothing is found."""
     path_loss = {"model": "fixed", "total": f"{16.0206 - mean_dbm} dB"}
-    return Bench(Radio(Radio.Params(path_loss=path_loss, fading=fading, **{
+    return Bench(DcfRadio(DcfRadio.Params(path_loss=path_loss, fading=fading, **{
         "rate": "6 Mb/s", "reception": LINKS["reception"], **params})), 2)
 
 
@@ -329,14 +329,14 @@ def test_coverage_is_the_mean_over_blocks(params):
 
     def share(mean_dbm):
         return float(mean_delivery(mean_dbm, G, G.rate(54), 1536,
-                                   Radio.Params().reception.for_stations(), Fading(**params)))
+                                   DcfRadio.Params().reception.for_stations(), Fading(**params)))
 
     assert abs(share(-68.0) - found) < tolerance
     assert abs(share(-67.6) - found) > tolerance
 
 
 def test_the_radio_tells_the_mean_of_its_links():
-    radio = Radio(Radio.Params(fading={}, rate="6 Mb/s", **LINKS))
+    radio = DcfRadio(DcfRadio.Params(fading={}, rate="6 Mb/s", **LINKS))
     Bench(radio, {"a": (0.0, 0.0), "b": (51.46, 0.0)})
     signal = radio.signal(np.zeros(2), np.array([[51.46, 0.0], [np.nan, 0.0], [1.0, 0.0]]))
     assert signal.delivery == pytest.approx([math.exp(-1), 0.0, 1.0], abs=0.005)
@@ -350,8 +350,8 @@ def test_the_disk_ends_where_nine_of_ten_frames_arrive(params):
     params = {"fading": {"coherence": "200 ms", **params}}
 
     def share(factor):
-        range_m = factor * Ladder(Ladder.Params(fidelity="disk", **params)).range_m[False]
-        air = Bench(Ladder(Ladder.Params(**params)), {"a": (0, 0), "b": (range_m, 0)})
+        range_m = factor * Radio(Radio.Params(fidelity="disk", **params)).rung.range_m[False]
+        air = Bench(Radio(Radio.Params(**params)), {"a": (0, 0), "b": (range_m, 0)})
         for k in range(4000):
             air.send(k * 200 * MS, "a", "b", 1518)
         return sum(fate == "arrived" for *_, fate in air.run()) / 4000
@@ -365,5 +365,5 @@ def test_the_disk_ends_where_nine_of_ten_frames_arrive(params):
                                     {"rician_k": "7 dB", "coherence": "100 ms"}])
 def test_it_keeps_the_contract(params):
     """With few steps: there are some from the first packet of a train to its last one."""
-    check_network(Ladder, fading=params)
-    check_network(Ladder, fading=params, shadowing={}, fidelity="walls")
+    check_network(Radio, fading=params)
+    check_network(Radio, fading=params, shadowing={}, fidelity="walls")

@@ -14,10 +14,10 @@ from desim.netcases.case import play
 from desim.ports.cases import Flow, Setup
 from desim.testing import Bench, check_network
 from netmodels.multihop import Multihop
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.dcf.stations import ACKED, FAILED, Reception, Stations
 from netmodels.radio.errors import error_table
-from netmodels.radio.ladder import Ladder
+from netmodels.radio.radio import Radio
 from netmodels.radio.rate_control import RateControl
 from netmodels.radio.standards import ACK_BYTES, CTS_BYTES, RTS_BYTES, A, B, G
 from netmodels.validation import rate_control
@@ -94,7 +94,7 @@ def test_each_failure_but_the_first_in_a_row_sets_the_timer_of_ns3_anew(model, l
 
 def test_the_preset_counts_as_ns3():
     def model(**params):
-        return Radio.Params(**params).rate_control.model
+        return DcfRadio.Params(**params).rate_control.model
 
     assert model(rate_control={}) == "arf"
     assert model(rate_control={}, preset="ns3_3_44") == "arf_ns3"
@@ -139,7 +139,7 @@ def test_the_kernels_know_the_times_of_the_standard(standard):
 
 
 def radio(**params):
-    return Radio(Radio.Params(**{"standard": "11a", "rate_control": {}, **params}))
+    return DcfRadio(DcfRadio.Params(**{"standard": "11a", "rate_control": {}, **params}))
 
 
 def attempts(distance_m, **params):
@@ -220,7 +220,7 @@ def test_the_chain_knows_what_happens_at_its_ends():
                                     {"standard": "11b", "rate": "11 Mb/s"},
                                     {"fading": {"speed": "0.02 m/s"}, "standard": "11g"}])
 def test_it_keeps_the_contract(params):
-    check_network(Ladder, rate_control={}, **params)
+    check_network(Radio, rate_control={}, **params)
 
 
 def test_routes_over_radios_that_adapt_keep_it_too():

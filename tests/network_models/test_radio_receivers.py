@@ -5,11 +5,12 @@ import math
 
 import pytest
 
-from netmodels.radio import Radio, Thresholds
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import sensitivity_dbm
-from netmodels.radio.ladder import Ladder
 from netmodels.radio.path_loss import LIGHT_MPS
+from netmodels.radio.radio import Radio
 from netmodels.radio.standards import A
+from netmodels.radio.thresholds import Thresholds
 
 RATES = (6, 9, 12, 18, 24, 36, 48, 54)
 # IEEE 802.11-2016, table 17-18: 10 % of frames of 1000 B have errors, with a noise figure of 10 dB
@@ -41,8 +42,9 @@ def test_receivers_that_are_sold_are_better_than_ours():
 def test_slower_rates_get_farther():
     """With ns-3's threshold, all up to 18 Mb/s get 51 m far."""
     def ranges_m(**params):
-        return [round(Ladder(Ladder.Params(fidelity="disk", standard="11a", rate=f"{mbps} Mb/s",
-                                           retries=1, **params)).range_m[0], 1) for mbps in RATES]
+        return [round(Radio(Radio.Params(
+            fidelity="disk", standard="11a", rate=f"{mbps} Mb/s", retries=1,
+            **params)).rung.range_m[0], 1) for mbps in RATES]
 
     ours = ranges_m()
     assert ours[0] > 1.2 * ours[1] and ours[2] > 1.2 * ours[3] > 1.4 * ours[4]
@@ -57,15 +59,15 @@ def test_the_first_metre_is_that_of_the_band(standard, channel, mhz):
     """20 log10(4 pi f / c) (Friis): 40.1 dB on 2412 MHz, 46.7 dB on 5180 MHz."""
     params = {"standard": standard, "channel": channel, "rate": "11 Mb/s" if standard == "11b"
               else "54 Mb/s"}
-    loss = Radio.Params(**params).loss()
+    loss = DcfRadio.Params(**params).loss()
     assert loss.reference_db == pytest.approx(20 * math.log10(4e6 * math.pi * mhz / LIGHT_MPS))
-    given = Radio.Params(path_loss={"reference": "50 dB"}, **params)
+    given = DcfRadio.Params(path_loss={"reference": "50 dB"}, **params)
     assert given.loss().reference_db == 50
-    assert Radio.Params(preset="ns3_3_44", **params).loss().reference_db == 46.6777
+    assert DcfRadio.Params(preset="ns3_3_44", **params).loss().reference_db == 46.6777
 
 
 def test_2_4_ghz_get_as_much_farther_as_the_wave_is_longer():
     """The band takes 6.62 dB less, and the range is 10^(6.62 / 30) = 1.66 times that of 5 GHz."""
-    g, a = (Ladder(Ladder.Params(fidelity="disk", standard=standard, channel=channel)).range_m[0]
+    g, a = (Radio(Radio.Params(fidelity="disk", standard=standard, channel=channel)).rung.range_m[0]
             for standard, channel in (("11g", 1), ("11a", 36)))
     assert g / a == pytest.approx((5180 / 2412) ** (2 / 3), rel=1e-3)

@@ -10,8 +10,8 @@ from test_radio_pathloss import room
 
 from desim.engine.streams import Streams
 from desim.testing import Bench, check_network
-from netmodels.radio import Radio
 from netmodels.radio.budget import Budget
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.path_loss import LogDistance
 from netmodels.radio.shadowing import Shadowing, Shadows
 
@@ -139,9 +139,9 @@ def test_neither_the_order_nor_the_others_matter():
 
 
 def test_coverage_knows_of_it():
-    model = Radio(Radio.Params(shadowing={"sigma": "6 dB"}))
+    model = DcfRadio(DcfRadio.Params(shadowing={"sigma": "6 dB"}))
     Bench(model, {"a": (0.0, 0.0), "b": (20.0, 5.0)})
-    plain = Radio(Radio.Params())
+    plain = DcfRadio(DcfRadio.Params())
     Bench(plain, 1)
     to_m = np.random.default_rng(3).uniform(-80, 80, (5000, 2))
     found = (model.signal(np.zeros(2), to_m).power_dbm - plain.signal(np.zeros(2), to_m).power_dbm)
@@ -167,7 +167,7 @@ def test_at_the_edge_half_of_the_links_are_there():
         for seed in range(20):
             places = {f"robot_{i:02}": (1e4 * (i // 2) + i % 2 * distance_m, 0.0)
                       for i in range(40)}
-            model = Radio(Radio.Params(shadowing={"sigma": sigma}, walls=None, **radio.LINKS))
+            model = DcfRadio(DcfRadio.Params(shadowing={"sigma": sigma}, walls=None, **radio.LINKS))
             bench = Bench(model, places, seed=seed)
             for i in range(0, 40, 2):
                 bench.send(0, f"robot_{i:02}", [f"robot_{i + 1:02}"], 100, broadcast=True)
@@ -180,4 +180,4 @@ def test_at_the_edge_half_of_the_links_are_there():
 
 
 def test_it_keeps_the_contract():
-    check_network(Radio, shadowing={"sigma": "6 dB", "correlation": "10 m"})
+    check_network(DcfRadio, shadowing={"sigma": "6 dB", "correlation": "10 m"})

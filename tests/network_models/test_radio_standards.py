@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.standards import ACK_BYTES, RTS_BYTES, A, B, G, psdu_bytes
 
 
@@ -51,7 +51,7 @@ def test_the_presets_values_are_those_of_the_reference_settings():
     and 7 dB, preambles from -82 dBm and 4 dB on, 7 transmissions, a queue of 500 packets; energy of
     Wi-Fi's frames from -82 dBm on (CcaSensitivity; -62 dBm is for other signals). Noise floor:
     -93.97 dBm."""
-    params = Radio.Params(preset="ns3_3_44")
+    params = DcfRadio.Params(preset="ns3_3_44")
     loss, heard = params.path_loss.chosen(), params.reception
     assert (params.power_dbm, loss.exponent, loss.reference_db) == (16.0206, 3, 46.6777)
     assert (heard.noise_figure_db, heard.heard_dbm, heard.energy_dbm, heard.preamble_dbm,

@@ -12,9 +12,9 @@ from desim.ports import Deliver, Drop
 from desim.testing import Bench
 from netmodels.epidemic import Epidemic
 from netmodels.multihop import Multihop
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.dcf.stations import Stations
-from netmodels.radio.ladder import Ladder
+from netmodels.radio.radio import Radio
 from netmodels.radio.standards import G
 
 MS = 10**6
@@ -29,7 +29,7 @@ def rule(name, **params):
 
 
 def bench_of(*rules, hosts=2, **params):
-    return Bench(Radio(Radio.Params(**RADIO | params)), hosts, rules=rules)
+    return Bench(DcfRadio(DcfRadio.Params(**RADIO | params)), hosts, rules=rules)
 
 
 def sent(bench, frames=2000, packets=1, **how):
@@ -89,7 +89,7 @@ def test_a_jammed_sender_tries_seven_times():
     for name, reason, transmissions in (("jamming", "retry_limit", 80 + 20 * 7),
                                         ("residual_jamming", "jammed", 80)):
         jams = rule(name, at=("0 m", "0 m"), radius="3 m", until="2 s", **{"from": "1 s"})
-        bench = Bench(Radio(Radio.Params()), places, rules=[jams])
+        bench = Bench(DcfRadio(DcfRadio.Params()), places, rules=[jams])
         medium, _, found = sent(bench, 100)
         assert (medium.dropped, found) == ({reason: 20}, transmissions)
 
@@ -128,7 +128,7 @@ def test_what_a_rule_takes_is_like_what_has_errors():
 @pytest.mark.parametrize("fidelity", ["disk", "walls"])
 def test_the_rungs_without_contention_repeat_as_often(fidelity):
     """Each transmission takes as long as one with the mean backoff."""
-    model = Ladder(Ladder.Params(fidelity=fidelity))
+    model = Radio(Radio.Params(fidelity=fidelity))
     bench = Bench(model, {"host_1": (0, 0), "host_2": (5, 0)}, rules=[rule("loss",
                                                                            probability=0.5)])
     medium, share, _ = sent(bench, 1000, 5)
@@ -143,7 +143,7 @@ def test_the_rungs_without_contention_repeat_as_often(fidelity):
 
 
 def sent_alone(fidelity):
-    bench = Bench(Ladder(Ladder.Params(fidelity=fidelity)), {"host_1": (0, 0), "host_2": (5, 0)})
+    bench = Bench(Radio(Radio.Params(fidelity=fidelity)), {"host_1": (0, 0), "host_2": (5, 0)})
     bench.send(0, "host_1", "host_2", 5 * UDP, 5)
     return bench.run()
 

@@ -6,8 +6,8 @@ from typer.testing import CliRunner
 
 from desim.cli import app
 from desim.testing import Bench
-from netmodels.radio import Radio
-from netmodels.radio.ladder import Ladder
+from netmodels.radio.dcf.radio import DcfRadio
+from netmodels.radio.radio import Radio
 
 FIELD = """\
 name: two
@@ -20,7 +20,7 @@ network: {media: {lan: null, air: {model: radio, rate: 6 Mb/s, fidelity: FIDELIT
 
 def test_signal_is_the_link_budget():
     """16.02 dBm - 46.6777 dB - 30 log10(d) (log-distance, exponent 3)."""
-    radio = Radio(Radio.Params(path_loss={"reference": "46.6777 dB"}))
+    radio = DcfRadio(DcfRadio.Params(path_loss={"reference": "46.6777 dB"}))
     Bench(radio, 1)
     to_m = np.array([[1.0, 0.0], [10.0, 0.0], [0.0, 40.0]])
     power_dbm, delivery = radio.signal(np.zeros(2), to_m)
@@ -29,7 +29,7 @@ def test_signal_is_the_link_budget():
 
 
 def test_the_disk_is_all_or_nothing():
-    disk = Ladder(Ladder.Params(fidelity="disk"))
+    disk = Radio(Radio.Params(fidelity="disk"))
     Bench(disk, 1)
     range_m = disk.range_m[0]
     to_m = np.array([[0.999 * range_m, 0.0], [1.001 * range_m, 0.0]])

@@ -35,12 +35,12 @@ CASES = {
         f"{LAN}={{model: switch, rate: 50 Mb/s}}", "testbed.robots_per_node=2"),
     "radio": (
         HELLO, "deployment=field",
-        "network.media={lan: null, air: {model: netmodels.radio:Radio, queue: 20, "
+        "network.media={lan: null, air: {model: netmodels.radio.dcf.radio:DcfRadio, queue: 20, "
         "power: -14 dBm}}"),
     "broadcast over radio": (
         HELLO, "deployment=field",
         "coordination.exchange={via: broadcast, period: 100 ms, encoding: raw, content: full}",
-        "network.media={lan: null, air: {model: netmodels.radio:Radio, power: -6 dBm, "
+        "network.media={lan: null, air: {model: netmodels.radio.dcf.radio:DcfRadio, power: -6 dBm, "
         "broadcast_rate: 54 Mb/s}}"),
     "rules": (
         HELLO, f"{LAN}={{model: link, rules: [{{rule: bandwidth, rate: 2 Mb/s, backlog: 16 kB}}, "

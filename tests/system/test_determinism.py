@@ -23,7 +23,7 @@ CASES = {
         "robot.laser.noise=2 cm", "robot.odometry.model=random_walk"),
     "radio": (
         HELLO, "deployment=field",
-        "network.media={lan: null, air: {model: netmodels.radio:Radio}}"),
+        "network.media={lan: null, air: {model: netmodels.radio.dcf.radio:DcfRadio}}"),
 }
 
 

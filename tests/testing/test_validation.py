@@ -12,11 +12,12 @@ from desim.netcases.case import play
 from desim.ports.cases import Check
 from netmodels import access_link, aloha, bus
 from netmodels.cases import chain
-from netmodels.radio import Thresholds, delivery, errors, path_loss
 from netmodels.radio.budget import RadioLinks
 from netmodels.radio.errors import bit_error
 from netmodels.radio.presets import PRESETS
 from netmodels.radio.standards import STANDARDS
+from netmodels.radio import delivery, errors, path_loss
+from netmodels.radio.thresholds import Thresholds
 from netmodels.rules.flapping import Flapping
 from netmodels.rules.gilbert_elliott import GilbertElliott
 from netmodels.rules.latency import Latency

@@ -22,7 +22,7 @@ from desim.world.fleet import RobotSpec
 from desim.world.geometry import outline
 from desim.world.matter import GAP_CELLS, Cells, _faces, crossing, of_cells
 from desim.world.plane import Plane
-from netmodels.radio import Radio
+from netmodels.radio.dcf.radio import DcfRadio
 
 HALF_M = 15.0  # a terrain goes from -15 to 15 m, both ways
 HOUSE = [(-9, -6, 9, -6), (9, -6, 9, 6), (9, 6, -9, 6), (-9, 6, -9, -6), (-3, -6, -3, 3),
@@ -81,7 +81,7 @@ def grey(solid):
 
 def coverage(world, degrees):
     """The share of places in the open around, at which 90 % of packets from a room arrive."""
-    radio = Radio(Radio.Params(path_loss={"reference": "40 dB"}))
+    radio = DcfRadio(DcfRadio.Params(path_loss={"reference": "40 dB"}))
     bench = Bench(radio, 1)
     bench.medium._place.obstacles = world.obstacles()
     at = (np.arange(280) + 0.5) * 0.1 - 14.0
@@ -133,7 +133,7 @@ def office(door_m):
 
 def covered(world, degrees):
     """[senders, places] bool: with the radio's defaults, from six places in the office."""
-    radio = Radio(Radio.Params())
+    radio = DcfRadio(DcfRadio.Params())
     bench = Bench(radio, 1)
     bench.medium._place.obstacles = world.obstacles()
     at = (np.arange(140) + 0.5) * 0.2 - 14.0

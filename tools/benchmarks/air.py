@@ -9,7 +9,7 @@ import numpy as np
 
 from desim.engine.kernel import Phase
 from desim.testing import Bench
-from netmodels.radio import Radio
+from netmodels.radio.radio import Radio
 
 UDP_BYTES = 1046  # 1000 B of UDP with Ethernet's headers: 1064 B on the air
 MESSAGE = 20_004 + 14 * 70, 14  # 20 kB over TCP: bytes with headers, segments

@@ -1,0 +1,228 @@
+"""The whole radio of IEEE 802.11a, b or g without an access point, with contention."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from desim import ports
+from desim.units import BitRate, ByteSize, Level, Period
+from netmodels.ethernet import FULL_BYTES
+from netmodels.radio.air import Air, Airs, Member
+from netmodels.radio.budget import Budget
+from netmodels.radio.delivery import mean_delivery
+from netmodels.radio.fading import Fading
+from netmodels.radio.path_loss import PathLoss, PathLossParams, reach_m
+from netmodels.radio.presets import filled
+from netmodels.radio.rate_control import RateControl
+from netmodels.radio.shadowing import Shadowing, Shadows
+from netmodels.radio.standards import (
+    STANDARDS,
+    Standard,
+    channels_of,
+    chosen_rates,
+    chosen_standard,
+    psdu_bytes,
+    train_bytes,
+)
+from netmodels.radio.thresholds import Thresholds
+from netmodels.radio.walls import Walls
+
+_QUEUE_FULL = ports.Drop("queue_full")
+
+
+class DcfRadio:
+    """Wi-Fi without an access point (802.11a, b or g): carrier sense, backoff, acknowledgements and
+    retries of unicast frames, none of broadcast ones; hidden terminals, and capture of the stronger
+    frame. A host with several radios has a medium for each. Media that have a channel in common
+    share the air: they contend with each other and are interference for each other, and no frame
+    of one is for the other. Radios on other channels hear nothing of it.
+
+    A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
+    or listening to another one or found it under others (``collision``), or that made out its
+    beginning but not all of it (``channel_error``). Signals arrive without delay (really 0.7 us
+    over 200 m); with ``reception.unaware`` the distances decide which of two frames that were sent
+    in one slot comes first.
+    A train is sent packet by packet; one that is given up, or that a receiver of a broadcast does
+    not get, is lost alone. The train has arrived when the last packet is through.
+
+    Rules of loss and jamming act on each transmission of data, so that it is repeated; what they
+    take is like what has errors. Acknowledgements and RTS get through.
+
+    Where links fade (``fading``), their gains change from step to step of 1 ms, also for what is
+    on the air then. With ``rate_control`` a rate belongs to a sender and a receiver, and packets
+    have it from the attempt on that follows the change.
+
+    Received powers are those of the places at a moment at most ``update`` ago, and of the present
+    walls and doors; they are updated when a frame is sent or settled. A host without a place
+    hears nobody, and nobody hears it, unless the path loss is ``fixed``.
+
+    Capabilities: LimitsReach, Retransmits, Refuses, CountsAttempts, CountsBusyTime, KnowsLinks,
+    PredictsSignal; with ``channels``, Separates.
+    """
+
+    class Params(ports.Params):
+        preset: Literal["ns3_3_44"] | None = Field(None, description=(
+            "values for what is not given: ns3_3_44, as in ns-3 3.44 with the error model of NIST "
+            "(none: 802.11-2016)"))
+        standard: Literal["11a", "11b", "11g"] = Field("11g", description="timing and rates (2.4 "
+                                                                          "GHz as most robots)")
+        rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
+        broadcast_rate_bps: BitRate | None = Field(None, description=(
+            "of broadcast frames (the lowest of the same modulation; ns-3: of all)"))
+        basic_rates_bps: tuple[BitRate, ...] | None = Field(None, min_length=1, description=(
+            "that everybody understands: replies go at the highest one of the same modulation that "
+            "is not above the frame's (the standard's mandatory ones: 802.11-2016, 10.7.6.5; as "
+            "ns-3, and as Linux does ad hoc)"))
+        rate_control: RateControl | None = Field(None, description=(
+            "learns from acknowledgements how fast to send to whom, of the rates of the same "
+            "modulation as rate, which is the first (none: always rate)"))
+        channel: int = Field(1, ge=1, le=196, description="its number: who is on different ones "
+                                                          "does not hear the other (the first)")
+        channels: dict[str, Annotated[int, Field(ge=1, le=196)]] = Field(
+            {}, description="by host, instead of channel (none)")
+        power_dbm: Level = Field("16.0206 dBm", description="sent, antennas included (ns-3: 40 mW)")
+        path_loss: PathLossParams = Field(PathLossParams(), description=(
+            "model: log_distance, free_space, two_ray, itu_p1238 or fixed, with its parameters "
+            "(log_distance, ns-3's, whose first metre is as in free space)"))
+        walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
+        shadowing: Shadowing | None = Field(None, description="log-normal, of what is not drawn "
+                                                              "(none; ns-3)")
+        fading: Fading | None = Field(None, description="by echoes, Rayleigh or Rician (none; "
+                                                        "ns-3)")
+        reception: Thresholds = Field(Thresholds(), description="of receivers (802.11-2016)")
+        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender, "
+                                                              "a train being one (ns-3: packets)")
+        lifetime_ns: Period | None = Field(None, description=(
+            "a frame that waits longer at its sender is dropped as expired (none; ns-3: 500 ms)"))
+        retries: int = Field(7, ge=1, le=255, description="transmissions before a frame is given "
+                                                          "up (802.11: dot11ShortRetryLimit)")
+        window_failures: int | None = Field(None, ge=1, le=255, description=(
+            "failures in a row that let a sender's contention window start anew (as many as "
+            "retries: when a frame is given up, 802.11-2016, 10.3.3; ns-3: 8)"))
+        difs_first: bool = Field(False, description=(
+            "a packet that comes while the medium is idle waits for DIFS from then on, and needs "
+            "no backoff if that becomes busy (as ns-3; 802.11-2016, 10.3.4.2: it goes when that "
+            "has been idle for DIFS, perhaps at once, and with a backoff if it is busy before)"))
+        rts_bytes: ByteSize | None = Field(None, description=(
+            "packets on the air above this size ask first, those of a train if its first one does "
+            "(null: none)"))
+        update_ns: Period = Field("100 ms", description="between updates of the hosts' places "
+                                                        "(0.12 m at 1.2 m/s)")
+
+        @model_validator(mode="before")
+        @classmethod
+        def _filled(cls, given: object) -> object:
+            return filled(given)
+
+        def loss(self) -> PathLoss:
+            """The path loss on the channel."""
+            return self.path_loss.chosen(STANDARDS[self.standard].carrier_hz(self.channel))
+
+        def budget(self, context: ports.Context, hosts: tuple[str, ...], heard_dbm: float,
+                   found_dbm: float) -> Budget:
+            """The link budget of ``hosts``. Raises ``InputError`` for materials of walls and for
+            channels that there are not."""
+            if self.walls is not None:
+                self.walls.check(context.obstacles.materials)
+            return Budget(
+                self.power_dbm, self.loss(), self.walls,
+                Shadows(self.shadowing, hosts, context.stream) if self.shadowing else None,
+                heard_dbm, found_dbm,
+                channels_of(hosts, self.channel, self.channels, STANDARDS[self.standard]))
+
+    reasons: tuple[str, ...] = ("channel_error", "collision", "expired", "out_of_reach",
+                                "queue_full", "retry_limit")
+    refuses = ("queue_full",)
+    judges_transmissions = True
+    air: Air  # that it shares, once it has started
+
+    def __init__(self, params: Params, standard: Standard | None = None) -> None:
+        """``standard``: its numbers, where they are not those of the one in ``params``."""
+        self.params = params
+        self.standard = standard or chosen_standard(params.standard, params.basic_rates_bps)
+        best_db = sum(slot.best_db for slot in (params.shadowing, params.fading) if slot)
+        self.reach_m = reach_m(params.loss(),
+                               params.power_dbm + best_db - params.reception.found_dbm)
+        if params.channels:
+            self.separates = self._on_different_channels
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        params = self.params
+        self._context = context
+        self.rate, self._broadcast_rate = chosen_rates(
+            params.standard, params.rate_bps, params.broadcast_rate_bps)
+        self.budget = params.budget(context, hosts, self._heard_dbm(), params.reception.found_dbm)
+        context.shared("radio", Airs).join(Member(self, context, hosts))
+
+    @cached_property
+    def _air(self) -> Air:
+        """The air that it shares, once all have joined."""
+        self.air.open()
+        return self.air
+
+    @cached_property
+    def _number(self) -> int:
+        """This radio's index among those that share the air."""
+        return [member.radio for member in self._air.members].index(self)
+
+    def _heard_dbm(self) -> float:
+        """Mean power below which a signal is ignored: too weak to interfere, and too weak to be
+        found even in its best fade."""
+        heard_dbm, fading = self.params.reception.heard_dbm, self.params.fading
+        if fading is None:
+            return heard_dbm
+        return min(heard_dbm, self.params.reception.found_dbm - fading.best_db)
+
+    def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
+        """``ports.PredictsSignal``: of unicast packets, one attempt each; means over fading."""
+        power_dbm = self.budget.received_dbm(from_m, to_m, self._context.obstacles)
+        return ports.Signal(power_dbm, self._share(power_dbm))
+
+    def _share(self, power_dbm: np.ndarray) -> np.ndarray:
+        """Probability that a full packet gets through at each power, sent once; with rate control
+        at the slowest rate."""
+        params = self.params
+        rate = self.standard.lowest(self.rate) if params.rate_control else self.rate
+        return mean_delivery(power_dbm, self.standard, rate, psdu_bytes(FULL_BYTES, 1),
+                             params.reception.for_stations(), params.fading)
+
+    def busy_ns(self, hosts: Sequence[int]) -> list[int]:
+        """For how long each of ``hosts`` was sending or its carrier sense was busy. The medium is
+        not busy where it is merely reserved (802.11's NAV)."""
+        busy_ns = self._air.stations.busy_ns(self._context.now_ns)
+        first = self._number * len(self.budget.channels)
+        return [int(busy_ns[first + host]) for host in hosts]
+
+    def attempts(self) -> tuple[int, int]:
+        """Transmissions of data so far, and how many transmissions had no reply (of RTS too)."""
+        self._air.catch_up()
+        counts, hosts = self._air.stations.counts(self._context.now_ns), len(self.budget.channels)
+        own = slice(self._number * hosts, (self._number + 1) * hosts)
+        return int(counts.transmitted[own].sum()), int(counts.failures[own].sum())
+
+    def _on_different_channels(self, host: int, other: int) -> bool:
+        return self.budget.channels[host] != self.budget.channels[other]
+
+    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """``ports.KnowsLinks``: of full packets that are sent once while nobody else is on the air.
+        """
+        context = self._context
+        links = self.budget.links(context.positions(context.now_ns), context.obstacles)
+        share = self._share(10 * np.log10(links.mw))
+        found = share > 0.0
+        return links.source()[found], links.hearer[found], share[found]
+
+    def send(self, frame: ports.Frame) -> None:
+        """Raises ``InputError`` for a packet that 802.11 has no frame for."""
+        size_bytes, last_bytes = train_bytes(frame.size_bytes, frame.segments)
+        rate, rts = self._broadcast_rate, False
+        if not frame.broadcast:
+            limit = self.params.rts_bytes
+            rate, rts = self.rate, limit is not None and size_bytes > limit
+        if not self._air.send(self._number, frame, size_bytes, last_bytes, rate, rts):
+            self._context.settle_many(frame, frame.receivers, _QUEUE_FULL)

@@ -1,0 +1,63 @@
+"""The model ``radio``: one radio on a ladder of models, from ideal to faithful."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+from pydantic import Field
+
+from desim import ports
+from netmodels.ideal import Ideal
+from netmodels.multihop.hop_choice import as_fast, lend
+from netmodels.multihop.multihop import Multihop
+from netmodels.radio.dcf.radio import DcfRadio
+from netmodels.radio.uncontended import Uncontended
+
+_RUNGS: dict[str, Callable[[DcfRadio.Params], ports.NetworkModel]] = {
+    "ideal": lambda params: Ideal(Ideal.Params()),
+    "disk": lambda params: Uncontended(params, open_air=True),
+    "walls": lambda params: Uncontended(params, open_air=False),
+    "mac": DcfRadio,
+    "multihop": lambda params: Multihop(Multihop.Params(), DcfRadio(as_fast(params))),
+}
+
+
+class Radio:
+    """Wi-Fi without an access point (802.11a, b or g), from the same parameters on each rung of a
+    ladder:
+
+    ``multihop``: ``mac``, and hosts relay frames for others, along routes that a protocol finds on
+    the same air (``netmodels.multihop``, with its defaults). ``mac``: the whole radio, ``DcfRadio``
+    (``desim describe netmodels.radio.dcf.radio:DcfRadio`` says what it does and leaves out):
+    contention, collisions, retries, and walls that weaken signals. ``walls``: each radio has the
+    air to itself, and a frame arrives where 90 % of full packets would at its received power,
+    through walls. ``disk``: the same without walls and shadowing; its range is where ``mac``
+    delivers 90 % in the open, computed from path loss and errors. Like ``walls`` it learns no
+    rates: all go at ``rate``. ``ideal``: everything arrives at once and everywhere.
+
+    Times of a sender alone are the same on all of them but ``ideal``. Where there are no attempts,
+    a unicast frame is lost beyond the range (``out_of_range``).
+
+    Capabilities: those of its rung. LimitsReach, Retransmits, Refuses, CountsAttempts,
+    CountsBusyTime, KnowsLinks, PredictsSignal (``mac``); with ``channels`` or on other rungs,
+    Separates, FollowsHosts, CountsControl.
+    """
+
+    class Params(DcfRadio.Params):
+        fidelity: Literal["ideal", "disk", "walls", "mac", "multihop"] = Field("mac", description=(
+            "the rung; network.fidelity sets it for all media (the whole model)"))
+
+    reasons: tuple[str, ...] = (*DcfRadio.reasons, "out_of_range", "hop_limit", "no_path",
+                                "relay_down", "relay_no_path", "relay_queue_full")
+
+    def __init__(self, params: Params) -> None:
+        self.rung = _RUNGS[params.fidelity](params)
+        lend(self, self.rung, "reasons", "attempts", "busy_ns", "control", "judges_transmissions",
+             "links", "reach_m", "refuses", "separates", "signal", "switched")
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        self.rung.start(context, hosts)
+
+    def send(self, frame: ports.Frame) -> int | None:
+        return self.rung.send(frame)
