@@ -9,7 +9,7 @@ from pydantic import Field
 from desim import ports
 from desim.ports import packet_sizes
 from desim.units import NS_PER_S, BitRate, ByteSize, Duration, airtime_ns
-from netmodels.drop_tail import DropTailQueue, refuse
+from netmodels.queues import DropTailQueue, refuse
 
 
 class AccessLink:

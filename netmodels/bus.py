@@ -12,9 +12,9 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError
 from desim.units import NS_PER_S, BitRate, ByteSize, Duration, airtime_ns
-from netmodels.drop_tail import DropTailQueue, refuse
 from netmodels.ethernet import padded
 from netmodels.partial_trains import settle_without
+from netmodels.queues import DropTailQueue, refuse
 
 SLOT_BITS = 512  # IEEE 802.3, table 4-2: slotTime, jamSize, attemptLimit, backoffLimit
 JAM_BITS = 32

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import BitRate, Length
-from netmodels.sender_queues import SenderQueues
+from netmodels.queues import SenderQueues
 
 _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle sender gives the same delays again
 

@@ -9,8 +9,8 @@ from pydantic import Field, field_validator
 
 from desim import ports
 from desim.units import BitRate, Duration, Length, Ratio
-from netmodels.random_loss import REASONS, RandomLoss
-from netmodels.sender_queues import SenderQueues
+from netmodels.chance import REASONS, RandomLoss
+from netmodels.queues import SenderQueues
 
 
 class Distance:

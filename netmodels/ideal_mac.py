@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections import deque
 from typing import NamedTuple
 
-import numpy as np
-from pydantic import Field, model_validator
-
 from desim import ports
-from desim.units import BitRate, Length, airtime_ns
-from netmodels.neighbourhood import Neighbourhood, check_reaches, mask, settle
+from desim.units import airtime_ns
+from netmodels.unit_disk import UnitDiskRadio, mask, settle
 
 
 class _Sending(NamedTuple):
@@ -23,7 +20,7 @@ class _Sending(NamedTuple):
     quiet: int
 
 
-class IdealMac:
+class IdealMac(UnitDiskRadio):
     """Radios that share the air without collisions, backoff or acknowledgements, as if a scheduler
     knew everything: a frame begins as soon as it hinders no other one and no other one hinders it
     (the protocol model of Gupta and Kumar 2000), and of the waiting hosts the one that has been
@@ -36,39 +33,16 @@ class IdealMac:
     Capabilities: LimitsReach, Refuses, KnowsLinks.
     """
 
-    class Params(ports.Params):
-        rate_bps: BitRate = Field("54 Mb/s", description="(802.11g nominal)")
-        range_m: Length = Field("200 m", description="(the paper)")
-        interference_m: Length = Field("400 m", description="of a frame with others, as far or "
-                                                            "farther (two hops; Li et al. 2001: "
-                                                            "2.2 ranges)")
-        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender (as "
-                                                              "the radio)")
-
-        @model_validator(mode="after")
-        def _reaches(self) -> IdealMac.Params:
-            check_reaches(self.range_m, self.interference_m)
-            return self
-
     reasons = ("out_of_range", "out_of_reach", "queue_full")
     refuses = ("queue_full",)
 
-    def __init__(self, params: Params) -> None:
-        self._params = params
-        self.reach_m = params.range_m
-
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        self._context = context
-        self._around = Neighbourhood(context, self._params.range_m, self._params.interference_m)
+        super().start(context, hosts)
         self._queues: list[deque[ports.Frame]] = [deque() for _ in hosts]
         self._since_ns = [0] * len(hosts)  # silent
         self._waiting: set[int] = set()
         self._air: dict[int, _Sending] = {}
         self._booked = False
-
-    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """``ports.KnowsLinks``: within range, every frame arrives."""
-        return self._around.links()
 
     def send(self, frame: ports.Frame) -> None:
         queue, source = self._queues[frame.source], frame.source
@@ -88,7 +62,7 @@ class IdealMac:
 
     def _begin(self, _: None) -> None:
         self._booked = False
-        self._around.refresh()
+        self._refresh()
         deaf = quiet = 0
         for sending in self._air.values():
             deaf |= sending.deaf
@@ -102,7 +76,7 @@ class IdealMac:
                 self._transmit(host, sending)
 
     def _reserve(self, frame: ports.Frame) -> _Sending:
-        reached, disturbed = self._around.reached, self._around.disturbed
+        reached, disturbed = self._reached, self._disturbed
         got = reached[frame.source] & mask(frame.receivers)
         quiet = 0
         for receiver in frame.receivers:

@@ -6,13 +6,12 @@ import re
 from collections import deque
 from typing import NamedTuple
 
-import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError, did_you_mean
-from desim.units import BitRate, Length, Period, airtime_ns
-from netmodels.neighbourhood import Neighbourhood, check_reaches, mask, settle_train
+from desim.units import Period, airtime_ns
+from netmodels.unit_disk import UnitDiskRadio, mask, settle_train
 
 
 class _SlottedTrain(NamedTuple):
@@ -22,7 +21,7 @@ class _SlottedTrain(NamedTuple):
     sent: list[tuple[int, int]]
 
 
-class Tdma:
+class Tdma(UnitDiskRadio):
     """Time division: a cycle of slots, each long enough for one packet, and each host sends in its
     own one. Hosts with the same slot send at the same time: far apart that is reuse, and nearer it
     is a ``collision`` at the hosts that hear both.
@@ -36,31 +35,18 @@ class Tdma:
     Capabilities: LimitsReach, Refuses, KnowsLinks.
     """
 
-    class Params(ports.Params):
-        rate_bps: BitRate = Field("54 Mb/s", description="(802.11g nominal)")
+    class Params(UnitDiskRadio.Params):
         slot_ns: Period = Field("250 us", description="(225 us of a full packet at 54 Mb/s, and "
                                                       "10 % between them)")
         cycle: int = Field(30, ge=1, le=10_000, description="slots until it is one's turn again "
                                                              "(the paper's fleet)")
         slots: dict[str, int] = Field({}, description="by host, 0 is the cycle's first (the number "
                                                       "at the end of its name, modulo the cycle)")
-        range_m: Length = Field("200 m", description="(the paper)")
-        interference_m: Length = Field("400 m", description="of a frame with others, as far or "
-                                                            "farther (two hops)")
-        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender (as "
-                                                              "the radio)")
-
-        @model_validator(mode="after")
-        def _reaches(self) -> Tdma.Params:
-            check_reaches(self.range_m, self.interference_m)
-            return self
 
     reasons = ("collision", "out_of_range", "out_of_reach", "queue_full", "too_long")
     refuses = ("queue_full", "too_long")
 
-    def __init__(self, params: Params) -> None:
-        self._params = params
-        self.reach_m = params.range_m
+    _params: Params
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         """Raises ``InputError`` for slots that do not exist, or of hosts that do not."""
@@ -71,15 +57,10 @@ class Tdma:
             if not 0 <= slot < params.cycle:
                 raise InputError(f".slots.{host}: {slot} is no slot; allowed: 0 to "
                                  f"{params.cycle - 1}")
-        self._context = context
+        super().start(context, hosts)
         self._slot = [params.slots.get(host, _number(host) % params.cycle) for host in hosts]
-        self._around = Neighbourhood(context, params.range_m, params.interference_m)
         self._queues: list[deque[_SlottedTrain]] = [deque() for _ in hosts]
         self._senders: dict[int, list[int]] = {}  # by number of the slot since time 0
-
-    def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """``ports.KnowsLinks``: within range, every frame arrives."""
-        return self._around.links()
 
     def send(self, frame: ports.Frame) -> None:
         params, queue = self._params, self._queues[frame.source]
@@ -104,8 +85,8 @@ class Tdma:
     def _end(self, number: int) -> None:
         """The end of a slot: note who got each packet, book the next slots, and only then settle,
         since a settled frame may let its sender send again."""
-        self._around.refresh()
-        reached, disturbed = self._around.reached, self._around.disturbed
+        self._refresh()
+        reached, disturbed = self._reached, self._disturbed
         senders, over = sorted(self._senders.pop(number)), []
         for host in senders:
             queue = self._queues[host]

@@ -1,1 +1,1 @@
-"""Standard network cases without robots, one a file. ``desim net`` plays them."""
+"""Standard network cases without robots. ``desim net`` plays them."""

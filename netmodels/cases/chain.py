@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 from pydantic import Field
@@ -10,8 +11,7 @@ from desim import ports
 from desim.errors import InputError
 from desim.ports.cases import Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Length, Period, airtime_ns
-from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
-from netmodels.cases.senders import numbered
+from netmodels.cases.traffic import MOST_RADIO_BYTES, UDP_IP_BYTES, numbered
 from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
@@ -53,6 +53,7 @@ class _Deserted(Multihop):
             self.switched(relay, False)
 
 
+@dataclass(frozen=True)
 class RelayChain:
     """A chain of hops that carries one saturated flow: two frames for each hop are on the way at
     any time. A frame hinders hosts two hops from its sender or nearer, so that of four hosts
@@ -83,11 +84,10 @@ class RelayChain:
         duration_ns: Period = Field("10 s", description="that is measured, after two seconds of "
                                                         "the flow")
 
-    def __init__(self, params: Params) -> None:
-        self._params = params
+    params: Params
 
     def setup(self) -> Setup:
-        p = self._params
+        p = self.params
         if p.leave_ns is not None and p.hops < 2:
             raise InputError(".leave: in a single hop there is no host in the middle")
         end_ns = _WARM_UP_NS + p.duration_ns
@@ -98,7 +98,7 @@ class RelayChain:
         return self._chain(p.hops, p.leave_ns)._replace(compared=one)
 
     def _chain(self, hops: int, leave_ns: int | None) -> Setup:
-        p = self._params
+        p = self.params
         hosts = numbered("host", hops + 1)
         places = {host: (p.spacing_m * k, 0.0) for k, host in enumerate(hosts)}
         if leave_ns is not None:
@@ -121,7 +121,7 @@ class RelayChain:
     def _hop(self, hosts: tuple[str, ...], size_bytes: int, leave_ns: int | None) -> dict:
         """The parameters of single hops: a chain of n hops needs n slots, or as many as it takes
         until a slot may be used again; the spare host has its own."""
-        p = self._params
+        p = self.params
         rate = f"{p.rate_bps} b/s"
         if p.mac == "dcf":
             radio = DcfRadio.Params(standard=_STANDARD, rate=rate, broadcast_rate=rate, **_TWO_HOPS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Literal
 
 from pydantic import Field
@@ -11,7 +12,7 @@ from desim import ports
 from desim.errors import InputError
 from desim.ports.cases import Flow, Setup
 from desim.units import BitRate, ByteSize, Period
-from netmodels.cases.packets import MOST_RADIO_BYTES, UDP_IP_BYTES
+from netmodels.cases.traffic import MOST_RADIO_BYTES, UDP_IP_BYTES
 from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio.dcf.radio import DcfRadio
 
@@ -39,6 +40,7 @@ class FlowParams(ports.Params):
         return (self.source, *self.via, *(() if self.to is None else (self.to,)))
 
 
+@dataclass(frozen=True)
 class Layout:
     """Hosts with radios at given places in the open (log-distance), with given flows: who shares
     the air with whom, who is hidden from whom, what is relayed."""
@@ -60,11 +62,10 @@ class Layout:
         duration_ns: Period = Field("10 s", description="that is measured, after the warm-up "
                                                         "(ns-3 reference)")
 
-    def __init__(self, params: Params) -> None:
-        self._params = params
+    params: Params
 
     def setup(self) -> Setup:
-        p = self._params
+        p = self.params
         wrong = [*self._misplaced(), *(f".flows.{k}{line}" for k, flow in enumerate(p.flows)
                                        for line in _complaints(flow, len(p.places)))]
         if wrong:
@@ -79,7 +80,7 @@ class Layout:
                      p.warm_up_ns + p.duration_ns, p.warm_up_ns)
 
     def _misplaced(self) -> Iterator[str]:
-        for k, place in enumerate(self._params.places):
+        for k, place in enumerate(self.params.places):
             if not all(abs(x) <= _FAR_M for x in place):
                 yield f".places.{k}: allowed: -{_FAR_M:g} to {_FAR_M:g} m"
 

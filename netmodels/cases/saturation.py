@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from pydantic import Field
@@ -11,9 +11,7 @@ from desim import ports
 from desim.errors import InputError
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import BitRate, ByteSize, Period, airtime_ns
-from netmodels.cases.equal_power import SAME_POWER
-from netmodels.cases.packets import MOST_80211_BYTES, UDP_IP_BYTES
-from netmodels.cases.senders import numbered
+from netmodels.cases.traffic import MOST_80211_BYTES, SAME_POWER, UDP_IP_BYTES, numbered
 from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.standards import STANDARDS, chosen_standard
@@ -22,6 +20,7 @@ _FRAMES = 50_000  # that the rate could carry in the time that is measured
 _WARM_UP = 0.1  # of that time
 
 
+@dataclass(frozen=True)
 class Saturation:
     """Saturated stations of 802.11 that all hear each other equally well: goodput, collisions and
     drops of the distributed coordination function. Nobody's frame is stronger, so that of two that
@@ -49,11 +48,10 @@ class Saturation:
         duration_ns: Period | None = Field(None, examples=["10 s"], description=(
             "that is measured, after a tenth of it (what 50000 packets last at the rate)"))
 
-    def __init__(self, params: Params) -> None:
-        self._params = params
+    params: Params
 
     def setup(self) -> Setup:
-        p = self._params
+        p = self.params
         rate_bps = p.rate_bps or round(STANDARDS[p.standard].rates[-1].mbps * 1e6)
         headers_bytes = p.headers_bytes
         if headers_bytes is None:

@@ -7,9 +7,8 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import BitRate, Length, Level
-from netmodels.compatible.gz_rfcomms import GzRfComms
+from netmodels.compatible.gz_rfcomms import GzRfComms, RfParams, Sigma
 from netmodels.compatible.obstruction import walls_between
-from netmodels.compatible.rf import RfParams, Sigma
 
 
 class Subt(GzRfComms):
@@ -50,4 +49,4 @@ class Subt(GzRfComms):
         cost = params.wall_cost * walls_between(context.obstacles, here, there)
         exponents = np.where(cost > params.most_cost, np.nan,
                              params.exponent + params.exponent_per_cost * cost)
-        self._rf.send(frame, np.hypot(*(there - here).T), exponents)
+        self._settle(frame, np.hypot(*(there - here).T), exponents)

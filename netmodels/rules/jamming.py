@@ -7,9 +7,8 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import Length, Position, Ratio
-from netmodels.random_loss import drop, losses
-from netmodels.rules.streams import PairStreams
-from netmodels.rules.window import TimeWindow
+from netmodels.chance import PairStreams, drop, losses
+from netmodels.rules.scope import TimeWindow
 
 
 class Jamming:
@@ -65,3 +64,10 @@ class Jamming:
             self._inside = (np.einsum("ij,ij->i", apart, apart)
                             <= self._params.radius_m ** 2).tolist()  # False for NaN
         return self._inside
+
+
+class ResidualJamming(Jamming):
+    """``jamming`` that a radio does not repeat: each packet is lost with ``probability``, however
+    often it was transmitted."""
+
+    per_transmission = False

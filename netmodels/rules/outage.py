@@ -1,10 +1,15 @@
-"""Interfaces and links that are down at set times."""
+"""Interfaces and links that are down: at set times, or by chance."""
 
 from __future__ import annotations
 
+import numpy as np
+from pydantic import Field
+
 from desim import ports
-from netmodels.rules.targets import Targets
-from netmodels.rules.window import TimeWindow
+from desim.units import Pace
+from netmodels.rules.scope import Targets, TimeWindow
+
+_DOWN = ports.Drop("outage")
 
 
 class Outage:
@@ -30,7 +35,7 @@ class Outage:
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
         if not self._params.holds(self._context.now_ns):
             return None
-        return [ports.Drop("outage") if self._cuts(frame.source, receiver) else ports.PASS
+        return [_DOWN if self._cuts(frame.source, receiver) else ports.PASS
                 for receiver in receivers]
 
     def separates(self, host: int, other: int) -> bool:
@@ -40,3 +45,64 @@ class Outage:
     def _cuts(self, one: int, other: int) -> bool:
         return (one in self._hosts or other in self._hosts
                 or (min(one, other), max(one, other)) in self._links)
+
+
+class OnOffProcess:
+    """Up and down in turn, for exponential times with means ``mean_ns`` (down, up); at time 0 it is
+    up with the chance up / (up + down), for the rest of a spell as long as any. A function of time
+    and of the stream alone: asking more often changes nothing. ``until_ns``: when it changes."""
+
+    def __init__(self, stream: np.random.Generator, mean_ns: tuple[int, int]) -> None:
+        self._stream = stream
+        self._mean_ns = mean_ns
+        self._up = bool(stream.random() * sum(mean_ns) < mean_ns[True])
+        self.until_ns = self._spell_ns()
+
+    def up(self, now_ns: int) -> bool:
+        """Whether it is up; ``now_ns`` never decreases."""
+        while self.until_ns <= now_ns:
+            self._up = not self._up
+            self.until_ns += self._spell_ns()
+        return self._up
+
+    def _spell_ns(self) -> int:
+        return round(self._mean_ns[self._up] * self._stream.standard_exponential())
+
+
+class Flapping:
+    """The ``hosts``' interfaces and the ``links`` are up and down for exponentially distributed
+    times. Each draws them from its own stream, and is available for up / (up + down) of the time. A
+    link is down in both directions at once.
+
+    Capabilities: Separates.
+    """
+
+    class Params(Targets):
+        up_ns: Pace = Field(examples=["1 min"],
+                            description="mean time from coming up to going down")
+        down_ns: Pace = Field(description="mean time from going down to coming up")
+
+    reasons = ("outage",)
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+
+    def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
+        self._context = context
+        mean_ns = self._params.down_ns, self._params.up_ns
+        named, links = self._params.resolved(hosts)
+        self._hosts = {host: OnOffProcess(context.stream("host", hosts[host]), mean_ns)
+                       for host in named}
+        self._links = {(one, other): OnOffProcess(context.stream("link", hosts[one], hosts[other]),
+                                            mean_ns) for one, other in links}
+
+    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
+        return [_DOWN if self.separates(frame.source, receiver) else ports.PASS
+                for receiver in receivers]
+
+    def separates(self, host: int, other: int) -> bool:
+        """Whether no frame gets between the two now."""
+        now_ns, hosts = self._context.now_ns, self._hosts
+        spells = (hosts.get(host), hosts.get(other),
+                  self._links.get((min(host, other), max(host, other))))
+        return not all(spell is None or spell.up(now_ns) for spell in spells)

@@ -8,8 +8,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError
-from netmodels.rules.targets import matching
-from netmodels.rules.window import TimeWindow
+from netmodels.rules.scope import TimeWindow, matching
 
 Group = Annotated[list[str], Field(min_length=1)]
 

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from desim.ports.cases import Check, Play
 from netmodels.cases.layout import Layout
-from netmodels.validation import layouts
-from netmodels.validation.layouts import MIXES, PAIRS, STARS, parsed
+from netmodels.validation.layouts import CHAINS, MIXES, PAIRS, STARS, parsed
 from netmodels.validation.within import within
 
 
@@ -26,14 +25,14 @@ class ManyPairs:
     source = "ns-3.44, 802.11a, log-distance, NIST error model, five seeds"
 
     def checks(self, play: Play) -> Iterator[Check]:
-        for row in PAIRS:
-            places = parsed(row.places)
-            found = played(play, row.mbps, places, [
-                {"from": k, "to": k + 1} for k in range(0, len(places), 2)], rts=row.rts)
-            what = f"pairs, {row.what}, {row.mbps} Mb/s"
-            yield Check(f"{what}: goodput", found["goodput_mbps"], row.goodput_mbps,
-                        max(0.03 * row.goodput_mbps, row.interval_mbps), "Mb/s")
-            yield Check(f"{what}: failures", found["failure_rate"], row.failure_rate, 0.02)
+        for name, mbps, rts, text, goodput_mbps, interval_mbps, failures in PAIRS:
+            places = parsed(text)
+            found = played(play, mbps, places, [
+                {"from": k, "to": k + 1} for k in range(0, len(places), 2)], rts=rts)
+            what = f"pairs, {name}, {mbps} Mb/s"
+            yield Check(f"{what}: goodput", found["goodput_mbps"], goodput_mbps,
+                        max(0.03 * goodput_mbps, interval_mbps), "Mb/s")
+            yield Check(f"{what}: failures", found["failure_rate"], failures, 0.02)
 
 
 class RelayedFlows:
@@ -43,7 +42,7 @@ class RelayedFlows:
     source = "ns-3.44, 802.11a, log-distance, NIST error model, five seeds"
 
     def checks(self, play: Play) -> Iterator[Check]:
-        for (hops, apart_m, mbps), (goodput_mbps, failures) in layouts.CHAINS.items():
+        for (hops, apart_m, mbps), (goodput_mbps, failures) in CHAINS.items():
             found = played(play, mbps, [(k * apart_m, 0.0) for k in range(hops + 1)],
                            [{"from": 0, "via": list(range(1, hops + 1))}], duration="20 s")
             what = f"chain, {hops} hops of {apart_m} m, {mbps} Mb/s"
@@ -58,14 +57,14 @@ class Mixes:
     source = "ns-3.44, 802.11a, log-distance, NIST error model, five seeds"
 
     def checks(self, play: Play) -> Iterator[Check]:
-        for row in MIXES:
-            found = played(play, row.mbps, parsed(row.places), [
-                *({"from": k, "to": to, "arrivals": "poisson", "period": row.period}
-                  for k, to in enumerate(row.to)),
+        for name, mbps, period, places, receivers, delivered, _ in MIXES:
+            found = played(play, mbps, parsed(places), [
+                *({"from": k, "to": to, "arrivals": "poisson", "period": period}
+                  for k, to in enumerate(receivers)),
                 *({"from": k, "broadcast": True, "payload": "200 B", "arrivals": "poisson",
-                   "period": "100 ms"} for k in range(len(row.to)))])
-            yield Check(f"mix, {row.what}, {row.mbps} Mb/s: delivered", found["delivery_ratio"],
-                        row.delivered, 0.015)
+                   "period": "100 ms"} for k in range(len(receivers)))])
+            yield Check(f"mix, {name}, {mbps} Mb/s: delivered", found["delivery_ratio"],
+                        delivered, 0.015)
 
 
 class DelaysOfRadio:
@@ -76,15 +75,14 @@ class DelaysOfRadio:
     source = "ns-3.44, 802.11a, senders 10 m from one receiver, Poisson, five seeds"
 
     def checks(self, play: Play) -> Iterator[Check]:
-        for row in STARS:
-            around = [_on_a_circle(k, row.senders) for k in range(row.senders)]
-            found = played(play, row.mbps, [(0.0, 0.0), *around], [
-                {"from": k + 1, "to": 0, "arrivals": "poisson", "period": row.period}
-                for k in range(row.senders)], duration="40 s")
-            what = f"{row.senders} to one, {row.mbps} Mb/s, one each {row.period}"
-            for name, key, published, interval in (
-                    ("mean delay", "mean", row.mean_ms, row.interval_ms),
-                    ("95 % within", "p95", row.p95_ms, row.interval_95_ms)):
+        for mbps, senders, period, mean_ms, interval_ms, p95_ms, interval_95_ms in STARS:
+            around = [_on_a_circle(k, senders) for k in range(senders)]
+            found = played(play, mbps, [(0.0, 0.0), *around], [
+                {"from": k + 1, "to": 0, "arrivals": "poisson", "period": period}
+                for k in range(senders)], duration="40 s")
+            what = f"{senders} to one, {mbps} Mb/s, one each {period}"
+            for name, key, published, interval in (("mean delay", "mean", mean_ms, interval_ms),
+                                                   ("95 % within", "p95", p95_ms, interval_95_ms)):
                 yield Check(f"{what}: {name}", found[f"delay_{key}_ms"], published,
                             max(0.03 * published, interval), "ms")
 

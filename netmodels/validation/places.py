@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from desim.ports.cases import Check, Play
-from netmodels.cases.hidden import Hidden
-from netmodels.cases.two_pairs import TwoPairs
+from netmodels.cases.two_senders import Hidden, TwoPairs
 from netmodels.validation.within import within
 
 # Rate in Mb/s: m between the pairs to Mb/s of payload of both.

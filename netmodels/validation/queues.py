@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from desim.ports.cases import Check, Play, Setup
-from netmodels.cases.bottleneck import Bottleneck
+from netmodels.cases.load import Bottleneck
 from netmodels.validation.within import within
 
 SERVICE_MS = 1.2016  # 1502 B at 10 Mb/s

@@ -11,8 +11,7 @@ from scipy.sparse.linalg import spsolve
 
 from desim.ports.cases import NOWHERE, Check, Flow, Play, Setup
 from desim.units import NS_PER_S
-from netmodels.cases.equal_power import SAME_POWER
-from netmodels.cases.senders import numbered
+from netmodels.cases.traffic import SAME_POWER, numbered
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import delivery
 from netmodels.radio.standards import ACK_BYTES, A, Standard, psdu_bytes
@@ -58,7 +57,7 @@ class FallbackOfRates:
                                     dict.fromkeys(senders, "sink"), 61, path_loss=SAME_POWER))
             yield within(0.03, f"11a, {stations} stations: goodput", found["goodput_mbps"],
                          goodput_mbps, "Mb/s")
-        places = parsed(PAIRS[0].places)
+        places = parsed(PAIRS[0][3])
         hosts = numbered("host", len(places))
         found = play(_saturated(dict(zip(hosts, places, strict=True)),
                                 dict(zip(hosts[::2], hosts[1::2], strict=True)), 11))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from desim.ports.cases import Check, Play
-from netmodels.compatible.rf import RfParams, delivery, deviation_db, received_dbm
+from netmodels.compatible.gz_rfcomms import RfParams, delivery, deviation_db, received_dbm
 
 # Beside the defaults (40 dB, exponent 2.5, sigma 10, -90 dBm): those of SubT's worlds.
 WORLDS = {"range": "500 m", "power": "20 dBm"}

@@ -284,7 +284,7 @@ def test_what_must_be_given_has_an_example():
 
 def test_describe_says_what_a_plugin_does_and_takes():
     said = desim_("describe", "switch")
-    assert said.startswith("switch (network): netmodels.switch:Switch")
+    assert said.startswith("switch (network): netmodels.switch.switch:Switch")
     assert "rate: default '1 Gb/s'" in said
     assert "drops for: queue_full" in said
     assert desim_("describe", "netmodels.switch:Switch").split("\n\n")[1:] \
@@ -457,9 +457,9 @@ def test_validate_compares():
 
 
 def test_validate_fails_where_a_comparison_does(monkeypatch):
-    from netmodels.validation import round_trip
+    from netmodels.validation import rules
 
-    monkeypatch.setattr(round_trip, "DELAY", "501 ms")
+    monkeypatch.setattr(rules, "EACH_WAY", "501 ms")
     said = desim_("validate", "--only", "round_trip", code=1)
     assert "FAIL   1002.000000   1000.000000      0.000000  ms    round trip: mean\n" in said
     found = json.loads(desim_("validate", "--only", "round_trip", "--json", code=1))

@@ -8,7 +8,7 @@ from ddsnets import conserved, dds
 from graphs import MS, Net, S, Words, listener, talker
 
 from netmodels.rules.loss import Loss
-from netmodels.rules.reordering import Reordering
+from netmodels.rules.timing import Reordering
 
 PERIOD_MS, SAYINGS, LOST = 10, 16_000, Fraction(1, 100)
 

@@ -13,9 +13,8 @@ from desim.network.medium import Medium
 from desim.ports import Drop
 from netmodels.access_link import AccessLink
 from netmodels.ideal import Ideal
-from netmodels.rules.duplication import Duplication
 from netmodels.rules.loss import Loss
-from netmodels.rules.reordering import Reordering
+from netmodels.rules.timing import Duplication, Reordering
 
 ACKS = st.sampled_from(["sent", "implied"])
 PRESETS = pytest.mark.parametrize("preset", ["fastdds", "cyclonedds"])

@@ -6,9 +6,8 @@ from hypothesis import strategies as st
 from tcphosts import Pair, link
 from tcpwalk import DEEDS, Walk
 
-from netmodels.rules.duplication import Duplication
 from netmodels.rules.loss import Loss
-from netmodels.rules.reordering import Reordering
+from netmodels.rules.timing import Duplication, Reordering
 
 GAPS_NS = st.one_of(st.integers(0, 10 * MS), st.integers(0, 5 * S))
 

@@ -8,9 +8,9 @@ from desim.middleware.transports import datagram_frame, stream_frame
 from desim.ports import Deliver, Drop
 from desim.testing import Instant
 from netmodels.access_link import AccessLink
-from netmodels.rules.duplication import Duplication
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition
+from netmodels.rules.timing import Duplication
 
 
 def link(**params):

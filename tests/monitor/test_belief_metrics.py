@@ -14,7 +14,7 @@ from desim.monitor.overlap import Overlap
 from desim.ports import GridSpec
 from desim.robot.robot_map import RobotMap
 from desim.robot.tiles import FREE, OCCUPIED, TilePool
-from netmodels.rules.latency import Latency
+from netmodels.rules.timing import Latency
 
 
 class Told(Direct):

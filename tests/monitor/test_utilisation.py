@@ -13,7 +13,7 @@ from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import Bench
 from netmodels.access_link import AccessLink
 from netmodels.bus import Bus
-from netmodels.cases.bottleneck import Bottleneck
+from netmodels.cases.load import Bottleneck
 from netmodels.cases.saturation import Saturation
 from netmodels.disk import Disk
 from netmodels.multihop import Multihop

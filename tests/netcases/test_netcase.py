@@ -9,12 +9,10 @@ from desim.ports import Params
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import check_case
 from netmodels.access_link import AccessLink
-from netmodels.cases.bottleneck import Bottleneck
 from netmodels.cases.broadcast import HeartbeatBroadcast, sunflower
-from netmodels.cases.bus import SharedBus
-from netmodels.cases.hidden import Hidden
+from netmodels.cases.load import Bottleneck, SharedBus
 from netmodels.cases.saturation import Saturation
-from netmodels.cases.two_pairs import TwoPairs
+from netmodels.cases.two_senders import Hidden, TwoPairs
 from netmodels.ideal import Ideal
 from netmodels.radio.dcf.radio import DcfRadio
 

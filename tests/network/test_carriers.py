@@ -12,7 +12,7 @@ from desim.network.carrier import BroadcastCarrier, Carrier
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import Bench
 from netmodels.ideal import Ideal
-from netmodels.rules.duplication import Duplication
+from netmodels.rules.timing import Duplication
 
 ROOT = Path(__file__).resolve().parents[2]
 PARTS = {("arrived", 3), ("lost", 4)}  # a class with both methods hears of frames

@@ -17,8 +17,8 @@ from desim.testing import Bench, Instant
 from netmodels.access_link import AccessLink
 from netmodels.disk import Disk
 from netmodels.rules.bandwidth import Bandwidth
-from netmodels.rules.latency import Latency
 from netmodels.rules.loss import Loss
+from netmodels.rules.timing import Latency
 from netmodels.switch import Switch
 
 MS = 10**6

@@ -9,7 +9,7 @@ from desim.cli import app
 from desim.netcases.case import play
 from desim.testing import check_case
 from netmodels.cases.layout import Layout
-from netmodels.cases.two_pairs import TwoPairs
+from netmodels.cases.two_senders import TwoPairs
 
 FLOWS = [{"from": 0, "to": 1}, {"from": 1, "via": [2, 3], "arrivals": "poisson", "period": "20 ms"},
          {"from": 2, "broadcast": True, "arrivals": "periodic", "period": "100 ms"}]

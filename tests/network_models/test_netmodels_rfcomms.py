@@ -9,8 +9,7 @@ import pytest
 from desim.ports import Obstacles
 from desim.testing import Bench
 from desim.world.scenery import crossing
-from netmodels.compatible.gz_rfcomms import GzRfComms
-from netmodels.compatible.rf import CapacityWindow, RfParams, delivery
+from netmodels.compatible.gz_rfcomms import CapacityWindow, GzRfComms, RfParams, delivery
 from netmodels.compatible.subt import Subt
 from netmodels.validation.rfcomms import DELIVERY, WORLDS
 

@@ -13,7 +13,7 @@ from test_netmodels_rules import MS, S, fates, make
 from desim.engine.streams import Streams
 from desim.ports import Deliver, Drop, Duplicate, Frame
 from desim.testing import Bench, Instant
-from netmodels.rules.flapping import OnOffProcess
+from netmodels.rules.outage import OnOffProcess
 
 # ---------------------------------------------------------------------------------------- latency
 

@@ -7,14 +7,13 @@ from statistics import mean
 import pytest
 
 from netmodels.validation import (
-    broadcast,
-    bus,
+    one_link,
     places,
     propagation,
     queues,
-    saturation,
-    single_pair,
+    shared_channels,
 )
+from netmodels.validation.stations import DISC, PERIODIC, POISSON, SATURATION
 
 
 @pytest.fixture
@@ -42,7 +41,7 @@ MODES = {("11a", 6, None): ("OfdmRate6Mbps", "sink-fixed"),
 def test_saturation(means):
     runs = means("s3_saturation_raw_runs.csv", ("mode", "topo", "n"),
                  ("agg_goodput_mbps", "p_fail_per_attempt"))
-    for setting, rows in saturation.TABLE.items():
+    for setting, rows in SATURATION.items():
         for stations, (goodput_mbps, failure_rate) in rows.items():
             expected = runs[*MODES[setting], str(stations)]
             assert (goodput_mbps, failure_rate) == (
@@ -59,7 +58,7 @@ def test_two_pairs(means):
 
 def test_one_pair(means):
     runs = means("s5_single_pair_vs_distance.csv", ("mode", "x_m"), ("p_fail_per_attempt",))
-    for mbps, rows in single_pair.FAILURES.items():
+    for mbps, rows in one_link.FAILURES.items():
         for apart_m, share in rows.items():
             assert runs[f"OfdmRate{mbps}Mbps", str(apart_m)] == [share]
 
@@ -80,11 +79,11 @@ def test_hidden_terminals(means):
 def test_heartbeats(means):
     runs = means("s4_broadcast_heartbeats.csv",
                  ("bcast_mode", "R_m", "n", "hz", "arrivals"), ("delivery_ratio",), std="a")
-    for (stations, hz, mbps), share in broadcast.POISSON.items():
+    for (stations, hz, mbps), share in POISSON.items():
         assert runs[f"OfdmRate{mbps}Mbps", "0", str(stations), str(hz), "poisson"] == [
             pytest.approx(share, abs=6e-5)]
-    for arrivals, radius_m, table in (("phase", "0", broadcast.PERIODIC),
-                                      ("poisson", "20", broadcast.DISC)):
+    for arrivals, radius_m, table in (("phase", "0", PERIODIC),
+                                      ("poisson", "20", DISC)):
         for (stations, hz), share in table.items():
             assert runs["OfdmRate6Mbps", radius_m, str(stations), str(hz), arrivals] == [
                 pytest.approx(share, abs=6e-5)]
@@ -93,7 +92,7 @@ def test_heartbeats(means):
 def test_the_cable(means):
     runs = means("s1_shared_bus_csma.csv", ("n_senders", "offered_load"),
                  ("delivered_mbps_wire", "loss_ratio"), arrivals="periodic")
-    for (senders, load), row in bus.CSMA.items():
+    for (senders, load), row in shared_channels.CSMA.items():
         mbps, lost = runs[str(senders), f"{load:.4f}"]
         assert row == (pytest.approx(mbps, abs=6e-4), pytest.approx(lost, abs=6e-5))
 

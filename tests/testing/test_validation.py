@@ -12,33 +12,31 @@ from desim.netcases.case import play
 from desim.ports.cases import Check
 from netmodels import access_link, aloha, bus
 from netmodels.cases import chain
+from netmodels.radio import delivery, errors, path_loss
 from netmodels.radio.budget import RadioLinks
 from netmodels.radio.errors import bit_error
 from netmodels.radio.presets import PRESETS
 from netmodels.radio.standards import STANDARDS
-from netmodels.radio import delivery, errors, path_loss
 from netmodels.radio.thresholds import Thresholds
-from netmodels.rules.flapping import Flapping
-from netmodels.rules.gilbert_elliott import GilbertElliott
-from netmodels.rules.latency import Latency
+from netmodels.rules.loss import GilbertElliott
+from netmodels.rules.outage import Flapping
+from netmodels.rules.timing import Latency
 from netmodels.validation import propagation, rfcomms
-from netmodels.validation.aloha import RandomAccess
-from netmodels.validation.broadcast import Heartbeats
-from netmodels.validation.bus import CarrierSenseOfNs3, CollisionsOfEthernet
 from netmodels.validation.chain import Chains, repaired
-from netmodels.validation.chance import Bursts, Delays, FlappingAvailability
-from netmodels.validation.disk import DiskOfRadio
-from netmodels.validation.fading import FadingOutage
 from netmodels.validation.many_senders import DelaysOfRadio, ManyPairs, Mixes, RelayedFlows
+from netmodels.validation.one_link import DiskOfRadio, FadingOutage, SinglePair
 from netmodels.validation.places import HiddenTerminals, TwoPairsOfNs3
 from netmodels.validation.propagation import PacketErrors, Propagation
 from netmodels.validation.queues import FiniteQueue, PeriodicSenders, WaitingTimes
 from netmodels.validation.rate_control import FallbackOfRates
 from netmodels.validation.rfcomms import RadioOfGazebo
-from netmodels.validation.round_trip import RoundTrip
-from netmodels.validation.saturation import SaturationOfOfdm
-from netmodels.validation.saturation_11b import SaturationOf11b
-from netmodels.validation.single_pair import SinglePair
+from netmodels.validation.rules import Bursts, Delays, FlappingAvailability, RoundTrip
+from netmodels.validation.shared_channels import (
+    CarrierSenseOfNs3,
+    CollisionsOfEthernet,
+    RandomAccess,
+)
+from netmodels.validation.stations import Heartbeats, SaturationOf11b, SaturationOfOfdm
 
 for_stations = Thresholds.for_stations
 

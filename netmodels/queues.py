@@ -1,10 +1,12 @@
-"""A finite queue in front of a line, counted in packets."""
+"""Queues in front of a line: finite and counted in packets, or one of any length per sender."""
 
 from __future__ import annotations
 
 from collections import deque
 
 from desim import ports
+from desim.units import airtime_ns
+from netmodels.chance import drop
 
 
 class DropTailQueue:
@@ -29,5 +31,23 @@ class DropTailQueue:
 def refuse(context: ports.Context, frame: ports.Frame, fit: int) -> None:
     """Drop all but the first ``fit`` packets of ``frame``: the queue is full."""
     if fit < frame.segments:
-        lost = None if fit == 0 else tuple(range(fit, frame.segments))
-        context.settle_many(frame, frame.receivers, ports.Drop("queue_full", lost))
+        context.settle_many(frame, frame.receivers,
+                            drop("queue_full", range(fit, frame.segments), frame.segments))
+
+
+class SenderQueues:
+    """One unbounded queue per sender. Its frames go out one after another at ``rate_bps``, and
+    nobody hinders anybody else: delay = wait behind the sender's own earlier frames + size * 8 /
+    rate."""
+
+    def __init__(self, hosts: int, rate_bps: int) -> None:
+        self._free_ns = [0] * hosts
+        self._rate_bps = rate_bps
+
+    def delay_ns(self, frame: ports.Frame, now_ns: int) -> int:
+        """The time until all of ``frame``, which is sent now, is out."""
+        source = frame.source
+        end_ns = (max(now_ns, self._free_ns[source])
+                  + airtime_ns(frame.size_bytes, self._rate_bps))
+        self._free_ns[source] = end_ns
+        return end_ns - now_ns

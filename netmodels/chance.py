@@ -1,4 +1,4 @@
-"""Packets that are lost at random."""
+"""Chance, by pairs of hosts: their random streams, and packets that are lost at random."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from desim import ports
-from netmodels.rules.streams import PairStreams
 
 REASONS = ("out_of_range", "out_of_reach", "random_loss")
 
@@ -24,6 +23,24 @@ def losses(stream: np.random.Generator, segments: int, probability: float) -> Se
 def drop(reason: str, packets: Sequence[int], segments: int) -> ports.Drop:
     """The verdict on a train of ``segments`` of which ``packets`` are lost."""
     return ports.Drop(reason, None if len(packets) == segments else tuple(packets))
+
+
+class PairStreams:
+    """A random stream for each ordered pair of hosts, named by ``use`` and the two. The k-th frame
+    of a link draws the same numbers, no matter what others send or how hosts were declared."""
+
+    def __init__(self, context: ports.RuleContext, use: str, hosts: tuple[str, ...]) -> None:
+        self._context = context
+        self._use = use
+        self._hosts = hosts
+        self._streams: dict[tuple[int, int], np.random.Generator] = {}
+
+    def __call__(self, source: int, receiver: int) -> np.random.Generator:
+        stream = self._streams.get((source, receiver))
+        if stream is None:
+            stream = self._streams[source, receiver] = self._context.stream(
+                self._use, self._hosts[source], self._hosts[receiver])
+        return stream
 
 
 class RandomLoss:

@@ -9,19 +9,21 @@ not matter here. A file whose name ends with ``.gz`` is unpacked while it is rea
 
 from __future__ import annotations
 
+import csv
 import gzip
+import json
 import re
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from operator import attrgetter
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TextIO, TypeVar
 
 import numpy as np
 
-from desim.errors import InputError
+from desim.errors import InputError, did_you_mean
 from desim.units import NS_PER_S
-from netmodels.replay.table import CsvTable
 
+T = TypeVar("T")
 Quantity = Literal["delivery_ratio", "rssi_dbm"]
 _QUANTITIES: tuple[Quantity, ...] = ("delivery_ratio", "rssi_dbm")
 
@@ -35,6 +37,75 @@ _LONGEST_S = 1e9  # 32 years: a larger number is no time in seconds
 _LOUDEST_DBM = 1000.0  # either way: a larger number is no power
 _SILENT_DBM = -300.0  # far below all noise: never received
 _INSTANT = re.compile(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d{1,9})?)Z?")
+
+
+class CsvTable:
+    """A CSV that somebody else wrote: rows of cells by the names that we have for the columns;
+    perhaps with a line of JSON above.
+
+    ``facts`` is what the JSON says, None if there is none. Every complaint is an ``InputError``
+    that begins with ``file:line``.
+    """
+
+    def __init__(self, path: str, file: TextIO) -> None:
+        self.path, self._file, self._line = path, file, 1
+        line = file.readline()
+        self.facts: dict[str, object] | None = None
+        if line.lstrip().startswith("{"):
+            self.facts = self._json(line)
+            self._line, line = 2, file.readline()
+        self._columns = [column.strip() for column in next(csv.reader([line]), [])]
+
+    def _json(self, line: str) -> dict[str, object]:
+        try:
+            return json.loads(line)
+        except ValueError as error:
+            raise self.wrong(f"this is no JSON: {error}") from None
+
+    def named(self, known: dict[str, str], needed: tuple[str, ...]) -> None:
+        """Say what the columns are called here, and which must be there."""
+        self._names = []
+        for column in self._columns:
+            if column not in known:
+                raise self.wrong(f"unknown column {column!r}{did_you_mean(column, known)}; "
+                                 f"allowed: {', '.join(known)}")
+            self._names.append(known[column])
+        for column, name in known.items():
+            if name in needed and name not in self._names:
+                raise self.wrong(f"the column {column!r} is missing; there are "
+                                 f"{', '.join(self._columns)}")
+
+    def has(self, name: str) -> bool:
+        return name in self._names
+
+    def rows(self) -> Iterator[dict[str, str]]:
+        """A row may be too short: then its last cells are missing."""
+        reader, above = csv.reader(self._file), self._line
+        try:
+            for cells in reader:
+                self._line = above + reader.line_num
+                if len(cells) > len(self._names):
+                    raise self.wrong(f"{len(cells)} cells; allowed: at most {len(self._names)}, "
+                                     "one for each column")
+                if cells:
+                    yield dict(zip(self._names, map(str.strip, cells), strict=False))
+        except csv.Error as error:
+            raise self.wrong(f"this is no CSV: {error}") from None
+
+    def value(self, row: dict[str, str], name: str, parse: Callable[[str], T], wanted: str
+              ) -> T:
+        """The cell as ``parse`` reads it, which raises ``ValueError`` for a cell that is not
+        ``wanted``."""
+        cell = row.get(name, "")
+        try:
+            return parse(cell)
+        except ValueError:
+            column = self._columns[self._names.index(name)]
+            raise self.wrong(f"{column} is {cell!r}; allowed: {wanted}") from None
+
+    def wrong(self, what: str) -> InputError:
+        """A complaint about the line that was read last."""
+        return InputError(f"{self.path}:{self._line}: {what}")
 
 
 class MeasuredLink(NamedTuple):
@@ -97,13 +168,15 @@ def _rows(table: CsvTable, quantity: Quantity) -> Iterator[_Row]:
     passed over."""
     time, when = ((_elapsed_ns, "seconds, at least 0") if table.facts is None else
                   (_instant_ns, "a date and time as 2018-01-11 16:33:07"))
-    value, what = ((_ratio, "0 to 1") if quantity == "delivery_ratio" else
-                   (_rssi_dbm, "dBm, or nothing where nothing was heard"))
+    value, what = ((_rssi_dbm, "dBm, or nothing where nothing was heard")
+                   if quantity == "rssi_dbm" else
+                   (lambda cell: _number(cell, 0.0, 1.0), "0 to 1"))
     for row in table.rows():
         ends = row.get("source", ""), row.get("destination", "")
         if all(ends):
             yield _Row(table.value(row, "time", time, when), ends,
-                       table.value(row, "channel", _channel, "a number, or nothing"),
+                       table.value(row, "channel", lambda cell: int(cell) if cell else None,
+                                   "a number, or nothing"),
                        table.value(row, quantity, value, what))
         elif table.facts is None:
             raise table.wrong("source or destination is missing")
@@ -149,13 +222,5 @@ def _instant_ns(cell: str) -> int:
     return int(np.datetime64(match[1], "ns").astype(np.int64))
 
 
-def _ratio(cell: str) -> float:
-    return _number(cell, 0.0, 1.0)
-
-
 def _rssi_dbm(cell: str) -> float:
     return _number(cell, -_LOUDEST_DBM, _LOUDEST_DBM) if cell else _SILENT_DBM
-
-
-def _channel(cell: str) -> int | None:
-    return int(cell) if cell else None

@@ -1,4 +1,4 @@
-"""Measured links: the model, ``Replay``, and the traces that it reads."""
+"""Measured links, played again."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Duration, Ratio
+from netmodels.chance import REASONS, RandomLoss
+from netmodels.link_traces import LinkTraces, MeasuredLink, Quantity, read
+from netmodels.queues import SenderQueues
 from netmodels.radio.delivery import delivery
 from netmodels.radio.standards import STANDARDS, chosen_rates, psdu_bytes
 from netmodels.radio.thresholds import Thresholds
-from netmodels.random_loss import REASONS, RandomLoss
-from netmodels.replay.traces import LinkTraces, MeasuredLink, Quantity, read
-from netmodels.sender_queues import SenderQueues
 
 
 class Replay:
@@ -71,7 +71,8 @@ class Replay:
         except InputError as error:
             raise InputError(f".file: {error}") from None
         self._links = _between(hosts, params.nodes, trace)
-        self._chance = _itself if trace.quantity == "delivery_ratio" else _by_errors(params)
+        self._chance = (_by_errors(params) if trace.quantity == "rssi_dbm"
+                        else lambda ratio, size_bytes: ratio)
 
     def send(self, frame: ports.Frame) -> None:
         size_bytes = psdu_bytes(frame.size_bytes, frame.segments)
@@ -91,10 +92,6 @@ class Replay:
         if not values:
             return self._params.otherwise
         return sum(self._chance(value, size_bytes) for value in values) / len(values)
-
-
-def _itself(ratio: float, size_bytes: int) -> float:
-    return ratio
 
 
 def _by_errors(params: Replay.Params) -> Callable[[float, int], float]:
