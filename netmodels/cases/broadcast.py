@@ -9,10 +9,12 @@ from typing import Literal
 
 from pydantic import Field
 
+from desim import ports
 from desim.errors import InputError
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Frequency, Length, Period
-from netmodels.cases.traffic import MOST_RADIO_BYTES, SAME_POWER, StationParams, numbered
+from netmodels.cases.traffic import MOST_RADIO_BYTES, SAME_POWER, numbered, udp_bytes
+from netmodels.radio.dcf.radio import DcfRadio
 
 _TURN_RAD = math.pi * (3 - math.sqrt(5))  # the golden angle
 
@@ -23,7 +25,9 @@ class HeartbeatBroadcast:
     (delivery_ratio). Of those who wait for the same frame to end, some draw the same slot, and
     their frames are lost; those who send in the same instant collide with certainty."""
 
-    class Params(StationParams):
+    class Params(ports.Params):
+        standard: Literal["11a", "11b", "11g"] = Field("11a", description="timing and rates (ns-3 "
+                                                                          "reference)")
         rate_bps: BitRate = Field("6 Mb/s", description="of broadcasts (the lowest basic one)")
         stations: int = Field(30, ge=2, le=1000, description="that send and listen (the paper's "
                                                              "largest fleet)")
@@ -35,6 +39,8 @@ class HeartbeatBroadcast:
         radius_m: Length | None = Field(None, gt=0, examples=["20 m"], description=(
             "of the disc over which they are spread evenly (none: all hear each other equally "
             "well)"))
+        preset: Literal["ns3_3_44"] | None = Field("ns3_3_44", description=(
+            "what the standard leaves open, and where receivers differ from it (ns-3 reference)"))
         duration_ns: Period = Field("40 s", description="that is measured (a few thousand "
                                                         "heartbeats)")
 
@@ -48,14 +54,16 @@ class HeartbeatBroadcast:
             places, loss = [NOWHERE] * p.stations, SAME_POWER
         else:
             places, loss = sunflower(p.stations, p.radius_m), {"model": "log_distance"}
-        radio = p.radio(rate=rate, broadcast_rate=rate, path_loss=loss)
+        radio = DcfRadio(DcfRadio.Params(preset=p.preset, standard=p.standard, rate=rate,
+                                         broadcast_rate=rate, path_loss=loss))
         every_ns = round(NS_PER_S / Fraction(p.hz))
         if every_ns > p.duration_ns:
             raise InputError(f".hz: nobody says anything in {p.duration_ns / NS_PER_S:g} s; "
                              "allowed: more often, or a longer --duration")
         return Setup(radio, dict(zip(stations, places, strict=True)),
                      [Flow(station, tuple(other for other in stations if other != station),
-                           p.size_bytes, p.payload_bytes, p.arrivals, every_ns, broadcast=True)
+                           udp_bytes(p.payload_bytes), p.payload_bytes, p.arrivals, every_ns,
+                           broadcast=True)
                       for station in stations], p.duration_ns)
 
 

@@ -11,8 +11,7 @@ from desim import ports
 from desim.errors import InputError
 from desim.ports.cases import Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Length, Period, airtime_ns
-from netmodels.cases.traffic import MOST_RADIO_BYTES, UDP_IP_BYTES, numbered
-from netmodels.ethernet import ETHERNET_BYTES
+from netmodels.cases.traffic import MOST_RADIO_BYTES, numbered, udp_bytes
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
 from netmodels.multihop.batman import BatmanParams
@@ -104,7 +103,7 @@ class RelayChain:
         if leave_ns is not None:
             places["spare"] = p.spacing_m * (hops // 2), _ASIDE * p.spacing_m
         begin_ns = _LEARNING_NS if p.routing == "batman" else 0
-        size_bytes = p.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
+        size_bytes = udp_bytes(p.payload_bytes)
         batman = BatmanParams()
         if p.mac == "dcf":  # a short message would get farther than the packets
             batman = BatmanParams(message=f"{size_bytes} B")

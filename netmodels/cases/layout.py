@@ -12,8 +12,7 @@ from desim import ports
 from desim.errors import InputError
 from desim.ports.cases import Flow, Setup
 from desim.units import BitRate, ByteSize, Period
-from netmodels.cases.traffic import MOST_RADIO_BYTES, UDP_IP_BYTES
-from netmodels.ethernet import ETHERNET_BYTES
+from netmodels.cases.traffic import MOST_RADIO_BYTES, udp_bytes
 from netmodels.radio.dcf.radio import DcfRadio
 
 _FAR_M = 1e6  # the farthest place: floats resolve 1e-9 m there
@@ -114,7 +113,7 @@ def _flow(flow: FlowParams, hosts: tuple[str, ...]) -> Flow:
     receivers = (tuple(host for host in hosts if host != source) if flow.broadcast
                  else tuple(others[-1:]))
     saturated = flow.arrivals == "saturated"
-    return Flow(source, receivers, flow.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES,
+    return Flow(source, receivers, udp_bytes(flow.payload_bytes),
                 flow.payload_bytes, flow.arrivals, flow.period_ns or 0,
                 backlog=2 * len(others) - 2 if saturated else 0, broadcast=flow.broadcast,
                 via=tuple(others[:-1]))

@@ -1,16 +1,9 @@
-"""What cases have in common: packets and their sizes, equal flows, stations of 802.11."""
+"""The common parts of cases: packets and their sizes, and equal flows."""
 
 from __future__ import annotations
 
-from typing import Literal
-
-from pydantic import Field
-
-from desim import ports
 from desim.ports.cases import Arrivals, Flow
-from desim.units import ByteSize
 from netmodels.ethernet import ETHERNET_BYTES
-from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.standards import MOST_BYTES
 
 UDP_IP_BYTES = 8 + 20  # headers (RFC 768, RFC 791)
@@ -25,24 +18,9 @@ MOST_UDP_BYTES = 65_535 - UDP_IP_BYTES
 SAME_POWER = {"model": "fixed", "total": "66.0206 dB"}
 
 
-class StationParams(ports.Params):
-    """The parameters of cases in which stations of 802.11 send packets of UDP."""
-
-    standard: Literal["11a", "11b", "11g"] = Field("11a", description="timing and rates (ns-3 "
-                                                                      "reference)")
-    payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
-        "of UDP (ns-3 reference)"))
-    preset: Literal["ns3_3_44"] | None = Field("ns3_3_44", description=(
-        "what the standard leaves open, and where receivers differ from it (ns-3 reference)"))
-
-    @property
-    def size_bytes(self) -> int:
-        """The size of a packet with its headers."""
-        return self.payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
-
-    def radio(self, **params: object) -> DcfRadio:
-        """A radio with these parameters and ``params``."""
-        return DcfRadio(DcfRadio.Params(preset=self.preset, standard=self.standard, **params))
+def udp_bytes(payload_bytes: int) -> int:
+    """The size of a packet of UDP with all headers, as a host counts it."""
+    return payload_bytes + UDP_IP_BYTES + ETHERNET_BYTES
 
 
 def numbered(name: str, count: int) -> tuple[str, ...]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from pydantic import Field
 
+from desim import ports
 from desim.errors import InputError
 from desim.ports.cases import Arrivals, Flow, Setup
-from desim.units import BitRate, Length, Period
-from netmodels.cases.traffic import StationParams, flows
+from desim.units import BitRate, ByteSize, Length, Period
+from netmodels.cases.traffic import MOST_RADIO_BYTES, flows, udp_bytes
+from netmodels.radio.dcf.radio import DcfRadio
 
 _WARM_UP_NS = 500_000_000  # some hundred packets at 6 Mb/s
 
@@ -21,12 +24,18 @@ class Hidden:
     frames; RTS and CTS help. (With RTS a failed request counts among the failures, but not among
     the attempts to send data.)"""
 
-    class Params(StationParams):
+    class Params(ports.Params):
         spacing_m: Length = Field("40 m", description="from each sender to the receiver (hidden)")
         rts: bool = Field(False, description="ask before each packet (ns-3: off)")
         load_bps: BitRate | None = Field(None, examples=["1 Mb/s"], description=(
             "of payload from each sender, at random times (saturated)"))
+        standard: Literal["11a", "11b", "11g"] = Field("11a", description="timing and rates (ns-3 "
+                                                                          "reference)")
         rate_bps: BitRate = Field("6 Mb/s", description="of data (ns-3 reference)")
+        payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
+            "of UDP (ns-3 reference)"))
+        preset: Literal["ns3_3_44"] | None = Field("ns3_3_44", description=(
+            "what the standard leaves open, and where receivers differ from it (ns-3 reference)"))
         duration_ns: Period = Field("20 s", description="that is measured, after half a second")
 
     params: Params
@@ -40,9 +49,12 @@ class Hidden:
                   "sender_2": (2 * p.spacing_m, 0.0)}
         arrivals: Arrivals = "saturated" if p.load_bps is None else "poisson"
         every_ns = 0.0 if p.load_bps is None else p.payload_bytes * 8e9 / p.load_bps
-        return Setup(p.radio(rate=f"{p.rate_bps} b/s", rts="0 B" if p.rts else None), places,
-                     flows(("sender_1", "sender_2"), "receiver", p.size_bytes, p.payload_bytes,
-                           arrivals, every_ns), _WARM_UP_NS + p.duration_ns, _WARM_UP_NS)
+        radio = DcfRadio(DcfRadio.Params(preset=p.preset, standard=p.standard,
+                                         rate=f"{p.rate_bps} b/s", rts="0 B" if p.rts else None))
+        return Setup(radio, places,
+                     flows(("sender_1", "sender_2"), "receiver", udp_bytes(p.payload_bytes),
+                           p.payload_bytes, arrivals, every_ns),
+                     _WARM_UP_NS + p.duration_ns, _WARM_UP_NS)
 
 
 @dataclass(frozen=True)
@@ -51,11 +63,17 @@ class TwoPairs:
     reaches they take turns, farther apart both send at once, and in between they disturb each
     other."""
 
-    class Params(StationParams):
+    class Params(ports.Params):
         distance_m: Length = Field("40 m", description="between the pairs (within carrier sense)")
         length_m: Length = Field("10 m", description="from a sender to its receiver (ns-3 "
                                                      "reference)")
+        standard: Literal["11a", "11b", "11g"] = Field("11a", description="timing and rates (ns-3 "
+                                                                          "reference)")
         rate_bps: BitRate = Field("6 Mb/s", description="of data (ns-3 reference)")
+        payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
+            "of UDP (ns-3 reference)"))
+        preset: Literal["ns3_3_44"] | None = Field("ns3_3_44", description=(
+            "what the standard leaves open, and where receivers differ from it (ns-3 reference)"))
         duration_ns: Period = Field("10 s", description="that is measured, after half a second")
 
     params: Params
@@ -64,6 +82,9 @@ class TwoPairs:
         p = self.params
         places = {"sender_1": (0.0, 0.0), "receiver_1": (p.length_m, 0.0),
                   "sender_2": (0.0, p.distance_m), "receiver_2": (p.length_m, p.distance_m)}
-        return Setup(p.radio(rate=f"{p.rate_bps} b/s"), places,
-                     [Flow(f"sender_{k}", (f"receiver_{k}",), p.size_bytes, p.payload_bytes)
-                      for k in (1, 2)], _WARM_UP_NS + p.duration_ns, _WARM_UP_NS)
+        radio = DcfRadio(DcfRadio.Params(preset=p.preset, standard=p.standard,
+                                         rate=f"{p.rate_bps} b/s"))
+        return Setup(radio, places,
+                     [Flow(f"sender_{k}", (f"receiver_{k}",), udp_bytes(p.payload_bytes),
+                           p.payload_bytes) for k in (1, 2)],
+                     _WARM_UP_NS + p.duration_ns, _WARM_UP_NS)

@@ -22,11 +22,11 @@ class CompiledQueues(Generic[T]):
     def __init__(self, ports: int, hop_ns: int, limit_ns: int) -> None:
         self._hop_ns = hop_ns
         self._limit_ns = limit_ns
-        interfaces = _records(ports, kernels.INTERFACE)
+        interfaces = np.full(ports, -1, kernels.INTERFACE)
         interfaces["end_ns"] = kernels.NEVER
-        self._own(kernels.Queues(interfaces, _records(2, kernels.FLOW), _records(4, kernels.FRAME),
-                                 np.zeros(ports, kernels.EXIT),
-                                 _records(4 + 2 * ports, kernels.NOTE)))
+        self._own(kernels.Queues(
+            interfaces, np.full(2, -1, kernels.FLOW), np.full(4, -1, kernels.FRAME),
+            np.zeros(ports, kernels.EXIT), np.full(4 + 2 * ports, -1, kernels.NOTE)))
         self._noted = 0
         self._free_flows = [1, 0]
         self._free_frames = [3, 2, 1, 0]
@@ -111,16 +111,8 @@ class CompiledQueues(Generic[T]):
         return record
 
 
-def _records(count: int, dtype: np.dtype) -> np.ndarray:
-    """Records with -1 in all fields."""
-    records = np.empty(count, dtype)
-    for name in dtype.names or ():
-        records[name] = -1
-    return records
-
-
 def _longer(records: np.ndarray, free: list[int]) -> np.ndarray:
     """Twice as many records; the new ones are added to ``free``."""
     count = len(records)
     free += range(2 * count - 1, count - 1, -1)
-    return np.concatenate([records, _records(count, records.dtype)])
+    return np.concatenate([records, np.full(count, -1, records.dtype)])

@@ -1,7 +1,6 @@
-"""The queues of a switch, packet by packet: ``packets.py`` in compiled form, to the nanosecond.
+"""The queues of a switch, packet by packet: ``reference_queues.py`` compiled, to the nanosecond.
 
-State: see ``netmodels.kernels``. Lists are chains of record numbers, -1 at
-their ends.
+State: see ``netmodels.kernels``. Lists are chains of record numbers, -1 at their ends.
 """
 
 from __future__ import annotations
@@ -17,10 +16,11 @@ from netmodels.kernels import pointer
 QUANTUM_BYTES = 1514  # fq_codel: MTU and Ethernet header
 NEVER = 1 << 62
 
+LIST = np.dtype([("first", "i8"), ("last", "i8")])
+
 # The interface of a port: when the packet that is being sent ends, and its frame; the lists of
 # flows that are new and of those that are not.
-INTERFACE = np.dtype([("end_ns", "i8"), ("sending", "i8"), ("new", "i8"), ("new_last", "i8"),
-                 ("old", "i8"), ("old_last", "i8")])
+INTERFACE = np.dtype([("end_ns", "i8"), ("sending", "i8"), ("new", LIST), ("old", LIST)])
 
 # A flow: the list of its frames; the bytes that it may send in its turn; the flow behind it in a
 # list of its interface, and whether it is in one.
@@ -40,7 +40,6 @@ EXIT = np.dtype([("free_ns", "i8"), ("booked_ns", "i8"), ("last_ns", "i8")])
 
 # An event: a packet of a frame (a copy of one) was lost; or, packet -1, all are sent.
 NOTE = np.dtype([("frame", "i8"), ("packet", "i8")])
-
 
 
 class Queues(NamedTuple):
@@ -70,15 +69,15 @@ def _arrays_at(rows):
                   carray(pointer(rows[4, 0]), (rows[4, 1],), NOTE))
 
 
-@lean(void(_interface, _flows, _i8))
-def _join_old(line, flows, k):
-    """Append flow k to the list of flows that are not new."""
+@lean(void(from_dtype(LIST), _flows, _i8))
+def _append(queue, flows, k):
+    """Append flow k to a list of flows."""
     flows[k].next = -1
-    if line.old < 0:
-        line.old = k
+    if queue.first < 0:
+        queue.first = k
     else:
-        flows[line.old_last].next = k
-    line.old_last = k
+        flows[queue.last].next = k
+    queue.last = k
 
 
 @lean(_i8(_queues, _interface))
@@ -86,11 +85,11 @@ def _take(queues, line):
     """Take the next packet to send. Returns its frame; -1: nothing waits."""
     flows, frames = queues.flows, queues.frames
     while True:
-        k, new = line.new, True
+        new = line.new.first >= 0
+        queue = line.new if new else line.old
+        k = queue.first
         if k < 0:
-            k, new = line.old, False
-            if k < 0:
-                return -1
+            return -1
         flow = flows[k]
         f = flow.first
         if f >= 0 and flow.deficit > 0:
@@ -100,15 +99,12 @@ def _take(queues, line):
             if frame.begun == frame.packets:
                 flow.first = frame.next
             return f
-        if new:
-            line.new = flow.next
-        else:
-            line.old = flow.next
+        queue.first = flow.next
         if flow.deficit <= 0:
             flow.deficit += QUANTUM_BYTES
-            _join_old(line, flows, k)
-        elif new and line.old >= 0:
-            _join_old(line, flows, k)
+            _append(line.old, flows, k)
+        elif new and line.old.first >= 0:
+            _append(line.old, flows, k)
         else:
             flow.listed = 0
 
@@ -141,12 +137,8 @@ def put(rows, port, begin_ns, k, f):
         frames[flow.last].next = f
     flow.last = f
     if flow.listed == 0:
-        flow.listed, flow.deficit, flow.next = 1, QUANTUM_BYTES, -1
-        if line.new < 0:
-            line.new = k
-        else:
-            flows[line.new_last].next = k
-        line.new_last = k
+        flow.listed, flow.deficit = 1, QUANTUM_BYTES
+        _append(line.new, flows, k)
     if line.sending < 0:
         _next(queues, line, begin_ns)
 
@@ -201,9 +193,10 @@ def run(rows, noted, now_ns, hop_ns, limit_ns):
 @lean(boolean(_interface, _flows))
 def _alone(line, flows):
     """Whether at most one flow waits."""
-    if line.new >= 0:
-        return flows[line.new].next < 0 and line.old < 0
-    return line.old < 0 or flows[line.old].next < 0
+    new, old = line.new.first, line.old.first
+    if new >= 0:
+        return flows[new].next < 0 and old < 0
+    return old < 0 or flows[old].next < 0
 
 
 @lean(_i8(_rows, _i8))

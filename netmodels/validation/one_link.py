@@ -9,8 +9,8 @@ from scipy.stats import ncx2
 
 from desim.ports.cases import NOWHERE, Check, Flow, Play, Setup
 from desim.units import NS_PER_S
-from netmodels.cases.traffic import UDP_IP_BYTES
-from netmodels.ethernet import ETHERNET_BYTES, FULL_BYTES
+from netmodels.cases.traffic import udp_bytes
+from netmodels.ethernet import FULL_BYTES
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.uncontended import SHARE, Uncontended
 
@@ -40,8 +40,7 @@ class SinglePair:
 
 def _saturated(mbps: float, apart_m: float) -> Setup:
     radio = DcfRadio(DcfRadio.Params(preset="ns3_3_44", standard="11a", rate=f"{mbps} Mb/s"))
-    flow = Flow("sender", ("receiver",), _PAYLOAD_BYTES + UDP_IP_BYTES + ETHERNET_BYTES,
-                _PAYLOAD_BYTES)
+    flow = Flow("sender", ("receiver",), udp_bytes(_PAYLOAD_BYTES), _PAYLOAD_BYTES)
     return Setup(radio, {"sender": (0.0, 0.0), "receiver": (apart_m, 0.0)}, [flow], _SATURATED_NS)
 
 

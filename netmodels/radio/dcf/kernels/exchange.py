@@ -16,7 +16,6 @@ from netmodels.radio.dcf.kernels.contention import (
     sense_carrier,
     start_slots,
 )
-from netmodels.radio.dcf.kernels.frames import set_rate
 from netmodels.radio.dcf.kernels.reception import add_errors, arrive, is_intact
 from netmodels.radio.dcf.kernels.records import (
     ACK,
@@ -48,6 +47,7 @@ from netmodels.radio.dcf.kernels.records import (
     all_due,
     mark_changed,
     schedule,
+    set_rate,
 )
 
 _i8 = int64

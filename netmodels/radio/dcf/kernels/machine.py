@@ -16,7 +16,6 @@ from netmodels.radio.dcf.kernels.contention import (
     start_slots,
 )
 from netmodels.radio.dcf.kernels.exchange import acknowledge, carry_out
-from netmodels.radio.dcf.kernels.frames import set_rate
 from netmodels.radio.dcf.kernels.reception import add_errors
 from netmodels.radio.dcf.kernels.records import (
     AWAITING,
@@ -31,6 +30,7 @@ from netmodels.radio.dcf.kernels.records import (
     first_block,
     mark_changed,
     schedule,
+    set_rate,
     station_due,
 )
 

@@ -1,4 +1,7 @@
-"""The state of the stations as records (``netmodels.kernels``), and the agenda of their events."""
+"""The state of the stations as records (``netmodels.kernels``), and the agenda of their events.
+
+Beside them the rates and airtimes of frames, which are fields of their records.
+"""
 
 from __future__ import annotations
 
@@ -130,8 +133,9 @@ class Dcf(NamedTuple):
 
 _i8, _f8 = int64, float64
 a_station, a_setup = from_dtype(STATION), from_dtype(SETUP)
-all_due, all_rates, a_table = _i8[::1], from_dtype(RATE)[::1], _f8[:, ::1]
-a_dcf = types.NamedTuple((a_station[::1], all_due, _i8[:, ::1], from_dtype(FRAME)[:, ::1],
+_rate, _frame = from_dtype(RATE), from_dtype(FRAME)
+all_due, all_rates, a_table = _i8[::1], _rate[::1], _f8[:, ::1]
+a_dcf = types.NamedTuple((a_station[::1], all_due, _i8[:, ::1], _frame[:, ::1],
                          from_dtype(LINK)[::1], all_rates, a_table, a_setup[::1],
                          from_dtype(OUTCOME)[::1], int8[:, ::1]), Dcf)
 
@@ -149,6 +153,27 @@ def arrays_at(rows):
                carray(pointer(rows[7, 0]), (rows[7, 1],), SETUP),
                carray(pointer(rows[8, 0]), (rows[8, 1],), OUTCOME),
                carray(pointer(rows[9, 0]), (rows[9, 1], rows[9, 2]), np.int8))
+
+
+@lean(_i8(_rate, _i8))
+def airtime_ns(how, size_bytes):
+    """The same as ``Standard.airtime_ns``. OFDM: whole symbols; DSSS: whole us."""
+    if how.symbol_ns > 0:
+        symbols = -(-(16 + 8 * size_bytes + 6) // how.bits_per_symbol)
+        return how.payload_ns + symbols * how.symbol_ns + how.extension_ns
+    return how.payload_ns - 1000 * (-8 * size_bytes * 1_000_000 // np.int64(how.bps))
+
+
+@lean(void(all_rates, _frame, _i8, _i8))
+def set_rate(rates, frame, rate, rts):
+    """Set a frame's rate and airtimes; with ``rts`` 1 an RTS goes first. Control frames that begin
+    an exchange go at the lowest rate of the modulation."""
+    how = rates[rate]
+    frame.rate, frame.rts_rate = rate, how.header_rate
+    frame.air_ns = airtime_ns(how, frame.size_bytes)
+    frame.last_ns = airtime_ns(how, frame.last_bytes)
+    frame.ack_ns, frame.ack_rate = (how.ack_ns, how.reply_rate) if frame.dest >= 0 else (0, 0)
+    frame.rts_ns, frame.cts_ns = (how.rts_ns, how.cts_ns) if rts == 1 else (0, 0)
 
 
 @lean(void(a_dcf, a_station))
