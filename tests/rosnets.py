@@ -1,4 +1,4 @@
-"""What tests of the ROS 1 middleware do to a small network, and read from its log."""
+"""Small networks for tests of the ROS 1 middleware: their outages, and their logs."""
 
 from graphs import Life, Net, S
 
@@ -23,7 +23,7 @@ def one_master(nodes, rules=(), **params):
 
 
 def says(*at_s):
-    """What a talker says: the times themselves, in s."""
+    """The messages of a talker: the times themselves, in s."""
     return [(round(at * S), str(at)) for at in at_s]
 
 

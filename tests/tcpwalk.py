@@ -10,8 +10,8 @@ from desim.ports import Deliver, Drop, Duplicate
 
 
 class Trouble:
-    """A rule that loses what the ``mute`` hosts send, and of all the other frames each so maniest
-    one is lost, copied after so many ns, or later by so many (0: none is)."""
+    """A rule that loses what the ``mute`` hosts send. Of all other frames every n-th is lost,
+    copied after so many ns, or later by so many (n = 0: none is)."""
 
     reasons = ("cut",)
 
@@ -79,7 +79,7 @@ class Walk(Pair):
             self._say(self.connection, source, sizes, False)
 
     def say_last(self, source, size_bytes):
-        """Who hears it closes."""
+        """The end that hears it closes."""
         if self.calls and self.connection.holds(source):
             self._say(self.connection, source, [size_bytes], True)
 
@@ -121,8 +121,8 @@ class Walk(Pair):
             super().start(host)
             self.tcp.listen(1, "talk", self._accept)
 
-    def look(self):
-        """What each end knows of what it has said."""
+    def note_ends(self):
+        """Note what each end knows of what it has said."""
         for connection in self.calls:
             for host in 0, 1:
                 self.note("waits", host, connection.sender(host).writable, *(

@@ -60,13 +60,13 @@ class Late:
         for end in before:
             if end not in self.ends[other]:
                 del known[end]
-                self.tell(host, end, False)
+                self.announce(host, end, False)
         for end in self.ends[other]:
             if end not in known:
                 known[end] = None
-                self.tell(host, end, True)
+                self.announce(host, end, True)
 
-    def tell(self, host, end, holds):
+    def announce(self, host, end, holds):
         if end.topic in self.topics[host]:
             self.context.knows(host, end.host, end.topic, holds)
         self.context.changed(end.topic)

@@ -40,7 +40,7 @@ def control(net, *kinds):
 
 
 def mesh(net):
-    """How many links each host has open."""
+    """The number of links that each host has open."""
     return [len(net.graph.middleware._routers[host].links) for host in range(len(net.graph.hosts))]
 
 

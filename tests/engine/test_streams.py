@@ -1,4 +1,4 @@
-"""Luck by name, and noise as a function of a counter."""
+"""Random numbers by name, and noise as a function of a counter."""
 
 import math
 

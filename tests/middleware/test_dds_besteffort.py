@@ -44,7 +44,7 @@ def test_any_lost_packet_loses_a_best_effort_message(size_bytes, packets):
     assert packets < 40 or off(packets * 1.1) > 3
 
 
-def test_best_effort_does_not_look_back():
+def test_best_effort_ignores_frames_that_were_overtaken():
     """A frame that is overtaken is of no use: 30 % of them come 25 ms later, one is said every
     10 ms."""
     heard = []

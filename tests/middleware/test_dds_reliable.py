@@ -70,7 +70,7 @@ def test_every_message_comes_once_and_in_order(rules, preset, seed, size_bytes, 
        size_bytes=st.sampled_from([100, 30_000]), acks=ACKS)
 def test_with_the_leases_of_a_preset_no_message_comes_twice_or_late(
         rules, preset, seed, size_bytes, acks):
-    """What waits when a lease ends is gone."""
+    """Messages that wait when a lease ends are gone."""
     assume(preset != "fastdds" or size_bytes < 30_000 or rules.get("loss") != "30 %")
     heard = []
     says = [(5 * S + k * S, str(k)) for k in range(60)]
@@ -223,7 +223,7 @@ class Mute:
 
 @PRESETS
 def test_implied_acknowledgements_are_not_heard(preset):
-    """Who says nothing any more is given up when its lease ends, though all reaches it."""
+    """A reader that falls silent is given up when its lease ends, though all reaches it."""
     heard = []
     Net({"a": talker([(5 * S + k * S, str(k)) for k in range(60)]), "b": listener(heard, queue=0)},
         rules=[Mute()], middleware=dds(preset, acks="implied", lease="12 s")).run(70 * S)
@@ -240,13 +240,13 @@ def heartbeats(acks, *rules, delay="0 ns", lease="10 s"):
 
 
 def test_with_implied_acknowledgements_a_long_way_has_its_heartbeats():
-    """What is not there yet may be lost."""
+    """Data that have not arrived yet may be lost."""
     sent, (_, heard_ns) = heartbeats("sent", delay="300 ms")
     implied, _ = heartbeats("implied", delay="300 ms")
     assert implied == [row for row in sent if row[0] <= heard_ns] and len(implied) > 1
 
 
-def test_with_implied_acknowledgements_a_reader_that_knows_no_writer_is_told_of_its_samples():
+def test_with_implied_acknowledgements_a_reader_that_knows_no_writer_learns_of_its_samples():
     """It was deaf to everything small for a lease, and forgot the writer."""
     class Deaf:
         reasons = ("deaf",)

@@ -1,4 +1,4 @@
-"""What DDS says again: how often it is asked for and repeated, and that it comes to an end."""
+"""Repeated samples of DDS: how often they are asked for and sent, and that this comes to an end."""
 
 import numpy as np
 import pytest
@@ -118,7 +118,7 @@ def crowded(until_s, **params):
     return net, len(heard)
 
 
-def test_after_congestion_all_is_told_and_then_there_is_silence():
+def test_after_congestion_everything_arrives_and_then_there_is_silence():
     """Reports and acknowledgements of liveliness are all that is said in the last 100 s."""
     net, heard = crowded(200)
     frames = net.medium.frames

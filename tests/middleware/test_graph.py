@@ -137,7 +137,7 @@ def test_callbacks_see_everything_that_arrived_in_their_instant():
     assert {what for kind, what in log if kind == "echo"} == {S}
 
 
-def test_latched_topics_tell_latecomers_their_last_word():
+def test_latched_topics_send_latecomers_their_last_message():
     heard = []
 
     def late(node):
@@ -181,7 +181,7 @@ def test_what_nobody_hears_takes_no_number():
     assert heard == [(3 * S, "b", "a", "psst")]
 
 
-def test_timers_start_where_they_are_told():
+def test_timers_start_where_they_are_set():
     ticks = {}
 
     def tick(node):
@@ -382,7 +382,7 @@ def test_software_may_differ_from_host_to_host():
     assert [row[1] for row in net.rows()] == ["host_started", "host_stopped", "host_started", "own"]
 
 
-def test_a_model_that_wants_to_know_is_told_who_stops_and_starts():
+def test_a_model_that_follows_hosts_is_notified_of_stops_and_starts():
     told = []
 
     class Listening(Ideal):

@@ -127,13 +127,13 @@ class Sulking(Twice):
 
 
 class Dreaming(Late):
-    """What it says that hosts believe is not what they act on."""
+    """It reports other beliefs of hosts than those that they act on."""
 
-    def tell(self, host, end, holds):
+    def announce(self, host, end, holds):
         if host == 2:
             self.context.changed(end.topic)
         else:
-            super().tell(host, end, holds)
+            super().announce(host, end, holds)
 
 
 class Restless(Late):
@@ -144,12 +144,12 @@ class Restless(Late):
     def switched(self, host, up):
         super().switched(host, up)
         if up:
-            self.look((host, self.life[host]))
+            self.poll((host, self.life[host]))
 
-    def look(self, arg):
+    def poll(self, arg):
         host, life = arg
         if life == self.life[host]:
-            self.context.at(self.context.now_ns + self.pause_ns, host, self.look, arg)
+            self.context.at(self.context.now_ns + self.pause_ns, host, self.poll, arg)
 
 
 class Undead(Restless):
@@ -157,8 +157,8 @@ class Undead(Restless):
 
     pause_ns = S // 5
 
-    def look(self, arg):
-        self.context.at(self.context.now_ns + self.pause_ns, arg[0], self.look, arg)
+    def poll(self, arg):
+        self.context.at(self.context.now_ns + self.pause_ns, arg[0], self.poll, arg)
 
 
 class Accumulating(Restless):
@@ -169,7 +169,7 @@ class Accumulating(Restless):
     def learn(self, arg):
         super().learn(arg)
         if self.context.now_ns > 20 * S and self.context.up(arg[0]):
-            self.look((arg[0], self.life[arg[0]]))
+            self.poll((arg[0], self.life[arg[0]]))
 
 
 class Remembering(Late):

@@ -130,7 +130,7 @@ def silence(preset, **params):
 
 
 def noticed_s(preset, **params):
-    """When b takes a for offline, and forgets it."""
+    """The times at which b takes a for offline, and forgets it."""
     return [(row[0], row[4]) for row in silence(preset, **params) if row[1] == "sees"]
 
 

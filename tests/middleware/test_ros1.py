@@ -76,7 +76,7 @@ def updates(unreachable, **params):
             beliefs(crowd))
 
 
-def told(unreachable, at_s):
+def expected(unreachable, at_s):
     """``updates`` where b is called at this time."""
     syns = [(10.03 + after, "m", f"x{i}", "publisherUpdate", 78) for i in range(unreachable)
             for after in SYNS_S]
@@ -89,10 +89,10 @@ def told(unreachable, at_s):
 
 def test_three_unreachable_subscribers_block_all_updates():
     """Each worker waits 131 s for a connection; with two of them cut off, the third one works."""
-    blocked = told(3, 10.03 + GIVEN_UP_S)
-    assert updates(2) == told(2, 10.03)
+    blocked = expected(3, 10.03 + GIVEN_UP_S)
+    assert updates(2) == expected(2, 10.03)
     assert updates(3) == blocked
-    assert updates(3, workers=4) == told(3, 10.03)
+    assert updates(3, workers=4) == expected(3, 10.03)
     assert updates(3, tcp={"first_rto": "1.1 s"}) != blocked
 
 
@@ -100,7 +100,7 @@ def test_updates_are_not_blocked_where_no_worker_waits(monkeypatch):
     """A twin: each call is made at once."""
     monkeypatch.setattr(MasterThreads, "add",
                         lambda threads, task: threads._call(task, lambda: None))
-    assert updates(3) == told(3, 10.03)
+    assert updates(3) == expected(3, 10.03)
 
 
 def test_updates_are_one_at_a_time_for_each_node():
@@ -135,7 +135,7 @@ def test_a_new_address_bumps_the_old_one():
 
 
 def asked_s(client, rule, until_s):
-    """When b, which is told of a at 10 s while it cannot reach it, asks it."""
+    """The times at which b asks a, of which it learns at 10 s while it cannot reach it."""
     cut = net({"a": silent, "b": listener([]), "m": silent}, [rule], client=client)
     stop(cut, "a", 1, 10, talker([]))
     cut.run(until_s * S)

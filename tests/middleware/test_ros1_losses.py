@@ -68,7 +68,7 @@ def test_links_outlive_a_lost_master_and_new_ones_cannot_form():
 
 
 def test_links_end_where_processes_hang_up_with_the_master(monkeypatch):
-    """A twin: whoever has lost the master drops its links."""
+    """A twin: a process that has lost the master drops its links."""
     def hang_up(processes, host):
         for other in (0, 1) if host == 3 else ():
             for subscription in processes.on(other).subscriptions.values():

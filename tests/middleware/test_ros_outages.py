@@ -108,7 +108,7 @@ def break_down(net, faults):
 
 
 def accounts(net):
-    """What is neither delivered nor dropped is waiting somewhere."""
+    """Assert that messages that are neither delivered nor dropped are waiting somewhere."""
     assert net.waiting() == sum(net.counts(topic).in_flight for topic in ("/talk", "/shout"))
 
 

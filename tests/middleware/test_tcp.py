@@ -31,13 +31,13 @@ def test_who_knows_what_of_a_message():
     pair.call()
     known = []
 
-    def look():
+    def note_state():
         connection = pair.connection
         known.append((len(connection.unacked(0)), len(connection.undelivered(0))))
 
     pair.at(10 * MS, pair.say, 7)
     for time_ns in 9 * MS, 11 * MS, 11_001_360 + 1, 12_001_919, 12_001_921:
-        pair.at(time_ns, look)
+        pair.at(time_ns, note_state)
     pair.run(S)
     assert known == [(0, 0), (1, 1), (1, 0), (1, 0), (0, 0)]
 

@@ -20,7 +20,7 @@ def wire():
 
 
 def questions(pair, who="a"):
-    """When a host asked or answered, in s."""
+    """The times at which a host asked or answered, in s."""
     return [round(row[0] / S, 3) for row in pair.rows("control") if row[2] == who
             and row[4] == "arp"]
 
@@ -89,7 +89,7 @@ def test_acknowledgements_confirm_an_address_and_who_has_none_asks_by_unicast():
 
 
 def woken_s(cut_s, seed, **params):
-    """How long after a cut a message of ten a second is heard again."""
+    """The time after a cut until messages, ten a second, are heard again."""
     pair = Pair(wire(), [partition("20 s", f"{20 + cut_s} s")], seed=seed,
                 params={"arp": "natural", **params})
     pair.call()
@@ -115,7 +115,7 @@ def test_a_cut_is_felt_for_less_where_addresses_get_lost(monkeypatch, cut_s, sta
 
 
 def test_datagrams_keep_no_address_alive_and_lose_it_sooner():
-    """What both send beside twice a second, over UDP, needs the same address, and nothing confirms
+    """Datagrams that both send beside twice a second need the same address, and nothing confirms
     it. So after a cut of 60 s none of nine links sleeps for 47 s, where its address had been good
     for long, as some do that are alone (real: 19.8 and 20.7 s; alone 19.8 to 48.2 s)."""
     row = next(row for row in tcp.CUTS if row.beside and row.cut_s == 60)

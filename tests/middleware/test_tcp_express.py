@@ -104,7 +104,7 @@ GAPS_NS = st.one_of(st.integers(0, 40_000), st.sampled_from([0, MS, 150 * MS, 25
 MORE_DEEDS = st.one_of(
     DEEDS, st.tuples(st.just("say"), st.integers(0, 1), st.sampled_from([400_000, 3_500_000])),
     st.tuples(st.just("crowd"), st.integers(0, 1), st.sampled_from([1000, 100_000, 5_000_000])),
-    st.tuples(st.just("look")), st.tuples(st.just("wait"), st.integers(0, 1)))
+    st.tuples(st.just("note_ends")), st.tuples(st.just("wait"), st.integers(0, 1)))
 SAY, LARGE = ("say", 0, 800), ("say", 0, 60_000)
 CUT, MENDED = ("disturb", "mute", (0, 1)), ("disturb", "mute", ())
 PROMPT = "disturb", "late", (0, 0)
@@ -117,8 +117,8 @@ TWICE = "disturb", "copied", (1, 10 * MS)
 
 @example([(S, SAY), (S, SAY), (2000, ("close", 1))], False, wire)  # while it is on its way
 @example([(S, SAY), (S, SAY), (2000, ("stop", 0))], False, wire)
-@example([(S, SAY), (S, SAY), (2000, ("close", 0)), (S, ("look",))], False, wire)
-@example([(S, SAY), (S, LARGE), (9000, ("look",))], False, wire)
+@example([(S, SAY), (S, SAY), (2000, ("close", 0)), (S, ("note_ends",))], False, wire)
+@example([(S, SAY), (S, LARGE), (9000, ("note_ends",))], False, wire)
 @example([(S, SAY), (S, LARGE), (9000, ("wait", 0))], False, wire)
 @example([(S, SAY), (1000, SLOW), (60 * S - 10 * MS, SAY), (S, PROMPT)], False, wire)
 @example([(S, SAY), (S, SLOW), (0, SAY), (120 * MS, SLOWER), (0, SAY), (S, PROMPT)], True, wire)
@@ -126,7 +126,7 @@ TWICE = "disturb", "copied", (1, 10 * MS)
          wire)  # timeouts from when the first was sent, or the last has come
 @example([(S, SAY), (S, ("disturb", "late", (1, 200 * MS))), (0, SAY), (S, PROMPT)], True, wire)
 @example([(S, SAY), *[(S, SLOW), (0, SAY)] * 3, (S, PROMPT), (0, CUT), (0, SAY),
-          (500 * MS, MENDED), (S, ("look",))], False, wire)  # a timeout by round trips
+          (500 * MS, MENDED), (S, ("note_ends",))], False, wire)  # a timeout by round trips
 @example([(S, SAY), *[(S, ("say", 0, 300_000))] * 8, (S, ("say", 0, 3_500_000))], True, narrow)
 @example([(S, SAY), (S, ("say", 0, 400_000))], False, wire)
 @example([(S, SAY), (S, CUT), (0, SAY), (S, MENDED), (S, SAY), (S, ("say", 0, 200_000))], False,
@@ -169,22 +169,22 @@ def say(pair):
 
 
 def say_the_last(pair):
-    """Who hears it closes."""
+    """The end that hears it closes."""
     pair.connection.send(0, 800, lambda _: pair.close(1), Word(100))
 
 
-def say_and_look(pair):
+def say_and_note(pair):
     connection = pair.connection
     connection.send(0, 800, lambda word: pair.note("unacked", connection.unacked(0)), Word(100))
 
 
 def test_a_sender_knows_of_a_message_when_it_is_heard():
-    log, _ = pair_with((S, say), (2 * S, say_and_look))
+    log, _ = pair_with((S, say), (2 * S, say_and_note))
     assert log[-1][1:] == ("unacked", [])
 
 
 @pytest.mark.parametrize("before", [[], [(S, say)]])
-def test_who_closes_when_it_hears_something_is_told_nothing_more(before):
+def test_an_end_that_closes_when_it_hears_something_hears_nothing_more(before):
     log, _ = pair_with(*before, (2 * S, say_the_last), (2 * S + 20_000, say), (3 * S, say))
     assert len([row for row in log if row[1] == "heard"]) == len(before)
 

@@ -82,7 +82,7 @@ def test_they_go_off_when_they_should_and_in_order(deeds, again_ns, ahead_ns):
     assert firings(deeds, again_ns, make)[0] == expected
 
 
-def test_a_look_moves_no_timer_that_has_its_event_already():
+def test_a_check_moves_no_timer_that_has_its_event_already():
     """a is due at the instant of the look at 168, before the answer that comes in that instant."""
     kernel, log = Kernel(), []
     timers = Timers(kernel, 50)

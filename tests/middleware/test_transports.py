@@ -78,8 +78,8 @@ def test_timeouts_double_up_to_two_minutes():
 
 
 def repaired_ns(lost):
-    """How long a message of five segments takes, 1 ms away, whose packets ``lost`` are lost once.
-    Another one went before it."""
+    """The time that a message of five segments takes over 1 ms, where its packets ``lost`` are lost
+    once. Another one went before it."""
     heard = []
     Net({"a": talker([(0, "one"), (S, "two")], size_bytes=7000), "b": listener(heard)},
         link(rate="1 Gb/s", latency="1 ms"), [Takes(lost, (2,))]).run(3 * S)

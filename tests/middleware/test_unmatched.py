@@ -1,5 +1,5 @@
-"""What is published while nobody is matched has an account of its own, the same under every
-middleware: published = delivered + dropped + unmatched + waiting, by topic."""
+"""Messages that are published while nobody is matched have an account of their own, the same under
+every middleware: published = delivered + dropped + unmatched + waiting, by topic."""
 
 import pytest
 from graphs import MS, Net, S, Words, listener, silent, talker
@@ -77,7 +77,7 @@ def test_what_a_latched_topic_says_again_is_not_lost(name):
 
 
 def unseen(net):
-    """What a says ten times a second to each host that it does not know of then."""
+    """The messages of a, ten a second, for each host that it does not know of then."""
     said = {"b": 0, "c": 0}
     for host in said:
         known = [(row[0], row[4] == "online") for row in net.rows("sees")

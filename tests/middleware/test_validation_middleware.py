@@ -54,14 +54,14 @@ def short_tokens(monkeypatch):
 
 
 def changes_together(monkeypatch):
-    """What has changed several times meanwhile is passed on as it is now."""
+    """A state that has changed several times meanwhile is passed on once, as it is now."""
     whole = router.LinkStateNews.until
     monkeypatch.setattr(router.LinkStateNews, "until", lambda news, state: tuple(
         -(-part // max(whole(news, state)[0], 1)) for part in whole(news, state)))
 
 
 def one_write(monkeypatch):
-    """What is passed on in one instant is one packet, if it fits."""
+    """All that is passed on in one instant is one packet, if it fits."""
     whole = link.RouterLink.send
     monkeypatch.setattr(link.RouterLink, "send",
                         lambda end, kind, size_bytes, arrived, what=None, writes=1:

@@ -22,7 +22,7 @@ class Twin(NamedTuple):
 
 
 def delayed_acknowledgements(monkeypatch):
-    """As RFC 1122 lets them wait, whoever answers."""
+    """Acknowledgements wait as RFC 1122 lets them, also where both ends answer."""
     monkeypatch.setattr(Receiver, "pingpong", property(lambda receiver: True,
                                                        lambda receiver, answers: None))
 

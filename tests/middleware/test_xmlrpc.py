@@ -77,7 +77,7 @@ def test_calls_at_once_have_a_connection_each():
     assert len([row for row in calls.rows() if row[-1] == 78]) == 4
 
 
-def test_nobody_is_told_on_a_host_that_stopped():
+def test_nobody_is_notified_on_a_host_that_stopped():
     calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
     calls.ask("x", timeout_ns=S)
     calls.at(3 * MS + MS // 2, calls.stop, 0).at(4 * MS, calls.start, 0).run(2000 * S)

@@ -132,7 +132,7 @@ def silence(preset, lease_s, keep_alive, **wrong):
 
 
 def waking(outage_s, **wrong):
-    """When a word arrives that was said at the beginning of an outage, beside the sum of a probe
+    """The arrival of a word that was said at the beginning of an outage, beside the sum of a probe
     after 0.2 s and of timeouts that double from 0.2 s: the first that ends after the outage. The
     round trip, in which acknowledgements have waited for answers, adds a little to each."""
     heard = []
@@ -144,7 +144,7 @@ def waking(outage_s, **wrong):
 
 
 def queueing(size_bytes, **wrong):
-    """When a pose arrives that was sent behind a map, over 1 Mb/s, beside the time that the map's
+    """The arrival of a pose that was sent behind a map, over 1 Mb/s, beside the time that the map's
     bytes need: one connection carries both."""
     heard = []
 

@@ -1,4 +1,4 @@
-"""What a Zenoh router works out for itself: the ways through the network, and who listens."""
+"""A Zenoh router works out for itself the ways through the network, and who listens."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -39,7 +39,7 @@ def test_a_link_counts_while_both_ends_say_so_and_an_own_one_at_once():
 
 @given(st.integers(1, 9), st.lists(st.tuples(st.integers(0, 8), st.integers(0, 8)), max_size=20))
 def test_hops_lead_from_anywhere_to_anywhere_once(routers, pairs):
-    """What a message's copies do, each router deciding by itself."""
+    """Each router decides by itself where copies of a message go."""
     edges = [0] * routers
     for a, b in pairs:
         if a != b and max(a, b) < routers:

@@ -1,4 +1,4 @@
-"""What is measured of a middleware, on small cases that are worked out by hand."""
+"""The metrics of a middleware, on small cases that are worked out by hand."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from desim.robot.tiles import FREE, OCCUPIED, TilePool
 from netmodels.rules.timing import Latency
 
 
-class Told(Direct):
+class Scripted(Direct):
     """Everybody knows at once who subscribes; what is believed a test says."""
 
     informed = "publisher"
@@ -38,7 +38,7 @@ class Watched:
 
         self.nodes = {}
         names = [f"robot_{i}" for i in range(robots)]
-        self.net = Net(dict.fromkeys(names, begin), middleware=middleware or Told(), **options)
+        self.net = Net(dict.fromkeys(names, begin), middleware=middleware or Scripted(), **options)
         self.graph = self.net.graph
         self.links = np.ones((robots, robots), bool)
         self.belief_metrics = BeliefMetrics(self.graph, self.graph.hosts, self.linked)
@@ -127,7 +127,7 @@ def test_a_peer_in_reach_that_is_taken_for_gone_is_one_false_alarm():
     assert summary["detection_delay_s"]["pairs"] == 1
 
 
-def test_a_link_that_went_since_the_last_look_is_no_false_alarm():
+def test_a_link_that_went_since_the_last_sample_is_no_false_alarm():
     fleet = Watched()
     fleet.link(2.25, 0, 1, False)
     fleet.sees(2.75, 0, 1, "offline")  # looked at then

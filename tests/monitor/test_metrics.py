@@ -1,4 +1,4 @@
-"""What a fleet knows, counted change by change; the equations on maps drawn by hand."""
+"""The knowledge of a fleet, counted change by change; the equations on maps drawn by hand."""
 
 from __future__ import annotations
 

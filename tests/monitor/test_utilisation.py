@@ -1,5 +1,5 @@
-"""How busy media say they were, against what can be counted by hand. Twins have a constant that is
-wrong by 5 to 10 %, and are caught."""
+"""The busy time that media report, against what can be counted by hand. Twins have a constant that
+is wrong by 5 to 10 %, and are caught."""
 
 import random
 from itertools import pairwise
@@ -105,7 +105,7 @@ def test_a_bus_is_taken_until_the_gap_is_over(arbitration):
 
 
 def lone_sender(slot=None):
-    """What carrier sense should hear of a sender of 1000 B at 54 Mb/s, and what it heard."""
+    """The time for which carrier sense should hear a sender of 1000 B at 54 Mb/s, and did."""
     found = play(Saturation(Saturation.Params(stations=1, slot=slot, duration="10 s")).setup())
     data_ns = G.airtime_ns(psdu_bytes(1046, 1), G.rate(54))
     ack_ns = G.airtime_ns(ACK_BYTES, G.reply_rate(G.rate(54)))
@@ -165,7 +165,7 @@ def test_several_hops_are_as_busy_as_their_radio():
     lambda: Switch(Switch.Params(rate="5 Mb/s", buffer="10 kB")),
     *(lambda mode=mode: Bus(Bus.Params(arbitration=mode)) for mode in ("csma", "csma_cd", "fifo")),
 ], ids=["radio", "link", "switch", "short", "csma", "csma_cd", "fifo"])
-def test_to_look_changes_nothing_and_no_time_is_busy_twice(make):
+def test_reading_changes_nothing_and_no_time_is_busy_twice(make):
     def played(looks):
         model, draw = make(), random.Random(3)
         bench = Bench(model, {f"host_{k}": (4.0 * k, 0.0) for k in range(1, 6)})

@@ -67,8 +67,8 @@ def test_the_twin_of_another_rate():
 
 
 def test_a_run_says_the_same():
-    """What does not depend on driving is as often and as large in a run of ten seconds, of which
-    the prediction has the second half. Sensors begin at time 0."""
+    """Messages that do not depend on driving are as many and as large in a run of ten seconds, of
+    which the prediction has the second half. Sensors begin at time 0."""
     of = from_mapping({"name": "two", "fleet": {"size": 2}}).scenario
     simulation = Simulation(of)
     assert simulation.run(10 * S).simulated_ns == 10 * S

@@ -209,7 +209,7 @@ def test_the_standards_highest_rate_is_the_default():
 
 
 def test_radios_are_those_of_ns3_unless_they_shall_follow_the_standard():
-    """Who sends 60 m away is hidden in ns-3, whose receivers find nothing below -82 dBm."""
+    """A sender 60 m away is hidden in ns-3, whose receivers find nothing below -82 dBm."""
     ns3, standard = (play(Hidden(Hidden.Params(spacing="30 m", duration="5 s", **preset)).setup())
                      for preset in ({}, {"preset": None}))
     assert standard["goodput_mbps"] > 2 * ns3["goodput_mbps"]

@@ -1,5 +1,4 @@
-"""Whoever sends frames is a whole carrier: nothing that a network can do to a frame lacks a hearer.
-"""
+"""All that send frames are whole carriers: they have a method for all that can befall a frame."""
 
 import ast
 import importlib

@@ -107,7 +107,7 @@ def test_a_host_that_is_down_receives_nothing():
     assert bench.medium.rx_bytes == [0, 0, 125]
 
 
-class Told(Carrier):
+class Recorder(Carrier):
     """A carrier that writes down what it is told."""
 
     def __init__(self):
@@ -128,7 +128,7 @@ class Told(Carrier):
 ])
 def test_a_posted_packet_needs_no_event_where_its_fate_is_known(rules, down, due_ns, told):
     bench = Bench(rule(AccessLink, rate="1 Gb/s", latency="5 ms"), 2, rules=rules)
-    carrier = Told()
+    carrier = Recorder()
     if down is not None:
         bench.medium.up[down] = False
     assert bench.medium.post(0, (1,), 66, carrier, "ack") == due_ns
@@ -141,7 +141,7 @@ def test_a_posted_packet_needs_no_event_where_its_fate_is_known(rules, down, due
 
 def test_a_packet_whose_fate_is_not_known_yet_is_not_posted():
     bench = Bench(rule(Switch, rate="1 Mb/s"), 2)
-    carrier = Told()
+    carrier = Recorder()
     bench.medium.transmit(0, (1,), 15_180, 10, False, carrier, "train")
     assert bench.medium.post(0, (1,), 1518, carrier, "beside it") is None
     bench.run()
@@ -170,7 +170,7 @@ class NewestOnly:
             self._context.settle(frame, frame.receivers[0], ports.Deliver(0))
 
 
-class Stubborn(Told):
+class Stubborn(Recorder):
     """Sends what is lost once more, at once."""
 
     def __init__(self, medium):
@@ -208,7 +208,7 @@ class Hasty(NewestOnly):
         return 5 if frame.size_bytes == 66 else None
 
 
-class Detour(Told):
+class Detour(Recorder):
     """Sends what is lost to host_3 instead."""
 
     def __init__(self, medium):
@@ -236,7 +236,7 @@ def test_what_is_posted_takes_an_int_of_nanoseconds(delay_ns):
     model.send = lambda frame: delay_ns
     bench = Bench(model, 2)
     with pytest.raises(ModelError, match="delivers after .*; wanted: an int >= 0 of nanoseconds"):
-        bench.medium.post(0, (1,), 66, Told(), "ack")
+        bench.medium.post(0, (1,), 66, Recorder(), "ack")
 
 
 class Careless:

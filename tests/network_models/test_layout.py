@@ -104,6 +104,6 @@ def test_wrong_words(words, says):
     assert result.exit_code == 2 and says in result.stderr
 
 
-def test_the_keys_of_the_file_are_told():
+def test_the_help_lists_the_keys_of_the_file():
     said = net("--help").stdout
     assert all(key in said for key in ("flows[].via", "broadcast_rate", "places", "--seed"))

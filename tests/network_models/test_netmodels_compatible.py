@@ -30,7 +30,7 @@ def walled(bench, x_m):
     return bench
 
 
-def told(bench):
+def fates(bench):
     return sorted((str(label), to, time_ns // MS, fate)
                   for time_ns, label, _, to, fate in bench.run())
 
@@ -39,13 +39,13 @@ LINE = {"a": (0.0, 0.0), "near": (2.99, 0.0), "edge": (3.0, 0.0), "up": (0.0, 2.
         "none": (math.nan, 0.0)}
 
 
-def test_a_rab_message_is_there_at_the_end_of_the_tick_within_the_range_and_in_sight():
+def test_a_rab_message_is_there_at_the_end_of_the_tick_within_the_range_and_without_walls():
     """The range is exclusive in ARGoS."""
     bench = walled(rab(LINE), 1.0)
     bench.send(30 * MS, "a", ("near", "edge", "up", "none"), 56, label="all", broadcast=True)
     bench.send(100 * MS, "up", "a", 56, label="in step")
     bench.send(250 * MS, "a", "edge", 56, label="far")
-    assert told(bench) == [
+    assert fates(bench) == [
         ("all", "edge", 100, "out_of_reach"), ("all", "near", 100, "obstructed"),
         ("all", "none", 100, "out_of_reach"), ("all", "up", 100, "arrived"),
         ("far", "edge", 300, "out_of_range"), ("in step", "a", 200, "arrived")]
@@ -57,7 +57,7 @@ def test_a_rab_has_one_message_of_a_fixed_size_a_tick():
         bench.send(label * MS, "a", "near", size_bytes, label=label)
     bench.send(5 * MS, "up", "a", 56, label="another's")
     bench.send(105 * MS, "a", "near", 2 * 51, 2, label="two packets")
-    assert told(bench) == [
+    assert fates(bench) == [
         ("0", "near", 2, "overwritten"), ("1", "near", 1, "too_long"),
         ("2", "near", 3, "overwritten"), ("3", "near", 100, "arrived"),
         ("another's", "a", 100, "arrived"), ("two packets", "near", 200, "arrived")]
@@ -82,12 +82,12 @@ def test_webots_packets_leave_at_the_baud_rate_and_arrive_at_the_end_of_a_step()
     bench = webots({"a": (0, 0), "b": (9, 0)}, baud_rate="8 kb/s")
     for label in range(3):
         bench.send(0, "a", "b", 100, label=label)
-    assert told(bench) == [("0", "b", 128, "arrived"), ("1", "b", 224, "arrived"),
+    assert fates(bench) == [("0", "b", 128, "arrived"), ("1", "b", 224, "arrived"),
                            ("2", "b", 320, "arrived")]
     bench = webots({"a": (0, 0), "b": (9, 0)})
     for label in range(3):
         bench.send(label * 32 * MS - label, "a", "b", 10**6, label=label)
-    assert told(bench) == [("0", "b", 32, "arrived"), ("1", "b", 64, "arrived"),
+    assert fates(bench) == [("0", "b", 32, "arrived"), ("1", "b", 64, "arrived"),
                            ("2", "b", 96, "arrived")]
 
 
@@ -121,7 +121,7 @@ def test_radio_goes_through_walls_and_infra_red_does_not():
         bench = walled(webots(LINE, type=kind, range="3 m"), 1.0)
         bench.send(0, "a", ("near", "edge", "up"), 10, label=kind, broadcast=True)
         bench.send(0, "a", "none", 10, label="to nowhere")
-        assert told(bench) == [
+        assert fates(bench) == [
             (kind, "edge", 32, fate), (kind, "near", 32, fate), (kind, "up", 32, "arrived"),
             ("to nowhere", "none", 32, "out_of_range")]
 

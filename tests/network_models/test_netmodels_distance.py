@@ -1,4 +1,4 @@
-"""``distance``: the table is the law, whoever else sends."""
+"""``distance``: the table is the law, also where others send."""
 
 import math
 

@@ -46,7 +46,7 @@ def fates(bench, until_ns=400 * S):
 
 @pytest.mark.parametrize("params", [{}, {"buffer": "50 kB"}, {"lifetime": "2 s"}], ids=str)
 def test_it_keeps_the_contract(params):
-    """Where nobody meets anybody: a host that says nothing would carry, and so change something."""
+    """Hosts that nobody meets: a host that says nothing would carry, and so change something."""
     check_network(Epidemic, hop="ideal_mac", ideal_mac={"range": "1 m"}, **params)
 
 
@@ -146,8 +146,8 @@ class Counting(Disk):
 
 
 def test_a_summary_a_request_and_a_copy_for_each_host_that_has_not_had_it():
-    """Six within reach of each other: all others get the message from the first one, and whoever
-    holds it, all but its receiver, says so every second."""
+    """Six within reach of each other: all others get the message from the first one, and all that
+    hold it, but for its receiver, say so every second."""
     hop = Counting(Disk.Params(range="50 m", rate="8 Mb/s"))
     bench = Bench(Epidemic(Epidemic.Params(), hop), {f"h{k}": (k, 0.0) for k in range(6)})
     bench.send(0, "h0", "h5", 1000)

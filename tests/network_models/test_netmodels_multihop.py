@@ -135,7 +135,7 @@ def test_a_relay_that_goes_down_takes_what_it_holds_along():
 
 
 def test_the_hops_may_be_any_model_that_delivers_later():
-    """Where somebody else made the model: a link of 8 Mb/s to everybody, 1 ms long."""
+    """A model that somebody else has made: a link of 8 Mb/s to everybody, 1 ms long."""
     link = AccessLink(AccessLink.Params(rate="8 Mb/s", latency="1 ms"))
     link.links = lambda: (np.array([0, 1, 1, 2]), np.array([1, 0, 2, 1]), np.ones(4))
     bench = Bench(Multihop(Multihop.Params(routing="static"), link), 3)
@@ -184,7 +184,7 @@ def test_paths_are_made_anew_when_somebody_has_left_and_it_is_time():
     assert seen == [1, 1, 2]
 
 
-def test_static_paths_may_stay_as_they_are_until_told():
+def test_static_paths_may_stay_as_they_are_without_updates():
     model = multihop(static={"update": None})
     Bench(model, row(3))
     assert model.routing.next_hop(0, 2) == 1

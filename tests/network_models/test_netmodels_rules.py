@@ -102,7 +102,7 @@ def test_loss_of_nothing_and_of_everything():
         assert {got for _, got in fates(bench)} == {fate}
 
 
-def test_two_losses_draw_their_own_luck():
+def test_two_losses_draw_from_streams_of_their_own():
     """Two rules of one half each let a quarter through, not a half."""
     bench = Bench(Instant(), 2, rules=[make("loss", probability=0.5) for _ in range(2)])
     for k in range(4000):
@@ -216,7 +216,7 @@ def test_an_outage_separates_for_the_monitor():
 
 
 def test_a_jammer_is_felt_by_who_sends_and_who_receives():
-    """Its edge counts; whoever has no place is not near it."""
+    """Its edge counts; a host without a place is not near it."""
     jam = make("jamming", at=["10 m", "0 m"], radius="5 m", **{"from": "1 s", "until": "2 s"})
     places = {"inside": (10, 0), "edge": (13, 4), "outside": (13, 4.001), "far": (90, 0),
               "nowhere": (math.nan, 0)}

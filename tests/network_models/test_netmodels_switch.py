@@ -188,7 +188,7 @@ def test_turns_are_of_bytes(quantum, monkeypatch):
 
 
 def command_ms(queue, rate):
-    """How late commands are, on average: four robots on a node say 10 a second each to a host that
+    """The mean delay of commands: four robots on a node say 10 a second each to a host that
     they also send maps to, as many as its exit carries, and maps among others beside."""
     bench = bench_of(7, rate=rate, queue=queue, ports={
         "node": ["host_1", "host_2", "host_3", "host_4"]})
@@ -322,7 +322,7 @@ HOSTS = [f"host_{k}" for k in range(1, 6)]
 
 
 def play(frames, **params):
-    """Who sends to nobody sends to all."""
+    """A frame without a receiver goes to all."""
     bench = bench_of(5, **params)
     for label, (time_ns, source, receiver, (size_bytes, segments)) in enumerate(frames):
         if receiver == 0:

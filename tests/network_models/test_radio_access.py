@@ -1,6 +1,7 @@
-"""When a packet goes that comes while the medium is idle. 802.11-2016, 10.3.4.2: without a backoff
-if "the medium is idle when a frame is queued for transmission, and remains idle for a period of a
-DIFS, or an EIFS from the end of the immediately preceding medium-busy event"; ns-3 as traced there.
+"""The time at which a packet goes that comes while the medium is idle. 802.11-2016, 10.3.4.2:
+without a backoff if "the medium is idle when a frame is queued for transmission, and remains idle
+for a period of a DIFS, or an EIFS from the end of the immediately preceding medium-busy event";
+ns-3 as traced there.
 
 802.11a: DIFS 34 us, slot 9; 264 B take 376 us at 6 Mb/s. Station 0 is on the air until 1000 us.
 """
@@ -16,8 +17,8 @@ SEEDS = range(200)  # a slot that is never drawn: one in 25,000
 
 
 def begins_us(queued_us, in_ns3=False, other_us=None, seed=1):
-    """When station 1's frame goes on the air that is queued then. It hears the two others, who do
-    not hear each other; station 2's frame goes on the air at ``other_us``."""
+    """The time at which station 1's frame goes on the air, which is queued at ``queued_us``. It
+    hears the two others, who do not hear each other; station 2's frame goes at ``other_us``."""
     power_mw = same_power(3)
     power_mw[0, 2] = power_mw[2, 0] = 0.0
     stations = air(A, power_mw, seed, reception=Reception(), difs_first=in_ns3)

@@ -1,5 +1,5 @@
-"""Who hears whom: the same as if everybody were compared with everybody, at the price of those who
-are near."""
+"""Audibility, who hears whom: the same as if everybody were compared with everybody, at the price
+of those who are near."""
 
 import numpy as np
 from hypothesis import given

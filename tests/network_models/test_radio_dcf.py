@@ -138,8 +138,8 @@ def test_two_pairs_with_a_receiver_that_is_too_good():
 
 
 def test_two_pairs_with_a_receiver_aware_of_all_interference():
-    """Why ns-3 gets more at 24 and 54 Mb/s than physics allows: of two frames that begin in the
-    same instant and are both too weak against each other it reads one."""
+    """ns-3 gets more at 24 and 54 Mb/s than physics allows: of two frames that begin in the same
+    instant and are both too weak against each other it reads one."""
     assert two_pairs(20, 54) == pytest.approx(27.03, rel=0.02)
     assert two_pairs(20, 54, replace(NS3, unaware=False)) == pytest.approx(25.3, rel=0.02)
 
@@ -260,7 +260,7 @@ def test_hidden_terminals_by_load(reference, spacing_m, offered_mbps):
 
 
 def test_hidden_terminals_with_wrong_windows():
-    """What hidden stations achieve hangs on how far their windows open."""
+    """The goodput of hidden stations depends on how far their windows open."""
     right, wrong = hidden(30, 6, False), hidden(30, 6, False, replace(A, cw_max=943))
     assert right.packets_per_s * 8e-3 == pytest.approx(1.583, rel=0.03)
     assert wrong.packets_per_s * 8e-3 != pytest.approx(1.583, rel=0.03)

@@ -151,8 +151,8 @@ def course(factor=1.0, **params):
 
 
 def fades_of(found, rho):
-    """How many a second there are and how long they last in s on average: of amplitudes below
-    ``rho`` times their root mean square, with the standard errors of many pairs."""
+    """Fades a second, and their mean length in s: amplitudes below ``rho`` times their root mean
+    square, with the standard errors of many pairs."""
     below = found < rho ** 2
     seconds = STEPS * fades(2, coherence=None).step_ns / 1e9
     begun = (below[1:] & ~below[:-1]).sum(axis=0) / seconds

@@ -143,7 +143,7 @@ def radio(**params):
 
 
 def attempts(distance_m, **params):
-    """What became of each attempt to send 400 packets, and at which rate in Mb/s."""
+    """The outcome of each attempt to send 400 packets, and its rate in Mb/s."""
     model, seen = radio(**params), []
     air = Bench(model, {"a": (0, 0), "b": (distance_m, 0)})
     advance = model._air.stations.advance
@@ -229,7 +229,7 @@ def test_routes_over_radios_that_adapt_keep_it_too():
 
 
 def test_coverage_is_that_of_the_slowest_rate():
-    """Where 54 Mb/s do not get, 6 Mb/s do."""
+    """6 Mb/s get farther than 54 Mb/s."""
     model = radio(**LINKS)
     Bench(model, {"a": (0, 0)})
     assert model.signal(np.zeros(2), np.array([[40.0, 0.0], [52.0, 0.0]])).delivery.tolist() == (

@@ -1,5 +1,5 @@
-"""How weak a signal each rate gets over, against the standard's table and a module's data sheet,
-and how much is lost in the first metre, by band."""
+"""The weakest signal with which each rate gets over, against the standard's table and a module's
+data sheet, and the loss in the first metre, by band."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Who leaves the medium to others, and for how long: NAV, EIFS and the time to wait for a reply
+"""Stations that leave the medium to others, and for how long: NAV, EIFS, the wait for a reply
 (802.11-2016, 10.3.2.3.7, 10.3.2.4, 10.3.2.9), against timelines worked out by hand. Each has a twin
 in which one thing is different, and the time with it.
 
@@ -53,7 +53,8 @@ def bystander_begins(stations):
 @pytest.mark.parametrize(("data_dbm", "begins_us"), [
     (WELL, 180 + 16 + 28 + 34), (BROKEN, 180 + 94), (UNNOTICED, 10)])
 def test_who_hears_data_but_not_the_acknowledgement(data_dbm, begins_us):
-    """Who can read it leaves the medium as long as it says, who cannot for EIFS."""
+    """A station that can read it leaves the medium as long as it says; one that cannot, for
+    EIFS."""
     stations = scene(_0_1=WELL, _1_0=WELL, _0_2=data_dbm)
     sends(stations, 0, 0, 1)
     sends(stations, 10, 2, size_bytes=28)

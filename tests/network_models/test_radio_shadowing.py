@@ -84,7 +84,7 @@ def test_with_a_wrong_correlation_distance(wrong):
 
 
 def test_neighbours_hear_a_third_alike():
-    """Two robots 2 m from each other and one far away: 79 % in common, whoever they are; where they
+    """Two robots 2 m from each other and one far away: 79 % in common, for any three; where they
     had nothing in common, there would be a wall between any two. 100 m from each other: nothing."""
     for apart_m, expected in (2.0, np.exp(-2 / CORRELATION_M)), (100.0, 0.0):
         one, other = [], []

@@ -75,7 +75,7 @@ def test_the_air_is_busy_for_each_transmission_and_each_acknowledgement():
 
 def test_every_other_transmission_is_lost():
     """A bad state that lasts for one packet and comes after each good one: the state changes with
-    transmissions. Whoever finds the good one first goes on with it after each success."""
+    transmissions. A sender that finds the good one first goes on with it after each success."""
     bench = bench_of(rule("gilbert_elliott", p=1, r=1))
     medium, share, transmissions = sent(bench, 100)
     assert share == 1 and transmissions in (199, 200)
@@ -95,7 +95,7 @@ def test_a_jammed_sender_tries_seven_times():
 
 
 def test_a_broadcast_is_not_repeated_and_says_why_it_is_lost():
-    """At each receiver by itself: with a train of ten packets, hardly ever all or none."""
+    """It is lost at each receiver by itself: of a train of ten packets, rarely all or none."""
     bench = bench_of(rule("loss", probability=0.3), hosts=3)
     for label in range(200):
         bench.send(label * 50 * MS, "host_1", ["host_2", "host_3"], 10 * UDP, 10, label,

@@ -27,7 +27,7 @@ LAWS = {  # of delays in ms with the mean 50 and the jitter 10, cut off at 0
 
 
 def verdicts(rule, frames, segments=1):
-    """What the rule says to so many frames of one link."""
+    """The rule's verdicts about so many frames of one link."""
     Bench(Instant(), 2, rules=[rule])
     frame = Frame(1, 0, (1,), 100 * segments, segments, False)
     return [verdict for _ in range(frames) for verdict in rule.judge(frame, (1,)) or [None]]

@@ -126,7 +126,7 @@ def test_what_is_printed():
     assert "  robot_0 does not know that robot_1, robot_2 listen to /news" in lines
 
 
-def test_a_split_fleet_whose_matches_are_all_known():
+def test_a_partitioned_fleet_whose_matches_are_all_known():
     """Each half knows the other's matches: nothing is missing, and yet not all is well."""
     two, apart = Two(Naive()), among("robot_0", "robot_2")
     known = two.at(3.0, linked=apart)
@@ -146,7 +146,7 @@ def test_a_split_fleet_whose_matches_are_all_known():
     assert two.at(3.0, linked=apart | {("robot_0", "robot_1"): True}).parts == known.parts
 
 
-def test_what_is_alike_is_told_together():
+def test_what_is_alike_stands_together():
     """Two halves of four that have parted: two lines and not 32."""
     hosts = [f"robot_{i}" for i in range(8)]
     views = [Pair(one, other, "online", (), (), (f"/{other}/map",) if i // 4 != k // 4 else (),
@@ -169,7 +169,7 @@ def test_who_has_stopped_is_out_of_reach():
             in shown(Two(Naive()).at(10.0, linked=everybody)))
 
 
-def test_long_parts_are_told_in_short():
+def test_long_parts_are_written_in_short():
     hosts = ["base", *(f"robot_{i}" for i in range(16))]
     assert report._names(hosts[:9], hosts) == "base, robot_0 to robot_7"
     assert report._names([hosts[1], *hosts[3:5], *hosts[8:]], hosts) == (
@@ -191,7 +191,7 @@ def cells(figure):
     return [(colours(axes), len(axes.patches)) for axes in figure.axes]
 
 
-def test_a_split_is_seen_in_the_picture():
+def test_a_partition_shows_in_the_picture():
     known = Two(Late()).at(10.0, linked=among("robot_0", "robot_2"))
     online, offline, stopped, none = "#b7dfb9", "#f6c177", "#d5d8dc", "#ffffff"
     believed, true = cells(drawn(known))

@@ -14,7 +14,7 @@ ASK = "from desim.results.identity import source; print(source(()))"
 
 
 def source_in(folder, path=""):
-    """What the copy of desim in ``folder`` says that its source is, after a change of ``path``."""
+    """The hash of the source of the copy of desim in ``folder``, after a change of ``path``."""
     if path:
         with open(folder / "desim" / path, "a") as file:
             file.write("\nCHANGED = 1\n")

@@ -1,4 +1,4 @@
-"""What a run leaves: complete or not there, and every number covered by what was kept."""
+"""The folder of a run: complete or not there, and every number covered by what was kept."""
 
 from __future__ import annotations
 

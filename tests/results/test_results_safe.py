@@ -1,4 +1,4 @@
-"""What stands in a run's folder: damage shows whatever it is, and what is not desim's stays."""
+"""Files in a run's folder: damage is always noticed, and files that are not desim's stay."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Which cells a scan clears and marks, against exact geometry; and which scans are taken in."""
+"""The cells that a scan clears and marks, against exact geometry; and the scans that are taken
+in."""
 
 import math
 
@@ -88,7 +89,7 @@ WALLS = np.array([(0.0, 0.0, 14.0, 0.0), (14.0, 0.0, 14.0, 12.0), (14.0, 12.0, 0
                   (0.0, 12.0, 0.0, 0.0), (6.0, 0.0, 6.0, 8.0), (6.0, 8.0, 10.0, 8.0)])
 
 
-def look(x_m, y_m, yaw_rad, walls=WALLS, beams=180):
+def scan_from(x_m, y_m, yaw_rad, walls=WALLS, beams=180):
     """The exact scan from a pose."""
     increment_rad = FIELD_OF_VIEW_RAD / (beams - 1)
     angle = yaw_rad - 0.5 * FIELD_OF_VIEW_RAD + np.arange(beams) * increment_rad
@@ -118,7 +119,7 @@ def truth(walls=WALLS, spec=SPEC):
 def seen_from(poses, walls=WALLS, spec=SPEC, usable_m=25.0):
     robot_map = RobotMap(spec, TilePool())
     for pose in poses:
-        robot_map.integrate_scan(*pose, look(*pose, walls), usable_m)
+        robot_map.integrate_scan(*pose, scan_from(*pose, walls), usable_m)
     return raster(spec, robot_map.fused)
 
 

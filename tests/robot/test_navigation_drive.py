@@ -218,7 +218,7 @@ def test_a_goal_without_a_way_is_refused_at_once():
     assert (at_ns, result.reached) == (S // 2, False)
 
 
-def test_a_goal_where_it_stands_makes_it_look_around():
+def test_a_goal_where_it_stands_makes_it_turn_once():
     drive = Drive(ROOM, ((5.0, 5.0, 0.0), (5.1, 5.0))).run(6)
     assert [r.reached for _, r in drive.tasks[0].results] == [True]
     assert drive.toy.poses[0][2] == pytest.approx(2 * math.pi, abs=0.3)

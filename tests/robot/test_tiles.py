@@ -50,9 +50,9 @@ def see(robot_map, sight, usable_m=25.0):
 
 @st.composite
 def conversations(draw):
-    """What three robots see and send: (source, version, snapshot), complete or changes only, each
-    source ending with a complete one; then the order in which it all arrives: any, with repetitions
-    and with any but the last update of a source missing."""
+    """Updates of three robots: (source, version, snapshot), complete or changes only, each source
+    ending with a complete one; then the order in which they arrive: any, with repetitions and with
+    any but the last update of a source missing."""
     pool = TilePool(8)
     updates, last = [], []
     for source in ("robot_1", "robot_2", "robot_3"):

@@ -38,13 +38,13 @@ def audited(simulation: Simulation) -> None:
 
 
 def outcome_of(file: Path, *overrides: str, seed: int | None = None, **options) -> Outcome:
-    """How a run of the scenario ended."""
+    """The outcome of a run of the scenario."""
     return finished(built(file, *overrides, seed=seed, **options))
 
 
-def look_on(simulation: Simulation, look: Callable[[], Any]) -> None:
-    """Call ``look()`` ten times a simulated second, when everything else of the instant is done."""
-    simulation.kernel.ticker(10, Phase.OBSERVE, simulation.names.id("onlooker"), lambda k: look())
+def call_often(simulation: Simulation, check: Callable[[], Any]) -> None:
+    """Call ``check()`` ten times a simulated second, when all else of the instant is done."""
+    simulation.kernel.ticker(10, Phase.OBSERVE, simulation.names.id("onlooker"), lambda k: check())
 
 
 def balance(simulation: Simulation) -> None:

@@ -173,7 +173,7 @@ def here(tmp_path, monkeypatch):
 
 
 def complaint_about(*arguments):
-    """What ``desim run`` says on standard error before it gives up over wrong input."""
+    """The text of ``desim run`` on standard error before it gives up over wrong input."""
     done = CliRunner().invoke(app, ["run", "case.yaml", "--quiet", "--set", "stop.elapsed=1 s",
                                     *arguments])
     assert (done.exit_code, done.stdout) == (2, "")

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 
 import numpy as np
 import pytest
-from runs import ANNEX, HELLO, HERE, MAZE_8, ROUGH, built, look_on, outcome_of
+from runs import ANNEX, HELLO, HERE, MAZE_8, ROUGH, built, call_often, outcome_of
 
 from desim import api
 from desim.scenario.load import load
@@ -93,7 +93,7 @@ def test_payloads_read_when_needed_at_birth_or_at_delivery(case):
 def test_looking_on_changes_nothing():
     unseen, seen = built(ROUGH), built(ROUGH)
     looks = []
-    look_on(seen, lambda: looks.append((seen.monitor.quantities(), seen.world.snapshot())))
+    call_often(seen, lambda: looks.append((seen.monitor.quantities(), seen.world.snapshot())))
     alone, watched = unseen.run(), seen.run()
     assert len(looks) == 301
     assert (watched.digest, watched.digest_by_entity) == (alone.digest, alone.digest_by_entity)
@@ -120,7 +120,7 @@ def test_an_unseen_silent_robot_changes_nobody(name, deployment, more):
     assert name in beside
 
 
-def test_a_silent_robot_in_sight_does_change_them():
+def test_a_silent_robot_that_lasers_see_does_change_them():
     without, beside = with_one_more("z", -12)
     changed = [name for name in without if beside[name] != without[name]]
     assert "monitor" in changed and any(name.startswith("r") for name in changed), changed
@@ -144,14 +144,14 @@ def test_the_network_moves_no_sensor_noise():
                            + ", {name: z, x: 12 m, y: 0 m}]")
         scans, errors = [], []
 
-        def look(simulation=simulation, scans=scans, errors=errors):
+        def check(simulation=simulation, scans=scans, errors=errors):
             world, tick = simulation.world, simulation.kernel.now_ns // 10**8
             snapshot = world.snapshot()
             scans.append(world.scan(snapshot, np.array([3]), tick)[0])
             errors.append([world.odometry(snapshot, robot, tick) - snapshot.poses[robot]
                            for robot in range(4)])
 
-        look_on(simulation, look)
+        call_often(simulation, check)
         outcome = simulation.run()
         readings[network] = (np.array(scans), np.array(errors), outcome.digest)
     (scans, errors, _), *others = readings.values()

@@ -48,12 +48,12 @@ def test_the_fleet_goes_on(case, again, tmp_path):
     assert (summary["resync_delay_s"]["pairs"], summary["resync_delay_s"]["resynced"]) == (6, heard)
     run.trace.flush()
     if run.monitor.links is not None:
-        look(run, Rows(np.concatenate(rows), run.names.items()), tmp_path)
+        check_graph(run, Rows(np.concatenate(rows), run.names.items()), tmp_path)
     audited(run)
 
 
-def look(run, trace, folder):
-    """What ``desim graph`` shows, at several instants; in the end nobody misses anything."""
+def check_graph(run, trace, folder):
+    """Assert what ``desim graph`` shows at several instants; in the end nobody misses anything."""
     informed, links = run.graph.middleware.informed, run.monitor.links.table()
     for at_s in (0, 5, 11, 20, 40, 70):
         at_ns = at_s * NS_PER_S

@@ -1,4 +1,4 @@
-"""What a robot's belief of its place does to its map."""
+"""The effect of a robot's error about its place on its map."""
 
 from runs import HELLO, built, finished
 

@@ -4,7 +4,7 @@ from bisect import bisect_left
 
 import numpy as np
 import pytest
-from runs import HELLO, MAZE_8, audited, built, finished, look_on
+from runs import HELLO, MAZE_8, audited, built, call_often, finished
 
 from desim.monitor.summary import summarize
 from desim.units import NS_PER_S
@@ -47,7 +47,7 @@ def test_the_same_in_the_field():
 
 @pytest.mark.parametrize("way", [LAN, AIR], ids=["testbed", "field"])
 def test_robots_carry_on_alone(way):
-    """Whoever hears no map for a while goes on meanwhile, and what it knows grows."""
+    """A robot that hears no map for a while goes on meanwhile, and what it knows grows."""
     heard = {}
 
     def note(message, receiver, time_ns, reason, first_ns, last_ns):
@@ -57,7 +57,7 @@ def test_robots_carry_on_alone(way):
     simulation = built(MAZE_8, *(override.format("15 m") for override in way), on_fate=note)
     hosts = [host.name for host in simulation.graph.hosts]
     monitor, known = simulation.monitor, []
-    look_on(simulation, lambda: known.append((
+    call_often(simulation, lambda: known.append((
         simulation.kernel.now_ns, list(monitor.coverage.known), monitor.travelled_m().copy())))
     finished(simulation)
     times_ns = [row[0] for row in known]

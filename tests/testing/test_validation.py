@@ -96,7 +96,7 @@ def more_signal(monkeypatch):
 
 
 def once_begun(monkeypatch, rule, change):
-    """What a rule knows after its start is changed."""
+    """Change what a rule knows after its start."""
     start = rule.start
 
     def changed(self, context, hosts):
