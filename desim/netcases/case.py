@@ -109,7 +109,9 @@ class Source(BroadcastCarrier[int]):
         self._host = hosts.index(flow.source)
         legs = tuple(map(hosts.index, (flow.source, *flow.via, *flow.receivers)))
         self._receivers = legs[1:2] if flow.via else tuple(sorted(legs[1:]))
-        self._next_host = dict(pairwise(legs[1:])) if flow.via else {}
+        # By receiver, the host to which the frame goes on from there.
+        self._next_host = dict.fromkeys(self._receivers, self._host) if flow.echo else dict(
+            pairwise(legs[1:])) if flow.via else {}
         self.forget()
 
     def forget(self) -> None:
@@ -139,10 +141,6 @@ class Source(BroadcastCarrier[int]):
 
     def arrived(self, sent_ns: int, receiver: int) -> None:
         now_ns = self._kernel.now_ns
-        if self.flow.echo and receiver != self._host:
-            self._medium.transmit(receiver, (self._host,), self.flow.size_bytes, 1, False, self,
-                                  sent_ns)
-            return
         if receiver in self._next_host:
             self._medium.transmit(receiver, (self._next_host[receiver],), self.flow.size_bytes, 1,
                                   False, self, sent_ns)

@@ -1,8 +1,8 @@
 """The messages of a scenario's software between hosts: topic, source, receivers, rate and size.
 
-The software itself tells topics, sources and receivers: its nodes start on hosts that only note
-advertisements and subscriptions, and never run. Rates and sizes are not known before they run; they
-stand in ``paces``.
+Topics, sources and receivers come from the software itself: its nodes start on hosts that only note
+advertisements and subscriptions, and never run. Rates and sizes are not known before nodes run;
+``paces`` has them.
 """
 
 from __future__ import annotations
@@ -142,9 +142,7 @@ class Listener(Node):
 
     def start(self) -> None:
         for topic in self._topics:
-            self.subscribe(topic, self._ignore)
-
-    def _ignore(self, message: Message) -> None: ...
+            self.subscribe(topic, lambda message: None)
 
 
 def _stages(parts: Simulation) -> list[_Stage]:

@@ -63,7 +63,7 @@ def one_by_one() -> Iterator[Check]:
 
 
 def at_rest() -> Iterator[Check]:
-    """From 15 to 31 s after the start, of two hosts."""
+    """The traffic of two hosts from 15 to 31 s after their start."""
     for preset, bps, params in (("fastdds_2_9", 735, {}), ("cyclonedds_11_0", 263, {}),
                                 ("cyclonedds_11_0", 179, {"allow_multicast": "all"})):
         bench = _fleet(2, 0, preset, 0, params=params).run(15)
@@ -126,8 +126,8 @@ def all_kept() -> Iterator[Check]:
 
 def _delays_ms(preset: str, size_bytes: int, rate_hz: int, depth: int, loss: float, length_s: int,
                seed: int = 0) -> list[float]:
-    """Of the samples of so many seconds that come within 8 s after those, ``b`` being there before
-    ``a``."""
+    """The delays of the samples of ``length_s`` seconds, of those that arrive within 8 s after
+    these. The reader starts before the writer."""
     bench = Laboratory({"a": lambda node: node.publishes("/talk", size_bytes, rate_hz, queue=depth),
                    "b": lambda node: node.listens("/talk")}, Dds(Dds.Params(preset=preset)),
                   starts_s=(2, 0), rules=[Lossy(loss, 8)], seed=seed).run(8 + length_s + 8)

@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from desim.ports.cases import Check, Play
 from desim.validation import dds, multimaster, ros1, tcp, zenoh
-
-# One line a family.
-FAMILIES: tuple[Callable[[], Iterator[Check]], ...] = (
-    tcp.checks,
-    dds.checks,
-    multimaster.checks,
-    ros1.checks,
-    zenoh.checks,
-)
 
 
 class MiddlewareAsMeasured:
@@ -24,5 +15,5 @@ class MiddlewareAsMeasured:
               "multimaster_fkie 1.3.2, Cyclone DDS 11.0.1, Fast DDS 2.9.1, Zenoh 1.10.2")
 
     def checks(self, play: Play) -> Iterator[Check]:
-        for family in FAMILIES:
-            yield from family()
+        for family in (tcp, dds, multimaster, ros1, zenoh):
+            yield from family.checks()

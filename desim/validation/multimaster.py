@@ -24,7 +24,7 @@ def checks() -> Iterator[Check]:
 
 
 def discovery() -> Iterator[Check]:
-    """Heartbeats, calls between masters, links."""
+    """The bytes of heartbeats, calls between masters, and links."""
     for hosts, measured in FIRST_40_S.items():
         params = Multimaster.Params(preset="fkie_1_3_groovy", tcp=KNOWN_ADDRESSES)
         bench = Laboratory({f"h{me}": _life(me, hosts) for me in range(hosts)}, Multimaster(params))

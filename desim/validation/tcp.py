@@ -184,8 +184,8 @@ def bulk(rows: Iterable[Bulk], seeds: int = 3, seconds: int = 120) -> Iterator[C
 
 
 def nagle() -> Iterator[Check]:
-    """Of a one-way link of TCPROS with Nagle's algorithm: on a LAN messages do not wait (measured
-    with what the programs take, 0.4 to 0.8 ms), far away each other one does."""
+    """The delay on a one-way link of TCPROS with Nagle's algorithm. On a LAN messages do not wait
+    (measured with the programs' own time, 0.4 to 0.8 ms); far away every other one does."""
     for rate_hz, measured_ms, way_us in ((25, 0.4, 50), (30, 0.49, 50), (50, 0.8, 50),
                                          (25, 45.0, 20_200)):
         received = _talk(Ros1(Ros1.Params(master="a")), 30, 797, rate_hz, way_us).node(

@@ -41,8 +41,7 @@ RUNS = {
 # The same of publishers that block (CongestionControl BLOCK), of a cut of 60 s.
 BLOCKED = ((1.30, 12.63, 14.42), (1.30, 13.97, 14.48), (1.32, 15.29, 19.81), (1.31, 16.62, 18.49),
            (1.29, 17.91, 17.16), (1.30, 19.16, 15.85))
-KEPT = 143  # of 150 messages that are said in a cut of 15 s: what the socket and two batches hold
-
+KEPT = 143  # of 150 messages that are sent in a cut of 15 s: as many as socket and two batches hold
 
 Lives = dict[str, Callable[[LabNode], object]]
 
@@ -61,13 +60,14 @@ def _zenoh(preset: str) -> Zenoh:
 
 
 def discovery() -> Iterator[Check]:
-    """The first 15 s of routers that start some 10 ms apart; the median of five of 8 without nodes,
-    243 to 259 kB."""
+    """The traffic of the first 15 s of routers that start some 10 ms apart (8 without nodes: the
+    median of five runs, 243 to 259 kB)."""
     rows: tuple[tuple[str, Lives, int], ...] = (
         ("4 hosts, 9 publishers and 8 subscribers each", _fleet(4), 102_160),
         ("8 hosts, the same", _fleet(8), 566_814), ("8 routers alone", _quiet(8), 252_981))
     for what, lives, bytes_ in rows:
-        yield within(0.15, f"Zenoh: first 15 s of {what}", _first_15_s(lives), bytes_, "B")
+        bench = Laboratory(lives, _zenoh("zenoh"), starts_s=[0.05 * k for k in range(len(lives))])
+        yield within(0.15, f"Zenoh: first 15 s of {what}", bench.run(15).tap.bytes, bytes_, "B")
 
 
 def floods(only: slice = slice(None)) -> Iterator[Check]:
@@ -83,11 +83,6 @@ def floods(only: slice = slice(None)) -> Iterator[Check]:
         yield within(0.15, what, tap.bytes, bytes_, "B")
         if frames:
             yield within(0.15, f"{what}, frames", tap.packets, frames)
-
-
-def _first_15_s(lives: Lives) -> int:
-    return Laboratory(lives, _zenoh("zenoh"),
-                      starts_s=[0.05 * k for k in range(len(lives))]).run(15).tap.bytes
 
 
 def _quiet(hosts: int) -> Lives:
@@ -108,7 +103,7 @@ def _fleet(hosts: int) -> Lives:
 def at_rest() -> Iterator[Check]:
     """Keep-alives, scouts and hellos, from 15 to 45 s after the start."""
     bench = Laboratory(_quiet(8), _zenoh("zenoh"),
-                  starts_s=[0.035 * k for k in range(8)]).run(15)
+                       starts_s=[0.035 * k for k in range(8)]).run(15)
     before = bench.tap.bytes
     yield within(0.15, "Zenoh: 8 routers at rest", (bench.run(45).tap.bytes - before) / 30, 3426,
                  "B/s")

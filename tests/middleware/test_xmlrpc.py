@@ -27,7 +27,7 @@ class Calls(Pair):
                       lambda ok, response: self.note("done", ok, response), **options)
 
     def stop(self, host):
-        self.rpc.switched(host, False)
+        self.rpc.forget(host)
         super().stop(host)
 
 

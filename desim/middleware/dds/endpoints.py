@@ -14,11 +14,11 @@ from desim.middleware.dds import wire
 from desim.middleware.dds.heartbeat_piggyback import Spent
 from desim.middleware.dds.remote import RemoteParticipant
 from desim.middleware.dds.wire import Guid, Item, ItemKind
+from desim.middleware.timers import NEVER
 
 if TYPE_CHECKING:
     from desim.middleware.dds.participant import Participant
     from desim.ports.middleware import InAdvance
-    from desim.ports.networks import Handle
 
 # Until a reader asks again for endpoints that are on their way: NackDelay of Cyclone DDS. Fast DDS
 # asks at each heartbeat, but its sender blocks while a buffer is full, which is not modelled.
@@ -54,7 +54,7 @@ class Endpoints:
         # A node's endpoints are made some time after its participant.
         self._exist = False
         self._coming = self._wire.built_in_endpoints(me.guid, self._context.hosts[me.host])
-        self._beat: tuple[int, Handle] | None = None  # when the next heartbeat is due
+        self._beat_ns = NEVER  # when the next heartbeat is due
         self._beats = 0
         limit_bytes = me.params.heartbeat_after_bytes
         self._spent = None if limit_bytes is None else (Spent(limit_bytes), Spent(limit_bytes))
@@ -222,15 +222,16 @@ class Endpoints:
     def _book(self, delay_ns: int) -> None:
         """Send a heartbeat at that time, or earlier."""
         due_ns = self._context.now_ns + delay_ns
-        if self._beat is None or due_ns < self._beat[0]:
-            self._beat = due_ns, self._me.after(delay_ns, self._heartbeat, due_ns)
+        if due_ns < self._beat_ns:
+            self._beat_ns = due_ns
+            self._me.after(delay_ns, self._heartbeat, due_ns)
 
     def _heartbeat(self, due_ns: int) -> None:
         """Send heartbeats to those that have not acknowledged everything; of Fast DDS, then to all.
         """
-        if self._beat is None or self._beat[0] != due_ns:
+        if self._beat_ns != due_ns:
             return
-        self._beat = None
+        self._beat_ns = NEVER
         params = self._params
         known = self._me.direct()
         behind = [remote for remote in known
@@ -317,7 +318,7 @@ class Endpoints:
             self._me.after(self._params.discovery_heartbeat_response_ns, self._answer, remote)
 
     def _goes_on(self, remote: RemoteParticipant, series: int) -> bool:
-        """Whether a message is not of an earlier series; a new series may begin."""
+        """Whether a message belongs to the present series. A message of a later one begins that."""
         if series > remote.received_series:
             remote.begin(series)
             self._me.after(remote.lease_ns, self._me.forget_others, (remote, series))

@@ -53,7 +53,7 @@ class Bundling(Carrier[BundleToken]):
 
 
 class Beating(Carrier[HeartbeatToken]):
-    """The carrier of heartbeats to one reader."""
+    """The carrier of heartbeats to one reader. After a lost one another one will come."""
 
     socket = "rtps"  # a participant sends all by one
 
@@ -63,11 +63,4 @@ class Beating(Carrier[HeartbeatToken]):
     def arrived(self, token: HeartbeatToken, receiver: int) -> None:
         self._link.reader.heartbeat(*token)
 
-    def arrived_in_part(self, token: HeartbeatToken, receiver: int, lost: dict[int, str]) -> None:
-        """The sample that it rode on takes the packets that arrived; another one will come."""
-
-    def lost(self, token: HeartbeatToken, receiver: int, reason: str) -> None:
-        """Another one will come."""
-
-    def repeated(self, token: HeartbeatToken, receiver: int) -> None:
-        self._link.reader.heartbeat(*token)
+    repeated = arrived

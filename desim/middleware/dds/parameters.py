@@ -203,17 +203,14 @@ class DdsParams(ports.Params):
     @property
     def message_fragments(self) -> int:
         """Fragments in one UDP message."""
-        count: int = self.data_message_bytes // self.fragment_bytes
-        return count
+        return int(self.data_message_bytes // self.fragment_bytes)
 
     def announcing_ns(self, lease_ns: int) -> int:
         """The time between two announcements of a participant with this lease."""
-        period_ns: int | None = self.announcement_period_ns
-        if period_ns is not None:
-            return period_ns
-        return min(lease_ns * 4 // 5, MOST_ANNOUNCEMENT_NS)
+        period_ns = self.announcement_period_ns
+        return min(lease_ns * 4 // 5, MOST_ANNOUNCEMENT_NS) if period_ns is None else period_ns
 
     def asserting_ns(self, lease_ns: int) -> int:
         """The time between two of its assertions of liveliness, 0 for none."""
-        period_ns: int | None = self.liveliness_period_ns
+        period_ns = self.liveliness_period_ns
         return lease_ns * 4 // 5 if period_ns is None else period_ns

@@ -74,7 +74,7 @@ class NackTiming:
 class Reader(Carrier[Answer]):
     """Delivers samples in the order of their numbers, and passes over those that the writer no
     longer has. It learns of the writer by arrivals alone, and is the carrier of its own
-    acknowledgements."""
+    acknowledgements. Where one is lost, the writer's next heartbeat asks again."""
 
     socket = "rtps"  # a participant sends all by one
 
@@ -304,11 +304,4 @@ class Reader(Carrier[Answer]):
     def arrived(self, token: Answer, receiver: int) -> None:
         self._link.acknowledged(token, receiver)
 
-    def arrived_in_part(self, token: Answer, receiver: int, lost: dict[int, str]) -> None:
-        """A datagram is lost with any packet of it; the writer's next heartbeat asks again."""
-
-    def lost(self, token: Answer, receiver: int, reason: str) -> None:
-        """The writer's next heartbeat asks again."""
-
-    def repeated(self, token: Answer, receiver: int) -> None:
-        self._link.acknowledged(token, receiver)
+    repeated = arrived

@@ -1,9 +1,9 @@
 """Reliable data: the samples that a writer keeps for each reader, until the reader has them.
 
-Numbers are counted for each reader, as if each had a writer of its own: a writer that sends
-everything to everybody has the same ones. The writer learns by acknowledgements alone; the loss of
-a frame only writes a row ``lost``. An acknowledgement that asks for nothing counts when the writer
-next works with its history.
+Each link numbers its samples by itself, as if each reader had a writer of its own; where a writer
+sends everything to everybody, the numbers are the same. The writer learns by acknowledgements
+alone; the loss of a frame only writes a row ``lost``. An acknowledgement that asks for nothing
+counts when the writer next works with its history.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-# Of an arrival: well before a heartbeat could overtake it (80 ms at least), or a lease end.
+# An arrival within this time is soon: no heartbeat overtakes it (80 ms at least), no lease ends.
 SOON_NS = 50_000_000
 
 # A sample, its train, the first number that the writer still has, and the kind of its heartbeats.

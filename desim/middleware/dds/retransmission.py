@@ -12,8 +12,8 @@ from desim.middleware.dds.wire import RtpsDialect
 class Wanted:
     """The last request of one reader. ``missing``: the fragments that were not sent since then.
 
-    A request that was on its way when a fragment was sent again tells nothing of that, and the way
-    takes longer the more waits in a medium. So the pause after a repetition of the same fragment
+    A request may have been on its way when a fragment was sent again, and the more waits in a
+    medium, the longer it is on its way. So the pause after a repetition of the same fragment
     doubles each time.
     """
 

@@ -34,14 +34,13 @@ LONG_TRAIN_BYTES = 6 * TRAIN_BYTES  # of a frame where nothing waits: a map of 4
 TYPE_NAME = "nav_msgs::msg::dds_::OccupancyGrid_"  # stands for the type of any topic of the robots
 QUEUED, LATCHED = 12, 8  # B of a history that is not KEEP_LAST(1), of TRANSIENT_LOCAL
 
-# A ROS 2 node without topics of its own: kind, topic, type, bytes of its quality of service.
-# Eight writers and seven readers of the node, one of each of its context (ros_discovery_info).
+# Topics and types of the endpoints of a ROS 2 node without topics of its own: eight writers and
+# seven readers of the node, one of each of its context (ros_discovery_info).
 _INFO = ("ros_discovery_info", "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_")
 _EVENTS = ("rt/parameter_events", "rcl_interfaces::msg::dds_::ParameterEvent_")
 _LOG = ("rt/rosout", "rcl_interfaces::msg::dds_::Log_")
 _SERVICES = ("GetParameters", "GetParameterTypes", "SetParameters", "SetParametersAtomically",
              "DescribeParameters", "ListParameters")
-
 
 Guid = tuple[int, int]  # host index, and which of its lives: a new one at every start
 
@@ -166,28 +165,21 @@ class RtpsDialect:
         head = HEADER_BYTES + self.address_bytes
         if payload <= fragment_bytes:
             return (head + TIME_BYTES + DATA_BYTES + payload,)
-        whole = most * fragment_bytes
-        out: list[int] = []
-        while payload > 0:
-            part = min(payload, whole)
-            payload -= part
-            timed = self.address_bytes or not out  # each message to one reader repeats the time
-            out.append(head + TIME_BYTES * bool(timed) + DATA_FRAG_BYTES + part)
-        return tuple(out)
+        whole = most * fragment_bytes  # each message to one reader repeats the time
+        return tuple(head + TIME_BYTES * bool(self.address_bytes or start == 0) + DATA_FRAG_BYTES
+                     + min(whole, payload - start) for start in range(0, payload, whole))
 
     def trains(self, size_bytes: int, fragment_bytes: int, most: int, beats: Sequence[bool],
                train_bytes: int = TRAIN_BYTES) -> tuple[SampleTrain, ...]:
         """``messages`` as frames of up to ``train_bytes``. ``beats``: whether a heartbeat rides on
         each (empty: on none)."""
         out: list[SampleTrain] = []
-        last = fragments(size_bytes, fragment_bytes)
+        last = -(-(size_bytes + ENCAPSULATION_BYTES) // fragment_bytes)  # fragments
         lengths = self.messages(size_bytes, fragment_bytes, most)
         for k, length in enumerate(lengths):
-            rides = bool(beats) and beats[k]
-            more = HEARTBEAT_BYTES if rides else 0
-            if beats and k + 1 < len(lengths):
-                more += self.fragment_beat_bytes
-            chunk = self.udp(length + more)
+            rides, before_last = bool(beats) and beats[k], bool(beats) and k + 1 < len(lengths)
+            chunk = self.udp(length + HEARTBEAT_BYTES * rides
+                             + self.fragment_beat_bytes * before_last)
             part = range(k * most, min(last, (k + 1) * most))
             message = DdsMessage(chunk.packets, part, rides)
             if out and out[-1].chunk.size_bytes + chunk.size_bytes <= train_bytes:
@@ -205,14 +197,13 @@ class RtpsDialect:
         payload = size_bytes + ENCAPSULATION_BYTES
         head = HEADER_BYTES + TO_BYTES + (DATA_BYTES if payload <= fragment_bytes
                                           else DATA_FRAG_BYTES)
-        chunks, messages = [], []
-        for index, rides in zip(part, beats, strict=True):
-            timed = self.address_bytes or index == 0
-            chunk = self.udp(head + TIME_BYTES * bool(timed) + HEARTBEAT_BYTES * rides
-                             + min(fragment_bytes, payload - index * fragment_bytes))
-            chunks.append(chunk)
-            messages.append(DdsMessage(chunk.packets, range(index, index + 1), rides))
-        return SampleTrain(part, together(chunks), tuple(messages), any(beats))
+        chunks = [self.udp(head + TIME_BYTES * bool(self.address_bytes or index == 0)
+                           + HEARTBEAT_BYTES * rides
+                           + min(fragment_bytes, payload - index * fragment_bytes))
+                  for index, rides in zip(part, beats, strict=True)]
+        messages = tuple(DdsMessage(chunk.packets, range(index, index + 1), rides)
+                         for chunk, index, rides in zip(chunks, part, beats, strict=True))
+        return SampleTrain(part, together(chunks), messages, any(beats))
 
     def bundle(self, sizes: Sequence[int], beats: int) -> Chunk:
         """One message of whole samples of these sizes, with so many heartbeats."""
@@ -314,11 +305,6 @@ class RtpsDialect:
             left_bytes -= need
         sizes[-1] += 2 * HEARTBEAT_BYTES * beats
         return [Letter(self.udp(size), count) for size, count in zip(sizes, counts, strict=True)]
-
-
-def fragments(size_bytes: int, fragment_bytes: int) -> int:
-    """The number of fragments of a sample."""
-    return -(-(size_bytes + ENCAPSULATION_BYTES) // fragment_bytes)
 
 
 def _padded(name: str) -> int:

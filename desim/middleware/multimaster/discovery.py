@@ -113,10 +113,9 @@ class RemoteMaster:
             beats.popleft()
         if not timing.counted:
             return False
-        quality = min(100, int(100 * len(beats) / (timing.expected + self.requests)))
-        changed = quality != self.quality
-        self.quality = quality
-        return changed
+        before = self.quality
+        self.quality = min(100, int(100 * len(beats) / (timing.expected + self.requests)))
+        return self.quality != before
 
 
 class Discovery:
@@ -168,23 +167,18 @@ class Discovery:
             self._check(remote)
 
     def _poll_own_master(self) -> None:
-        changes = self._processes.masters[self._host].registry.changes
-        if changes == self._seen_changes:
+        registry, host = self._processes.masters[self._host].registry, self._host
+        if registry.changes == self._seen_changes:
             return
-        self._seen_changes = changes
-        self._stirred_ns = self._context.now_ns
-        registrations = tuple(self._own())
+        self._seen_changes, self._stirred_ns = registry.changes, self._context.now_ns
+        registrations = tuple((side, topic, known[host])
+                              for side, topics in ((Side.PUBLISHER, registry.publishers),
+                                                   (Side.SUBSCRIBER, registry.subscribers))
+                              for topic, known in topics.items() if host in known)
         if registrations != self.state.registrations:
             self.state = MasterState(self._context.now_ns, registrations)
         if not self._timing.counted:
             self._send(HeartbeatKind.BEAT)
-
-    def _own(self) -> list[Registration]:
-        registry = self._processes.masters[self._host].registry
-        return [(side, topic, known[self._host])
-                for side, topics in ((Side.PUBLISHER, registry.publishers),
-                                     (Side.SUBSCRIBER, registry.subscribers))
-                for topic, known in topics.items() if self._host in known]
 
     def _send(self, what: HeartbeatKind, to: int | None = None) -> None:
         beat = Beat(self._host, what, self.state.changed_ns, self._stirred_ns)
@@ -212,10 +206,8 @@ class Discovery:
         now_ns = self._context.now_ns
         if remote is None:
             remote = self.remotes[beat.host] = RemoteMaster(beat.host)
-            remote.receive(now_ns)
             self._life.after(self._params.contact_after_ns, self._contact, remote)
-        else:
-            remote.receive(now_ns)
+        remote.receive(now_ns)
         news = (beat.changed_ns, beat.stirred_ns) != (remote.changed_ns, remote.stirred_ns)
         remote.changed_ns, remote.stirred_ns = beat.changed_ns, beat.stirred_ns
         if remote.known and not remote.online:

@@ -17,8 +17,8 @@ MIN_HZ = Fraction(3, 10)  # slower heartbeats do not tell who is there (MIN_HZ_F
 
 
 class MultimasterParams(RosParams):
-    """Of ``multimaster``: master_discovery and master_sync. Where a source is not named it is
-    master_discovery (noetic).
+    """The parameters of ``multimaster``: of master_discovery and master_sync. Where no source is
+    named it is master_discovery (noetic).
 
     Presets are named after the version that was measured, multimaster_fkie 1.3.2: ``fkie_1_3`` is
     as ROS noetic ships it; ``fkie_1_3_groovy`` is the same with the heartbeats of groovy's time

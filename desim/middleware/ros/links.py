@@ -60,14 +60,14 @@ class RosLink:
 
     def _accepted(self, connection: Connection) -> None:
         """The subscriber's header has arrived."""
-        publisher = self.process.all.at(self.uri)
+        publisher = self.process.all.on(self.uri.host)
         connection.send(self.uri.host, HEADER_ANSWER, self._headed, connection, "tcpros_header")
         connection.on_closed(self.uri.host, self._left)
         publisher.linked(self, connection)
 
     def _left(self, connection: Connection, reason: str) -> None:
         connection.close(self.uri.host)
-        self.process.all.at(self.uri).unlinked(self, connection)
+        self.process.all.on(self.uri.host).unlinked(self, connection)
 
     # At the subscriber.
 

@@ -58,10 +58,6 @@ class Processes:
             process = self._processes[host] = Process(self, uri, self._master_of[host])
         return process
 
-    def at(self, uri: Uri) -> Process:
-        """The process at an address that has just been reached."""
-        return self._processes[uri.host]
-
     def switched(self, host: int, up: bool) -> None:
         if up:
             self._lives[host] += 1
@@ -74,7 +70,7 @@ class Processes:
         if process is not None:
             process.stop()
         self.masters.pop(host, None)
-        self.rpc.switched(host, False)
+        self.rpc.forget(host)
         self.tcp.switched(host, False)
 
     # Masters.

@@ -47,7 +47,7 @@ class XmlRpcCall:
         self.response = response
         if self.connection is None:
             context = self._rpc.context
-            context.at(context.now_ns, self.client, self._local_end)
+            context.at(context.now_ns, self.client, lambda _: self.finish(True))
         elif self.connection.holds(self.server):
             self.connection.send(self.server, response_bytes, self._answered,
                                  self.connection, self.kind)
@@ -90,9 +90,6 @@ class XmlRpcCall:
         if self._timer is not None:
             self._timer.cancel()
         self._rpc.calls[self.client].pop(self, None)
-
-    def _local_end(self, _: object) -> None:
-        self.finish(True)
 
     def _answered(self, connection: Connection) -> None:
         if not self.over:
@@ -159,11 +156,9 @@ class XmlRpc:
         self._connect(call)
         return call
 
-    def switched(self, host: int, up: bool) -> None:
+    def forget(self, host: int) -> None:
         """Forget the calls, idle connections and servers of a stopped host. To be called before
-        that of ``Tcp``."""
-        if up:
-            return
+        ``Tcp.switched``."""
         for call in list(self.calls.get(host, ())):
             call.forget()
         for key in [key for key in self._idle if key[0] == host]:
@@ -207,8 +202,8 @@ class XmlRpc:
             call.go(connection, False)
 
     def _reap(self, key: Key) -> None:
-        """Close what has rested for long. The last one to rest is the first one to work, so that
-        they lie in order of time."""
+        """Close connections that have rested for long. The last to rest is the first to be taken
+        again, so they are in order of time."""
         idle = self._idle[key]
         due_ns = self.context.now_ns - self._idle_ns
         while idle and idle[0][1] <= due_ns:

@@ -27,11 +27,11 @@ class RouterLink:
     """One end of a link. The client sends InitSyn and OpenSyn, the server acknowledges each.
 
     ``life``: the life of the peer that it is with (0: not known yet). ``expired``: it only drains
-    what is written; data over a link beside such a one stays ``unread``, for its router takes the
-    two for one and does not declare its keys again. ``named``: the routers whose identity has gone
-    over it, as bits; ``declared``: by router, its life and the number of its declarations that
-    have. ``fresh``: link states that it has carried when it was new, and that its router has yet to
-    pass on to others.
+    what is written. ``unread``: it stands beside an expired link. The own router takes the two for
+    one and does not declare its keys again, so the peer cannot read data from it. ``named``: the
+    routers whose identity has gone over it, as bits; ``declared``: by router, its life and the
+    number of its declarations that have. ``fresh``: link states that it has carried when it was
+    new, and that its router has yet to pass on to others.
     """
 
     __slots__ = ("router", "host", "peer", "life", "connection", "far", "up", "over", "expired",
@@ -114,10 +114,7 @@ class RouterLink:
 
     def _watch_opening(self) -> None:
         self._book("opening", self._context.now_ns + self.router.params.open_timeout_ns,
-                   self._too_slow)
-
-    def _too_slow(self, _: object) -> None:
-        self.close()
+                   lambda _: self.close())
 
     def _dialled(self, connection: Connection) -> None:
         self.send("link", INIT_SYN_BYTES, RouterLink._init_syn, self.router.life)
@@ -171,7 +168,8 @@ class RouterLink:
             self._book("lease", due_ns, self._check_lease)
             return
         self.expired = True
-        self._book("drain", now_ns + params.lease_ns // params.keep_alive, self._too_slow)
+        self._book("drain", now_ns + params.lease_ns // params.keep_alive,
+                   lambda _: self.close())
         self.line.flush(self.close)
 
     def _book(self, name: str, time_ns: int, fn: Callable[..., object]) -> None:
