@@ -94,21 +94,23 @@ def _methods(contract: type) -> list[str]:
             if not name.startswith("_") and callable(getattr(contract, name))]
 
 
-def misfit(kind: str, cls: type) -> str:
-    """Advice to the author of a class with all methods of its contract, where one of them takes
-    other arguments, or ``reasons`` is no tuple of names; empty if all is well."""
+def misfit(kind: str, cls: Callable[..., object]) -> str:
+    """Advice to the author of a class that breaks the form of its contract: in methods and their
+    arguments, in ``reasons``, in defaults of its ``Params``. Empty if all is well."""
     contract = CONTRACTS[kind]
     found = [_misfit("__init__", cls, _MADE_WITH[kind])] if kind in _MADE_WITH else []
     for name in _methods(contract):
         wanted = list(signature(getattr(contract, name)).parameters)
-        if isinstance(getattr_static(cls, name), staticmethod | classmethod):
+        method = getattr_static(cls, name, None)
+        if isinstance(method, staticmethod | classmethod):
             wanted = [parameter for parameter in wanted if parameter != "self"]
-        found.append(_misfit(name, getattr(cls, name), wanted))
+        found.append(_misfit(name, getattr(cls, name), wanted) if method is not None else
+                     f"have a method {name}({', '.join(wanted)})")
     reasons = getattr(cls, "reasons", None)
     if hasattr(contract, "reasons") and not (isinstance(reasons, tuple) and all(
             isinstance(reason, str) for reason in reasons)):
         found.append(f"declare reasons = ('...',), a tuple of names, not {reasons!r}")
-    return ", and ".join(filter(None, found))
+    return ", and ".join(filter(None, (*found, *_wrong_defaults(block_of(cls)))))
 
 
 def _misfit(name: str, function: Callable[..., object], wanted: Sequence[str]) -> str:
@@ -123,11 +125,28 @@ def _misfit(name: str, function: Callable[..., object], wanted: Sequence[str]) -
     return ""
 
 
+def _wrong_defaults(block: type[ports.Params] | None) -> list[str]:
+    try:
+        if block is not None:
+            block.model_validate_json("{}", strict=True)
+    except ValidationError as error:
+        return [f"correct the default of {wrong['loc'][0]}, {wrong['input']!r}: "
+                f"{wrong['msg'].removeprefix('Value error, ')}"
+                for wrong in error.errors() if wrong["loc"] and wrong["type"] != "missing"]
+    return []
+
+
+def block_of(cls: object) -> type[ports.Params] | None:
+    """The parameter block inside of a plug-in's class."""
+    block = getattr(cls, "Params", None)
+    return block if isinstance(block, type) and issubclass(block, ports.Params) else None
+
+
 @cache
 def parameters(kind: str, name: str) -> type[ports.Params]:
     """The parameter block of the plug-in called ``name``. Raises ``InputError``."""
-    block = getattr(load(kind, name), "Params", None)
-    if not (isinstance(block, type) and issubclass(block, ports.Params)):
+    block = block_of(load(kind, name))
+    if block is None:
         raise InputError(f"the {kind} {bare(name)!r} has no class Params, a desim.ports.Params: it "
                          "is not a plug-in for this place")
     try:

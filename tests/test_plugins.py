@@ -180,9 +180,10 @@ WRONG = [  # kind of plug-in, what is wrong with its class, what is said
      "must take (self, frame) in send, not (self), and declare reasons = ('...',), a tuple of "
      "names, not None"),
     ("rule", "class Params(ports.Params):\n            at_m: Position = 0.0",
-     "has a wrong default of at_m, 0.0: 0.0 has no unit; allowed: m, km, cm, mm, e.g. '-38 m'"),
+     "must correct the default of at_m, 0.0: 0.0 has no unit; allowed: m, km, cm, mm, e.g. "
+     "'-38 m'"),
     ("rule", "class Params(ports.Params):\n            times: int = Field('three', ge=0)",
-     "has a wrong default of times, 'three': Input should be a valid integer"),
+     "must correct the default of times, 'three': Input should be a valid integer"),
 ]
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from desim.errors import InputError
-from desim.scenario import check, merge, parts, plugin_choices
+from desim.scenario import check, merge, parts, plugin_choices, yaml12
 from desim.scenario.complaints import Complaint, lines, validated
 from desim.scenario.complete import complete
 from desim.scenario.places import Data, Folder, Path, Places, SourcePlace, path_of
@@ -68,7 +68,7 @@ def load(path: str | os.PathLike, overrides: Sequence[str] = (), seed: int | Non
     if "base" in document[0] and "base" not in Scenario.model_fields:
         raise InputError(f"{document[1].where('base')}: this is a design, of many runs: desim "
                          f"sweep {file}")
-    return _loaded(_overridden(document, overrides, seed))
+    return Variants(document).of(_changes(overrides, seed))
 
 
 class Variants:
@@ -80,8 +80,8 @@ class Variants:
         self._laid: list[tuple[str, merge.Document]] = []  # of the last one, change by change
 
     def of(self, changes: Sequence[Change]) -> Loaded:
-        """The scenario with these changes, in their order. Raises ``InputError`` as ``load`` does.
-        """
+        """The scenario with these changes, in their order. Raises ``InputError`` as ``load`` does,
+        and for a change that a later one takes away."""
         texts = [repr(change) for change in changes]  # 1 and true are equal, but not the same
         same = 0
         for before, now in zip(self._laid, texts, strict=False):
@@ -94,6 +94,11 @@ class Variants:
                 self._laid[-1][1] if self._laid else self._base, path_of(change.path), change.value,
                 change.place)))
         data, places = self._laid[-1][1] if self._laid else self._base
+        lost = [f"{change.place}: {change.path}: what is set after it chooses another plug-in or "
+                "shape, which takes this away; set this after that"
+                for change in changes if path_of(change.path) not in places]
+        if lost:
+            raise InputError(*lost)
         return _loaded((merge.copied(data), places))
 
 
@@ -108,14 +113,20 @@ def from_mapping(data: Mapping[str, object], overrides: Sequence[str] = (),
                          f"false and null: {error}") from None
     if not isinstance(copied, dict):
         raise InputError("scenario: must be a mapping")
-    return _loaded(_overridden((copied, Places(SourcePlace("scenario"))), overrides, seed))
+    document = copied, Places(SourcePlace("scenario"))
+    return Variants(document).of(_changes(overrides, seed))
 
 
-def _overridden(document: merge.Document, overrides: Sequence[str],
-                seed: int | None) -> merge.Document:
+def _changes(overrides: Sequence[str], seed: int | None) -> list[Change]:
+    """The changes that ``a.b.c=value`` stand for; the value is YAML. Raises ``InputError``."""
+    changes = []
     for override in (*overrides, *([] if seed is None else [f"seed={seed}"])):
-        document = merge.overridden(document, override)
-    return document
+        source = f"--set {override}"
+        key, equals, text = override.partition("=")
+        if not equals or not all(key.split(".")):
+            raise InputError(f"{source}: must look like a.b.c=value, e.g. fleet.size=8")
+        changes.append(Change(key.strip(), yaml12.parse_value(text, source), SourcePlace(source)))
+    return changes
 
 
 def _loaded(document: merge.Document) -> Loaded:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from desim import plugins
 from desim.errors import InputError
 from desim.scenario import yaml12
-from desim.scenario.places import Data, Path, Places, SourcePlace, dotted, items, path_of
+from desim.scenario.places import Data, Path, Places, SourcePlace, dotted, items
 from desim.scenario.schema.communication import (
     Coordination,
     MediumChoice,
@@ -60,16 +60,6 @@ def extended(path: str, below: tuple[str, ...] = ()) -> Document:
     lower, lower_places = extended(parent, chain)
     merged = _mapping(_overlay(lower, data, ()))
     return merged, lower_places.under(places, merged)
-
-
-def overridden(document: Document, override: str) -> Document:
-    """``a.b.c=value`` laid over the document; the value is YAML. Raises ``InputError``."""
-    source = f"--set {override}"
-    key, equals, text = override.partition("=")
-    if not equals or not all(key.split(".")):
-        raise InputError(f"{source}: must look like a.b.c=value, e.g. fleet.size=8")
-    return changed(document, path_of(key.strip()), yaml12.parse_value(text, source),
-                   SourcePlace(source))
 
 
 def changed(document: Document, path: Path, value: object, place: SourcePlace) -> Document:

@@ -97,6 +97,7 @@ def path_of(path: str) -> Path:
 
 def _has(data: Any, path: Path) -> bool:
     for step in path:
+        step = str(step) if isinstance(data, dict) else step
         if not (step in data if isinstance(data, dict) else
                 isinstance(data, list) and isinstance(step, int) and step < len(data)):
             return False

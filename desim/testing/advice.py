@@ -7,7 +7,10 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from desim import ports
+from desim import plugins, ports
+from desim.errors import InputError
+from desim.scenario.complaints import lines, validated
+from desim.scenario.places import Places, SourcePlace
 
 P = TypeVar("P")
 
@@ -15,17 +18,20 @@ P = TypeVar("P")
 PluginClass = Callable[[Any], P]
 
 
-def parameter_block(cls: object) -> type[ports.Params]:
-    """The class ``Params`` of a plug-in's class. Raises ``AssertionError`` without one."""
-    block = getattr(cls, "Params", None)
-    if not (isinstance(block, type) and issubclass(block, ports.Params)):
-        raise _complaint(cls, "have a class Params(desim.ports.Params)")
-    return block
-
-
 def made(cls: PluginClass[P], params: dict[str, object]) -> P:
-    """A plug-in with these parameters."""
-    return cls(parameter_block(cls).model_validate(params))
+    """A plug-in with these parameters, which are parsed as those of a scenario are. Raises
+    ``InputError`` for wrong ones."""
+    return cls(_parsed(cls, params))
+
+
+def _parsed(cls: object, params: dict[str, object]) -> ports.Params:
+    block = plugins.block_of(cls)
+    if block is None:
+        raise _complaint(cls, "have a class Params(desim.ports.Params)")
+    found = validated(block, params)
+    if isinstance(found, list):
+        raise InputError(*lines(found, Places(SourcePlace(_name(cls)))))
+    return found
 
 
 def need(kept: object, cls: object, advice: str) -> None:
@@ -35,18 +41,26 @@ def need(kept: object, cls: object, advice: str) -> None:
 
 
 def _complaint(cls: object, advice: str) -> AssertionError:
-    return AssertionError(f"{cls.__module__}.{getattr(cls, '__qualname__', cls)} must {advice}")
+    return AssertionError(f"{_name(cls)} must {advice}")
 
 
-def check_parameters(cls: PluginClass[object], params: dict[str, object]) -> None:
-    """Check that a plug-in describes its options and where their defaults come from, and that
-    ``params`` can be written into a scenario with all others and read again."""
-    block = parameter_block(cls)
+def _name(cls: object) -> str:
+    return f"{cls.__module__}.{getattr(cls, '__qualname__', cls)}"
+
+
+def check_form(kind: str, cls: PluginClass[object], params: dict[str, object]) -> None:
+    """Check that a plug-in has the methods and declarations of its contract, that it describes its
+    options and where their defaults come from, and that ``params`` can be written into a scenario
+    with all others and read again."""
+    misfit = plugins.misfit(kind, cls)
+    need(not misfit, cls, misfit)
+    parsed = _parsed(cls, params)
+    block = type(parsed)
     for name, field in block.model_fields.items():
         need(field.description or field.is_required(), cls,
              f"say where the default of parameter {name!r} comes from: Field(default, "
              "description=...)")
-    written = block.model_validate(params).model_dump_json(by_alias=True)
+    written = parsed.model_dump_json(by_alias=True)
     try:
         again = block.model_validate_json(written, strict=True).model_dump_json(by_alias=True)
     except ValidationError as error:

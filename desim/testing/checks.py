@@ -14,7 +14,7 @@ from desim import ports
 from desim.engine.streams import Streams
 from desim.netcases.case import play
 from desim.ports.cases import Case
-from desim.testing.advice import PluginClass, check_parameters, made, need
+from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.capabilities import (
     Retrying,
     check_claims,
@@ -35,7 +35,7 @@ def check_network(cls: PluginClass[ports.NetworkModel], **params: object) -> Non
     each packet of a train, repeatability, random numbers from the context alone, that a silent host
     changes nothing, and each capability that it claims: for instance, that nothing arrives where
     ``reach_m`` or ``separates`` says that nothing can."""
-    _check_declarations(cls, params)
+    _check_declarations("network", cls, params)
 
     def make(rules: Sequence[ports.Rule] = ()) -> Bench:
         return Bench(made(cls, params), _HOSTS, rules=rules)
@@ -49,7 +49,7 @@ def check_rule(rule: PluginClass[ports.Rule] | ports.RuleFunction, **params: obj
     """Check a ``ports.Rule``, a class or a plain function, in the same way."""
     cls = cast(PluginClass[ports.Rule],  # isfunction says nothing of what is no function
                ports.function_rule(rule) if isfunction(rule) else rule)
-    _check_declarations(cls, params)
+    _check_declarations("rule", cls, params)
     for model in Instant, Retrying:
         _check_play(cls, lambda: Bench(model(), _HOSTS, rules=[made(cls, params)]),  # noqa: B023
                     lambda: Bench(model(), _HOSTS | _SILENT,  # noqa: B023 - called right away
@@ -59,7 +59,7 @@ def check_rule(rule: PluginClass[ports.Rule] | ports.RuleFunction, **params: obj
 def check_strategy(cls: PluginClass[ports.Strategy], **params: object) -> None:
     """Check a ``ports.Strategy``: it takes one of the frontiers that it is shown, or None when
     there is none, and takes the same one when asked again."""
-    check_parameters(cls, params)
+    check_form("strategy", cls, params)
     frontiers = [ports.Frontier(4.0, 0.0, 4.0, 12), ports.Frontier(0.0, 9.0, 11.0, 80),
                  ports.Frontier(-30.0, 2.0, 45.0, 7)]
     need(made(cls, params).choose(_View([])) is None, cls,
@@ -91,7 +91,7 @@ class _View:
 def check_case(cls: PluginClass[Case], **params: object) -> None:
     """Check a ``ports.cases.Case``: its options are described, its setup fits together, something
     becomes of what is sent, and the same seed gives the same measures."""
-    check_parameters(cls, params)
+    check_form("case", cls, params)
     case = made(cls, params)
     setup = case.setup()
     for flow in setup.flows:
@@ -107,15 +107,11 @@ def check_case(cls: PluginClass[Case], **params: object) -> None:
                                               "setup anew, and draw from context.stream(name)")
 
 
-def _check_declarations(cls: PluginClass[object], params: dict[str, object]) -> None:
-    reasons: tuple[str, ...] = getattr(cls, "reasons", ())
-    need(hasattr(cls, "reasons") and isinstance(reasons, tuple)
-         and all(isinstance(reason, str) for reason in reasons), cls,
-         f"declare reasons = ('...',), a tuple of names, not {getattr(cls, 'reasons', None)!r}")
+def _check_declarations(kind: str, cls: PluginClass[object], params: dict[str, object]) -> None:
+    check_form(kind, cls, params)
     refuses = getattr(cls, "refuses", ())
-    need(isinstance(refuses, tuple) and set(refuses) <= set(reasons), cls,
+    need(isinstance(refuses, tuple) and {*refuses} <= {*getattr(cls, "reasons", ())}, cls,
          f"declare in refuses some of its reasons, not {refuses!r}")
-    check_parameters(cls, params)
 
 
 def _check_play(cls: PluginClass[object], make: Callable[[], Bench],

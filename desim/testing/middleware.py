@@ -10,7 +10,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.graph import Graph
 from desim.ports.middleware import Addressing, Endpoint, Middleware, Offer, TransportKind
-from desim.testing.advice import PluginClass, check_parameters, made, need
+from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
 from desim.testing.fleet import HOSTS, Fleet
 from desim.units import NS_PER_S
@@ -42,7 +42,7 @@ _USUAL = Patience()
 def check_middleware(cls: PluginClass[Middleware], **params: object) -> None:
     """Check a ``ports.middleware.Middleware`` whose registries settle at once: the answer does not
     depend on the order of subscribing, changes are announced, a stopped host is no surprise."""
-    check_parameters(cls, params)
+    check_form("middleware", cls, params)
     ends = [Endpoint(host, node, "/map") for host in (2, 0, 10) for node in ("b", "a")]
     offer = Offer(Endpoint(1, "talker", "/map"), TransportKind.STREAM, Addressing.UNICAST, 1, False)
     publisher, answers = offer.publisher, []
@@ -86,7 +86,7 @@ def check_discovery(cls: PluginClass[Middleware], patience: Patience = _USUAL,
     messages flow again; what hosts believe is true then; timers come to rest; the same seed, and
     the same hosts in another order, give the same trace.
     """
-    check_parameters(cls, params)
+    check_form("middleware", cls, params)
     with own_streams(cls):
         digest = _played(cls, HOSTS, patience, params)
         turned = _played(cls, HOSTS[::-1], patience, params)

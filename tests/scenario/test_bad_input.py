@@ -417,6 +417,29 @@ def test_wrong_override(here, override, complaint):
     assert complaints_about("case.yaml", override) == [f"--set {override}: {complaint}"]
 
 
+LOST = ("what is set after it chooses another plug-in or shape, which takes this away; set this "
+        "after that")
+
+
+@pytest.mark.parametrize("before, after", [
+    ("network.media.air.range=20 m", "network.media.air.model=disk"),
+    ("network.media.lan.ports.1=[a, b]", "network.media.lan.model=switch"),
+    ("network.media.lan.model=switch", "network.fidelity=mac"),
+    ("fleet.start.columns=3", "fleet.start={file: starts.csv}"),
+])
+def test_an_override_that_a_later_one_takes_away(here, before, after):
+    (here / "case.yaml").write_text("name: x\n")
+    path = before.partition("=")[0]
+    assert complaints_about("case.yaml", before, after) == [f"--set {before}: {path}: {LOST}"]
+
+
+def test_an_override_that_a_later_one_replaces(here):
+    (here / "case.yaml").write_text("name: x\nnetwork: {media: {lan: {model: switch}}}\n")
+    loaded = load("case.yaml", ["network.media.lan.model=disk", "network.media.lan.range=9 m",
+                                "network.media.lan={model: disk, range: 7 m}"])
+    assert loaded.scenario.network.media["lan"].params.range_m == 7.0
+
+
 def test_a_plug_in_that_keeps_its_contract_in_part(here, monkeypatch):
     monkeypatch.setattr(sys, "path", list(sys.path))
     (here / "case.yaml").write_text("name: x\n")

@@ -119,6 +119,31 @@ def test_a_rule_is_complete_in_17_lines():
     assert len([line for line in inspect.getsource(Curfew).splitlines() if line]) <= 17
 
 
+@pytest.mark.parametrize(("params", "says"), [
+    ({"share": "0.5"}, "test_conformance.Curfew: share: must be a number, got '0.5'"),
+    ({"shar": 0.5}, "test_conformance.Curfew: shar: unknown key (did you mean 'share'?); allowed: "
+                    "share")])
+def test_parameters_are_read_as_those_of_a_scenario_are(params, says):
+    with pytest.raises(InputError) as caught:
+        check_rule(Curfew, **params)
+    assert str(caught.value) == says
+
+
+def test_a_class_that_breaks_the_form_of_its_contract_is_told_so():
+    class Half:
+        Params = ports.Params
+
+        def start(self, context):
+            """There is nothing to do."""
+
+    with pytest.raises(AssertionError) as caught:
+        check_rule(Half)
+    assert str(caught.value).endswith(
+        "Half must take (params) in __init__, not (), and take (self, context, hosts) in start, "
+        "not (self, context), and have a method judge(self, frame, receivers), and declare reasons "
+        "= ('...',), a tuple of names, not None")
+
+
 def test_a_contention_model_is_complete_in_40_lines():
     check_network(Aloha)
     assert len(inspect.getsource(Aloha).splitlines()) <= 40
