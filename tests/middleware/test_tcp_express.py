@@ -265,12 +265,12 @@ def test_what_takes_as_long_as_the_timeout_is_sent_again():
 
 def test_what_goes_by_express():
     """All but what a client says before it has seen that the server knows it."""
-    pair = Pair(wire(), params=IMPLIED)
-    pair.call(nodelay=True)
-    for k in range(50):
-        pair.at(S + k * MS, pair.say, k, 800).at(S + k * MS, pair.say, 100 + k, 800)
     with patch.object(ImpliedReceiver, "arrived", autospec=True,
                       side_effect=ImpliedReceiver.arrived) as arrived:
+        pair = Pair(wire(), params=IMPLIED)
+        pair.call(nodelay=True)
+        for k in range(50):
+            pair.at(S + k * MS, pair.say, k, 800).at(S + k * MS, pair.say, 100 + k, 800)
         pair.run(2 * S)
     assert len(pair.heard()) == 100 and arrived.call_count == 2
     assert pair.connection.sender(0).express is not None

@@ -9,9 +9,9 @@ from desim.middleware.arp import AddressedCarrier
 from desim.middleware.jiffies import fires_ns
 from desim.middleware.tcp.implied import ImpliedReceiver
 from desim.middleware.tcp.parameters import SYN_BYTES
-from desim.middleware.tcp.receiver import Receiver, Train
+from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.sender import Sender
-from desim.middleware.tcp.transit import FIN, Token, parts
+from desim.middleware.tcp.transit import FIN, Token, Train, parts
 from desim.middleware.timers import Timer
 from desim.middleware.transports import SEGMENT_HEADER_BYTES
 
@@ -29,7 +29,7 @@ SYN, SYN_ACK, ACK, RESET, PROBE, ALIVE = range(6)
 
 
 class End(AddressedCarrier[Control]):
-    """One host's end. It is the carrier of the segments without data that come to it."""
+    """One host's end. It is the carrier of its segments without data."""
 
     __slots__ = ("connection", "host", "peer", "state", "closed", "sender", "receiver", "far",
                  "received_ns", "way", "_echo_ns", "_tries", "_timer", "_keeper", "_entity",
@@ -47,7 +47,7 @@ class End(AddressedCarrier[Control]):
         self.closed: Closed | None = None
         self.sender = Sender(connection, self, self._entity)
         received_by = ImpliedReceiver if tcp.params.acks == "implied" else Receiver
-        self.receiver = received_by(connection, self, self._entity)
+        self.receiver = self.sender.back = received_by(connection, self, self._entity)
         self.received_ns = self._echo_ns = 0
         self._tries = 0
         self._timer: Handle | None = None
@@ -56,10 +56,9 @@ class End(AddressedCarrier[Control]):
         self._params = tcp.params
 
     def join(self, far: End) -> None:
+        """Wire the two ends together."""
         self.far = far
-        self.sender.peer, self.sender.back = far.receiver, self.receiver
-        self.receiver.origin, self.receiver.back = far.sender, self.sender
-        self.receiver.transit = far.sender.transit
+        self.sender.transit.lead_to(far.receiver)
 
     # The handshake.
 
@@ -105,7 +104,7 @@ class End(AddressedCarrier[Control]):
         sender.open = self.receiver.open = True
         sender.express = self.receiver.express_for(sender)
         if sender.express is not None:
-            sender.express.ready = sender.written == sender.una and sender.peer.open
+            sender.express.ready = sender.written == sender.una and self.far.receiver.open
         if self.connection.keepalive:
             self._set_keepalive(self._params.keepalive_idle_ns)
 
@@ -119,6 +118,10 @@ class End(AddressedCarrier[Control]):
     # Segments without data arrive.
 
     def arrived(self, segment: Control, receiver: int) -> None:
+        self.far.take(segment)
+
+    def take(self, segment: Control) -> None:
+        """A segment has arrived here."""
         what, sent_ns, echo_ns = segment
         self.received_ns = now_ns = self._kernel.now_ns
         self._echo_ns = sent_ns
@@ -126,10 +129,10 @@ class End(AddressedCarrier[Control]):
 
     def unresolved(self, segment: Control) -> None:
         """The segment could not leave: a caller learns that the host is unreachable."""
-        if self.far.state == CALLING:
-            self.far.fail("unreachable")
-        elif self.far.state == CALLED:
-            self.far.vanish()
+        if self.state == CALLING:
+            self.fail("unreachable")
+        elif self.state == CALLED:
+            self.vanish()
 
     def _syn(self, _: int) -> None:
         if self.state == NEW and self.connection.tcp.listening(self.host, self.connection.service):
@@ -187,12 +190,11 @@ class End(AddressedCarrier[Control]):
 
     def _late(self, train: Train) -> None:
         """Data after this end was closed: the peer's FIN is acknowledged, its data refused."""
-        start, end, ack, sent_ns, echo_ns = train
+        start, end, ack, sent_ns, echo_ns, fin, _ = train
         if ack > self.sender.una:
             self.sender.acked(ack, echo_ns)
         receiver = self.receiver
-        if end > receiver.nxt and (start > receiver.nxt or not receiver.origin.finishing
-                                   or receiver.nxt < receiver.origin.written - 1):
+        if end > receiver.nxt and (start > receiver.nxt or not fin or receiver.nxt < end - 1):
             self._send_control(RESET)
             self.vanish()
             return
@@ -271,7 +273,7 @@ class End(AddressedCarrier[Control]):
 
     def last_data_ns(self) -> int:
         """The time of the last arrival of data at this end."""
-        return max(self.receiver.received_ns, self.far.sender.express_ns)
+        return max(self.receiver.received_ns, self.receiver.transit.express_ns)
 
     def _notify_owner(self, reason: str) -> None:
         closed, self.closed = self.closed, None
@@ -287,7 +289,7 @@ class End(AddressedCarrier[Control]):
         """Probe a peer that was silent for so long; data under way has its own timer."""
         params, sender = self._params, self.sender
         idle_ns = self._kernel.now_ns - max(
-            self.received_ns, sender.received_ns, sender.express_ns, self.last_data_ns())
+            self.received_ns, sender.received_ns, sender.transit.express_ns, self.last_data_ns())
         if sender.pending:
             self._tries = 0
             self._set_keepalive(params.keepalive_idle_ns)
@@ -307,7 +309,7 @@ class End(AddressedCarrier[Control]):
         connection = self.connection
         size_bytes = SYN_BYTES if what in (SYN, SYN_ACK) else SEGMENT_HEADER_BYTES
         connection.tcp.context.record_control(connection.kind, self.host, self._peer_id, size_bytes)
-        self.way.transmit(self.host, (self.peer,), size_bytes, 1, False, self.far,
+        self.way.transmit(self.host, (self.peer,), size_bytes, 1, False, self,
                           (what, self._kernel.now_ns, self._echo_ns))
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from desim.middleware.arp import AddressedCarrier
 from desim.middleware.tcp.parameters import on_wire
-from desim.middleware.tcp.transit import FIN, Token
+from desim.middleware.tcp.transit import FIN, Token, Train
 from desim.middleware.timers import NEVER
 from desim.middleware.transports import MSS_BYTES
 
@@ -29,7 +29,7 @@ class Express(AddressedCarrier[Flight]):
     """The one-step path of one sender. ``ready``: nothing is under way except ``flight``, and
     ``more`` behind it."""
 
-    __slots__ = ("ready", "flight", "more", "received_ns", "_sender", "_kernel", "_context", "_way",
+    __slots__ = ("ready", "flight", "more", "_sender", "_kernel", "_context", "_way",
                  "_transmit", "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_large_bytes",
                  "_patience_ns", "_timed", "_since_ns", "_nodelay", "_joined", "_record_frame")
 
@@ -40,7 +40,6 @@ class Express(AddressedCarrier[Flight]):
         self.flight: Flight | None = None
         self.more: list[Flight] = []
         self._joined: list[tuple[Flight, int]] = []  # since all was at rest, and where they begin
-        self.received_ns = 0
         self._sender = sender
         self._nodelay = sender.nodelay
         self._context = context = end.connection.tcp.context
@@ -100,7 +99,7 @@ class Express(AddressedCarrier[Flight]):
     def arrived(self, flight: Flight, receiver: int) -> None:
         if flight is not self.flight:
             self.join()
-            self._sender.peer.arrived(self._train(flight), receiver)
+            self._sender.transit.arrived(self._train(flight), receiver)
             return
         sender = self._sender
         if self.more or flight[0] > self._large_bytes:
@@ -108,7 +107,7 @@ class Express(AddressedCarrier[Flight]):
             if flying * 2 > sender.cwnd:
                 sender.grow(flight[0], flying, self._kernel.now_ns)
         self.flight = self.more.pop(0) if self.more else None
-        self.received_ns = self._since_ns = now_ns = self._kernel.now_ns
+        sender.transit.express_ns = self._since_ns = now_ns = self._kernel.now_ns
         self._way.confirmed_ns = now_ns
         sender.sample(now_ns - flight[4], now_ns)
         if self._timed:
@@ -122,16 +121,16 @@ class Express(AddressedCarrier[Flight]):
     def arrived_in_part(self, flight: Flight, receiver: int, lost: dict[int, str]) -> None:
         """Some packets of a message are lost: the ordinary stream repairs it."""
         self.join()
-        self._sender.peer.arrived_in_part(self._train(flight), receiver, lost)
+        self._sender.transit.arrived_in_part(self._train(flight), receiver, lost)
 
     def lost(self, flight: Flight, receiver: int, reason: str) -> None:
         """The medium lost it. The sender does not know; its timer will."""
         self.join()
-        self._sender.peer.lost(self._train(flight), receiver, reason)
+        self._sender.transit.lost(self._train(flight), receiver, reason)
 
     def repeated(self, flight: Flight, receiver: int) -> None:
         """A copy, which is a train like any other."""
-        self._sender.peer.repeated(self._train(flight), receiver)
+        self._sender.transit.repeated(self._train(flight), receiver)
 
     def join(self) -> None:
         """Move what is under way into the ordinary stream."""
@@ -146,14 +145,14 @@ class Express(AddressedCarrier[Flight]):
         self._timed = False
         self._sender.timer.expect(self._since_ns + self._sender.rto_ns)
 
-    def _train(self, flight: Flight) -> tuple[int, int, int, int, int]:
+    def _train(self, flight: Flight) -> Train:
         """The train of a flight that has joined, or of one of which all has arrived already. It
         acknowledges nothing of the other direction."""
         size_bytes, *_, sent_ns = flight
         for other, start in self._joined:
             if other is flight:
-                return start, start + size_bytes, 0, sent_ns, -1
-        return -1, -1, 0, sent_ns, -1
+                return start, start + size_bytes, 0, sent_ns, -1, False, 0
+        return -1, -1, 0, sent_ns, -1, False, 0
 
     def _follows(self, size_bytes: int) -> bool:
         """Whether a message may be sent before those on their way have arrived."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.middleware.tcp.express import Express
-from desim.middleware.tcp.receiver import Receiver, Train
+from desim.middleware.tcp.receiver import Receiver
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
@@ -23,24 +23,10 @@ class ImpliedReceiver(Receiver):
         self._up = connection.tcp.context.up
         self._peer = end.peer
 
-    def arrived(self, train: Train, receiver: int) -> None:
-        start, end, ack, sent_ns, echo_ns = train
-        if not self.open:
-            self.end.stray(self, train)
-            return
-        self.received_ns = now_ns = self._kernel.now_ns
-        if ack > self.back.una:
-            self.back.acked(ack, echo_ns)
-        if start != self.nxt or self.ranges:
-            self._take([(start, end)], sent_ns)
-            return
-        self.nxt = end
-        if not self.due_ns:
-            self.echo_ns = sent_ns
-            self.due_ns = now_ns + self._delay_ns
+    def _take_next(self, size_bytes: int) -> None:
         transit = self.transit
         messages, delivered = transit.messages, transit.delivered
-        if len(messages) > delivered and messages[delivered][0] == end:  # as nearly always: whole
+        if len(messages) > delivered and messages[delivered][0] == self.nxt:  # one, and all of it
             transit.delivered = delivered + 1
             _, arrived, token, _ = messages[delivered]
             self.acknowledge(1)
@@ -54,7 +40,7 @@ class ImpliedReceiver(Receiver):
         self.due_ns = 0
         self.acknowledged = self.nxt
         if self._up(self._peer):
-            self.origin.arrived((self.nxt, self.echo_ns, tuple(self.ranges)), self._peer)
+            self.transit.sender.arrived((self.nxt, self.echo_ns, tuple(self.ranges)), self._peer)
 
     def express_for(self, sender: Sender) -> Express | None:
         return Express(sender) if sender.near else None

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
-from desim.middleware.arp import AddressedCarrier
 from desim.middleware.context import ACKS
 from desim.middleware.jiffies import fires_ns
-from desim.middleware.tcp.parameters import on_wire, runs
+from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 
 if TYPE_CHECKING:
@@ -17,21 +15,17 @@ if TYPE_CHECKING:
     from desim.middleware.tcp.end import End
     from desim.middleware.tcp.express import Express
     from desim.middleware.tcp.sender import Sender
-    from desim.middleware.tcp.transit import Transit
+    from desim.middleware.tcp.transit import Train, Transit
     from desim.ports.networks import Handle
 
 _CONTROL = Phase.CONTROL  # of an instant, after what comes in it
 _NEVER_NS = -1 << 62
 _FIRST_MSS_BYTES = 536  # what Linux takes for a full segment before it has seen a larger one
 
-# The header of a data train: first byte, end, the first byte that its sender has not received, when
-# it was sent, the time that it echoes (-1: none, for it acknowledges nothing new).
-Train = tuple[int, int, int, int, int]
 
-
-class Receiver(AddressedCarrier[Train]):
-    """Receives the trains of ``origin``, the sender at the other end; ``back`` is the sender at
-    this end, with whose data an acknowledgement may travel; ``transit`` is shared with the origin.
+class Receiver:
+    """Receives the trains of ``transit``; ``back`` is the sender at this end, with whose data an
+    acknowledgement may travel.
 
     All before byte ``nxt`` has arrived; ``ranges`` are the bytes behind a gap, sorted and disjoint.
     All before ``acknowledged`` was acknowledged; the rest will be with the next data of this end,
@@ -40,17 +34,16 @@ class Receiver(AddressedCarrier[Train]):
     at once, because the reader is always waiting (Linux tcp_cleanup_rbuf).
     """
 
-    __slots__ = ("end", "origin", "back", "transit", "open", "nxt", "ranges", "due_ns", "echo_ns",
+    __slots__ = ("end", "back", "transit", "open", "nxt", "ranges", "due_ns", "echo_ns",
                  "received_ns", "acknowledged", "pingpong", "_full", "_every", "_delay_ns",
                  "_tick_ns", "_timer", "_kernel", "_transmit", "_counts", "_frames", "_host", "_to",
                  "_entity")
 
+    transit: Transit
+
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         context = connection.tcp.context
-        self.end = end
-        self.origin: Sender
-        self.back: Sender
-        self.transit: Transit
+        self.end, self.back = end, end.sender
         self.open = False
         self.nxt = 0
         self.ranges: list[tuple[int, int]] = []
@@ -71,7 +64,7 @@ class Receiver(AddressedCarrier[Train]):
         self._entity = entity
 
     def arrived(self, train: Train, receiver: int) -> None:
-        start, end, ack, sent_ns, echo_ns = train
+        start, end, ack, sent_ns, echo_ns, _, _ = train
         if not self.open:
             self.end.stray(self, train)
             return
@@ -85,56 +78,33 @@ class Receiver(AddressedCarrier[Train]):
         if not self.due_ns:
             self.echo_ns = sent_ns
             self.due_ns = now_ns + self._delay_ns
-        transit = self.transit
-        messages, delivered = transit.messages, transit.delivered
-        if len(messages) > delivered and messages[delivered][0] == end:  # as nearly always: whole
-            transit.delivered = delivered + 1
-            _, arrived, token, _ = messages[delivered]
-            arrived(token)
-        else:
-            self._deliver()
+        self._take_next(end - start)
+
+    def _take_next(self, size_bytes: int) -> None:
+        """Hand over and acknowledge what is simply the next, as it nearly always is."""
+        self._deliver()
         if not self.due_ns:  # it was acknowledged by an answer, or all is over
             return
-        if end - start > self._full:
-            self._full = min(end - start, MSS_BYTES)
+        if size_bytes > self._full:
+            self._full = min(size_bytes, MSS_BYTES)
         pending = self.nxt - self.acknowledged
         if pending > self._full or not self.pingpong:
             self.acknowledge(pending // MSS_BYTES // self._every or 1)
         elif self._timer is None:
             self._wait()
 
-    def arrived_in_part(self, train: Train, receiver: int, lost: dict[int, str],
-                        bounds: Sequence[int] = ()) -> None:
-        """Some segments have arrived, which the acknowledgement tells. ``bounds``: where each of
-        them begins, and where the last one ends (default: they are full)."""
-        start, end, ack, sent_ns, echo_ns = train
-        bounds = bounds or [*range(start, end, MSS_BYTES), end]
-        origin = self.origin
-        for number, reason in lost.items():
-            origin.end.lost_train(bounds[number], bounds[number + 1], reason)
-        pieces = [(bounds[first], bounds[last]) for first, last in runs(len(bounds) - 1, lost)]
-        origin.retransmission.hide(end)
+    def take_parts(self, pieces: list[tuple[int, int]], train: Train) -> None:
+        """These pieces of a train have arrived."""
+        _, end, ack, sent_ns, echo_ns, fin, _ = train
         if not self.open:
-            self.end.stray(self, (*pieces[0], ack, sent_ns, echo_ns))
+            fin = fin and pieces[0][1] == end
+            self.end.stray(self, (*pieces[0], ack, sent_ns, echo_ns, fin, 0))
             return
         self.received_ns = self._kernel.now_ns
         if ack > self.back.una:
             self.back.acked(ack, echo_ns)
         if self.open:
             self._take(pieces, sent_ns)
-
-    def lost(self, train: Train, receiver: int, reason: str) -> None:
-        """The medium lost it, which the sender does not know."""
-        self.origin.end.lost_train(train[0], train[1], reason)
-        self.origin.retransmission.hide(train[1])
-
-    def unresolved(self, train: Train) -> None:
-        """The train could not leave: only a retransmission counts (``RetransmissionTimer``)."""
-        self.origin.retransmission.unresolved(train[0])
-
-    def repeated(self, train: Train, receiver: int) -> None:
-        """A copy that the network made is a segment like any other."""
-        self.arrived(train, receiver)
 
     def acknowledge(self, segments: int) -> None:
         """Send so many acknowledgements as one train of them."""
@@ -144,7 +114,8 @@ class Receiver(AddressedCarrier[Train]):
         size_bytes = segments * SEGMENT_HEADER_BYTES
         self._counts[ACKS] += size_bytes
         self._frames[ACKS] += 1
-        self._transmit(self._host, self._to, size_bytes, segments, False, self.origin, ack)
+        self._transmit(self._host, self._to, size_bytes, segments, False, self.transit.sender,
+                       ack)
 
     def answer(self, now_ns: int) -> int:
         """Data goes the other way, and an acknowledgement with it. Returns the time that it echoes,
@@ -164,7 +135,7 @@ class Receiver(AddressedCarrier[Train]):
 
     def shut(self) -> None:
         """Take nothing more."""
-        self.origin.join()
+        self.transit.sender.join()
         self.open = False
         self.due_ns = 0
         if self._timer is not None:
@@ -185,16 +156,14 @@ class Receiver(AddressedCarrier[Train]):
 
     def _deliver(self) -> None:
         """Hand over each message that is complete now."""
-        transit = self.transit
-        messages, nxt = transit.messages, self.nxt
-        while len(messages) > (delivered := transit.delivered):
-            entry = messages[delivered]
-            if entry[0] > nxt:
-                return
+        transit, nxt = self.transit, self.nxt
+        messages = transit.messages
+        while len(messages) > (delivered := transit.delivered) and messages[delivered][0] <= nxt:
+            end, arrived, token, _ = messages[delivered]
             transit.delivered = delivered + 1
-            entry[1](entry[2])
+            arrived(token)
             if not self.open:  # closed by this message: the rest is refused
-                self.nxt = entry[0]
+                self.nxt = end
                 return
 
     def _take(self, pieces: list[tuple[int, int]], sent_ns: int) -> None:

@@ -14,7 +14,6 @@ from desim.middleware.tcp.retransmission import RetransmissionTimer
 from desim.middleware.tcp.scoreboard import Scoreboard
 from desim.middleware.tcp.transit import FIN, Token, Transit, parts
 from desim.middleware.tcp.window import CongestionWindow
-from desim.middleware.tcp.writes import Writes
 from desim.middleware.timers import NEVER
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 
@@ -32,12 +31,13 @@ _PIECE_BYTES = 832  # of memory beside the bytes (SKB_TRUESIZE(0), measured)
 
 
 class Sender(AddressedCarrier[Ack], CongestionWindow):
-    """Bytes ``una`` to ``nxt`` are on their way; those up to ``written`` wait to be sent. ``peer``
-    is the receiver at the other end, ``back`` the one at this end. ``transit``: messages not yet
-    acknowledged, or refused by the closed peer. ``repair``: not None while bytes are believed lost.
+    """Bytes ``una`` to ``nxt`` are on their way; those up to ``written`` wait to be sent. ``back``
+    is the receiver at this end. ``transit`` has the messages that are not yet acknowledged, or
+    refused by the closed peer. ``repair``: not None while bytes are believed lost.
     """
 
-    __slots__ = ("end", "peer", "back", "open", "nodelay", "transit", "_messages", "una", "nxt",
+    back: Receiver
+    __slots__ = ("end", "back", "open", "nodelay", "transit", "_messages", "una", "nxt",
                  "written", "finishing", "received_ns", "repair", "retransmission", "timer",
                  "_waiters", "_small", "_trains", "sent_ns", "_context", "_kernel", "_way",
                  "_transmit", "_host", "_to", "_host_id", "_to_id", "_record_frame", "express")
@@ -45,12 +45,10 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         super().__init__(connection.tcp.params)
         self.end = end
-        self.peer: Receiver
-        self.back: Receiver
         self.open = False
         self.nodelay = connection.nodelay
         self.express: Express | None = None
-        self.transit = Transit()
+        self.transit = Transit(self)
         self._messages = self.transit.messages
         self.una = self.nxt = self.written = 0
         self.repair: Repair | None = None
@@ -136,11 +134,6 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         self.transit.clear()
         self._waiters.clear()
         self.timer.stop()
-
-    @property
-    def express_ns(self) -> int:
-        """The time when the last express message reached the peer; 0: none has."""
-        return 0 if self.express is None else self.express.received_ns
 
     @property
     def pending(self) -> int:
@@ -231,7 +224,8 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
             self.transit.clear()
             self.end.finished()
         elif self.express is not None:
-            self.express.ready = self.near and self.peer.open and self.repair is None
+            self.express.ready = (self.near and self.transit.receiver.open
+                                  and self.repair is None)
         if self._waiters:
             self._notify_waiters()
 
@@ -357,9 +351,8 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
             self._record_frame(self._host_id, self._to_id, message.seq, size_bytes)
         else:
             self._context.record_control(kind, self._host, self._to_id, size_bytes)
-        self._transmit(self._host, self._to, size_bytes, segments, False,
-                       self.peer if segments == 1 else Writes(self.peer, segments),
-                       (start, end, back.nxt, now_ns, back.answer(now_ns)))
+        self._transmit(self._host, self._to, size_bytes, segments, False, self.transit,
+                       (start, end, back.nxt, now_ns, back.answer(now_ns), False, segments))
 
     def _train(self, start: int, end: int) -> None:
         """Send new bytes as one train."""
@@ -387,5 +380,6 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
             self.end.record_frame(message, kind, payload_bytes + headers)
             headers = 0  # its first message bears them
         back = self.back
-        self._transmit(self._host, self._to, size_bytes, segments, False, self.peer,
-                       (start, end, back.nxt, now_ns, back.answer(now_ns)))
+        fin = self.finishing and end == self.written
+        self._transmit(self._host, self._to, size_bytes, segments, False, self.transit,
+                       (start, end, back.nxt, now_ns, back.answer(now_ns), fin, 0))
