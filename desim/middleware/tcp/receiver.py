@@ -13,7 +13,7 @@ from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
     from desim.middleware.tcp.end import End
-    from desim.middleware.tcp.express import Express
+    from desim.middleware.tcp.implied import Express
     from desim.middleware.tcp.sender import Sender
     from desim.middleware.tcp.transit import Train, Transit
     from desim.ports.networks import Handle

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from desim.middleware.arp import AddressedCarrier
-from desim.middleware.tcp.express import Express
 from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.tcp.repair import Repair
 from desim.middleware.tcp.retransmission import RetransmissionTimer
@@ -20,6 +19,7 @@ from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
     from desim.middleware.tcp.end import End
+    from desim.middleware.tcp.implied import Express
     from desim.middleware.tcp.receiver import Receiver
 
 # An acknowledgement: all before this byte has arrived; when the segment was sent that it answers;
