@@ -8,9 +8,9 @@ settles it, with no acknowledgement on the air.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from desim.engine.kernel import Phase, pair
 from desim.engine.trace import pack
@@ -51,49 +51,78 @@ def datagram_frame(size_bytes: int) -> tuple[int, int]:
     return payload + segments * DATAGRAM_HEADER_BYTES, segments
 
 
-class Stream:
-    """In order and reliable: one ``StreamLink`` per receiving host."""
+class Link(Protocol):
+    """The way of one publisher's messages to one receiver."""
 
-    __slots__ = ("_source", "_limit", "_links", "_unrouted")
+    @property
+    def offer(self) -> Callable[..., object]:
+        """``offer(message)`` sends it, or lets it wait."""
 
-    def __init__(self, source: Host, limit: int) -> None:
-        self._source = source
-        self._limit = limit
-        self._links: dict[int, StreamLink] = {}
+    @property
+    def waiting(self) -> int:
+        """The number of messages without a fate."""
+
+    def close(self, reason: str) -> object:
+        """Drop all messages that wait, for ``reason``."""
+
+
+L = TypeVar("L", bound=Link)
+
+
+class LinkedTransport(Generic[L]):
+    """The transport of a publisher that has a link of its own to each receiver. ``drop`` is that of
+    ``MiddlewareContext``. ``link_to(receiver, link)`` is ``link`` where that still leads to
+    ``receiver``, else a new link; None: there is no way."""
+
+    def __init__(self, link_to: Callable[[int, L | None], L | None],
+                 drop: Callable[..., object]) -> None:
+        self._link_to, self._drop = link_to, drop
+        self._links: dict[int, L] = {}
         self._unrouted: list[int] = []
 
     def connect(self, receivers: list[int]) -> list[int]:
         """Keep, open and close links so that they lead to ``receivers``. Returns the new ones."""
-        old, graph = self._links, self._source.graph
-        routes = {receiver: graph.route(self._source, receiver) for receiver in receivers}
-        self._unrouted = [receiver for receiver in receivers if routes[receiver] is None]
-        self._links = {receiver: old.get(receiver)
-                       or StreamLink(self._source, graph.hosts[receiver], medium, self._limit)
-                       for receiver, medium in routes.items() if medium is not None}
+        old, self._links, self._unrouted = self._links, {}, []
+        for receiver in receivers:
+            link = self._link_to(receiver, old.get(receiver))
+            if link is None:
+                self._unrouted.append(receiver)
+            else:
+                self._links[receiver] = link
         for receiver, link in old.items():
-            if receiver not in self._links:
+            if self._links.get(receiver) is not link:
                 link.close("link_closed")
-        return [receiver for receiver in self._links if receiver not in old]
+        return [receiver for receiver, link in self._links.items() if old.get(receiver) is not link]
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
-        if only is not None:
-            for receiver in only:
-                self._links[receiver].offer(message)
-            return
-        for link in self._links.values():
-            link.offer(message)
-        for receiver in self._unrouted:
-            self._source.graph.drop(message, receiver, "no_route")
+        for receiver in self._links if only is None else only:
+            self._links[receiver].offer(message)
+        if only is None:
+            for receiver in self._unrouted:
+                self._drop(message, receiver, "no_route")
 
     def close(self, reason: str) -> None:
         for link in self._links.values():
             link.close(reason)
-        self._links = {}
-        self._unrouted = []
+        self._links, self._unrouted = {}, []
 
     def waiting(self) -> int:
         """Messages in outboxes and on the wire."""
-        return sum(link.waiting() for link in self._links.values())
+        return sum(link.waiting for link in self._links.values())
+
+
+class Stream(LinkedTransport["StreamLink"]):
+    """In order and reliable."""
+
+    def __init__(self, source: Host, limit: int) -> None:
+        graph = source.graph
+
+        def link_to(receiver: int, link: StreamLink | None) -> StreamLink | None:
+            medium = graph.route(source, receiver)
+            return None if medium is None else link or StreamLink(
+                source, graph.hosts[receiver], medium, limit)
+
+        super().__init__(link_to, graph.drop)
 
 
 class StreamLink(Carrier["Message"]):
@@ -195,6 +224,7 @@ class StreamLink(Carrier["Message"]):
             graph.drop(message, receiver, reason)
         self._outbox.clear()
 
+    @property
     def waiting(self) -> int:
         return len(self._outbox) + (self._wire is not None)
 

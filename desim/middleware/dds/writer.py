@@ -8,6 +8,7 @@ from desim.middleware.dds.heartbeat_piggyback import Always, WhenFull
 from desim.middleware.dds.implied import ImpliedLink
 from desim.middleware.dds.reader import DIRECTED
 from desim.middleware.dds.reliable import ReliableLink
+from desim.middleware.transports import LinkedTransport
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
@@ -15,11 +16,12 @@ if TYPE_CHECKING:
     from desim.ports.middleware import Offer
 
 
-class Reliable:
+class Reliable(LinkedTransport[ReliableLink]):
     """One writer, with a link for each host whose reader it has matched. It keeps ``depth`` samples
     (0: all)."""
 
     def __init__(self, dds: Dds, offer: Offer) -> None:
+        super().__init__(self._link_to_reader, dds.context.drop)
         self._dds, self._offer = dds, offer
         self._host, self._topic = offer.publisher.host, offer.publisher.topic
         params = dds.params
@@ -33,9 +35,7 @@ class Reliable:
                                       dds.participants[self._host])
         self._connected = False  # its publisher has connected it
         self._fresh: list[int] = []
-        self._links: dict[int, ReliableLink] = {}
         self._closed: list[ReliableLink] = []  # with frames that are still on their way
-        self._unrouted: list[int] = []
 
     def connect(self, receivers: list[int]) -> list[int]:
         self._connected = True
@@ -50,32 +50,29 @@ class Reliable:
             self._lead_to([end.host for end in ends if end.host != self._host])
 
     def _lead_to(self, receivers: list[int]) -> None:
-        """Connect to the readers on ``receivers``. A new participant, as after a host's restart,
-        gets a new link."""
-        dds, old = self._dds, self._links
-        context = dds.context
-        self._links, self._unrouted = {}, []
-        new: dict[int, ReliableLink] = {}
-        for receiver in receivers:
-            medium = context.route(self._host, receiver)
-            if medium is None:
-                self._unrouted.append(receiver)
-                continue
-            guid = dds.reader(self._host, receiver, self._topic)
-            link = old.get(receiver)
-            if link is None or link.guid != guid:
-                link = self._link_type(dds, self._offer, self, receiver, guid, medium)
-                self._fresh.append(receiver)
-                new[receiver] = link
-            self._links[receiver] = link
-        for receiver, link in old.items():
-            if self._links.get(receiver) is not link:
-                link.close("link_closed")
-                self._closed.append(link)
-        self._closed = [link for link in self._closed if link.waiting]
+        """Connect to the readers on ``receivers``, and greet the new ones a little later."""
+        context, old = self._dds.context, self._links
+        new = super().connect(receivers)
+        links = self._links
+        self._fresh += new
+        self._closed = [link for link in (*self._closed, *(
+            link for receiver, link in old.items() if links.get(receiver) is not link))
+            if link.waiting]
         if new:
-            context.at(context.now_ns + dds.params.initial_heartbeat_ns, self._host, self._greet,
-                       new)
+            context.at(context.now_ns + self._dds.params.initial_heartbeat_ns, self._host,
+                       self._greet, {receiver: links[receiver] for receiver in new})
+
+    def _link_to_reader(self, receiver: int, link: ReliableLink | None) -> ReliableLink | None:
+        """The link to the reader on ``receiver``. A new participant, as after a host's restart,
+        gets a new link."""
+        dds = self._dds
+        medium = dds.context.route(self._host, receiver)
+        if medium is None:
+            return None
+        guid = dds.reader(self._host, receiver, self._topic)
+        if link is None or link.guid != guid:
+            return self._link_type(dds, self._offer, self, receiver, guid, medium)
+        return link
 
     def _greet(self, new: dict[int, ReliableLink]) -> None:
         """Send the first heartbeat to readers that are new."""
@@ -107,7 +104,7 @@ class Reliable:
                 link.offer(message, beats)
         if only is None:
             for receiver in self._unrouted:
-                self._dds.context.drop(message, receiver, "no_route")
+                self._drop(message, receiver, "no_route")
 
     # Whether its history is full, with ``coming`` samples more.
 
@@ -119,10 +116,5 @@ class Reliable:
         waiting = max((link.unacknowledged() for link in self._links.values()), default=0)
         return 0 < self.depth <= waiting + coming
 
-    def close(self, reason: str) -> None:
-        for link in self._links.values():
-            link.close(reason)
-        self._links, self._unrouted = {}, []
-
     def waiting(self) -> int:
-        return sum(link.waiting for link in (*self._links.values(), *self._closed))
+        return super().waiting() + sum(link.waiting for link in self._closed)

@@ -8,50 +8,24 @@ from desim.middleware.message import Message
 from desim.middleware.ros.client import RosPublication
 from desim.middleware.ros.links import RosLink
 from desim.middleware.tcp import Connection
-from desim.middleware.transports import LENGTH_BYTES
+from desim.middleware.transports import LENGTH_BYTES, LinkedTransport
 from desim.ports.middleware import MiddlewareContext, Transport
 
 
-class Tcpros:
+class Tcpros(LinkedTransport["Outlet"]):
     """One publisher's messages over the links of its process and topic, with an outbox for each. A
     host with a new link is a new receiver: messages that it did not get over the old one are
     dropped as ``link_closed``."""
 
     def __init__(self, context: MiddlewareContext, source: int, publication: RosPublication,
                  limit: int) -> None:
-        self._context = context
-        self._source = source
-        self._publication = publication
-        self._limit = limit
-        self._outlets: dict[int, Outlet] = {}
+        def link_to(receiver: int, outlet: Outlet | None) -> Outlet:
+            connection = publication.connections[receiver]
+            if outlet is None or outlet.connection is not connection:
+                return Outlet(context, source, receiver, connection, limit)
+            return outlet
 
-    def connect(self, receivers: list[int]) -> list[int]:
-        old, links = self._outlets, self._publication.connections
-        self._outlets = {}
-        fresh = []
-        for receiver in receivers:
-            outlet = old.get(receiver)
-            if outlet is None or outlet.connection is not links[receiver]:
-                outlet = Outlet(self._context, self._source, receiver, links[receiver],
-                                self._limit)
-                fresh.append(receiver)
-            self._outlets[receiver] = outlet
-        for receiver, outlet in old.items():
-            if self._outlets.get(receiver) is not outlet:
-                outlet.close("link_closed")
-        return fresh
-
-    def send(self, message: Message, only: list[int] | None = None) -> None:
-        for receiver in self._outlets if only is None else only:
-            self._outlets[receiver].offer(message)
-
-    def close(self, reason: str) -> None:
-        for outlet in self._outlets.values():
-            outlet.close(reason)
-        self._outlets = {}
-
-    def waiting(self) -> int:
-        return sum(outlet.waiting() for outlet in self._outlets.values())
+        super().__init__(link_to, context.drop)
 
 
 class WrittenMessage:
@@ -107,6 +81,7 @@ class Outlet:
         self._written.clear()
         self._outbox.clear()
 
+    @property
     def waiting(self) -> int:
         return len(self._written) + len(self._outbox)
 
