@@ -146,7 +146,6 @@ class BeliefMetrics:
     def summary(self, samples: Iterable[Sample]) -> Sample:
         """The numbers of the whole run; ``samples`` has what ``sample`` gave."""
         context, believes = self._graph.context, self._beliefs is not None
-        delays = _delays(self._noticed_ns)
         pairs = len(self._noticed_ns) + self._unnoticed + len(self._lost_ns)
         size, frames = context.discovery_bytes, context.discovery_frames
         kinds = [kind for kind in sorted(size) if kind != ACKS]
@@ -158,13 +157,13 @@ class BeliefMetrics:
             "discovery_by_kind": {kind: {"bytes": size[kind], "frames": frames[kind]}
                                   for kind in kinds},
             "ack_bytes": size.get(ACKS, 0),
-            "detection_delay_s": {**delays, "noticed": len(self._noticed_ns) if believes else None,
+            "detection_delay_s": {**_delays(self._noticed_ns),
+                                  "noticed": len(self._noticed_ns) if believes else None,
                                   "pairs": pairs if believes else None},
             "false_alarms": self._false_alarms if believes else None,
             "resync_delay_s": {**_delays(self._resynced_ns), "resynced": len(self._resynced_ns),
                                "pairs": self._again},
-            "stale_age_s": _mean([row["stale_age_s"] for row in samples
-                                  if row["stale_age_s"] is not None]),
+            "stale_age_s": mean_over(samples, "stale_age_s"),
             "messages_late": messages_late(self._graph),
         }
 
@@ -173,6 +172,11 @@ def messages_late(graph: Graph) -> int:
     """Messages between hosts that took ``LATE_NS`` or longer, once for each receiver."""
     first = int(np.searchsorted(EDGES_NS, LATE_NS, side="right"))
     return sum(int(topic.counts.latency.bins()[first:].sum()) for topic in graph.topics.values())
+
+
+def mean_over(samples: Iterable[Sample], name: str) -> float | None:
+    """The mean of a quantity over the samples that have it; None where none has."""
+    return _mean([row[name] for row in samples if row[name] is not None])
 
 
 def _mean(values: Sequence[float]) -> float | None:

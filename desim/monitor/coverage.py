@@ -91,9 +91,7 @@ class Coverage:
 
     def restart(self, i: int) -> None:
         """Robot ``i`` knows nothing (any more)."""
-        self.known[i] = 0
-        self._counts[i] = 0
-        self._totals[i] = 0
+        self.known[i] = self._counts[i] = self._totals[i] = 0
         self._changed(i)
 
     def update(self, i: int, fused: np.ndarray, tiles: np.ndarray) -> None:
@@ -137,22 +135,10 @@ class Reached:
             self.first_ns["union"] = now_ns
 
 
-@dataclass(frozen=True)
-class ExplorationScore:
-    """The result of equations 1 to 5 for one run."""
-
-    explored_area_m2: float
-    exploration_cost_m: float
-    exploration_efficiency_m2_per_m: float | None
-    safety: float
-    map_completeness: float
-    map_quality: float
-    map_error_cells: int
-
-
 def evaluate(ground: Ground, log_odds: np.ndarray, distances_m: list[float], collisions: int,
-             safety_scale: int) -> ExplorationScore:
-    """Equations 1 to 5 of the paper for a map, int16 ``log_odds`` [height, width].
+             safety_scale: int) -> dict[str, float | None]:
+    """Equations 1 to 5 of the paper for a map, int16 ``log_odds`` [height, width], by the names of
+    the metrics.
 
     cost = sum of d_i [m] (1) | efficiency = A / cost [m2/m] (2) | safety = 1 - sum of s_i / S (3) |
     completeness = A / G (4) | quality = (A - error w) / G (5), with A the area of G that the map
@@ -166,11 +152,11 @@ def evaluate(ground: Ground, log_odds: np.ndarray, distances_m: list[float], col
     reachable = int(ground.reachable.sum())
     cost_m = math.fsum(distances_m)
     area_m2 = known_cells * ground.cell_m2
-    return ExplorationScore(
-        explored_area_m2=area_m2,
-        exploration_cost_m=cost_m,
-        exploration_efficiency_m2_per_m=area_m2 / cost_m if cost_m > 0.0 else None,
-        safety=1.0 - collisions / safety_scale,
-        map_completeness=known_cells / reachable if reachable else 1.0,
-        map_quality=(known_cells - error) / reachable if reachable else 1.0,
-        map_error_cells=error)
+    return {
+        "explored_area_m2": area_m2,
+        "exploration_cost_m": cost_m,
+        "exploration_efficiency_m2_per_m": area_m2 / cost_m if cost_m > 0.0 else None,
+        "safety": 1.0 - collisions / safety_scale,
+        "map_completeness": known_cells / reachable if reachable else 1.0,
+        "map_quality": (known_cells - error) / reachable if reachable else 1.0,
+        "map_error_cells": error}

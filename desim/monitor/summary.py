@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-
 import numpy as np
 
-from desim.monitor.belief_metrics import Sample
-from desim.monitor.coverage import ExplorationScore, evaluate
+from desim.monitor.belief_metrics import Sample, mean_over
+from desim.monitor.coverage import evaluate
 from desim.monitor.monitor import Monitor
 from desim.monitor.traffic import by_kind, totals
 from desim.monitor.utilisation import utilisation
 from desim.robot.tiles import raster
 from desim.units import NS_PER_S
 
+_MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
 def judged_robot(monitor: Monitor) -> str | None:
     """The robot whose map the metrics are about: the first to know 99 %, else the one that knows
@@ -26,9 +25,6 @@ def judged_robot(monitor: Monitor) -> str | None:
         first = known.index(max(known))
     return monitor.explorers[first]
 
-_MANY_FRAMES = 100  # fewer may be on their way when a run ends
-
-
 def summarize(monitor: Monitor, now_ns: int) -> Sample:
     """The summary of a run that ended at ``now_ns``, after ``monitor.finish``.
 
@@ -37,20 +33,21 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
     """
     judged = judged_robot(monitor)
     last, robots = monitor.samples[-1], _robots(monitor, now_ns)
-    first_ns = {name: None if instant_ns is None else instant_ns - monitor.started_ns
-                for name, instant_ns in monitor.explored.first_ns.items()}
+    first_s = {name: None if instant_ns is None else (instant_ns - monitor.started_ns) / NS_PER_S
+               for name, instant_ns in monitor.explored.first_ns.items()}
     traffic = totals(monitor.graph)
     return {
         "stop_reason": monitor.stop_reason,
         "simulated_s": now_ns / NS_PER_S,
-        "censored": first_ns["any"] is None,
-        "exploration_time_s": _seconds(first_ns["any"]),
-        "union_time_s": _seconds(first_ns["union"]),
-        "fleet_time_s": _seconds(first_ns["all"]),
+        "censored": first_s["any"] is None,
+        "exploration_time_s": first_s["any"],
+        "union_time_s": first_s["union"],
+        "fleet_time_s": first_s["all"],
         **{name: last[name] for name in ("explored", "explored_union", "explored_all")},
         "reachable_area_m2": monitor.coverage.cells * monitor.ground.cell_m2,
         "judged_robot": judged,
-        **asdict(_exploration(monitor, judged)),
+        **evaluate(monitor.ground, known_map(monitor, judged), monitor.travelled_m().tolist(),
+                   sum(monitor.collisions_of), monitor.safety_scale),
         "collisions": monitor.collisions,
         "recoveries": sum(monitor.recoveries_of),
         "messages_published": traffic.sent + traffic.unmatched,
@@ -66,11 +63,13 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         "partitions": monitor.partitions.summary(),
         **monitor.belief_metrics.summary(monitor.samples),
         **monitor.overlap.measures(monitor.maps),
-        "map_age_s": _mean_map_age_s(monitor.samples),
+        "map_age_s": mean_over(monitor.samples, "map_age_s"),
         "traffic": by_kind(monitor.graph),
         "messages_by_topic": monitor.families.fates(),
         "latency_by_topic": monitor.families.latency(),
-        **_fleet_means(robots),
+        # Equation 8: the mean over the robots of their means over the run.
+        **{f"mean_{key}": sum(robot[key] for robot in robots.values()) / len(robots)
+           for key in ("rx_kBps", "tx_kBps")},
         "robots": robots,
         "warnings": warnings(monitor),
     }
@@ -91,11 +90,6 @@ def warnings(monitor: Monitor) -> list[str]:
     return said
 
 
-def _mean_map_age_s(samples: list[Sample]) -> float | None:
-    """Over the samples."""
-    ages_s = [row["map_age_s"] for row in samples if row["map_age_s"] is not None]
-    return sum(ages_s) / len(ages_s) if ages_s else None
-
 
 def known_map(monitor: Monitor, robot: str | None) -> np.ndarray:
     """int16 [height, width]: the log-odds in the map of ``robot``; zeros without a map."""
@@ -104,14 +98,6 @@ def known_map(monitor: Monitor, robot: str | None) -> np.ndarray:
     return (np.zeros((grid.height, grid.width), np.int16) if robot_map is None
             else raster(grid, robot_map.fused))
 
-
-def _seconds(time_ns: int | None) -> float | None:
-    return None if time_ns is None else time_ns / NS_PER_S
-
-
-def _exploration(monitor: Monitor, judged: str | None) -> ExplorationScore:
-    return evaluate(monitor.ground, known_map(monitor, judged), monitor.travelled_m().tolist(),
-                    sum(monitor.collisions_of), monitor.safety_scale)
 
 
 def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
@@ -128,11 +114,6 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
         "tx_kBps": host.tx_bytes / kilo_s,
     } for i, (name, host) in enumerate(zip(monitor.robots, monitor.hosts, strict=True))}
 
-
-def _fleet_means(robots: dict[str, Sample]) -> dict[str, float]:
-    """Equation 8: the mean over the robots of their means over the run."""
-    return {f"mean_{key}": sum(robot[key] for robot in robots.values()) / len(robots)
-            for key in ("rx_kBps", "tx_kBps")}
 
 
 def samples_table(monitor: Monitor) -> dict[str, list]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -33,16 +34,12 @@ class Totals(NamedTuple):
 
 def totals(graph: Graph) -> Totals:
     """All topics together."""
-    sent = delivered = unmatched = 0
-    dropped: dict[str, int] = {}
-    for topic in tuple(graph.topics.values()):
-        counts = topic.counts
-        sent += counts.intended
-        delivered += counts.delivered
-        unmatched += counts.unmatched
-        for reason, count in tuple(counts.dropped.items()):
-            dropped[reason] = dropped.get(reason, 0) + count
-    return Totals(sent, delivered, dropped, unmatched,
+    counts = [topic.counts for topic in tuple(graph.topics.values())]
+    dropped: Counter[str] = Counter()
+    for own in counts:
+        dropped.update(own.dropped.copy())  # the run goes on while a thread shows its progress
+    return Totals(sum(own.intended for own in counts), sum(own.delivered for own in counts),
+                  dropped, sum(own.unmatched for own in counts),
                   sum(medium.bytes_on_air for medium in graph.media))
 
 
@@ -63,32 +60,29 @@ class Families:
     """The topics of a graph by family, each name worked out once."""
 
     def __init__(self, graph: Graph) -> None:
-        self._graph = graph
-        self._hosts = frozenset(host.name for host in graph.hosts)
-        self._family: dict[str, str] = {}
+        hosts = frozenset(host.name for host in graph.hosts)
+        self._graph, self._of = graph, cache(lambda topic: family(topic, hosts))
 
     def bytes(self) -> dict[str, int]:
         """Bytes delivered between hosts, without headers, by family."""
-        out: dict[str, int] = {}
+        out: Counter[str] = Counter()
         for name, topic in self._graph.topics.items():
             if topic.counts.intended:
-                key = self._of(name)
-                out[key] = out.get(key, 0) + topic.counts.bytes
+                out[self._of(name)] += topic.counts.bytes
         return out
 
     def fates(self) -> dict[str, dict[str, int]]:
         """The fates of each family's messages: published = delivered + dropped + unmatched +
         in flight, one per message and receiving host."""
-        out: dict[str, dict[str, int]] = {}
+        out: dict[str, Counter[str]] = {}
         for name, topic in self._graph.topics.items():
             counts = topic.counts
             if counts.published:
-                own = {"published": counts.published, "delivered": counts.delivered,
-                       "dropped": sum(counts.dropped.values()), "unmatched": counts.unmatched,
-                       "in_flight": counts.in_flight}
-                known = out.get(self._of(name), dict.fromkeys(own, 0))
-                out[self._of(name)] = {key: known[key] + count for key, count in own.items()}
-        return dict(sorted(out.items()))
+                out.setdefault(self._of(name), Counter()).update(
+                    published=counts.published, delivered=counts.delivered,
+                    dropped=sum(counts.dropped.values()), unmatched=counts.unmatched,
+                    in_flight=counts.in_flight)
+        return {key: dict(out[key]) for key in sorted(out)}
 
     def latency(self) -> dict[str, dict[str, float]]:
         """By family: deliveries, and median, 95th percentile and longest latency in seconds,
@@ -102,43 +96,26 @@ class Families:
                       "p95_s": _quantile_s(own, 0.95), "max_s": _quantile_s(own, 1.0)}
                 for key, own in sorted(bins.items())}
 
-    def _of(self, topic: str) -> str:
-        known = self._family.get(topic)
-        if known is None:
-            known = self._family[topic] = family(topic, self._hosts)
-        return known
 
-
-def by_kind(graph: Graph, kind_of: Callable[[str], str] = kind) -> dict[str, dict[str, int]]:
-    """Messages sent, delivered and dropped between hosts, and bytes delivered, by kind; those of
-    ``KINDS`` also where there are none."""
-    def nothing() -> dict[str, int]:
-        return dict.fromkeys(("sent", "delivered", "dropped", "bytes"), 0)
-
-    out = {kind: nothing() for kind in KINDS}
-    for name, topic in sorted(graph.topics.items()):
+def by_kind(graph: Graph) -> dict[str, dict[str, int]]:
+    """Messages sent, delivered and dropped between hosts, and bytes delivered, by kind; also those
+    of which there are none."""
+    out = {kind: Counter(sent=0, delivered=0, dropped=0, bytes=0) for kind in KINDS}
+    for name, topic in graph.topics.items():
         counts = topic.counts
-        if counts.intended:
-            own = out.setdefault(kind_of(name), nothing())
-            own["sent"] += counts.intended
-            own["delivered"] += counts.delivered
-            own["dropped"] += sum(counts.dropped.values())
-            own["bytes"] += counts.bytes
-    return dict(sorted(out.items()))
+        out[kind(name)].update(sent=counts.intended, delivered=counts.delivered,
+                               dropped=sum(counts.dropped.values()), bytes=counts.bytes)
+    return {kind: dict(own) for kind, own in out.items()}
 
 
 def latency_table(graph: Graph) -> dict[str, list]:
     """Columns topic, from_ns, to_ns, count: each topic's histogram, bins that hold something."""
     edges = [0, *EDGES_NS.tolist(), None]
-    out: dict[str, list] = {"topic": [], "from_ns": [], "to_ns": [], "count": []}
-    for name, topic in sorted(graph.topics.items()):
-        if topic.counts.delivered:
-            bins = topic.counts.latency.bins()
-            for b in np.flatnonzero(bins).tolist():
-                row = (name, edges[b], edges[b + 1], int(bins[b]))
-                for column, value in zip(out.values(), row, strict=True):
-                    column.append(value)
-    return out
+    rows = [(name, edges[b], edges[b + 1], count)
+            for name, topic in sorted(graph.topics.items()) if topic.counts.delivered
+            for b, count in enumerate(topic.counts.latency.bins().tolist()) if count]
+    return {column: [row[i] for row in rows]
+            for i, column in enumerate(("topic", "from_ns", "to_ns", "count"))}
 
 
 def _quantile_s(bins: np.ndarray, q: float) -> float:

@@ -123,12 +123,11 @@ class BeliefSnapshot(NamedTuple):
                              f"{did_you_mean(topic, topics)}; topics: "
                              f"{', '.join(topics[:_NAMED]) or 'none'}"
                              f"{', ...' if len(topics) > _NAMED else ''}")
-        def only(topics: tuple[str, ...]) -> tuple[str, ...]:
-            return tuple(own for own in topics if own == topic)
-
+        only = {topic}
         return self._replace(views=tuple(view._replace(
-            known=only(view.known), missing=only(view.missing), ghosts=only(view.ghosts))
-            for view in self.views))
+            known=tuple(only.intersection(view.known)),
+            missing=tuple(only.intersection(view.missing)),
+            ghosts=tuple(only.intersection(view.ghosts))) for view in self.views))
 
 
 def beliefs_at(run: Run, at_ns: int | None = None) -> BeliefSnapshot:
@@ -157,7 +156,7 @@ def folded(trace: Rows, at_ns: int, informed: str,
     """The beliefs after the rows up to ``at_ns``; ``informed`` as middlewares have it, ``linked``
     for each pair whether frames get from one to the other then."""
     kinds = {Names().id(kind): kind for kind in KINDS}
-    rows, names = trace.rows, trace.names
+    rows, names = trace
     rows = rows[np.isin(rows["kind"], list(kinds)) & (rows["t_ns"] <= at_ns)]
     started = rows["entity"][rows["kind"] == Names().id("host_started")]
     hosts = sorted((names[id_] for id_ in np.unique(started).tolist()), key=natural_key)
@@ -178,16 +177,12 @@ def folded(trace: Rows, at_ns: int, informed: str,
             beliefs.subscribes(host, names[a])
         else:
             beliefs.advertises(host, names[a])
-    known = BeliefSnapshot(at_ns, informed, dict(zip(hosts, up, strict=True)),
-                           _views(hosts, beliefs))
-    return known if linked is None else _beside(known, linked)
-
-
-def _beside(known: BeliefSnapshot, linked: Mapping[Pair, bool]) -> BeliefSnapshot:
-    """The same beliefs, each beside the truth of whether the two reach each other."""
-    return known._replace(views=tuple(view._replace(reached=all(
-        known.up[one] and known.up[other] and linked.get((one, other), False)
-        for one, other in (view[:2], view[1::-1]))) for view in known.views))
+    is_up, views = dict(zip(hosts, up, strict=True)), _views(hosts, beliefs)
+    if linked is not None:
+        views = tuple(view._replace(reached=all(
+            is_up[one] and is_up[other] and linked.get((one, other), False)
+            for one, other in (view[:2], view[1::-1]))) for view in views)
+    return BeliefSnapshot(at_ns, informed, is_up, views)
 
 
 def _views(hosts: list[str], beliefs: Beliefs) -> tuple[PairBelief, ...]:
@@ -206,8 +201,7 @@ def _views(hosts: list[str], beliefs: Beliefs) -> tuple[PairBelief, ...]:
 
 def _informed(run: Run) -> str:
     choice = run.scenario.middleware
-    cls = plugins.load("middleware", choice.model)
-    middleware = cls(choice.params)
+    middleware = plugins.load("middleware", choice.model)(choice.params)
     if not isinstance(middleware, Informs):
         raise InputError(f"{run.path}: under middleware {choice.model!r} nobody believes anything: "
                          "everybody knows at once who is there; desim graph shows runs of a "

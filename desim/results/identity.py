@@ -30,19 +30,14 @@ _COMPUTES = frozenset({"units.py", "errors.py", "files.py", "plugins.py", "ports
 
 
 class Identity:
-    """The identity of the runs of a scenario, which with a seed gives a run's id. ``hashed`` is
+    """The identity of the runs of a scenario: ``run_id(seed)`` gives 12 hex digits. ``hashed`` is
     ``source`` or a cache of it, for thousands of identities at one time."""
 
     def __init__(self, scenario: Scenario,
                  hashed: Callable[[tuple[str, ...]], str] | None = None) -> None:
         self.plugins = plugin_references(scenario)
         self.source = (hashed or source)(modules(scenario))
-        self._run_id = scenario_id(scenario, {**versions(), **self.plugins,
-                                              "source": self.source})
-
-    def run_id(self, seed: int) -> str:
-        """12 hex digits."""
-        return self._run_id(seed)
+        self.run_id = scenario_id(scenario, {**versions(), **self.plugins, "source": self.source})
 
 
 @cache

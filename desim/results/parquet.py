@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -27,69 +27,58 @@ def write(path: Path, columns: Mapping[str, object]) -> None:
     pq.write_table(pa.table(columns), path, compression="zstd")
 
 
-class _Stream:
-    """A Parquet file that grows by a row group a batch."""
+class _Table:
+    """A Parquet file that grows by a row group a batch; ``names`` has the words of ids."""
 
-    def __init__(self, path: Path, schema: pa.Schema) -> None:
+    def __init__(self, path: Path, schema: pa.Schema, names: Names) -> None:
         text = [field.name for field in schema if field.type == _TEXT]
         # Integers as differences: half the size in a quarter of the time of Parquet's defaults.
         self._writer = pq.ParquetWriter(
             path, schema, compression="zstd", write_statistics=False, use_dictionary=text,
             column_encoding={name: "DELTA_BINARY_PACKED" for name in schema.names
                              if name not in text})
-        self._schema = schema
+        self._schema, self._names = schema, names
 
-    def add(self, columns: list[pa.Array]) -> None:
+    def _append(self, columns: list[pa.Array]) -> None:
         self._writer.write_batch(pa.record_batch(columns, schema=self._schema))
 
+    def _named(self, ids: np.ndarray) -> pa.Array:
+        known, index = np.unique(ids, return_inverse=True)
+        return _of(index, [self._names[id_] for id_ in known.tolist()])
+
     def close(self) -> None:
+        """Finish the file."""
         self._writer.close()
 
 
-class TraceTable:
+class TraceTable(_Table):
     """Trace rows with the names of kinds and entities; ``add`` is a trace's sink."""
 
     def __init__(self, path: Path, names: Names) -> None:
-        self._stream = _Stream(path, TRACE)
-        self._names = names
+        super().__init__(path, TRACE, names)
 
     def add(self, rows: np.ndarray) -> None:
-        self._stream.add([pa.array(rows["t_ns"]), _named(rows["kind"], self._names),
-                          _named(rows["entity"], self._names),
-                          *(pa.array(rows[column]) for column in "abc")])
-
-    def close(self) -> None:
-        self._stream.close()
+        self._append([pa.array(rows["t_ns"]), self._named(rows["kind"]),
+                      self._named(rows["entity"]), *(pa.array(rows[column]) for column in "abc")])
 
 
-class MessageTable:
+class MessageTable(_Table):
     """One row a message and receiving host; ``add`` is a message log's sink."""
 
     def __init__(self, path: Path, names: Names, hosts: tuple[str, ...]) -> None:
-        self._stream = _Stream(path, MESSAGES)
-        self._names = names
-        self._hosts = pa.array(hosts)
+        super().__init__(path, MESSAGES, names)
+        self._hosts = hosts
 
     def add(self, rows: np.ndarray, reasons: list[str]) -> None:
         number, topic, source, to, size, born, first, last, reason, end = rows.T
-        lost = reason != 0
-        never = first < 0
-        self._stream.add([
-            pa.array(number), _named(topic, self._names), _of(source, self._hosts),
-            _of(to, self._hosts), pa.array(size), pa.array(born), pa.array(first, mask=never),
-            pa.array(last, mask=never), _of(lost.astype(np.int32),
-                                            pa.array(["delivered", "dropped"])),
-            _of(reason, pa.array(reasons), mask=~lost), pa.array(end),
-            pa.array(end - born, mask=lost)])
-
-    def close(self) -> None:
-        self._stream.close()
+        lost, never = reason != 0, first < 0
+        self._append([
+            pa.array(number), self._named(topic), _of(source, self._hosts), _of(to, self._hosts),
+            pa.array(size), pa.array(born), pa.array(first, mask=never),
+            pa.array(last, mask=never), _of(lost, ("delivered", "dropped")),
+            _of(reason, reasons, mask=~lost), pa.array(end), pa.array(end - born, mask=lost)])
 
 
-def _of(index: np.ndarray, values: pa.Array, mask: np.ndarray | None = None) -> pa.Array:
-    return pa.DictionaryArray.from_arrays(pa.array(index.astype(np.int32), mask=mask), values)
-
-
-def _named(ids: np.ndarray, names: Names) -> pa.Array:
-    known, index = np.unique(ids, return_inverse=True)
-    return _of(index, pa.array([names[id_] for id_ in known.tolist()]))
+def _of(index: np.ndarray, words: Sequence[str], mask: np.ndarray | None = None) -> pa.Array:
+    return pa.DictionaryArray.from_arrays(pa.array(index.astype(np.int32), mask=mask),
+                                          pa.array(words, pa.string()))

@@ -38,19 +38,18 @@ def manifest_of(folder: Path) -> Json | None:
         return None
     if not isinstance(found, dict) or _SEAL not in found:
         return None
-    own = found.pop(_SEAL)
-    return found if own == _sealed(found) else None
+    return found if found.pop(_SEAL) == _sealed(found) else None
 
 
 def wrong_with(folder: Path, manifest: Json, name: str) -> str | None:
     """The damage of one of the manifest's files, in words; None if it is as it was written."""
     try:
-        right = _facts(folder / name) == manifest["files"][name]
+        is_right = _facts(folder / name) == manifest["files"][name]
+        return None if is_right else f"{name} is not what desim wrote"
     except FileNotFoundError:
         return f"{name} is missing"
     except OSError as error:
         return f"{name} {error.strerror or error}"
-    return None if right else f"{name} is not what desim wrote"
 
 
 def damage(folder: Path, manifest: Json) -> str | None:
@@ -88,5 +87,4 @@ def _facts(path: Path) -> Json:
 
 
 def _sealed(manifest: Json) -> str:
-    text = json.dumps(manifest, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]
+    return hashlib.sha256(json.dumps(manifest, sort_keys=True).encode()).hexdigest()[:_DIGITS]

@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from desim.engine.trace import ROW, Names
 from desim.errors import InputError
 from desim.results import identity
-from desim.results.run import Run
+from desim.results.run import Run, readable
 from desim.results.status import RunStatus
 from desim.scenario.load import load
 from desim.scenario.schema.whole import Scenario
@@ -46,9 +46,7 @@ class Spool:
     def rows(self) -> np.ndarray:
         """All rows; nothing can be added any more."""
         self._file.close()
-        if self._path.stat().st_size == 0:
-            return np.empty(0, ROW)
-        return np.memmap(self._path, ROW, "r")
+        return np.memmap(self._path, ROW, "r") if self._path.stat().st_size else np.empty(0, ROW)
 
 
 @contextmanager
@@ -84,11 +82,8 @@ def kept(run: Run, spool: Path) -> Rows | None:
 
 
 def _batches(path: Path) -> Iterator[pa.RecordBatch]:
-    try:
-        with pq.ParquetFile(path) as file:
-            yield from file.iter_batches()
-    except (ValueError, OSError) as error:
-        raise InputError(f"{path}: damaged: {str(error).splitlines()[0]}") from error
+    with readable(path), pq.ParquetFile(path) as file:
+        yield from file.iter_batches()
 
 
 def complete(run: Run) -> None:
