@@ -6,6 +6,7 @@ There are no robots, transports or topics in between; a frame is one packet.
 from __future__ import annotations
 
 from array import array
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator
 from itertools import pairwise
 from typing import Any, TypeAlias
@@ -99,9 +100,6 @@ class Source(BroadcastCarrier[int]):
     """Sends one flow and counts its fates, as the medium's ``Carrier``. The token of a frame is the
     time when it was sent. A copy counts as no further arrival."""
 
-    __slots__ = ("flow", "sent", "arrivals_ns", "delays_ns", "losses", "_host", "_receivers",
-                 "_next_host", "_kernel", "_medium", "_entity", "_gaps", "_saturated")
-
     def __init__(self, flow: Flow, hosts: tuple[str, ...], kernel: Kernel, medium: Medium,
                  entity: int) -> None:
         self.flow, self._kernel, self._medium, self._entity = flow, kernel, medium, entity
@@ -119,7 +117,7 @@ class Source(BroadcastCarrier[int]):
         self.sent = 0
         self.arrivals_ns = array("q")
         self.delays_ns = array("q")
-        self.losses: dict[str, int] = {}
+        self.losses: Counter[str] = Counter()
 
     def begin(self, stream: np.random.Generator) -> None:
         after, flow = self._kernel.after, self.flow
@@ -151,13 +149,13 @@ class Source(BroadcastCarrier[int]):
             self._send(None)
 
     def lost(self, sent_ns: int, receiver: int, reason: str) -> None:
-        self.losses[reason] = self.losses.get(reason, 0) + 1
+        self.losses[reason] += 1
         if self._saturated and sent_ns < self._kernel.now_ns:  # else refused: so it would be again
             self._send(None)
 
     def missed(self, sent_ns: int, receivers: Collection[int], reason: str,
                medium: Medium) -> None:
-        self.losses[reason] = self.losses.get(reason, 0) + len(receivers)
+        self.losses[reason] += len(receivers)
 
 
 def _gaps(flow: Flow, stream: np.random.Generator) -> Iterator[int]:
@@ -183,13 +181,10 @@ def _counted(model: ports.NetworkModel) -> dict[str, tuple[int, int]]:
 
 def _measures(sources: list[Source], counts: dict[str, tuple[int, int]],
               seconds: float) -> Measures:
-    lost: dict[str, int] = {}
-    for source in sources:
-        for reason, count in source.losses.items():
-            lost[reason] = lost.get(reason, 0) + count
+    lost = sum((source.losses for source in sources), Counter())
     delivered = sum(len(source.delays_ns) for source in sources)
     settled = delivered + sum(lost.values())
-    let_in = settled - lost.get("queue_full", 0)
+    let_in = settled - lost["queue_full"]
     by_flow = [source.flow.payload_bytes * len(source.delays_ns) for source in sources]
     unicast = not any(source.flow.broadcast for source in sources)
     transmitted, failed = counts.get("attempts", (None, None))

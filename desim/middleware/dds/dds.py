@@ -172,7 +172,7 @@ class Dds:
     def joined(self, me: Participant, remote: RemoteParticipant, topic: str) -> None:
         """A reader of participant ``me`` has matched a writer."""
         for link in self._links.get((remote.host, me.host, topic), ()):
-            link.joined()
+            link.reader.joined()
 
     def announced(self, token: tuple[tuple[Guid, int], bool], receiver: int) -> None:
         """An announcement has arrived at ``receiver``."""

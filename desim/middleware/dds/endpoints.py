@@ -8,12 +8,12 @@ writers travel along.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from desim.middleware.dds import wire
 from desim.middleware.dds.heartbeat_piggyback import Spent
 from desim.middleware.dds.remote import RemoteParticipant
-from desim.middleware.dds.wire import Guid, Item, ItemKind
+from desim.middleware.dds.wire import Guid, Item, ItemKind, Mail
 from desim.middleware.timers import NEVER
 
 if TYPE_CHECKING:
@@ -24,15 +24,6 @@ if TYPE_CHECKING:
 # asks at each heartbeat, but its sender blocks while a buffer is full, which is not modelled.
 ASK_AGAIN_NS = 100_000_000
 TRAIN = 10  # messages in one frame, so that a large fleet's start is not a frame for each of them
-
-
-class Mail(NamedTuple):
-    """One message of endpoints: its packets, its items with their numbers, and, if a heartbeat
-    rides on it, the number of existing items."""
-
-    packets: int
-    items: tuple[tuple[int, Item], ...]
-    known: int | None
 
 
 # A message between two participants: sender, receiver, handler and content. ``handler(endpoints,
@@ -290,12 +281,10 @@ class Endpoints:
         """Items have arrived, in messages of a train without the packets ``lost``."""
         if not self._goes_on(remote, series):
             return
-        start, known = 0, None
-        for mail in mails:
-            if not any(number in lost for number in range(start, start + mail.packets)):
-                known = mail.known
-                remote.held.update(each for each in mail.items if each[0] >= remote.got)
-            start += mail.packets
+        known = None
+        for mail in wire.whole(mails, lost):
+            known = mail.known
+            remote.held.update(each for each in mail.items if each[0] >= remote.got)
         while remote.got in remote.held:
             item = remote.held.pop(remote.got)
             remote.got += 1

@@ -28,9 +28,6 @@ CYCLONEDDS: ports.Preset = {
     "fragment": "1344 B", "data_message": "13440 B"}
 CYCLONE = ("cyclonedds", "cyclonedds_11_0")
 
-LEAST_NS = 10**6  # of what happens again and again
-MOST_ANNOUNCEMENT_NS = 30 * NS_PER_S  # Cyclone DDS: SPDPInterval
-
 
 class DdsParams(ports.Params):
     """Defaults are those of ``fastdds``; ``preset: cyclonedds`` changes them where it differs.
@@ -174,7 +171,7 @@ class DdsParams(ports.Params):
                 f"announcement_period: {DURATION.format(most_ns)} is not below the shortest lease, "
                 f"{DURATION.format(least_ns)}: who says nothing else would be removed between any "
                 "two announcements; allowed: less than each lease, or null: 80 % of it")
-        if self.liveliness_period_ns is not None and 0 < self.liveliness_period_ns < LEAST_NS:
+        if self.liveliness_period_ns is not None and 0 < self.liveliness_period_ns < 10**6:
             raise ValueError(
                 f"liveliness_period: {DURATION.format(self.liveliness_period_ns)} is too small; "
                 "allowed: 0 ns, or at least 1 ms, or null: 80 % of the lease")
@@ -207,8 +204,9 @@ class DdsParams(ports.Params):
 
     def announcing_ns(self, lease_ns: int) -> int:
         """The time between two announcements of a participant with this lease."""
-        period_ns = self.announcement_period_ns
-        return min(lease_ns * 4 // 5, MOST_ANNOUNCEMENT_NS) if period_ns is None else period_ns
+        if self.announcement_period_ns is None:
+            return min(lease_ns * 4 // 5, 30 * NS_PER_S)  # Cyclone DDS: SPDPInterval
+        return int(self.announcement_period_ns)
 
     def asserting_ns(self, lease_ns: int) -> int:
         """The time between two of its assertions of liveliness, 0 for none."""

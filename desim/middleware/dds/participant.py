@@ -37,7 +37,7 @@ class Participant:
         self.readers: dict[str, None] = {}
         self.resent_bytes = 0  # retransmitted since its start
         self.relay = Relay(self) if dds.server == host else None
-        self._series = 0  # begun so far
+        self._series = 0  # begun so far, by a server
         self.endpoints = Endpoints(self)
         lease_ns = dds.leases_ns[host]
         self._hello = (self.guid, lease_ns)
@@ -130,12 +130,9 @@ class Participant:
 
     def announced(self, guid: Guid, lease_ns: int, wants_response: bool) -> None:
         """Meet a participant that was unknown, or known only through a server."""
-        if self.relay is None:
-            remote = RemoteParticipant(guid, lease_ns, self.context.now_ns, True,
-                                       self.endpoints.items)
-        else:
-            self._series += 1
-            remote = RemoteParticipant(guid, lease_ns, self.context.now_ns, True, [], self._series)
+        self._series += self.relay is not None
+        remote = RemoteParticipant(guid, lease_ns, self.context.now_ns, True,
+                                   self.endpoints.items if self.relay is None else [], self._series)
         self._meet(remote)
         self.after(lease_ns, self._check_lease, remote)
         if self.params.announces_when_found and self.dds.server is None:
@@ -208,18 +205,14 @@ class Participant:
             remote.readers[topic] = None
             if topic in self.writers:
                 self.dds.changed(self.host, topic)
-        elif topic:
-            self._learn_built_in(remote, kind, topic)
+        elif topic:  # of an endpoint that every node has
+            remote.built_in[kind, topic] = None
+            if kind == ItemKind.BUILT_IN_READER:
+                self.endpoints.greet(remote, topic)
+            elif kind == ItemKind.BUILT_IN_WRITER:
+                self.endpoints.expect_greeting(remote, topic)
         if self.relay is not None:
             self.relay.add(item)
-
-    def _learn_built_in(self, remote: RemoteParticipant, kind: ItemKind, topic: str) -> None:
-        """Take an endpoint that every node has."""
-        remote.built_in[kind, topic] = None
-        if kind == ItemKind.BUILT_IN_READER:
-            self.endpoints.greet(remote, topic)
-        elif kind == ItemKind.BUILT_IN_WRITER:
-            self.endpoints.expect_greeting(remote, topic)
 
     def _known_through_server(self, owner: Guid) -> RemoteParticipant:
         """The participant that a server announces. A new life of a host ends beliefs in old ones.

@@ -307,11 +307,6 @@ class ReliableLink(Carrier[DataToken]):
             context.record_control("heartbeat", self._from, self._to_id, chunk.size_bytes)
         self.send(chunk, self._beating, (self.first(), self._last, beat))
 
-    def joined(self) -> None:
-        """The reader has matched the writer."""
-        if self._closed is None:
-            self.reader.joined()
-
     def close(self, reason: str) -> None:
         """Drop all that waits. Frames on their way meet their own fate."""
         self._dds.unlinked(self)
@@ -358,7 +353,7 @@ class ReliableLink(Carrier[DataToken]):
     def arrived_in_part(self, token: DataToken, receiver: int, lost: dict[int, str]) -> None:
         """A message is lost with any IP packet of it, and a heartbeat with its message."""
         sample, train, first, beat = token
-        whole = train.without(lost)
+        whole = wire.whole(train.messages, lost)
         if not whole or self._closed == "link_closed":
             self.lost(token, receiver, next(iter(lost.values())))
             return

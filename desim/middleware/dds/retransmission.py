@@ -18,9 +18,7 @@ class Wanted:
     """
 
     def __init__(self, params: DdsParams, cut: RtpsDialect) -> None:
-        self._pause_ns, self._most_ns = params.nack_suppression_ns, params.heartbeat_limit_ns
-        self._fragment_bytes, self._message = params.fragment_bytes, params.message_fragments
-        self._cut = cut
+        self._params, self._cut = params, cut
         self.missing: dict[int, tuple[int, ...]] = {}
 
     def request(self, missing: Missing) -> None:
@@ -44,10 +42,9 @@ class Wanted:
             if not first <= number < first + len(history):
                 continue
             sample, indices = history[number - first], missing[number]
-            if not (indices or sample.again) and sample.parts > self._message:
-                size_bytes = sample.message.size_bytes
+            if not (indices or sample.again) and sample.parts > self._params.message_fragments:
                 parts += ((sample, train.part) for train in self._cut.trains(
-                    size_bytes, self._fragment_bytes, 1, ()))
+                    sample.message.size_bytes, self._params.fragment_bytes, 1, ()))
                 sample.again = dict.fromkeys(range(sample.parts), self._after(now_ns, 0))
                 continue
             waits = []
@@ -66,5 +63,6 @@ class Wanted:
 
     def _after(self, now_ns: int, pause_ns: int) -> tuple[int, int]:
         """The end and the length of the pause that follows one of ``pause_ns``."""
-        pause_ns = min(self._most_ns, 2 * pause_ns) or self._pause_ns
+        params = self._params
+        pause_ns = min(params.heartbeat_limit_ns, 2 * pause_ns) or params.nack_suppression_ns
         return now_ns + pause_ns, pause_ns

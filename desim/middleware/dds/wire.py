@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 UDP_BYTES = 14 + 4 + 20 + 8  # Ethernet, its check sequence, IP, UDP
 FRAGMENT_BYTES = 14 + 4 + 20  # around each further IP fragment of a datagram
@@ -102,14 +102,27 @@ class SampleTrain(NamedTuple):
     messages: tuple[DdsMessage, ...]
     beats: bool  # on any of them
 
-    def without(self, lost: Collection[int]) -> list[DdsMessage]:
-        """The messages that are whole where these packets of the train are lost."""
-        whole, start = [], 0
-        for message in self.messages:
-            if not any(number in lost for number in range(start, start + message.packets)):
-                whole.append(message)
-            start += message.packets
-        return whole
+
+class Mail(NamedTuple):
+    """One message of discovery in a train: its packets, its items with their numbers, and, if a
+    heartbeat rides on it, the number of existing items."""
+
+    packets: int
+    items: tuple[tuple[int, Item], ...]
+    known: int | None
+
+
+M = TypeVar("M", DdsMessage, Mail)
+
+
+def whole(messages: Iterable[M], lost: Collection[int]) -> list[M]:
+    """The messages of a train that are whole, where these of its packets are lost."""
+    out, start = [], 0
+    for message in messages:
+        if not any(number in lost for number in range(start, start + message.packets)):
+            out.append(message)
+        start += message.packets
+    return out
 
 
 def together(chunks: Iterable[Chunk]) -> Chunk:

@@ -13,7 +13,6 @@ from desim.units import NS_PER_S, Duration, Frequency, Pace, Period
 
 PRESETS: dict[str, ports.Preset] = {"fkie_1_3": {
     "heartbeat": "0.02 Hz", "timeout_factor": 10, "active_request_after": "60 s"}}
-MIN_HZ = Fraction(3, 10)  # slower heartbeats do not tell who is there (MIN_HZ_FOR_QUALITY)
 
 
 class MultimasterParams(RosParams):
@@ -107,6 +106,8 @@ def timing(params: MultimasterParams) -> DiscoveryTiming:
     hz = params.heartbeat_hz
     window_ns = int(params.measurement_intervals * NS_PER_S / min(hz, Fraction(1)))
     announced_hz = Fraction(int(hz * 10), 10)  # as in the heartbeat: 0.02 Hz is 0
+    # Slower heartbeats do not show who is there: MIN_HZ_FOR_QUALITY.
     return DiscoveryTiming(
-        int(NS_PER_S / hz), announced_hz >= MIN_HZ, float(announced_hz * window_ns / NS_PER_S),
+        int(NS_PER_S / hz), announced_hz >= Fraction(3, 10),
+        float(announced_hz * window_ns / NS_PER_S),
         int(NS_PER_S / params.rosmaster_hz), window_ns, round(window_ns * params.timeout_factor))

@@ -28,13 +28,12 @@ class RosPublication:
 
 
 class RosSubscription:
-    """One topic that a process subscribes to: its subscribing nodes, the last answer of the master,
-    the publishers on other hosts in that answer, and the links to these."""
+    """One topic that a process subscribes to: its subscribing nodes, the publishers in the last
+    answer of the master, and the links to those on other hosts."""
 
     def __init__(self) -> None:
         self.ends: list[Endpoint] = []
         self.answer: tuple[Uri, ...] = ()
-        self.publishers: tuple[Uri, ...] = ()
         self.links: dict[Uri, RosLink] = {}
 
 
@@ -170,10 +169,9 @@ class Process:
         links = subscription.links
         if uris == subscription.answer and all(link.asked for link in links.values()):
             return
+        before = {uri.host: None for uri in subscription.answer if uri.host != self.host}
         subscription.answer = uris
-        others = tuple(uri for uri in uris if uri.host != self.host)
-        before = {uri.host: None for uri in subscription.publishers}
-        subscription.publishers = others
+        others = [uri for uri in uris if uri.host != self.host]
         after = {uri.host: None for uri in others}
         for host in before:
             if host not in after:

@@ -9,8 +9,6 @@ from desim.middleware.ros.parameters import RosParams
 from desim.middleware.ros.processes import Processes, RosMiddleware
 from desim.ports.middleware import MiddlewareContext
 
-_USUAL = ("workstation", "base")
-
 
 class Ros1(RosMiddleware):
     """Publishers and subscribers find each other through one master and then talk directly."""
@@ -27,6 +25,6 @@ class Ros1(RosMiddleware):
     def start(self, context: MiddlewareContext) -> None:
         name, hosts = self._params.master, context.hosts
         if name is None:
-            name = next((usual for usual in _USUAL if usual in hosts), hosts[0])
+            name = next((name for name in ("workstation", "base") if name in hosts), hosts[0])
         masters = [host_index("master", name, hosts)] * len(hosts)
         self.processes = Processes(context, self._params, masters, context.sees)

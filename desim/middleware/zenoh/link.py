@@ -34,10 +34,6 @@ class RouterLink:
     new, and that its router has yet to pass on to others.
     """
 
-    __slots__ = ("router", "host", "peer", "life", "connection", "far", "up", "over", "expired",
-                 "unread", "named", "declared", "fresh", "line", "sent_ns", "_opened_ns", "_timers",
-                 "_context")
-
     def __init__(self, router: ZenohRouter, peer: int) -> None:
         self.router = router
         self.host, self.peer = router.host, peer
@@ -59,7 +55,7 @@ class RouterLink:
         """Call the peer's router."""
         self._watch_opening()
         self._take(self.router.tcp.connect(
-            self.host, self.peer, SERVICE, "link", opened=self._dialled, closed=self._hung_up,
+            self.host, self.peer, SERVICE, "link", opened=self._dialled, closed=self.close,
             nodelay=True, keepalive=False))
         self.connection.about = self
 
@@ -68,7 +64,7 @@ class RouterLink:
         self._watch_opening()
         self._take(connection)
         self.far, connection.about.far = connection.about, self
-        connection.on_closed(self.host, self._hung_up)
+        connection.on_closed(self.host, self.close)
 
     def send(self, kind: str, size_bytes: int, arrived: Callable[..., object],
              what: object = None, writes: int = 1) -> None:
@@ -84,8 +80,8 @@ class RouterLink:
         elif not parcel.gone:
             self.far.router.received(parcel)
 
-    def close(self) -> None:
-        """End it: all messages on it are lost."""
+    def close(self, *_: object) -> None:
+        """End it: all messages on it are lost. Timers and TCP call this, too."""
         if not self.over:
             self.vanish("link_closed")
             self.connection.close(self.host)
@@ -107,14 +103,11 @@ class RouterLink:
         if not self.far.over:
             arrived(self.far, what)
 
-    def _hung_up(self, connection: Connection, reason: str) -> None:
-        self.close()
-
     # The handshake.
 
     def _watch_opening(self) -> None:
         self._book("opening", self._context.now_ns + self.router.params.open_timeout_ns,
-                   lambda _: self.close())
+                   self.close)
 
     def _dialled(self, connection: Connection) -> None:
         self.send("link", INIT_SYN_BYTES, RouterLink._init_syn, self.router.life)
@@ -168,8 +161,7 @@ class RouterLink:
             self._book("lease", due_ns, self._check_lease)
             return
         self.expired = True
-        self._book("drain", now_ns + params.lease_ns // params.keep_alive,
-                   lambda _: self.close())
+        self._book("drain", now_ns + params.lease_ns // params.keep_alive, self.close)
         self.line.flush(self.close)
 
     def _book(self, name: str, time_ns: int, fn: Callable[..., object]) -> None:

@@ -42,10 +42,6 @@ class LinkQueue:
     and further batches fill. A message that fits into none either waits, blocks its publisher, and
     closes the link if there is no progress for too long; or it is dropped after a moment."""
 
-    __slots__ = ("_link", "_connection", "_sender", "_host", "_context", "_kernel", "_params",
-                 "_writing", "_filling", "_bytes", "_most_bytes", "_waiting", "_moved_ns",
-                 "_closer", "_asked", "_flushed")
-
     def __init__(self, link: RouterLink) -> None:
         self._link = link
         self._connection, self._host = link.connection, link.host

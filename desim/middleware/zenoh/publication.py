@@ -15,8 +15,6 @@ class ZenohPublication:
     (congestion control "block"), else it is soon dropped ("drop"). rmw_zenoh blocks for what is
     reliable and keeps all, which is a stream without a limit (queue 0)."""
 
-    __slots__ = ("source", "blocks", "_context", "_router", "_receivers", "_pending")
-
     def __init__(self, offer: Offer, context: MiddlewareContext,
                  router: Callable[[int], ZenohRouter]) -> None:
         self.source = offer.publisher.host
