@@ -129,7 +129,7 @@ def test_parameters_are_read_as_those_of_a_scenario_are(params, says):
     assert str(caught.value) == says
 
 
-def test_a_class_that_breaks_the_form_of_its_contract_is_told_so():
+def test_a_class_that_breaks_the_form_of_its_contract_is_refused():
     class Half:
         Params = ports.Params
 
