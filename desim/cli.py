@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from desim.commands import campaigns, deployments, networks, plugins, runs
+from desim.commands import campaigns, networks, plugins, runs
 from desim.commands.usage import Commands
 
 app = typer.Typer(cls=Commands, no_args_is_help=True, add_completion=False,
@@ -25,8 +25,15 @@ def desim(version: Annotated[bool, typer.Option(
         raise typer.Exit
 
 
-for family in runs, campaigns, deployments, networks, plugins:
-    family.add_to(app)
+# ``net`` reads the options of a case itself.
+_UNREAD = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
+
+# In the order of the help.
+for command in (runs.run, runs.trace, runs.diff, runs.figure, runs.graph, campaigns.sweep,
+                campaigns.report, campaigns.ladder, campaigns.deploy, networks.net,
+                networks.coverage, networks.validate, plugins.plugins, plugins.describe,
+                plugins.schema):
+    app.command(context_settings=_UNREAD if command is networks.net else None)(command)
 
 if __name__ == "__main__":
     app()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,13 +14,9 @@ from desim.commands.exit_codes import exit_codes
 from desim.commands.output import say, say_json
 from desim.errors import InputError
 
-
-def add_to(app: typer.Typer) -> None:
-    """Make them commands of ``app``."""
-    app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True,
-                                  "help_option_names": []})(net)
-    app.command()(coverage)
-    app.command()(validate)
+if TYPE_CHECKING:
+    from desim.scenario.block_file import PlacedBlock
+    from desim.scenario.load import Loaded
 
 
 def net(context: typer.Context,
@@ -37,8 +35,6 @@ def net(context: typer.Context,
                 say(cases.overview() if case is None else cases.usage(case))
         elif case == cases.FLEET:
             _net_fleet(context.args, seed, as_json)
-        elif case == cases.LAYOUT:
-            _net_layout(context.args, 1 if seed is None else seed, as_json)
         else:
             _net_case(case, context.args, 1 if seed is None else seed, as_json)
 
@@ -51,42 +47,34 @@ def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
 
     with compiling(as_json):
         from desim.netcases.case import play
-        params = options.parsed(words, plugins.parameters("case", case), ("seed", "json"))
+        from desim.scenario import block_file
+
+        block = plugins.parameters("case", case)
+        if case == cases.LAYOUT:
+            written = block_file.read(_only_file(words), block)
+            params, errors = written.params, _placed(written)
+        else:
+            params = options.parsed(words, block, ("seed", "json"))
+            errors = options.as_options()
     from desim.commands.views.progress import progress_line
 
-    with (options.as_options(), compiling_inside(as_json),
-          progress_line(Terminal(stderr=True)) as watch):
+    with errors, compiling_inside(as_json), progress_line(Terminal(stderr=True)) as watch:
         measures = play(plugins.load("case", case)(params).setup(), seed, watch)
-    settings = params.model_dump(mode="json", by_alias=True)
     if as_json:
-        say_json({"case": case, "seed": seed, "settings": settings, **measures})
+        say_json({"case": case, "seed": seed,
+                  "settings": params.model_dump(mode="json", by_alias=True), **measures})
         return
-    say(cases.title(case, seed, settings))
+    say(cases.title(case, seed, params))
     Terminal().print(cases.measures_table(measures))
 
 
-def _net_layout(words: list[str], seed: int, as_json: bool) -> None:
-    from desim import plugins
-    from desim.commands.views import cases
-    from desim.commands.views.terminal import Terminal
-    from desim.scenario import block_file
-
-    with compiling(as_json):
-        from desim.netcases.case import play
-        written = block_file.read(_only_file(words), plugins.parameters("case", cases.LAYOUT))
-    from desim.commands.views.progress import progress_line
-
+@contextmanager
+def _placed(file: Loaded | PlacedBlock) -> Iterator[None]:
+    """Give an error of what ``file`` says its place there."""
     try:
-        with progress_line(Terminal(stderr=True)) as watch:
-            measures = play(plugins.load("case", cases.LAYOUT)(written.params).setup(), seed, watch)
+        yield
     except InputError as error:
-        raise written.placed(error) from error
-    if as_json:
-        settings = written.params.model_dump(mode="json", by_alias=True)
-        say_json({"case": cases.LAYOUT, "seed": seed, "settings": settings, **measures})
-        return
-    say(cases.layout_title(written.params, seed))
-    Terminal().print(cases.measures_table(measures))
+        raise file.placed(error) from error
 
 
 def _only_file(words: list[str]) -> str:
@@ -107,10 +95,8 @@ def _net_fleet(words: list[str], seed: int | None, as_json: bool) -> None:
         from desim.netcases.fleet import Question, play
     question = options.parsed(words, Question, ("seed", "json"))
     loaded = load(question.scenario, question.overrides, seed)
-    try:
+    with _placed(loaded):
         found = play(loaded.scenario, question)
-    except InputError as error:
-        raise loaded.placed(error) from error
     carries, verdict = fleet_load.verdict(found, question.enough)
     if as_json:
         say_json({"scenario": loaded.scenario.name, "seed": loaded.scenario.seed,
@@ -144,11 +130,8 @@ def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_d
         target = to or Path("results") / loaded.scenario.name / "coverage.png"
         if to is None:
             target.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            with compiling_inside(False):
-                outcome = draw(loaded.scenario, at, medium, target)
-        except InputError as error:
-            raise loaded.placed(error) from error
+        with _placed(loaded), compiling_inside(False):
+            outcome = draw(loaded.scenario, at, medium, target)
         say(f"{outcome}\n{target}")
 
 
@@ -162,7 +145,7 @@ def validate(only: Annotated[list[str], typer.Option(
             from desim.commands.views import validation
         groups = validation.chosen(only)
         with compiling_inside(as_json):
-            rows = validation.compared(groups, _say_nothing if as_json else typer.echo)
+            rows = validation.compared(groups, (lambda _: None) if as_json else typer.echo)
         failed = sum(not row["holds"] for row in rows)
         if as_json:
             say_json({"checks": len(rows), "failed": failed, "rows": rows})
@@ -170,7 +153,3 @@ def validate(only: Annotated[list[str], typer.Option(
             say(f"{len(rows) - failed} of {len(rows)} within tolerance")
         if failed:
             raise typer.Exit(1)
-
-
-def _say_nothing(_: str) -> None:
-    pass

@@ -10,12 +10,6 @@ from desim.commands.exit_codes import exit_codes
 from desim.commands.output import say
 
 
-def add_to(app: typer.Typer) -> None:
-    """Make them commands of ``app``."""
-    for command in plugins, describe, schema:
-        app.command()(command)
-
-
 def plugins() -> None:
     """All plug-ins that are installed, by kind."""
     with exit_codes():

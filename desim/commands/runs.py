@@ -20,12 +20,6 @@ if TYPE_CHECKING:
 RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False)]
 
 
-def add_to(app: typer.Typer) -> None:
-    """Make them commands of ``app``."""
-    for command in run, trace, diff, figure, graph:
-        app.command()(command)
-
-
 def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
                                                  help="a scenario's YAML file")],
         seed: Annotated[int | None, typer.Option(help="instead of the scenario's")] = None,

@@ -22,7 +22,7 @@ from desim.units import Duration
 
 _OF_SCENARIOS = ("environment", "fleet", "robot", "network", "middleware", "coordination",
                  "deployment")
-MOST_RUNS = 1_000_000  # their index has some 2 GB, and is read at once
+MOST_RUNS = 1_000_000  # their index has up to 4 GB, and is read at once
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,59}$")]
 _KEY = "the scenario's key that it sets, e.g. fleet.size; null: others use it as $name"
 

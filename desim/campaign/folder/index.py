@@ -18,7 +18,7 @@ from desim.results.row import Row
 from desim.results.status import RunStatus
 
 _FINISHED_HAS = {"digest", "cost", "metrics", "functions"}
-_MOST_BYTES = 10**11  # 50 times what a campaign of 1,000,000 runs writes
+_MOST_BYTES = 10**11  # 25 times what a campaign of 1,000,000 runs writes
 _CHECK = b', "check": "'
 
 

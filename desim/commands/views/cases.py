@@ -35,27 +35,20 @@ def overview() -> str:
 def usage(case: str) -> str:
     """The description of a case, and its options. Raises ``InputError`` for an unknown case."""
     if case == FLEET:
-        return fleet_usage()
-    if case == LAYOUT:
-        return layout_usage()
-    return _usage(case, plugins.parameters("case", case), plugins.load("case", case), "1")
+        from desim.netcases.fleet import Question
+
+        return _usage(f"{FLEET} SCENARIO", Question, Question, "the scenario's")
+    block, cls = plugins.parameters("case", case), plugins.load("case", case)
+    return _layout_usage(block, cls) if case == LAYOUT else _usage(case, block, cls, "1")
 
 
-def fleet_usage() -> str:
-    """The description of ``desim net fleet``, and its options."""
-    from desim.netcases.fleet import Question
-
-    return _usage(f"{FLEET} SCENARIO", Question, Question, "the scenario's")
-
-
-def layout_usage() -> str:
-    """The description of ``desim net layout``, and the keys of its file."""
-    keys = list(_keys(plugins.parameters("case", LAYOUT)))
+def _layout_usage(block: type[Params], about: type) -> str:
+    keys = list(_keys(block))
     width = max(len(key) for key, _ in keys)
     return "\n".join([f"Usage: desim net {LAYOUT} FILE [--seed N] [--json]", "",
-                      inspect.getdoc(plugins.load("case", LAYOUT)) or "", "",
+                      inspect.getdoc(about) or "", "",
                       "The keys of the file, which is YAML:", "",
-                      *(f"  {key:<{width}}  {about}" for key, about in keys), "",
+                      *(f"  {key:<{width}}  {description}" for key, description in keys), "",
                       "  --seed N  of all random numbers; default 1",
                       "  --json    one JSON object"])
 
@@ -71,13 +64,6 @@ def _keys(block: type[Params], lead: str = "") -> Iterator[tuple[str, str]]:
             yield from _keys(inside, f"{lead}{key}[].")
 
 
-def layout_title(params: Params, seed: int) -> str:
-    """A line about the layout that was played."""
-    settings = params.model_dump(mode="json", by_alias=True)
-    many = {"hosts": len(settings.pop("places")), "flows": len(settings.pop("flows"))}
-    return title(LAYOUT, seed, many | settings)
-
-
 def _usage(words: str, block: type[Params], about: type, seed: str) -> str:
     options = [*descriptions(block), ("--seed N", f"of all random numbers; default {seed}"),
                ("--json", "one JSON object")]
@@ -88,8 +74,13 @@ def _usage(words: str, block: type[Params], about: type, seed: str) -> str:
                       "A number without a unit has the one that is shown."])
 
 
-def title(case: str, seed: int, settings: dict[str, object]) -> str:
-    """A line about the case that was played, with its options."""
+def title(case: str, seed: int, params: Params) -> str:
+    """A line about the case that was played, with its options; of a layout, the numbers of its
+    hosts and flows."""
+    settings = params.model_dump(mode="json", by_alias=True)
+    if case == LAYOUT:
+        settings = {"hosts": len(settings.pop("places")), "flows": len(settings.pop("flows")),
+                    **settings}
     given = (f"{key} {_word(value)}" for key, value in settings.items() if value is not None)
     return f"{case}: {', '.join((*given, f'seed {seed}'))}"
 
