@@ -64,7 +64,9 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
         interrupted = simulation.monitor.stop_reason == StopReason.INTERRUPTED
         path = folder.finish(simulation.monitor, simulation.kernel.now_ns, {
             "status": RunStatus.INTERRUPTED if interrupted else RunStatus.FINISHED,
-            **_digests(simulation), **meter.read(simulation.kernel.now_ns)})
+            "digest": simulation.trace.digest(),
+            "digest_by_entity": simulation.trace.digest_by_entity(),
+            "events": simulation.kernel.events, **meter.read(simulation.kernel.now_ns)})
     except (InputError, KeyboardInterrupt):
         folder.discard()
         raise
@@ -82,12 +84,6 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     if interrupted:
         raise KeyboardInterrupt(str(path))
     return Run(path)
-
-
-def _digests(simulation: Simulation) -> dict[str, object]:
-    return {"digest": simulation.trace.digest(),
-            "digest_by_entity": simulation.trace.digest_by_entity(),
-            "events": simulation.kernel.events}
 
 
 @contextmanager

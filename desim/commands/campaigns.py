@@ -52,20 +52,18 @@ def sweep(design: DesignPath,
             from desim.campaign.design.design import load_design
             from desim.campaign.design.metrics import Metrics
             from desim.campaign.running.cluster_settings import load_settings
-            from desim.campaign.running.sweep import Sweep, default_folder, foreseen, selected
+            from desim.campaign.running.sweep import Sweep, foreseen, selected
 
             settings = None if cluster is None else load_settings(cluster, jobs)
             plan = planned(load_design(design), console)
             chosen = selected(plan, tuple(only))
             metrics = Metrics(plan)
-        folder = out or default_folder(plan.loaded)
+        folder = out or Path("results") / plan.design.name
         if dry_run:
             _predict(plan, foreseen(plan, metrics, folder, chosen, retry_failed), jobs, console)
             return
-        with terminable(), Sweep(plan, metrics, folder, only=chosen,
-                                     retry_failed=retry_failed) as work:
-            failed = _carried_out(work, jobs, settings, console)
-        if failed:
+        if _carried_out(Sweep(plan, metrics, folder, only=chosen, retry_failed=retry_failed),
+                        jobs, settings, console):
             raise typer.Exit(1)
 
 
@@ -91,16 +89,17 @@ def _predict(plan: Plan, agenda: Agenda, jobs: int | None, console: Terminal) ->
         view.show_prediction(console, found, jobs or driver.cores())
 
 
-def _carried_out(work: Sweep, jobs: int | None, settings: Settings | None, console: Terminal,
+def _carried_out(sweep: Sweep, jobs: int | None, settings: Settings | None, console: Terminal,
                  ) -> int:
     """Run what a campaign lacks, and watch; returns how many of its runs failed."""
     from desim.campaign.running.driver import CampaignDriver
     from desim.commands.views.sweep import SweepView
 
-    driver = CampaignDriver(work, jobs, settings)
-    with SweepView(console, work, driver.where) as view:
-        driver.run(view.run_ended, view.workers_up)
-    return work.progress[1]
+    with terminable(), sweep:
+        driver = CampaignDriver(sweep, jobs, settings)
+        with SweepView(console, sweep, driver.where) as view:
+            driver.run(view.run_ended, view.workers_up)
+        return sweep.agenda.progress[1]
 
 
 def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_default=False,
@@ -150,14 +149,13 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
         with compiling(quiet):
             from desim.campaign.design.ladder import ladder_design
             from desim.campaign.design.metrics import Metrics
-            from desim.campaign.running.sweep import Sweep, default_folder
+            from desim.campaign.running.sweep import Sweep
 
             plan = planned(ladder_design(str(scenario), compare, seeds, metric, overrides),
                            console)
             metrics = Metrics(plan)
-        folder = out or default_folder(plan.loaded)
-        with terminable(), Sweep(plan, metrics, folder) as work:
-            failed = _carried_out(work, jobs, None, console)
+        folder = out or Path("results") / plan.design.name
+        failed = _carried_out(Sweep(plan, metrics, folder), jobs, None, console)
         from desim.commands.views.ladder import show
         from desim.report.campaign.writing import write
 
@@ -188,13 +186,13 @@ def deploy(design: DesignPath,
 
         with compiling(as_json):
             from desim.campaign.design.design import load_design
-            from desim.commands.views.deployment import TestbedOptions, deployment_of, show
+            from desim.commands.views import deployment as view
 
             chosen = options.checked({"image": image, "model": model, "rate": rate,
-                                      "robots_per_node": robots_per_node}, TestbedOptions)
+                                      "robots_per_node": robots_per_node}, view.TestbedOptions)
             plan = planned(load_design(design), console(as_json))
-        deployment = deployment_of(plan, chosen)
+        deployment = view.deployment_of(plan, chosen)
         if as_json:
-            say_json(deployment)
-            return
-        show(deployment)
+            say_json(view.json_object(deployment))
+        else:
+            view.show(deployment)

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
 from desim.commands.output import say
 from desim.errors import InputError
 
 
-@contextmanager
-def compiling_inside(quiet: bool) -> Iterator[None]:
+def compiling_inside(quiet: bool) -> AbstractContextManager[None]:
     """Announce kernels that are compiled while a simulation is built, as those of a radio are. That
     takes half a minute."""
     from desim.engine.compiled import announced
 
-    with announced(lambda: None if quiet else say(
-            "compiling numerical kernels (first run with these models only)...", err=True)):
-        yield
+    return announced(lambda: None if quiet else say(
+        "compiling numerical kernels (first run with these models only)...", err=True))
 
 
 @contextmanager

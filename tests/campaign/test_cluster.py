@@ -106,7 +106,7 @@ def swept(plan: Plan, out: Path, workers) -> dict[str, str]:
     """Digests by run id."""
     with Sweep(plan, Metrics(plan), out) as sweep:
         sweep.run(workers)
-        return {run_id: row["digest"] for run_id, row in sweep.rows.items()}
+        return {run_id: row["digest"] for run_id, row in sweep.agenda.rows.items()}
 
 
 @needs_dask

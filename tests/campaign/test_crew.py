@@ -58,9 +58,9 @@ def test_a_worker_that_dies_costs_one_retry_and_twice_a_failed_row(tmp_path, tim
     module = f"deadly_{times}_of_mine"
     (tmp_path / f"{module}.py").write_text(DEADLY.format(folder=str(tmp_path), times=times))
     sweep = swept(tmp_path, ONE + f"metrics: {{one: '{module}:deadly'}}\n", 1)
-    errors = {row.get("error") for row in sweep.rows.values()}
+    errors = {row.get("error") for row in sweep.agenda.rows.values()}
     assert errors == {None, error}
-    assert sweep.progress == (2, 1 if error else 0, 2)
+    assert sweep.agenda.progress == (2, 1 if error else 0, 2)
     assert sorted(len(file.read_text()) for file in tmp_path.iterdir()
                   if len(file.name) == 12 and file.is_file()) == [times]
 

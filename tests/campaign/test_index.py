@@ -2,6 +2,7 @@
 
 import json
 import os
+from types import SimpleNamespace
 
 import pytest
 from designs import row
@@ -21,6 +22,12 @@ def path(tmp_path):
 
 def same(run_id):
     return f"folder of {run_id}"
+
+
+def folders(present, again, likeness=same, functions=()):
+    """Folders of runs that nobody made: the row of each is what ``again`` gives."""
+    return SimpleNamespace(present=lambda: present, likeness=likeness, row=again,
+                           functions=functions)
 
 
 def opened(path):
@@ -69,7 +76,7 @@ def test_damaged_lines_are_left_out_and_the_file_is_made_again(path, line):
     path.write_bytes(b"\n".join([first, line, third, b""]))
     index = Index(path)
     assert index.damaged == 1
-    index.recover("abc", same, lambda run_id: row(run_id, explored=0.5))
+    index.recover(folders("abc", lambda run_id: row(run_id, explored=0.5)))
     index.add(row("d"))
     index.close()
     assert path.read_bytes() == b"\n".join([first, third, second, b""]) + line_of(
@@ -89,7 +96,7 @@ def test_it_follows_the_folders(path):
             raise InputError("e: damaged")
         return row(run_id, explored=0.5)
 
-    assert index.recover("bcdeg", same, again) == {"e": "e: damaged"}
+    assert index.recover(folders("bcdeg", again)) == {"e": "e: damaged"}
     assert sorted(index.rows) == ["b", "c", "d", "f", "g"]
     assert index.rows["g"]["status"] == "finished"
     assert sorted(opened(path).rows) == ["a", "b", "c", "d", "f", "g"]  # of a: the folder decides
@@ -104,7 +111,7 @@ def test_a_metric_that_is_new_is_looked_up_in_the_folders(path):
         return {**row(run_id), "functions": {"mine:f": 7.0}}
 
     for _ in range(2):
-        index.recover("abc", same, again, ("mine:f",))
+        index.recover(folders("abc", again, functions=("mine:f",)))
     assert asked == ["a", "b", "c"]
     assert {found["functions"]["mine:f"] for found in index.rows.values()} == {7.0}
 
@@ -112,7 +119,8 @@ def test_a_metric_that_is_new_is_looked_up_in_the_folders(path):
 def test_a_metric_that_raised_is_looked_up_again(path):
     index = Index(path)
     index.add({**row("a"), "functions": {"f": None}, "raised": {"f": "ValueError: boom"}})
-    index.recover("a", same, lambda run_id: {**row(run_id), "functions": {"f": 1.0}}, ("f",))
+    index.recover(folders("a", lambda run_id: {**row(run_id), "functions": {"f": 1.0}},
+                          functions=("f",)))
     assert index.rows["a"]["functions"] == {"f": 1.0} and "raised" not in index.rows["a"]
 
 
@@ -125,7 +133,8 @@ def test_a_folder_that_has_changed_is_read_again(path):
             raise InputError("c: damaged: summary.json is missing")
         return {**row(run_id, explored=0.75), "folder": "another"}
 
-    wrong = index.recover("abc", lambda run_id: same(run_id) if run_id == "a" else "another", again)
+    wrong = index.recover(folders(
+        "abc", again, lambda run_id: same(run_id) if run_id == "a" else "another"))
     assert wrong == {"c": "c: damaged: summary.json is missing"}
     assert [(run_id, found["metrics"]["explored"]) for run_id, found in index.rows.items()] == [
         ("a", 0.5), ("b", 0.75)]

@@ -8,6 +8,7 @@ from designs import Here, planned
 
 from desim.campaign.design.metrics import Metrics
 from desim.campaign.folder.table import RAISED
+from desim.campaign.running.remarks import remarks
 from desim.campaign.running.sweep import Sweep
 
 MINE = """import math
@@ -42,7 +43,7 @@ def swept(tmp_path):
         out = tmp_path / "out"
         with Sweep(plan, Metrics(plan), out) as sweep:
             sweep.run(Here())
-            said = sweep.remarks
+            said = remarks(plan, sweep.metrics, sweep.agenda)
         return said, json.loads(pq.read_schema(out / "runs.parquet").metadata[RAISED.encode()])
 
     return done

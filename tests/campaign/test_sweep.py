@@ -72,7 +72,7 @@ def test_it_does_nothing_twice(tmp_path, whole):
     shutil.copytree(whole, tmp_path / "out")
     (tmp_path / "out" / "runs.parquet").unlink()
     sweep, begun = run(tmp_path, tmp_path / "out")
-    assert begun == [] and sweep.progress == (6, 0, 6)
+    assert begun == [] and sweep.agenda.progress == (6, 0, 6)
     assert table(tmp_path / "out") == table(whole)
 
 
@@ -107,10 +107,10 @@ def test_no_finished_run_is_lost_with_the_index(tmp_path, whole, damage):
     damage(out)
     sweep, begun = run(tmp_path, out)
     assert begun == [] and table(out) == table(whole)
-    assert sweep.damaged == (damage is damaged_index)
+    assert sweep.index.damaged == (damage is damaged_index)
     assert sweep.index_was_lost == (damage in (lost_index, empty_index))
     again, _ = run(tmp_path, out)
-    assert not again.damaged and not again.index_was_lost
+    assert not again.index.damaged and not again.index_was_lost
 
 
 def test_a_folder_that_is_gone_or_damaged_is_run_again(tmp_path, whole):
@@ -180,7 +180,7 @@ class Failing(Here):
 def test_a_failed_run_is_a_result_and_can_be_tried_again(tmp_path, whole):
     out = tmp_path / "out"
     sweep, begun = run(tmp_path, out, Failing())
-    assert len(begun) == 6 and sweep.progress == (6, 3, 6)
+    assert len(begun) == 6 and sweep.agenda.progress == (6, 3, 6)
     found = pq.read_table(out / "runs.parquet").to_pydict()
     assert found["status"] == ["failed"] * 3 + ["finished"] * 3
     assert found["error"] == ["boom"] * 3 + [None] * 3 and found["digest"][:3] == [None] * 3
@@ -188,7 +188,7 @@ def test_a_failed_run_is_a_result_and_can_be_tried_again(tmp_path, whole):
     _, begun = run(tmp_path, out)
     assert begun == []
     sweep, begun = run(tmp_path, out, retry_failed=True)
-    assert len(begun) == 3 and sweep.progress == (6, 0, 6)
+    assert len(begun) == 3 and sweep.agenda.progress == (6, 0, 6)
     assert table(out) == table(whole)
 
 
@@ -199,7 +199,7 @@ def test_a_run_that_raises_is_a_failed_one_whatever_becomes_of_the_index(tmp_pat
     text = TEXT + "stop: {when: 'stops_of_mine:bad'}\nmeasure: {every: 10 ms}\n"
     out = tmp_path / "out"
     sweep, _ = run(tmp_path, out, text=text)
-    assert sweep.progress == (6, 6, 6)
+    assert sweep.agenda.progress == (6, 6, 6)
     before = table(out)
     assert set(pq.read_table(out / "runs.parquet")["status"].to_pylist()) == {"failed"}
     lost_index(out)
@@ -262,7 +262,7 @@ def test_a_stored_design_finds_files_and_modules_where_they_were(tmp_path):
     plan = Plan(load_design(out / "design.yaml"))
     assert plan.design.metrics == {"one": "../../mine_again:one"}
     assert [run_id for _, _, run_id in foreseen(plan, Metrics(plan), out).runs] == [
-        run_id for _, _, run_id in sweep.runs]
+        run_id for _, _, run_id in sweep.agenda.runs]
     assert pq.read_table(out / "runs.parquet")["one"].to_pylist() == [1.0] * 6
 
 

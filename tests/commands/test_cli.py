@@ -20,7 +20,7 @@ from desim.cli import app
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes
 from desim.commands.views import progress
-from desim.commands.views.rows import nth_sent, story
+from desim.commands.views.rows import story
 from desim.engine import compiled
 from desim.engine.kernel import Phase
 from desim.results.traces import kept
@@ -212,7 +212,7 @@ def test_every_message_has_its_own_rows(hello, tmp_path):
         assert steps[0].detail == f"{table['topic'][i]}, {table['size_bytes'][i]} B"
         assert ("delivered", table["destination"][i], table["end_ns"][i]) in [
             (step.what, step.where, step.time_ns) for step in steps]
-    assert nth_sent(rows, int(table["number"].max()) + 10**6) is None
+    assert story(rows, names, int(table["number"].max()) + 10**6) == []
 
 
 def test_a_message_that_does_not_exist(run_path):

@@ -40,9 +40,8 @@ class _Round(Carrier[tuple[int, tuple[int, int]]]):
 
     def __init__(self, copies: list[Copy], image_bytes: int, medium: Medium,
                  hosts: tuple[str, ...], kernel: Kernel) -> None:
-        sizes = [PART_BYTES] * (image_bytes // PART_BYTES)
-        if image_bytes % PART_BYTES:
-            sizes.append(image_bytes % PART_BYTES)
+        whole, rest_bytes = divmod(image_bytes, PART_BYTES)
+        sizes = [PART_BYTES] * whole + [rest_bytes] * (rest_bytes > 0)
         pairs = [(hosts.index(source), hosts.index(taker)) for source, taker in copies]
         self._left = len(copies) * len(sizes)
         self._losses = 0  # since a part arrived

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 from desim.campaign.design.plan import Plan
 from desim.scenario.names import robot_names
-from desim.scenario.schema.whole import Scenario
 
 SERVER = "server"  # where the image is at first
 
@@ -48,17 +47,11 @@ def smallest_testbed(plan: Plan, robots_per_node: int | None = None) -> Placemen
     """The smallest placement with room for every run of the design, with so many robots on a node
     (None: as in the scenarios)."""
     scenarios = (plan.scenario(vector, 0).scenario for vector in plan.vectors)
-    return max((placed(_controlled(scenario), robots_per_node or scenario.testbed.robots_per_node)
-                for scenario in scenarios), key=_size)
-
-
-def _controlled(scenario: Scenario) -> list[str]:
-    passive = frozenset(scenario.robot.passive)
-    return [name for name in robot_names(scenario) if name not in passive]
-
-
-def _size(testbed: Placement) -> tuple[int, int]:
-    return len(testbed.nodes), testbed.virtual_machines
+    return max((placed([name for name in robot_names(scenario)
+                        if name not in scenario.robot.passive],
+                       robots_per_node or scenario.testbed.robots_per_node)
+                for scenario in scenarios),
+               key=lambda testbed: (len(testbed.nodes), testbed.virtual_machines))
 
 
 def nodes_for(team: int, robots_per_node: int) -> int:
@@ -76,8 +69,7 @@ def placed(robots: Sequence[str], robots_per_node: int) -> Placement:
 def demand(plan: Plan) -> Demand:
     """The demand of the whole design."""
     each_s = sum(plan.scenario(vector, 0).scenario.stop.elapsed_ns for vector in plan.vectors) / 1e9
-    least, most = plan.least_iterations, plan.most_iterations
-    vectors = len(plan.vectors)
+    least, most, vectors = plan.least_iterations, plan.most_iterations, len(plan.vectors)
     return Demand(least * vectors, most * vectors, least * each_s, most * each_s)
 
 

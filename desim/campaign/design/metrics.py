@@ -39,12 +39,11 @@ class Metrics:
 
     def __init__(self, plan: Plan) -> None:
         loaded = plan.loaded
-        self.names: tuple[str, ...] = ()
         with tempfile.TemporaryDirectory() as folder:
             run = _rehearsed(plan, folder)
             found = flat(run.metrics)
             self.names = tuple(found)
-            self._words = {name for name, value in found.items() if isinstance(value, str)}
+            self._numbers = [name for name, value in found.items() if not isinstance(value, str)]
             self._own: dict[str, Callable[[Row], float | None]] = {}
             self._paths: dict[str, str] = {}  # of the functions, by metric
             for name, text in loaded.design.metrics.items():
@@ -54,6 +53,7 @@ class Metrics:
                 except InputError as error:
                     raise loaded.wrong(("metrics", name), str(error)) from None
         self.names = (*self.names, *self._own)
+        self._numbers += self._own
         self.functions = tuple(dict.fromkeys(self._paths.values()))
         refuse_twins(plan, self.names)
         self._refuse_unknown(plan)
@@ -65,8 +65,7 @@ class Metrics:
     def raised(self, row: Row) -> dict[str, str]:
         """The errors, by metric, of functions that raised on a finished run."""
         errors = row.get("raised", {})
-        return {name: errors[path] for name, path in self._paths.items() if path in errors} \
-            if errors else {}
+        return {name: errors[path] for name, path in self._paths.items() if path in errors}
 
     def value(self, name: str, row: Row) -> float | None:
         """One metric of a run; None where it is absent. It serves to judge whether a vector is
@@ -112,10 +111,6 @@ class Metrics:
             raise InputError(f"{plugins.bare(path)} raised {described(error)} (tried on a run of "
                              "0.01 s)") from error
         return lambda row: row["functions"].get(path)
-
-    @property
-    def _numbers(self) -> list[str]:
-        return [name for name in self.names if name not in self._words]
 
     def _refuse_unknown(self, plan: Plan) -> None:
         design = plan.design

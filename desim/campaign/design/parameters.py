@@ -65,11 +65,10 @@ def _refuse_rival(name: str, parameters: Mapping[str, Values | Levels | Span]) -
     """Refuse a second parameter of one key: the later one would always win. Raises ``InputError``.
     """
     key = getattr(parameters[name], "key", None)
-    for other in parameters:
-        if other == name:
-            return
-        if key is not None and key == getattr(parameters[other], "key", None):
-            raise InputError(f"sets {key}, which {other} sets, too; one of them is enough")
+    first = name if key is None else next(other for other, shape in parameters.items()
+                                          if getattr(shape, "key", None) == key)
+    if first != name:
+        raise InputError(f"sets {key}, which {first} sets, too; one of them is enough")
 
 
 def _of_values(path: Path, shape: Values) -> Parameter:

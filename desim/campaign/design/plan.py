@@ -48,7 +48,8 @@ class Vector(NamedTuple):
 
 
 class Plan:
-    """The vectors of a design, and the scenario, seed and id of each run.
+    """The vectors of a design, and the scenario, seed and id of each run. A vector has
+    ``least_iterations`` to ``most_iterations``.
 
     ``checked`` is called with the number of vectors that are checked, and of all. Raises
     ``InputError`` for the first vector whose scenario is wrong.
@@ -58,6 +59,9 @@ class Plan:
                  ) -> None:
         self.loaded, self.design = loaded, loaded.design
         _refuse_iterations(loaded)
+        rule = self.design.iterations
+        self.least_iterations, self.most_iterations = (
+            (rule.at_least, rule.at_most) if isinstance(rule, Until) else (rule, rule))
         parameters = parameters_of(loaded)
         self.parameters = tuple(parameters)
         _refuse_unused(loaded)
@@ -79,18 +83,6 @@ class Plan:
                 scenario.stop.elapsed_ns / NS_PER_S))
             if checked is not None:
                 checked(number + 1, len(chosen))
-
-    @property
-    def most_iterations(self) -> int:
-        """The most iterations of one vector."""
-        iterations = self.design.iterations
-        return iterations.at_most if isinstance(iterations, Until) else iterations
-
-    @property
-    def least_iterations(self) -> int:
-        """The fewest iterations of one vector."""
-        iterations = self.design.iterations
-        return iterations.at_least if isinstance(iterations, Until) else iterations
 
     def seed(self, vector: Vector, iteration: int) -> int:
         """The seed of a run."""

@@ -54,7 +54,8 @@ def _listed(loaded: LoadedDesign, which: str, parameters: dict[str, Parameter],
     count = math.prod(len(own) for own in levels.values())
     if which == "all":
         if count > MOST_RUNS:
-            raise InputError(f"all combinations are {count:,} ({_product(levels)}); at most "
+            product = " x ".join(f"{len(own)} of {name}" for name, own in levels.items())
+            raise InputError(f"all combinations are {count:,} ({product}); at most "
                              f"{MOST_RUNS:,}: leave out values, or take samples "
                              "(latin_hypercube)")
         return [dict(zip(levels, one, strict=True)) for one in itertools.product(*levels.values())]
@@ -63,10 +64,6 @@ def _listed(loaded: LoadedDesign, which: str, parameters: dict[str, Parameter],
         raise InputError("zip needs as many values of each parameter, but there are "
                          + ", ".join(f"{count} of {name}" for name, count in lengths.items()))
     return [dict(zip(levels, one, strict=True)) for one in zip(*levels.values(), strict=True)]
-
-
-def _product(levels: dict[str, list[Level]]) -> str:
-    return " x ".join(f"{len(own)} of {name}" for name, own in levels.items())
 
 
 def _answered(loaded: LoadedDesign, name: str) -> Iterable[object]:

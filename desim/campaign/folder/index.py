@@ -9,12 +9,12 @@ from __future__ import annotations
 import json
 import os
 import zlib
-from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from desim.campaign.folder.run_folders import Folders
 from desim.errors import InputError
 from desim.files import content, refuse_link, replacing
-from desim.results.row import Row
+from desim.results.row import Row, Rows
 from desim.results.status import RunStatus
 
 _FINISHED_HAS = {"digest", "cost", "metrics", "functions"}
@@ -52,17 +52,16 @@ class Index:
             raise
         self.rows[row["run_id"]] = row
 
-    def recover(self, present: Iterable[str], like: Callable[[str], str | None],
-                again: Callable[[str], Row], functions: tuple[str, ...] = ()) -> dict[str, str]:
+    def recover(self, folders: Folders) -> dict[str, str]:
         """Bring the index in line with the folders (see ``recovered``). A run that cannot be read
         is forgotten, and returned with the reason."""
-        rows, wrong = recovered(self.rows, present, like, again, functions)
-        made = [row for run_id, row in rows.items() if row != self.rows.get(run_id)]
-        self.rows = rows
+        earlier = self.rows
+        self.rows, wrong = recovered(earlier, folders)
         if self.damaged:
             self._rewrite()
-        else:
-            for row in made:
+            return wrong
+        for run_id, row in self.rows.items():
+            if row != earlier.get(run_id):
                 self.add(row)
         return wrong
 
@@ -79,29 +78,26 @@ class Index:
         self._file = open(self._path, "ab", buffering=0)  # noqa: SIM115
 
 
-def recovered(rows: dict[str, Row], present: Iterable[str], like: Callable[[str], str | None],
-              again: Callable[[str], Row], functions: tuple[str, ...] = (),
-              ) -> tuple[dict[str, Row], dict[str, str]]:
-    """The rows brought in line with the folders of the runs that are ``present``, and the reasons
-    why some cannot be read. A finished run without a folder is left out. A run is read ``again`` if
-    its folder is not ``like`` it was, if its row lacks one of the ``functions``, or if one of these
-    raised, because that may have been mended."""
-    known = dict.fromkeys(present)
+def recovered(rows: Rows, folders: Folders) -> tuple[Rows, dict[str, str]]:
+    """The rows brought in line with the ``folders`` of runs, and the reasons why some cannot be
+    read. A finished run without a folder is left out. A run is read again if its folder has changed
+    since, if its row lacks one of the functions, or if one of these raised, because that may have
+    been mended."""
+    known = dict.fromkeys(folders.present())
     found = {run_id: row for run_id, row in rows.items()
              if run_id in known or row["status"] != RunStatus.FINISHED}
     wrong: dict[str, str] = {}
     for run_id in known:
-        if is_current(found.get(run_id), like(run_id), functions):
-            continue
-        try:
-            found[run_id] = again(run_id)
-        except InputError as error:
-            wrong[run_id] = str(error)
-            found.pop(run_id, None)
+        if not _is_current(found.get(run_id), folders.likeness(run_id), folders.functions):
+            try:
+                found[run_id] = folders.row(run_id)
+            except InputError as error:
+                wrong[run_id] = str(error)
+                found.pop(run_id, None)
     return found, wrong
 
 
-def is_current(row: Row | None, folder: str | None, functions: tuple[str, ...] = ()) -> bool:
+def _is_current(row: Row | None, folder: str | None, functions: tuple[str, ...]) -> bool:
     """Whether a row is what reading a folder of this likeness again would give."""
     return (row is not None and row.get("folder") == folder and "raised" not in row
             and (row["status"] == RunStatus.FAILED

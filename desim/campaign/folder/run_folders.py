@@ -15,15 +15,16 @@ _ID = re.compile(r"[0-9a-f]{12}")
 
 
 class Folders:
-    """The runs' folders in ``runs/<scenario>``."""
+    """The runs' folders in ``place``, which is ``runs/<scenario>``. ``functions`` are the paths of
+    metrics that read a run's folder."""
 
-    def __init__(self, runs: Path, scenario: str) -> None:
-        self._runs, self._scenario = runs, scenario
+    def __init__(self, place: Path, functions: tuple[str, ...]) -> None:
+        self.place, self.functions = place, functions
 
     def present(self) -> list[str]:
         """The ids of runs that may be finished. Raises ``OSError``."""
         try:
-            with os.scandir(self._runs / self._scenario) as entries:
+            with os.scandir(self.place) as entries:
                 return sorted(entry.name for entry in entries
                               if _ID.fullmatch(entry.name) and entry.is_dir())
         except FileNotFoundError:  # nothing has been run yet
@@ -33,25 +34,17 @@ class Folders:
         """The likeness of the run's folder, which is the ``folder`` of its row; None without a
         folder."""
         try:
-            return likeness(self._path(run_id))
+            return likeness(self.place / run_id)
         except OSError:
             return None
 
-    def row(self, run_id: str, functions: tuple[str, ...]) -> Row:
+    def row(self, run_id: str) -> Row:
         """The row of a run, read again from its folder. Raises ``InputError`` if the folder is not
         as desim wrote it, or holds another run."""
-        run = Run(self._path(run_id))
+        run = Run(self.place / run_id)
         if run.manifest["run_id"] != run_id:
             raise InputError(f"{run.path}: damaged: holds the run {run.manifest['run_id']}")
         wrong = damage(run.path, run.manifest)
         if wrong is not None:
             raise InputError(f"{run.path}: damaged: {wrong}")
-        return row_of(run, functions)
-
-    def _path(self, run_id: str) -> Path:
-        return folder_of(self._runs, self._scenario, run_id)
-
-
-def folder_of(out: Path, name: str, run_id: str) -> Path:
-    """The folder of a run's results."""
-    return out / name / run_id
+        return row_of(run, self.functions)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import NamedTuple
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -42,8 +41,7 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
              for _, _, run_id in made]
     names = dict.fromkeys((*metrics.names, *sorted(
         {name for values in found for name in values} - {*metrics.names})))
-    for name in names:
-        columns[name] = [values.get(name) for values in found]
+    columns |= {name: [values.get(name) for values in found] for name in names}
     table = pa.table({name: _column(values, pa.string() if name in FIXED else pa.float64())
                       for name, values in columns.items()})
     finished = {run_id: rows[run_id] for _, _, run_id in made}.values()
@@ -52,20 +50,13 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
         pq.write_table(table, beside, compression="zstd")
 
 
-class Raised(NamedTuple):
-    """The number of ``runs`` in which a metric's function raised, and the first ``error``."""
-
-    runs: int
-    error: str
-
-
-def raised(metrics: Metrics, rows: Iterable[Row]) -> dict[str, Raised]:
-    """The metrics whose function raised, by name."""
-    found: dict[str, Raised] = {}
+def raised(metrics: Metrics, rows: Iterable[Row]) -> dict[str, tuple[int, str]]:
+    """The metrics whose function raised, by name: in how many runs, and the first error."""
+    found: dict[str, tuple[int, str]] = {}
     for row in rows:
         for name, error in metrics.raised(row).items():
-            before = found.get(name, Raised(0, error))
-            found[name] = before._replace(runs=before.runs + 1)
+            runs, first = found.get(name, (0, error))
+            found[name] = runs + 1, first
     return found
 
 

@@ -44,8 +44,8 @@ class Agenda:
                 self._append(vector, iteration)
         rule = plan.design.iterations
         self._until = stopping_rule(rule) if isinstance(rule, Until) else None
-        self._to_judge = vectors if self._until else []
-        self._extend()
+        if self._until:
+            self._extend(vectors, self._until)
 
     @property
     def progress(self) -> tuple[int, int, int]:
@@ -82,8 +82,7 @@ class Agenda:
         while self._next < len(self.runs):
             vector, iteration, run_id = self.runs[self._next]
             self._next += 1
-            first = self._vectors_of[run_id][0] is vector
-            if first and run_id not in self.rows:
+            if self._vectors_of[run_id][0] is vector and run_id not in self.rows:
                 return vector, iteration, run_id
         return None
 
@@ -92,8 +91,7 @@ class Agenda:
         self.rows[row["run_id"]] = row
         self._count(row)
         if self._until:
-            self._to_judge += self._vectors_of[row["run_id"]]
-            self._extend()
+            self._extend(self._vectors_of[row["run_id"]], self._until)
 
     def _append(self, vector: Vector, iteration: int) -> None:
         run_id = self._plan.run_id(vector, iteration)
@@ -108,20 +106,15 @@ class Agenda:
         self._done += 1
         self._failed += row["status"] == RunStatus.FAILED
 
-    def _extend(self) -> None:
-        """Append iterations of each vector that is not known well enough."""
-        while self._to_judge:
-            vector = self._to_judge.pop(0)
-            ids = self._ids[vector.number]
-            while all(run_id in self.rows for run_id in ids) and self._needs_more(ids):
-                self._append(vector, len(ids))
-
-    def _needs_more(self, ids: list[str]) -> bool:
+    def _extend(self, vectors: list[Vector], rule: StoppingRule) -> None:
+        """Append iterations of each of the ``vectors`` that is not known well enough."""
         from desim.statistics.sequential import enough
 
-        rule = self._until
-        return rule is not None and len(ids) < rule.at_most and not enough(
-            self._known(ids), *rule)
+        for vector in vectors:
+            ids = self._ids[vector.number]
+            while (len(ids) < rule.at_most and all(run_id in self.rows for run_id in ids)
+                   and not enough(self._known(ids), *rule)):
+                self._append(vector, len(ids))
 
     def _known(self, ids: list[str]) -> list[float]:
         """The metric's values, of those runs that have one."""

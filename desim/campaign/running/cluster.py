@@ -15,11 +15,9 @@ from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Lock
-from typing import IO
 
 from distributed import Client, Future, KilledWorker
 
-from desim.campaign.folder.run_folders import folder_of
 from desim.campaign.running.crew import Crew
 from desim.campaign.running.work import Task, Unwritable, work
 from desim.engine.garbage import keep_what_there_is
@@ -148,30 +146,21 @@ def _child(_: str, wall_ns: int) -> Crew:
     return Crew(1, wall_ns)
 
 
-@cache
-def _freeze_modules() -> None:
-    """Keep modules out of garbage collection, once: what Dask makes later is not ours to keep."""
-    keep_what_there_is()
+# Once, for the modules: what Dask makes later is not ours to keep.
+_freeze_modules = cache(keep_what_there_is)
 
 
 def _left_behind(task: Task) -> Row | None:
     """The row of a run that another process is still writing, when that has ended; None if there is
     none. A killed campaign or a lost worker may have left such a process behind."""
-    name = task.loaded.scenario.name
-    path = folder_of(Path(task.out), name, task.run_id)
+    path = Path(task.out) / task.loaded.scenario.name / task.run_id
     try:
         with open(path.with_name(f"{path.name}.partial") / ".lock") as lock:
-            if _free(lock):
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 return None
-            fcntl.flock(lock, fcntl.LOCK_EX)
+            except BlockingIOError:
+                fcntl.flock(lock, fcntl.LOCK_EX)
     except OSError:  # nobody has begun it, or there are no locks here
         return None
     return None if manifest_of(path) is None else row_of(Run(path), task.functions)
-
-
-def _free(lock: IO) -> bool:
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True

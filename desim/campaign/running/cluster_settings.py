@@ -15,7 +15,6 @@ from desim.errors import InputError
 from desim.ports import Params
 from desim.scenario import yaml12
 from desim.scenario.complaints import validated
-from desim.scenario.places import Places
 from desim.units import ByteSize, Period
 
 _FILES = (".yaml", ".yml")
@@ -83,7 +82,10 @@ _KINDS: dict[str, type[Settings]] = {"local": Local, "dask": Running, "slurm": Q
 def load_settings(text: str, jobs: int | None = None) -> Settings:
     """The settings of ``--cluster text --jobs jobs``. Raises ``InputError``, also where Dask is not
     installed."""
-    _need_dask()
+    for package in ("distributed", "dask_jobqueue"):
+        if importlib.util.find_spec(package) is None:
+            raise InputError(f"--cluster needs {package}, which is not installed: "
+                             "pip install 'desim[cluster]'")
     if re.match(_ADDRESS, text):
         return Running(kind="dask", address=text)
     given = {} if jobs is None else {"jobs": jobs}
@@ -99,21 +101,10 @@ def _read(file: str, given: dict[str, int]) -> Settings:
     data, places = yaml12.read(file)
     kind = data.get("kind")
     if kind not in _KINDS:
-        raise _unknown(places, kind)
+        place = places.value(() if kind is None else ("kind",))
+        wrong = "is missing" if kind is None else f"{kind!r} is not allowed"
+        raise InputError(f"{place}: kind: {wrong}; allowed: {', '.join(_KINDS)}")
     settings = validated(_KINDS[kind], data)
     if isinstance(settings, list):
         raise InputError(*dict.fromkeys(complaint.line(places) for complaint in settings))
     return settings if kind == "dask" else settings.model_copy(update=given)
-
-
-def _unknown(places: Places, kind: object) -> InputError:
-    place = places.value(("kind",)) if kind is not None else places.value(())
-    return InputError(f"{place}: kind: " + ("is missing" if kind is None else
-                      f"{kind!r} is not allowed") + f"; allowed: {', '.join(_KINDS)}")
-
-
-def _need_dask() -> None:
-    for package in ("distributed", "dask_jobqueue"):
-        if importlib.util.find_spec(package) is None:
-            raise InputError(f"--cluster needs {package}, which is not installed: "
-                             "pip install 'desim[cluster]'")

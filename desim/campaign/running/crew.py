@@ -27,9 +27,9 @@ class Crew:
 
     def __init__(self, jobs: int, wall_ns: int | None = None) -> None:
         self._idle = [_Worker() for _ in range(jobs)]
-        self._busy: dict[Connection, tuple[_Worker, Task, int]] = {}
+        # Task, its number of tries, and its beginning; in the order in which they are due.
+        self._busy: dict[Connection, tuple[_Worker, Task, int, float]] = {}
         self._wall_ns = wall_ns
-        self._begun_s: dict[Connection, float] = {}  # in the order in which they are due
 
     def __enter__(self) -> Crew:
         return self
@@ -57,8 +57,7 @@ class Crew:
             worker.end()
             worker = _Worker()
             worker.connection.send(task)
-        self._busy[worker.connection] = worker, task, tries
-        self._begun_s[worker.connection] = monotonic()
+        self._busy[worker.connection] = worker, task, tries, monotonic()
 
     def finished(self) -> list[tuple[Task, Row | Exception]]:
         """Wait for runs to end. Returns their rows, or the error that makes all further work
@@ -66,8 +65,7 @@ class Crew:
         done: list[tuple[Task, Row | Exception]] = []
         ready = wait(list(self._busy), self._left_s())
         for connection in [connection for connection in self._busy if connection in ready]:
-            worker, task, tries = self._busy.pop(connection)
-            del self._begun_s[connection]
+            worker, task, tries, _ = self._busy.pop(connection)
             try:
                 done.append((task, connection.recv()))
                 self._idle.append(worker)
@@ -85,16 +83,14 @@ class Crew:
         """Seconds until the first run is due; None without a limit."""
         if self._wall_ns is None:
             return None
-        begun_s = next(iter(self._begun_s.values()))
+        *_, begun_s = next(iter(self._busy.values()))
         return max(begun_s + self._wall_ns / NS_PER_S - monotonic(), 0.0)
 
     def _overdue(self) -> list[tuple[Task, Row | Exception]]:
         """Kill the workers whose runs take too long: one that computes answers nobody."""
         done: list[tuple[Task, Row | Exception]] = []
-        while self._wall_ns is not None and self._begun_s and self._left_s() == 0.0:
-            connection = next(iter(self._begun_s))
-            worker, task, _ = self._busy.pop(connection)
-            del self._begun_s[connection]
+        while self._wall_ns is not None and self._busy and self._left_s() == 0.0:
+            worker, task, *_ = self._busy.pop(next(iter(self._busy)))
             worker.end()
             self._idle.append(_Worker())
             done.append((task, failure(task.run_id, "ended after "

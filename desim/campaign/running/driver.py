@@ -50,7 +50,7 @@ class CampaignDriver:
     core) or on a cluster. ``where`` says which, in words."""
 
     def __init__(self, sweep: Sweep, jobs: int | None, cluster: Settings | None) -> None:
-        done, _, total = sweep.progress
+        done, _, total = sweep.agenda.progress
         self._sweep, self._cluster = sweep, cluster
         self._jobs = min(jobs or cores(), max(total - done, 1))
         self.where = f"{self._jobs} at a time" if cluster is None else cluster.where
@@ -64,7 +64,7 @@ class CampaignDriver:
             try:
                 sweep.run(workers, run_ended)
             except KeyboardInterrupt:
-                done, _, total = sweep.progress
+                done, _, total = sweep.agenda.progress
                 raise KeyboardInterrupt(f"{done} of {total} runs in {sweep.out}; the same command "
                                         "goes on from there") from None
 

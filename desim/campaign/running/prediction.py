@@ -9,6 +9,7 @@ limit.
 
 from __future__ import annotations
 
+from collections import Counter
 from statistics import fmean
 from typing import NamedTuple
 
@@ -112,15 +113,11 @@ def finished_costs(agenda: Agenda) -> dict[int, list[Cost]]:
 def forecast(plan: Plan, agenda: Agenda, costs: dict[int, list[Cost]]) -> Forecast:
     """The forecast of the remaining runs. ``costs``: of at least one vector."""
     model = Model(plan, costs)
-    left: dict[int, int] = {}
-    for vector, _, run_id in agenda.runs:
-        left.setdefault(vector.number, 0)
-        left[vector.number] += run_id not in agenda.rows
-    most = agenda.most_left
+    left = Counter(vector.number for vector, _, run_id in agenda.runs if run_id not in agenda.rows)
     return Forecast(sum(count * model.expected_s(plan.vectors[number])
-                        for number, count in left.items() if count),
-                    sum(most[number] * model.longest_s(plan.vectors[number])
-                        for number in left if most[number]))
+                        for number, count in left.items()),
+                    sum(count * model.longest_s(plan.vectors[number])
+                        for number, count in agenda.most_left.items() if count))
 
 
 def _nearest(vector: Vector, others: list[Vector]) -> list[Vector]:

@@ -47,9 +47,13 @@ def connected(settings: Settings, cores: int) -> Iterator[Client]:
 
 
 def _reached(address: str) -> Client:
+    where = urlsplit(address)
     try:
-        with socket.create_connection(_host_and_port(address), timeout=_CONNECT_S):
+        with socket.create_connection((where.hostname or "", where.port or 0), _CONNECT_S):
             pass  # Dask tries again until the time is over where nobody listens
+    except ValueError:  # a port that is none
+        raise InputError(f"--cluster {address}: must be tcp://host:port, with a port of "
+                         "1 to 65535") from None
     except OSError as error:
         raise InputError(f"--cluster {address}: cannot be reached: "
                          f"{error.strerror or error}") from error
@@ -59,15 +63,6 @@ def _reached(address: str) -> Client:
         raise InputError(f"--cluster {address}: no Dask scheduler answers there within "
                          f"{_CONNECT_S} s") from error
     return Client(address, timeout=_CONNECT_S, set_as_default=False)
-
-
-def _host_and_port(address: str) -> tuple[str, int]:
-    where = urlsplit(address)
-    try:
-        return where.hostname or "", where.port or 0
-    except ValueError:  # a port that is none
-        raise InputError(f"--cluster {address}: must be tcp://host:port, with a port of "
-                         "1 to 65535") from None
 
 
 async def _greeted(address: str) -> None:

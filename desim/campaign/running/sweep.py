@@ -14,22 +14,21 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
-from desim.campaign.design.design import LoadedDesign, Until
+from desim.campaign.design.design import Until
 from desim.campaign.design.metrics import Metrics
-from desim.campaign.design.plan import Plan, Vector
+from desim.campaign.design.plan import Plan
 from desim.campaign.folder.design_copy import refuse_another, store
 from desim.campaign.folder.index import Index, read, recovered
 from desim.campaign.folder.run_folders import Folders
 from desim.campaign.folder.table import write_table
 from desim.campaign.running.agenda import Agenda
-from desim.campaign.running.remarks import remarks
 from desim.campaign.running.work import Task
 from desim.errors import InputError, did_you_mean
 from desim.files import refuse_link
 from desim.results.row import Row, Rows
 from desim.results.status import RunStatus
 
-INDEX, TABLE = "index.jsonl", "runs.parquet"
+INDEX, RUNS, TABLE = "index.jsonl", "runs", "runs.parquet"
 
 
 class Workers(Protocol):
@@ -53,20 +52,20 @@ class Workers(Protocol):
 class Sweep:
     """One campaign being run in ``out``. Use it as a context, which locks the folder.
 
-    ``progress`` and ``agenda`` say how far it is. Raises ``InputError`` where the folder cannot be
-    written, or another process runs the campaign.
+    ``agenda`` tells how far it is. Raises ``InputError`` where the folder cannot be written, or
+    another process runs the campaign.
     """
 
     def __init__(self, plan: Plan, metrics: Metrics, out: Path, *, only: tuple[str, ...] = (),
                  retry_failed: bool = False) -> None:
         self.plan, self.metrics, self.out = plan, metrics, out
         self._only, self._retry_failed = only, retry_failed
-        self._scenario = _scenario_of(plan)
+        self._folders = _folders(plan, metrics, out)
 
     def __enter__(self) -> Sweep:
-        place = self._runs / self._scenario
+        place = self._folders.place
         with _writing(self.out):
-            for link in (self._runs, place):
+            for link in (place.parent, place):
                 refuse_link(link)
         try:
             place.mkdir(parents=True, exist_ok=True)
@@ -80,36 +79,17 @@ class Sweep:
             except BlockingIOError:
                 raise InputError(f"{self.out}: another process is running this campaign") from None
             store(self.plan.loaded, self.out)
-            self._index = Index(self.out / INDEX)
-            folders, functions = Folders(self._runs, self._scenario), self.metrics.functions
-            self._wrong = self._index.recover(
-                folders.present(), folders.likeness, lambda run_id: folders.row(run_id, functions),
-                functions)
+            self.index = Index(self.out / INDEX)
+            self._wrong = self.index.recover(self._folders)
             # Whether there were runs and no index of them: it was made again from their folders.
-            self.index_was_lost = self._index.lost and bool(self._index.rows)
-        self.agenda = _agenda(self.plan, self.metrics, self._index.rows, self._only,
-                               self._retry_failed)
+            self.index_was_lost = self.index.lost and bool(self.index.rows)
+        self.agenda = _agenda(self.plan, self.metrics, self.index.rows, self._only,
+                              self._retry_failed)
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._index.close()
+        self.index.close()
         os.close(self._lock)
-
-    @property
-    def runs(self) -> list[tuple[Vector, int, str]]:
-        """The vector, iteration and id of every run, as far as these are known."""
-        return self.agenda.runs
-
-    @property
-    def progress(self) -> tuple[int, int, int]:
-        """The number of runs that are done, of those among them that failed, and of all as far as
-        that is known."""
-        return self.agenda.progress
-
-    @property
-    def rows(self) -> Rows:
-        """The rows of the runs that are done, by run id."""
-        return self.agenda.rows
 
     @property
     def damaged_runs(self) -> dict[str, str]:
@@ -117,20 +97,10 @@ class Sweep:
         return {run_id: wrong for run_id, wrong in self._wrong.items() if run_id in self.agenda}
 
     @property
-    def damaged(self) -> int:
-        """The number of lines that could not be read of an index that was made again."""
-        return self._index.damaged
-
-    @property
-    def remarks(self) -> list[str]:
-        """Remarks about its metrics, a line each."""
-        return remarks(self.plan, self.metrics, self.agenda)
-
-    @property
     def others(self) -> int:
         """The number of runs in the folder that do not belong to the campaign: of an earlier
         design, another scenario or another version of desim."""
-        return 0 if self._only else sum(run_id not in self.agenda for run_id in self._index.rows)
+        return 0 if self._only else sum(run_id not in self.agenda for run_id in self.index.rows)
 
     def run(self, workers: Workers, run_ended: Callable[[Row], object] = lambda row: None) -> None:
         """Make the missing runs; ``run_ended`` is called with the row of each. The table is written
@@ -144,29 +114,21 @@ class Sweep:
                 for _, outcome in workers.finished():
                     if isinstance(outcome, Exception):
                         raise outcome
-                    self._add(outcome)
+                    with _writing(self.out):
+                        self.index.add(outcome)
+                    self.agenda.add(outcome)
                     run_ended(outcome)
         finally:
             with _writing(self.out):
-                write_table(self.out / TABLE, self.plan, self.metrics, self.rows,
+                write_table(self.out / TABLE, self.plan, self.metrics, self.agenda.rows,
                             self.agenda.runs)
 
     def _next(self) -> Task | None:
-        run = self.agenda.next()
-        if run is None:
+        if (run := self.agenda.next()) is None:
             return None
         vector, iteration, run_id = run
-        return Task(run_id, self.plan.scenario(vector, iteration), str(self._runs),
+        return Task(run_id, self.plan.scenario(vector, iteration), str(self.out / RUNS),
                     self.metrics.functions)
-
-    def _add(self, row: Row) -> None:
-        with _writing(self.out):
-            self._index.add(row)
-        self.agenda.add(row)
-
-    @property
-    def _runs(self) -> Path:
-        return self.out / "runs"
 
 
 @contextmanager
@@ -174,19 +136,14 @@ def _writing(out: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(f"cannot write to {out}: {_words(error)}; what is finished stays, and the "
-                         "same command goes on from there") from error
+        file = f"{os.path.basename(error.filename)}: " if error.filename else ""
+        raise InputError(f"cannot write to {out}: {file}{error.strerror or error}; what is "
+                         "finished stays, and the same command goes on from there") from error
 
 
-def _words(error: OSError) -> str:
-    """The error in words, with the file where that is known."""
-    text = error.strerror or str(error)
-    return f"{os.path.basename(error.filename)}: {text}" if error.filename else text
-
-
-def _scenario_of(plan: Plan) -> str:
-    """The name of the scenario, which all vectors share."""
-    return plan.scenario(plan.vectors[0], 0).scenario.name
+def _folders(plan: Plan, metrics: Metrics, out: Path) -> Folders:
+    """The folders of the runs; all vectors share the scenario's name."""
+    return Folders(out / RUNS / plan.scenario(plan.vectors[0], 0).scenario.name, metrics.functions)
 
 
 def foreseen(plan: Plan, metrics: Metrics, out: Path, only: tuple[str, ...] = (),
@@ -198,9 +155,7 @@ def foreseen(plan: Plan, metrics: Metrics, out: Path, only: tuple[str, ...] = ()
         rows = read(out / INDEX)[0]
     except OSError as error:
         raise InputError(f"cannot read {out / INDEX}: {error.strerror or error}") from error
-    folders, functions = Folders(out / "runs", _scenario_of(plan)), metrics.functions
-    rows, _ = recovered(rows, folders.present(), folders.likeness,
-                        lambda run_id: folders.row(run_id, functions), functions)
+    rows, _ = recovered(rows, _folders(plan, metrics, out))
     return _agenda(plan, metrics, rows, only, retry_failed)
 
 
@@ -228,8 +183,3 @@ def selected(plan: Plan, only: tuple[str, ...]) -> tuple[str, ...]:
     if not any(vector.matches(only) for vector in plan.vectors):
         raise InputError(f"--only {' --only '.join(only)}: no vector has these levels together")
     return only
-
-
-def default_folder(loaded: LoadedDesign) -> Path:
-    """The folder of a campaign without ``--out``."""
-    return Path("results") / loaded.design.name

@@ -15,7 +15,7 @@ from desim.results.beliefs import BeliefSnapshot, PairBelief
 from desim.units import NS_PER_S
 
 SIGNS = {"online": "+", "offline": "-", "removed": "x", "never": "."}
-LISTED = 30  # of ghosts, and of missing matches
+LISTED = 30  # of ghosts, and of missing matches: a screen
 
 
 def show(beliefs: BeliefSnapshot, console: Console) -> None:
@@ -27,7 +27,9 @@ def show(beliefs: BeliefSnapshot, console: Console) -> None:
     console.print(beliefs.headline, style="bold", highlight=False, soft_wrap=True)
     console.print(truth(beliefs), highlight=False, soft_wrap=True)
     console.print(table)
-    console.print(Text(_legend(beliefs), style="dim"), soft_wrap=True)
+    console.print(Text("+ seen online, - offline, x removed, . never seen; known/true matches of "
+                       f"the {beliefs.informed} with the other host; !n ghosts", style="dim"),
+                  soft_wrap=True)
     for name, lines in (("mistaken", mistaken(beliefs)), ("ghosts", ghosts(beliefs)),
                         ("missing", missing(beliefs))):
         if lines:
@@ -153,11 +155,6 @@ def _does(beliefs: BeliefSnapshot, hosts: str) -> str:
     several = "," in hosts or " to " in hosts
     return (f"{_verb('listen', several)} to" if beliefs.informed == "publisher"
             else _verb("say", several))
-
-
-def _legend(beliefs: BeliefSnapshot) -> str:
-    return (f"+ seen online, - offline, x removed, . never seen; known/true matches of the "
-            f"{beliefs.informed} with the other host; !n ghosts")
 
 
 def _width(table: Table, console: Console) -> int:

@@ -96,7 +96,7 @@ def measures_table(measures: Measures) -> Table:
     table.add_column(no_wrap=True, justify="right")
     table.add_column(style="dim")
     for row in _rows(measures):
-        table.add_row(*(Text(cell) for cell in row))
+        table.add_row(*map(Text, row))
     return table
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypedDict
+from typing import NamedTuple
 
 from pydantic import Field
 from rich.table import Table
@@ -39,52 +39,29 @@ class TestbedOptions(Params):
     rate_bps: BitRate = Field("1 Gb/s", description="of its links (the paper: Gigabit Ethernet)")
 
 
-class Copying(TypedDict):
-    """One way to copy the image: ``rounds`` of [from, to]."""
+class Copying(NamedTuple):
+    """One way to copy the image, and the end of each of its rounds."""
 
-    seconds: float
-    copies: int
+    rounds: testbed.Rounds
     round_ends_s: list[float]
-    rounds: list[list[list[str]]]
 
 
-class Lan(TypedDict):
-    """The cluster's network."""
-
-    model: str
-    rate_bps: int
-
-
-class Deployment(TypedDict):
-    """The output of ``desim deploy --json``: ``nodes`` to robots, ``copying`` by way, the least and
-    the most ``runs`` and their real time."""
+class Deployment(NamedTuple):
+    """The cluster for a ``design``. ``copying`` is by way."""
 
     design: str
-    robots_per_node: int
-    virtual_machines: int
-    nodes: dict[str, list[str]]
-    image_bytes: int
-    network: Lan
+    chosen: TestbedOptions
+    testbed: testbed.Placement
     copying: dict[str, Copying]
-    runs: dict[str, int]
-    real_time_s: dict[str, float]
+    demand: testbed.Demand
 
 
 def deployment_of(plan: Plan, chosen: TestbedOptions) -> Deployment:
     """The cluster for a design, and the times of copying and of its runs."""
     bed = testbed.smallest_testbed(plan, chosen.robots_per_node)
-    needs = testbed.demand(plan)
-    return {
-        "design": plan.design.name,
-        "robots_per_node": bed.robots_per_node,
-        "virtual_machines": bed.virtual_machines,
-        "nodes": {node: list(robots) for node, robots in bed.nodes.items()},
-        "image_bytes": chosen.image_bytes,
-        "network": {"model": chosen.model, "rate_bps": chosen.rate_bps},
-        "copying": {name: _copied(way(bed), chosen) for name, way in testbed.WAYS.items()},
-        "runs": {"least": needs.least_runs, "most": needs.most_runs},
-        "real_time_s": {"least": needs.least_s, "most": needs.most_s},
-    }
+    return Deployment(plan.design.name, chosen, bed, {
+        name: _copied(way(bed), chosen) for name, way in testbed.WAYS.items()},
+        testbed.demand(plan))
 
 
 def _copied(rounds: testbed.Rounds, chosen: TestbedOptions) -> Copying:
@@ -93,31 +70,46 @@ def _copied(rounds: testbed.Rounds, chosen: TestbedOptions) -> Copying:
     with below(f"--model {chosen.model}"):
         model = plugins.load("network", chosen.model)(options.parsed(["--rate", rate], block))
         ends_ns = round_ends_ns(model, rounds, chosen.image_bytes)
-    ends_s = [end_ns / NS_PER_S for end_ns in ends_ns]
-    return {"seconds": ends_s[-1], "copies": sum(map(len, rounds)), "round_ends_s": ends_s,
-            "rounds": [[list(copy) for copy in copies] for copies in rounds]}
+    return Copying(rounds, [end_ns / NS_PER_S for end_ns in ends_ns])
+
+
+def json_object(deployment: Deployment) -> dict[str, object]:
+    """The deployment as an object for ``--json``: ``nodes`` to robots, ``copying`` by way, with
+    ``rounds`` of [from, to]; the least and the most ``runs`` and their real time."""
+    design, chosen, bed, copying, needs = deployment
+    return {
+        "design": design,
+        "robots_per_node": bed.robots_per_node,
+        "virtual_machines": bed.virtual_machines,
+        "nodes": bed.nodes,
+        "image_bytes": chosen.image_bytes,
+        "network": {"model": chosen.model, "rate_bps": chosen.rate_bps},
+        "copying": {name: {"seconds": ends_s[-1], "copies": sum(map(len, rounds)),
+                           "round_ends_s": ends_s, "rounds": rounds}
+                    for name, (rounds, ends_s) in copying.items()},
+        "runs": {"least": needs.least_runs, "most": needs.most_runs},
+        "real_time_s": {"least": needs.least_s, "most": needs.most_s},
+    }
 
 
 def show(deployment: Deployment) -> None:
     """Print the deployment."""
     console = Terminal(highlight=False, soft_wrap=True, markup=False, emoji=False)
-    nodes = deployment["nodes"]
-    machines, per_node = deployment["virtual_machines"], deployment["robots_per_node"]
-    console.print(f"{deployment['design']}: {len(nodes)} node{'s' * (len(nodes) != 1)} for "
-                  f"{machines} virtual machine{'s' * (machines != 1)}, up to {per_node} on a node, "
+    design, chosen, bed, copying, needs = deployment
+    nodes, machines = len(bed.nodes), bed.virtual_machines
+    console.print(f"{design}: {nodes} node{'s' * (nodes != 1)} for {machines} virtual "
+                  f"machine{'s' * (machines != 1)}, up to {bed.robots_per_node} on a node, "
                   "beside the workstation with simulator and monitor")
-    console.print(_placement(deployment))
-    size = BYTE_SIZE.format(deployment["image_bytes"])
-    network = deployment["network"]
-    console.print(f"\nCopies of an image of {size} over {network['model']}, "
-                  f"{BIT_RATE.format(network['rate_bps'])}:")
-    console.print(_copying(deployment["copying"]))
+    console.print(_placement(bed))
+    console.print(f"\nCopies of an image of {BYTE_SIZE.format(chosen.image_bytes)} over "
+                  f"{chosen.model}, {BIT_RATE.format(chosen.rate_bps)}:")
+    console.print(_copying(copying))
     console.print("\nPassed on:")
-    console.print(_rounds(deployment["copying"]["passed_on"]))
-    runs, real_s = deployment["runs"], deployment["real_time_s"]
-    console.print(f"\n{_span(runs['least'], runs['most'], '{:,}')} runs in real time, each to its "
-                  f"limit at most: {_span(real_s['least'] / 3600, real_s['most'] / 3600, '{:.1f}')}"
-                  " h, starting and stopping left out")
+    console.print(_rounds(copying["passed_on"]))
+    console.print(f"\n{_span(needs.least_runs, needs.most_runs, '{:,}')} runs in real time, each "
+                  "to its limit at most: "
+                  f"{_span(needs.least_s / 3600, needs.most_s / 3600, '{:.1f}')} h, starting and "
+                  "stopping left out")
 
 
 def _span(least: float, most: float, form: str) -> str:
@@ -133,27 +125,26 @@ def _plain(*right: int, columns: tuple[str, ...]) -> Table:
     return table
 
 
-def _placement(deployment: Deployment) -> Table:
+def _placement(bed: testbed.Placement) -> Table:
     table = _plain(columns=("node", "robots"))
-    for node, robots in deployment["nodes"].items():
+    for node, robots in bed.nodes.items():
         table.add_row(Text(node, "cyan"), Text(", ".join(sorted(robots, key=natural_key))))
     return table
 
 
 def _copying(ways: dict[str, Copying]) -> Table:
     table = _plain(1, 2, 3, 4, columns=("", "copies", "rounds", "seconds", "against naive"))
-    naive_s = ways["machine_by_machine"]["seconds"]
-    for name, way in ways.items():
-        table.add_row(Text(_WORDS[name], "cyan"), str(way["copies"]), str(len(way["rounds"])),
-                      f"{way['seconds']:.1f}", f"{naive_s / way['seconds']:.1f} x faster"
-                      if way["seconds"] < naive_s else "")
+    naive_s = ways["machine_by_machine"].round_ends_s[-1]
+    for name, (rounds, (*_, end_s)) in ways.items():
+        table.add_row(Text(_WORDS[name], "cyan"), str(sum(map(len, rounds))), str(len(rounds)),
+                      f"{end_s:.1f}",
+                      f"{naive_s / end_s:.1f} x faster" if end_s < naive_s else "")
     return table
 
 
 def _rounds(way: Copying) -> Table:
     table = _plain(1, columns=("round", "over at", "copies"))
-    for number, (copies, end_s) in enumerate(
-            zip(way["rounds"], way["round_ends_s"], strict=True), 1):
+    for number, (copies, end_s) in enumerate(zip(*way, strict=True), 1):
         text = ", ".join(f"{source} to {taker}" for source, taker in copies)
         table.add_row(Text(str(number), "cyan"), f"{end_s:.1f} s", Text(text))
     return table

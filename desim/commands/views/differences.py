@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Any
 
 from desim import api
 from desim.commands.views.rows import text
@@ -24,6 +23,8 @@ from desim.results.traces import (
 )
 from desim.scenario.load import Loaded
 from desim.simulation.simulation import Simulation
+
+_SHOWN = 12  # entities: a line
 
 
 def checked(loaded: Loaded, out: Path, watch: api.Watch | None,
@@ -53,26 +54,22 @@ def difference(first: Path, second: Path) -> str | None:
     runs = Run(first), Run(second)
     for run in runs:
         complete(run)
-    digests = [run.manifest["digest"] for run in runs]
     for run in runs:
         if run.has(TRACE):
             run.file(TRACE)  # what is equal is the rows, as far as they are there
+    digests = [run.manifest["digest"] for run in runs]
     if digests[0] is not None and digests[0] == digests[1]:
         return None
     with spools() as folder:
         one, other = (trace_of(run, folder / str(i)) for i, run in enumerate(runs))
         parted = _difference(one, other, str(first), str(second))
-        if parted is None:
-            return ("the digests differ, but the rows are equal now; the runs were made with "
-                    "other versions, or on other machines (see their manifests)")
-        return "\n".join([*_entities(*(run.manifest for run in runs)), parted])
-
-
-def _entities(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[str]:
-    one, other = (manifest.get("digest_by_entity", {}) for manifest in (first, second))
-    unlike = [name for name in sorted(one | other) if one.get(name) != other.get(name)]
-    shown = ", ".join(unlike[:12]) + (", ..." if len(unlike) > 12 else "")
-    return [f"{len(unlike)} of {len(one | other)} entities differ: {shown}"]
+    if parted is None:
+        return ("the digests differ, but the rows are equal now; the runs were made with "
+                "other versions, or on other machines (see their manifests)")
+    entities, others = (run.manifest.get("digest_by_entity", {}) for run in runs)
+    unlike = [name for name in sorted(entities | others) if entities.get(name) != others.get(name)]
+    shown = ", ".join(unlike[:_SHOWN]) + (", ..." if len(unlike) > _SHOWN else "")
+    return f"{len(unlike)} of {len(entities | others)} entities differ: {shown}\n{parted}"
 
 
 def _difference(one: Rows, other: Rows, name: str, other_name: str) -> str | None:

@@ -9,14 +9,15 @@ import numpy as np
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from desim.commands.views.rows import Step, story
+from desim.commands.views.rows import story
+from desim.engine.trace import Names
 from desim.errors import InputError
 from desim.results.message_log import DELIVERED
 from desim.results.run import Run
 from desim.results.traces import spools, trace_of
 
 _MESSAGES = "messages.parquet"
-_LISTED = 40
+_LISTED = 40  # a screen
 
 
 def message_story(path: Path, number: int) -> str:
@@ -28,9 +29,13 @@ def message_story(path: Path, number: int) -> str:
         rows, names = trace_of(run, folder / "trace", until_ns)
         steps = story(rows, names, number)
         if not steps:
+            last = np.count_nonzero(rows["kind"] == Names().id("sent"))
             raise InputError(f"{path}: no message {number}; a run's messages between hosts have "
-                             f"the numbers 1 to {_last(rows)}")
-    return "\n".join([*_lines(steps), *about])
+                             f"the numbers 1 to {last}")
+    born_ns = steps[0].time_ns
+    lines = [f"{step.time_ns / 1e9:16.9f} s  {(step.time_ns - born_ns) / 1e6:+14.6f} ms  "
+             f"{step.what:<12} {step.where:<16} {step.detail}" for step in steps]
+    return "\n".join([*lines, *about])
 
 
 def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None) -> str:
@@ -48,23 +53,12 @@ def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None
     lines = [f"{row['number']:>8}  {row['born_ns'] / 1e9:12.6f} s  "
              f"{(row['end_ns'] - row['born_ns']) / 1e6:12.3f} ms  {row['topic']}  {row['source']} "
              f"-> {row['destination']}  {row['reason'] or row['fate']}" for row in found[:_LISTED]]
-    head = [f"{'message':>8}  {'published at':>14}  {'after':>15}  topic, from -> to, fate"]
+    if not found:
+        return (f"none of {len(rows)} messages; topics are "
+                f"{', '.join(sorted({row['topic'] for row in rows})[:_LISTED])}")
+    head = f"{'message':>8}  {'published at':>14}  {'after':>15}  topic, from -> to, fate"
     more = [f"and {len(found) - _LISTED} more"] if len(found) > _LISTED else []
-    return "\n".join([*head, *lines, *more] if found else [
-        f"none of {len(rows)} messages; topics are "
-        f"{', '.join(sorted({row['topic'] for row in rows})[:_LISTED])}"])
-
-
-def _last(rows: np.ndarray) -> int:
-    from desim.engine.trace import Names
-
-    return int((rows["kind"] == Names().id("sent")).sum())
-
-
-def _lines(steps: list[Step]) -> list[str]:
-    born_ns = steps[0].time_ns
-    return [f"{step.time_ns / 1e9:16.9f} s  {(step.time_ns - born_ns) / 1e6:+14.6f} ms  "
-            f"{step.what:<12} {step.where:<16} {step.detail}" for step in steps]
+    return "\n".join([head, *lines, *more])
 
 
 def _fates(run: Run, number: int) -> tuple[list[str], int | None]:

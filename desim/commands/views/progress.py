@@ -118,6 +118,6 @@ def _panel(now: dict[str, float]) -> Text:
         f"{now['bytes_per_s'] / 1e6:.2f} MB/s, {now['links']} active links")), no_wrap=True)
 
 
-def _bar(share: float, width: int = 40) -> str:
-    full = round(share * width)
-    return "█" * full + "░" * (width - full)
+def _bar(share: float) -> str:
+    full = round(share * 40)
+    return "█" * full + "░" * (40 - full)

@@ -20,8 +20,11 @@ def result_table(metrics: Summary, manifest: Summary) -> Table:
     table.add_column(style="cyan", no_wrap=True)
     table.add_column(no_wrap=True)
     table.add_column(style="dim")
-    for row in (*_exploration(metrics), *_network(metrics), *_cost(metrics, manifest)):
-        table.add_row(*(Text(cell) for cell in row))
+    speed = ("speed", f"{manifest['real_time_factor']:.1f} x real time",
+             f"{metrics['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "
+             f"{manifest['peak_memory_mb']:.0f} MB")
+    for row in (*_exploration(metrics), *_network(metrics), speed):
+        table.add_row(*map(Text, row))
     return table
 
 
@@ -53,11 +56,9 @@ def _network(m: Summary) -> list[tuple[str, str, str]]:
         *(("", f"{count} dropped", reason) for reason, count in m["messages_dropped"].items()),
         ("on the air", f"{m['bytes_on_air'] / 1e6:.1f} MB",
          f"{8e-6 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9):.2f} Mb/s on average"),
+        *(("", f"{share['mean']:.1%} busy", f"{medium}, on average; at most {share['max']:.1%}")
+          for medium, share in m.get("utilisation", {}).items() if share is not None),
     ]
-    for medium, share in m.get("utilisation", {}).items():
-        if share is not None:
-            rows.append(("", f"{share['mean']:.1%} busy", f"{medium}, on average; at most "
-                                                          f"{share['max']:.1%}"))
     if m.get("control_bytes"):
         rows.append(("", f"{m['control_bytes'] / 1e6:.1f} MB", "of routing protocols, beside"))
     apart = m["partitions"]
@@ -68,9 +69,8 @@ def _network(m: Summary) -> list[tuple[str, str, str]]:
 
 
 def _awareness(m: Summary) -> list[tuple[str, str, str]]:
-    rows = []
+    rows, size_bytes = [], m.get("discovery_bytes", 0)
     if m.get("discovery_frames"):
-        size_bytes = m["discovery_bytes"]
         rows.append(("discovery", f"{size_bytes / 1e6:.1f} MB" if size_bytes >= 1e6 else
                      f"{size_bytes / 1e3:.1f} kB", f"in {m['discovery_frames']} frames"))
     for key, name, done in (("detection_delay_s", "loss noticed", "noticed"),
@@ -84,14 +84,6 @@ def _awareness(m: Summary) -> list[tuple[str, str, str]]:
         rows.append(("false alarms", str(m["false_alarms"]),
                      "robots taken for gone that were up and in reach"))
     return rows
-
-
-def _cost(m: Summary, manifest: Summary) -> list[tuple[str, str, str]]:
-    return [
-        ("speed", f"{manifest['real_time_factor']:.1f} x real time",
-         f"{m['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "
-         f"{manifest['peak_memory_mb']:.0f} MB"),
-    ]
 
 
 def _time(value: float | None, limit: float) -> str:

@@ -16,8 +16,7 @@ _SMALLEST_ID = 1 << 16  # below it a value is a number, although it might be the
 
 # Rows about a message: its source is the entity, or column a; column b is its number there.
 _AT_SOURCE = ("sent", "frame")
-_AT_OTHERS = ("lost", "delivered", "dropped", "callback", "overwritten",
-               "repeated")
+_AT_OTHERS = ("lost", "delivered", "dropped", "callback", "overwritten", "repeated")
 
 
 def text(row: np.void, names: Mapping[int, str]) -> str:
@@ -29,15 +28,10 @@ def text(row: np.void, names: Mapping[int, str]) -> str:
 
 def values(row: np.void, kind: str, names: Mapping[int, str]) -> str:
     """The columns a, b and c: ids as names, bits of floats as floats."""
-    reals = _REALS.get(kind, "")
-    out = []
-    for column in "abc":
-        value = int(row[column])
-        if column in reals:
-            out.append(f"{real(value):.9g}")
-        else:
-            out.append(names.get(value, str(value)) if value >= _SMALLEST_ID else str(value))
-    return "  ".join(out)
+    reals, found = _REALS.get(kind, ""), ((column, int(row[column])) for column in "abc")
+    return "  ".join(f"{real(value):.9g}" if column in reals else
+                     names.get(value, str(value)) if value >= _SMALLEST_ID else str(value)
+                     for column, value in found)
 
 
 class Step(NamedTuple):
@@ -49,20 +43,16 @@ class Step(NamedTuple):
     detail: str
 
 
-def nth_sent(rows: np.ndarray, number: int) -> np.void | None:
-    """The ``sent`` row of message ``number`` (1 is the first of the run), None if there is none."""
-    sent = np.flatnonzero(rows["kind"] == Names().id("sent"))
-    return rows[sent[number - 1]] if 1 <= number <= len(sent) else None
-
-
 def story(rows: np.ndarray, names: Mapping[int, str], number: int) -> list[Step]:
-    """Every row about message ``number``, in order; empty if there is no such message."""
-    first = nth_sent(rows, number)
-    if first is None:
-        return []
+    """Every row about message ``number`` (1 is the first of the run), in order; empty if there is
+    no such message."""
     ids = Names()
-    media = [id_ for id_, name in names.items() if name.startswith("medium/")]
+    sent = np.flatnonzero(rows["kind"] == ids.id("sent"))
+    if not 1 <= number <= len(sent):
+        return []
+    first = rows[sent[number - 1]]
     source, seq = first["entity"], first["b"]
+    media = [id_ for id_, name in names.items() if name.startswith("medium/")]
     own = (rows["entity"] == source) & np.isin(rows["kind"], [ids.id(kind) for kind in _AT_SOURCE])
     others = (rows["a"] == source) & (
         np.isin(rows["kind"], [ids.id(kind) for kind in _AT_OTHERS])

@@ -17,6 +17,7 @@ from rich.progress import (
 from desim.blame import cause_of
 from desim.campaign.running.agenda import Agenda
 from desim.campaign.running.driver import Prediction, TimeLeft
+from desim.campaign.running.remarks import remarks
 from desim.campaign.running.sweep import INDEX, TABLE, Sweep
 from desim.commands.views.terminal import Terminal
 from desim.results.row import Row
@@ -76,7 +77,7 @@ class SweepView:
         self._errors: set[str] = set()  # each is printed once, the others are counted
         self._next_line_s = time.monotonic() + LINE_EVERY_S
         self._print_findings()
-        done, failed, total = sweep.progress
+        done, failed, total = sweep.agenda.progress
         on.print(f"{total} runs, {done} done already; {where}, in {sweep.out}")
         self._progress = _progress(on)
         self._bar = self._progress.add_task("runs", total=total, completed=done,
@@ -93,7 +94,7 @@ class SweepView:
 
     def run_ended(self, row: Row) -> None:
         """Show the new state of the campaign, and an error that is new."""
-        done, failed, total = self._sweep.progress
+        done, failed, total = self._sweep.agenda.progress
         left_s = self._time_left.after(row)
         left = "?" if left_s is None else _duration(left_s)
         self._progress.update(self._bar, completed=done, total=total, failed=_failed(failed),
@@ -115,9 +116,9 @@ class SweepView:
     def _print_findings(self) -> None:
         """Print what was wrong with the campaign's folder."""
         out, sweep, show = self._sweep.out, self._sweep, self._console.print
-        if sweep.damaged:
-            show(f"{out / INDEX}: {sweep.damaged} lines could not be read; it was made again from "
-                 "the folders of the runs")
+        if sweep.index.damaged:
+            show(f"{out / INDEX}: {sweep.index.damaged} lines could not be read; it was made again "
+                 "from the folders of the runs")
         if sweep.index_was_lost:
             show(f"{out / INDEX}: was not there; it was made again from the folders of the runs")
         wrong = [*sweep.damaged_runs.values()]
@@ -132,10 +133,10 @@ class SweepView:
 
     def _print_outcome(self) -> None:
         sweep = self._sweep
-        done, failed, total = sweep.progress
+        done, failed, total = sweep.agenda.progress
         self._console.print(f"{done} of {total} runs{_failed(failed)}; table: "
                             f"{sweep.out / TABLE}")
-        for remark in sweep.remarks:
+        for remark in remarks(sweep.plan, sweep.metrics, sweep.agenda):
             self._console.print(remark)
         if failed:
             self._print_failures()
@@ -143,7 +144,7 @@ class SweepView:
     def _print_failures(self) -> None:
         """Print each cause once, the most frequent first."""
         causes: dict[str, list[str]] = {}
-        for row in self._sweep.rows.values():
+        for row in self._sweep.agenda.rows.values():
             if row["status"] == RunStatus.FAILED and row["run_id"] in self._sweep.agenda:
                 causes.setdefault(cause_of(row["error"]), []).append(row["run_id"])
         for cause, ids in sorted(causes.items(), key=lambda item: -len(item[1]))[:_MOST_CAUSES]:

@@ -39,14 +39,9 @@ def compared(groups: dict[str, Validation], say: Callable[[str], object],
 
 def line(check: Check) -> str:
     """A row of the table under ``HEADER``."""
-    digits = _digits(check)
+    digits = 6  # where no tolerance tells how many are needed
+    if 0 < check.tolerance < math.inf:
+        digits = min(max(2 - math.floor(math.log10(check.tolerance)), 0), 9)
     numbers = "  ".join(f"{value:12.{digits}f}" for value in (
         check.measured, check.published, check.tolerance))
     return f"{'ok' if check.holds else 'FAIL':4}  {numbers}  {check.unit:<4}  {check.what}".rstrip()
-
-
-def _digits(check: Check) -> int:
-    """The digits that show the tolerance."""
-    if not 0 < check.tolerance < math.inf:
-        return 6
-    return min(max(2 - math.floor(math.log10(check.tolerance)), 0), 9)
