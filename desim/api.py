@@ -1,4 +1,4 @@
-"""Runs a scenario: the folder that it leaves, its costs, Ctrl-C, and runs that fail.
+"""Runs a scenario; what Ctrl-C and errors do to it; what it costs.
 
 A run ends in one of the three ways of ``RunStatus``, which its manifest records, and ``run`` passes
 that on: it returns a ``Run`` (finished), raises ``KeyboardInterrupt`` (interrupted) or the error
@@ -40,10 +40,10 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
 
     ``overrides`` and ``seed`` as ``desim.load`` takes them, for a file. ``watch(simulation,
     folder)`` is entered while the clock runs; ``rows`` gets all trace rows in batches. Ctrl-C ends
-    the run in good order: its status is then ``interrupted`` (where a finished run of the same id
-    exists, that one stays), and ``KeyboardInterrupt`` goes on, with the folder's path if it is
-    kept. An error of the run goes on after the manifest says ``failed``. Raises ``InputError`` for
-    a wrong scenario or a folder that cannot be written.
+    the run in good order: its status is then ``interrupted`` (a finished run of the same id is not
+    replaced), and ``KeyboardInterrupt`` is raised, with the folder's path if that is kept. An error
+    of the run is raised again when the manifest says ``failed``. Raises ``InputError`` for a wrong
+    scenario or a folder that cannot be written.
     """
     if isinstance(scenario, (str, Path)):
         scenario = load(scenario, overrides, seed)
@@ -51,7 +51,8 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
         raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")
     loaded = scenario if isinstance(scenario, Loaded) else None
     scenario = scenario.scenario if isinstance(scenario, Loaded) else scenario
-    folder, meter, simulation = RunFolder(out, scenario), _Meter(command), None
+    folder, simulation = RunFolder(out, scenario), None
+    begin_s = time.perf_counter(), time.process_time()
     try:
         with _blamed(loaded):
             simulation = Simulation(scenario, trace_sink=_both(folder.trace_sink, rows),
@@ -66,7 +67,8 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
             "status": RunStatus.INTERRUPTED if interrupted else RunStatus.FINISHED,
             "digest": simulation.trace.digest(),
             "digest_by_entity": simulation.trace.digest_by_entity(),
-            "events": simulation.kernel.events, **meter.read(simulation.kernel.now_ns)})
+            "events": simulation.kernel.events, "command": command,
+            **_costs(begin_s, simulation.kernel.now_ns)})
     except (InputError, KeyboardInterrupt):
         folder.discard()
         raise
@@ -76,7 +78,7 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
         now_ns, events = (0, 0) if simulation is None else (simulation.kernel.now_ns,
                                                             simulation.kernel.events)
         folder.abandon({"status": RunStatus.FAILED, "digest": None, "events": events,
-                        **meter.read(now_ns), "error": blame(error).line,
+                        "command": command, **_costs(begin_s, now_ns), "error": blame(error).line,
                         "traceback": traceback.format_exc()})
         raise error
     if path is None:  # interrupted, and a finished run of the same id stays
@@ -129,18 +131,12 @@ def _both(first: Rows | None, second: Rows | None) -> Rows | None:
     return add
 
 
-class _Meter:
-    """Measures the costs of a run. It starts when everything is imported and compiled."""
-
-    def __init__(self, command: str) -> None:
-        self._command = command
-        self._wall_s, self._cpu_s = time.perf_counter(), time.process_time()
-
-    def read(self, simulated_ns: int) -> dict[str, object]:
-        cpu_s = time.process_time() - self._cpu_s
-        return {"command": self._command, "simulated_s": simulated_ns / NS_PER_S,
-                "wall_s": round(time.perf_counter() - self._wall_s, 3), "cpu_s": round(cpu_s, 3),
-                "real_time_factor": round(simulated_ns / NS_PER_S / max(cpu_s, 1e-9), 2),
-                # ru_maxrss is in kB on Linux
-                "peak_memory_mb": round(
-                    resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1)}
+def _costs(begin_s: tuple[float, float], simulated_ns: int) -> dict[str, object]:
+    """The costs of a run. ``begin_s``: clock time and CPU time when everything was imported and
+    compiled."""
+    wall_s, cpu_s = time.perf_counter() - begin_s[0], time.process_time() - begin_s[1]
+    return {"simulated_s": simulated_ns / NS_PER_S,
+            "wall_s": round(wall_s, 3), "cpu_s": round(cpu_s, 3),
+            "real_time_factor": round(simulated_ns / NS_PER_S / max(cpu_s, 1e-9), 2),
+            # ru_maxrss is in kB on Linux
+            "peak_memory_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1)}

@@ -1,4 +1,4 @@
-"""Files that anybody may have put there: only regular ones are read, of a size that can be."""
+"""Reading and writing of files in folders that others may have changed."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from pathlib import Path
 
 
 def content(path: str | os.PathLike, most_bytes: int) -> bytes:
-    """All of a file. Raises ``OSError``, also for what would keep a reader waiting (a FIFO, a
-    device) and for a file that is larger, and ``ValueError`` for a path that cannot be one."""
+    """All of a file. Raises ``OSError``, also where reading might never end (a FIFO, a device) and
+    for a file of more than ``most_bytes``, and ``ValueError`` for a path that cannot be one."""
     with opened(path, most_bytes) as file:
         return file.read()
 
 
 @contextmanager
 def opened(path: str | os.PathLike, most_bytes: float = math.inf) -> Iterator[BufferedReader]:
-    """A file to read. Raises ``OSError`` for what is no regular one, and for a larger one."""
+    """A file to read. Raises ``OSError`` unless it is a regular file of at most ``most_bytes``."""
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # else a FIFO waits for a writer
     try:
         mode = os.fstat(descriptor).st_mode
@@ -40,7 +40,7 @@ def opened(path: str | os.PathLike, most_bytes: float = math.inf) -> Iterator[Bu
 
 
 def refuse_link(path: str | os.PathLike) -> None:
-    """Raises ``OSError`` for a symbolic link: what is written to it would go elsewhere."""
+    """Raise ``OSError`` for a symbolic link: what is written to it would go elsewhere."""
     if os.path.islink(path):
         raise OSError(errno.ELOOP, "is a symbolic link, which desim does not write through",
                       os.fspath(path))
@@ -48,8 +48,8 @@ def refuse_link(path: str | os.PathLike) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A file to be written, which takes the place of ``path`` when it is complete and on the disk;
-    if something goes wrong ``path`` stays as it was. Raises ``OSError``."""
+    """A file to write, which replaces ``path`` when it is complete and on the disk; if something
+    goes wrong ``path`` stays as it was. Raises ``OSError``."""
     beside = path.with_name(f".{path.name}.new")
     beside.unlink(missing_ok=True)  # it may be a link
     try:
@@ -65,7 +65,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def settled(path: str | os.PathLike) -> None:
-    """Returns when a file's content, or a folder's list of files, is on the disk. Raises
+    """Wait until a file's content, or a folder's list of files, is on the disk. Raises
     ``OSError``."""
     descriptor = os.open(path, os.O_RDONLY)
     try:

@@ -91,7 +91,7 @@ def _predict(plan: Plan, agenda: Agenda, jobs: int | None, console: Terminal) ->
 
 def _carried_out(sweep: Sweep, jobs: int | None, settings: Settings | None, console: Terminal,
                  ) -> int:
-    """Run what a campaign lacks, and watch; returns how many of its runs failed."""
+    """Make the missing runs, and show the progress. Returns the number of failed runs."""
     from desim.campaign.running.driver import CampaignDriver
     from desim.commands.views.sweep import SweepView
 

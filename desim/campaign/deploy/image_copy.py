@@ -14,9 +14,9 @@ from desim.network.carrier import Carrier
 from desim.network.medium import Medium
 from desim.ports import NetworkModel, natural_key
 
-PART_BYTES = 4_000_000  # that a host gives to the network at a time: a socket's buffer
-_UNDER_WAY = 2  # parts that a host has in the network, so that there is always one to send
-_MOST_LOSSES = 100  # in a row
+PART_BYTES = 4_000_000  # of a copy in one message: a socket's buffer
+_UNDER_WAY = 2  # parts of a host in the network, so that there is always one to send
+_MOST_LOSSES = 100  # parts in a row: nothing gets through
 _FOR_EVER_NS = 10**18
 
 

@@ -16,11 +16,11 @@ RUNGS = ("ideal", "disk", "walls", "mac", "multihop")  # the last one is the hig
 FIDELITY = "network.fidelity"
 RUNG = "rung"  # the parameter
 COMPARED = "coordination.strategy=nearest_frontier,random_frontier"
-METRIC = "exploration_time_s"
 
 
-def ladder_design(scenario: str, compare: str = COMPARED, seeds: int = 5, metric: str = METRIC,
-                  overrides: Sequence[str] = ()) -> LoadedDesign:
+def ladder_design(scenario: str, compare: str = COMPARED, seeds: int = 5,
+                  metric: str = "exploration_time_s", overrides: Sequence[str] = (),
+                  ) -> LoadedDesign:
     """A design of all rungs and the values of ``A.B.C=V1,V2,...``, with ``overrides`` (``A.B.C=V``)
     in every run. Raises ``InputError``."""
     place = SourcePlace(f"--compare {compare}")

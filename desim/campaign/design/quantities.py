@@ -1,6 +1,6 @@
 """Values of parameters as numbers: for ranges, for samples, for the axes of figures.
 
-Only the unit counts here in which a value is written; its meaning is the scenario's.
+A value keeps the unit in which it is written; its meaning is a matter of the scenario.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ _GIVEN_IN = ((units.DURATION, "s", "_s"), (units.BIT_RATE, "b/s", "_bps"),
             (units.ANGULAR_ACCELERATION, "rad/s^2", "_radps2"), (units.CARRIER, "Hz", "_hz"),
             (units.FREQUENCY, "Hz", "_hz"), (units.LEVEL, "dBm", "_dbm"),
             (units.DECIBELS, "dB", "_db"))
-_PERCENT = "%"
 # Suffix of a column's name, to the unit of its numbers.
 SUFFIXES = {"": "", **{suffix: unit for _, unit, suffix in _GIVEN_IN}}
 
@@ -76,7 +75,7 @@ def as_numbers(values: list[object]) -> tuple[str, list[float]] | None:
 def _scaled(one: Quantity) -> tuple[str, float] | None:
     if not one.unit:
         return "", float(one.number)
-    if one.unit == _PERCENT:
+    if one.unit == "%":
         return "", float(one.number / 100)
     for dimension, unit, suffix in _GIVEN_IN:
         if one.unit in dimension.units:

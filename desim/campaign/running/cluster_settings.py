@@ -23,7 +23,7 @@ Line = Annotated[str, Field(min_length=1)]
 
 
 class Queue(Params):
-    """Jobs of a batch system; each is so many worker processes as it has cores."""
+    """Jobs of a batch system, with one worker process for each core."""
 
     kind: Literal["slurm", "pbs"] = Field(description="the batch system")
     jobs: int = Field(1, ge=1, description="how many jobs; --jobs goes before")

@@ -46,8 +46,8 @@ def cores() -> int:
 
 
 class CampaignDriver:
-    """Runs what a campaign lacks, in ``jobs`` processes of this machine (by default one for each
-    core) or on a cluster. ``where`` says which, in words."""
+    """Makes a campaign's missing runs, in ``jobs`` processes of this machine (by default one for
+    each core) or on a cluster. ``where`` says which, in words."""
 
     def __init__(self, sweep: Sweep, jobs: int | None, cluster: Settings | None) -> None:
         done, _, total = sweep.agenda.progress

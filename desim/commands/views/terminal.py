@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
@@ -15,9 +15,5 @@ class Terminal(Console):
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None,
                ) -> Iterator[Segment]:
-        return _clean(super().render(renderable, options))
-
-
-def _clean(segments: Iterable[Segment]) -> Iterator[Segment]:
-    for segment in segments:
-        yield segment if segment.control else segment._replace(text=printable(segment.text))
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else segment._replace(text=printable(segment.text))
