@@ -15,6 +15,7 @@ from desim.campaign.design.columns import refuse_twins
 from desim.campaign.design.design import Until
 from desim.campaign.design.plan import Plan
 from desim.errors import InputError, described, did_you_mean
+from desim.monitor.monitor import StopReason
 from desim.results.row import Row, flat
 from desim.results.run import Run
 from desim.results.status import RunStatus
@@ -78,7 +79,7 @@ class Metrics:
             return None
         found = row["metrics"]
         ends = {instant: found["simulated_s"] for instant in _INSTANTS
-                if found.get(instant) is None and found["stop_reason"] == "elapsed"}
+                if found.get(instant) is None and found["stop_reason"] == StopReason.ELAPSED}
         row = {**row, "metrics": {**found, **ends}}
         return self._own[name](row) if name in self._own else row["metrics"].get(name)
 
