@@ -121,9 +121,6 @@ class Ticker:
 class Kernel:
     """Integer-nanosecond time over a SimPy environment of its own; ``inside`` a foreign one."""
 
-    __slots__ = ("env", "now_ns", "events", "_fired", "_agenda", "_numbers", "_stopping",
-                 "_shared")
-
     def __init__(self) -> None:
         self.now_ns = 0  # read twenty times a message: no property
         self._enter(simpy.Environment(initial_time=0))
@@ -314,5 +311,4 @@ def _run(call: Call) -> None:
 
 
 def _name(fn: object) -> str:
-    name: str = getattr(fn, "__qualname__", repr(fn))
-    return name
+    return str(getattr(fn, "__qualname__", repr(fn)))

@@ -52,14 +52,12 @@ class Names:
 
 def bits(value: float) -> int:
     """A float as the int64 of its bit pattern, to be put into a row without loss."""
-    (found,) = struct.unpack("<q", struct.pack("<d", value))
-    return int(found)
+    return int(struct.unpack("<q", struct.pack("<d", value))[0])
 
 
 def real(value: int) -> float:
     """The inverse of ``bits``."""
-    (found,) = struct.unpack("<d", struct.pack("<q", value))
-    return float(found)
+    return float(struct.unpack("<d", struct.pack("<q", value))[0])
 
 
 class Trace:

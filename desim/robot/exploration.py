@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,15 +27,6 @@ _IDLE_NS = 5 * NS_PER_S
 # Visits after which a remaining frontier counts as unresolvable; maze_8 with 1: 197 s, 3: 202 s.
 _VISITS = 2
 _VETOES = 5  # refusals after which a strategy that insists on such a frontier gets it; maze_8: same
-
-
-class Target(NamedTuple):
-    """The frontier that the robot drives to: ``cell`` lies at the unknown's edge, and ``highest``
-    is the highest cost that cells of its cluster may have."""
-
-    frontier: Frontier
-    cell: int
-    highest: int
 
 
 class RobotView:
@@ -76,7 +66,9 @@ class Explore(Node):
         self._pose = Latest()
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
         self._mapped = False  # whether the costmap can be used
-        self._target: Target | None = None
+        # The frontier that the robot drives to, its cell at the unknown's edge, and the highest
+        # cost that cells of its cluster may have.
+        self._target: tuple[Frontier, int, int] | None = None
         self._blacklist: list[tuple[int, int, int]] = []  # row, column, until
         self._visited = (math.inf, math.inf, 0)  # x, y, number of visits in a row
         self._idle_until_ns = 0
@@ -106,17 +98,15 @@ class Explore(Node):
 
     def _on_result(self, message: Message) -> None:
         result: GoalResult = message.content
-        target = self._target
-        if target is None or (result.x_m, result.y_m) != target.frontier[:2]:
+        if self._target is None or (result.x_m, result.y_m) != self._target[0][:2]:
             return  # of a goal that was replaced meanwhile
+        goal, cell, _ = self._target
         if result.reached:
-            goal = target.frontier
             visits = self._visited[2] if self._near_visited(goal) else 0
             self._visited = (goal.x_m, goal.y_m, visits + 1)
         else:
-            self._avoid(target.cell)
-        self._target = None
-        self._checked = -1
+            self._avoid(cell)
+        self._target, self._checked = None, -1
 
     # ---------------------------------------------------------------------------- what it does
 
@@ -126,9 +116,11 @@ class Explore(Node):
             return
         if target is None:
             changed = self._costmap.robot_map.version != self._checked
-            if (changed and self.now_ns >= self._idle_until_ns) or self._blacklist_ended():
-                self._choose(pose.content)
-        elif self._is_spoilt(target):
+            due = ((changed and self.now_ns >= self._idle_until_ns)
+                   or any(until_ns <= self.now_ns for _, _, until_ns in self._blacklist))
+        else:
+            due = self._is_spoilt(*target)
+        if due:
             self._choose(pose.content)
 
     def _choose(self, pose: Pose) -> None:
@@ -138,7 +130,7 @@ class Explore(Node):
         self.shown.clear()
         chosen = self._chosen()
         for _ in range(_VETOES):
-            if chosen is None or not self._visited_in_vain(chosen):
+            if chosen is None or self._visited[2] < _VISITS or not self._near_visited(chosen):
                 break
             self._avoid(self._planner.beside(chosen)[0])
             chosen = self._chosen()
@@ -146,7 +138,7 @@ class Explore(Node):
         if chosen is not None:
             self.record("goal", bits(chosen.x_m), bits(chosen.y_m), chosen.cells)
             self.publish("goal", Goal(chosen.x_m, chosen.y_m))
-            self._target = Target(chosen, *self._planner.beside(chosen))
+            self._target = (chosen, *self._planner.beside(chosen))
         else:
             self._idle_until_ns = view.now_ns + _IDLE_NS
             if self._target is not None:
@@ -176,10 +168,10 @@ class Explore(Node):
         costmap.update()
         return costmap.free_near(chosen.x_m, chosen.y_m, self._tolerance_m) >= 0
 
-    def _is_spoilt(self, target: Target) -> bool:
+    def _is_spoilt(self, goal: Frontier, cell: int, highest: int) -> bool:
         """Whether the unknown cells beside the goal are known now, or the goal is blocked. Cheap as
         long as nothing changed near by."""
-        costmap, (goal, cell, highest) = self._costmap, target
+        costmap = self._costmap
         reach = math.ceil(self._radius_m / costmap.spec.resolution_m) + 1
         corners = (cell + reach * (dr * costmap.across + dc) for dr in (-1, 1) for dc in (-1, 1))
         if not any(costmap.changed_at(corner, self._checked) for corner in corners):
@@ -197,15 +189,9 @@ class Explore(Node):
         x_m, y_m, _ = self._visited
         return math.hypot(goal.x_m - x_m, goal.y_m - y_m) <= self._tolerance_m
 
-    def _visited_in_vain(self, chosen: Frontier) -> bool:
-        return self._visited[2] >= _VISITS and self._near_visited(chosen)
-
     def _avoid(self, cell: int) -> None:
         self._blacklist.append((*divmod(cell, self._costmap.across),
                                 self.now_ns + self._exploration.blacklist_for_ns))
-
-    def _blacklist_ended(self) -> bool:
-        return any(until_ns <= self.now_ns for _, _, until_ns in self._blacklist)
 
     def _discs(self) -> np.ndarray:
         """The blacklist as the search wants it: [k, 3] row, column, squared radius in cells."""

@@ -56,12 +56,8 @@ class Mapping(Node):
             self._matched_ns = pose.stamp_ns
             if self._due(before, pose):
                 self._integrate(scan.content, pose)
-        elif before is not None and pose.stamp_ns - self._matched_ns > PATIENCE_NS:
-            self._interpolate(scan, before, pose)
-
-    def _interpolate(self, scan: Message, before: Pose, pose: Pose) -> None:
-        """Integrate a scan that was taken between two poses."""
-        if self._due(before, pose):
+        elif (before is not None and pose.stamp_ns - self._matched_ns > PATIENCE_NS
+              and self._due(before, pose)):
             stamp_ns = scan.content.stamp_ns
             if before.stamp_ns <= stamp_ns <= pose.stamp_ns:
                 self._integrate(scan.content, between(before, pose, stamp_ns))

@@ -31,8 +31,7 @@ class _Scans:
     """Integrates scans, one at a time, into all maps of one raster."""
 
     def __init__(self, spec: GridSpec) -> None:
-        count = math.prod(tiles_across(spec)) * CELLS
-        self._spec = spec
+        self._spec, count = spec, math.prod(tiles_across(spec)) * CELLS
         self._scan = np.zeros(1, evidence.SCAN)
         self._sheet = evidence.Sheet(cell_numbers(spec), np.zeros(count, np.uint8),
                                      np.empty(count + 1, np.uint32))
@@ -51,9 +50,8 @@ class _Scans:
             scan.angle_increment_rad, per_m, float(np.float32(scan.range_max_m)) * per_m,
             usable_range_m * per_m, spec.width, spec.height, self._stamp)
         ranges = np.ascontiguousarray(scan.ranges, np.float32)  # of any world, also a stranger's
-        count: int = _integrate(ranges, self._scan, self._sheet, robot_map.version + 1,
-                                robot_map.own.indices, robot_map.pool.arrays, robot_map.sum)
-        return count
+        return _integrate(ranges, self._scan, self._sheet, robot_map.version + 1,
+                          robot_map.own.indices, robot_map.pool.arrays, robot_map.sum)
 
 
 _scans = lru_cache(maxsize=4)(_Scans)

@@ -7,18 +7,14 @@ from desim.errors import below
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Peer
-from desim.robot.exploration import Explore
-from desim.robot.localization import GroundTruth, OdometryLocalization
-from desim.robot.map_sharing import MapSharing
-from desim.robot.mapping import Mapping
-from desim.robot.monitor_feed import MonitorFeed
-from desim.robot.navigation.global_costmap import GlobalCostmap
-from desim.robot.navigation.move_base import MoveBase
+from desim.robot import exploration, localization, map_sharing, mapping, monitor_feed
+from desim.robot.navigation import global_costmap, move_base
 from desim.robot.robot_map import RobotMap
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.whole import Scenario
 
-LOCALIZATION = {"ground_truth": GroundTruth, "odometry": OdometryLocalization}
+LOCALIZATION = {"ground_truth": localization.GroundTruth,
+                "odometry": localization.OdometryLocalization}
 
 
 def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: RobotMap,
@@ -31,18 +27,20 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
     says that the object of that name has changed or can be used, and carries nothing.
     """
     robot, coordination = scenario.robot, scenario.coordination
-    costmap = GlobalCostmap(robot_map, body.radius_m, robot.navigation.inflation_radius_m,
-                            robot.navigation.inflation_scaling)
+    costmap = global_costmap.GlobalCostmap(
+        robot_map, body.radius_m, robot.navigation.inflation_radius_m,
+        robot.navigation.inflation_scaling)
     heard: dict[str, Peer] = {}
     with below("coordination"):
         strategy = plugins.load("strategy", coordination.strategy)(coordination.params)
     nodes = [
         LOCALIZATION[robot.localization](host),
-        Mapping(host, robot.mapping, robot_map),
-        MapSharing(host, coordination.exchange, robot_map, peers, heard),
-        MoveBase(host, robot.navigation, body, robot.scanner, costmap),
-        Explore(host, robot.exploration, strategy, robot.navigation, body, costmap, heard),
+        mapping.Mapping(host, robot.mapping, robot_map),
+        map_sharing.MapSharing(host, coordination.exchange, robot_map, peers, heard),
+        move_base.MoveBase(host, robot.navigation, body, robot.scanner, costmap),
+        exploration.Explore(host, robot.exploration, strategy, robot.navigation, body, costmap,
+                            heard),
     ]
     if monitored:
-        nodes.append(MonitorFeed(host, robot_map, scenario.testbed.monitor_period_ns))
+        nodes.append(monitor_feed.MonitorFeed(host, robot_map, scenario.testbed.monitor_period_ns))
     return nodes

@@ -16,11 +16,6 @@ import numpy as np
 from desim.engine.compiled import compiled_function
 from desim.ports import GridSpec
 from desim.robot.kernels import tiles as kernels
-from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
-from desim.robot.kernels.tiles import HIT, MISS
-
-__all__ = ["CELLS", "CLAMP_HIGH", "CLAMP_LOW", "FREE", "HIT", "MISS", "OCCUPIED", "TILE", "Layer",
-           "LayerSnapshot", "TilePool", "fuse", "raster", "tiles_across", "tiles_of"]
 
 TILE = 32
 CELLS = TILE * TILE
@@ -68,22 +63,16 @@ class TilePool:
             np.arange(capacity - 1, -1, -1, dtype=np.int32),
             np.array([capacity - 1]))  # free are all but tile 0, which is last in the list
 
-    @property
-    def in_use(self) -> int:
-        """The number of tiles that some layer or snapshot points to."""
-        return len(self.arrays.data) - 1 - int(self.arrays.free_count[0])
-
     def reserve(self, tiles: int) -> None:
         """Double the pool until ``tiles`` are free."""
         while self.arrays.free_count[0] < tiles:
             data, refs, free, free_count = self.arrays
-            capacity, count = len(data), int(free_count[0])
+            capacity = len(data)
             fresh = np.arange(2 * capacity - 1, capacity - 1, -1, dtype=np.int32)
-            rest = np.zeros(capacity - count, np.int32)
             self.arrays = kernels.Pool(np.concatenate((data, np.zeros_like(data))),
                                        np.concatenate((refs, np.zeros_like(refs))),
-                                       np.concatenate((fresh, free[:count], rest)),
-                                       np.array([count + capacity]))
+                                       np.concatenate((fresh, free)),
+                                       free_count + capacity)
 
 
 class LayerSnapshot:
@@ -115,8 +104,7 @@ class LayerSnapshot:
 
     def cells(self) -> np.ndarray:
         """[k, 1024] int8 log-odds, a copy."""
-        cells: np.ndarray = self.pool.arrays.data[self.indices]
-        return cells
+        return self.pool.arrays.data[self.indices]
 
 
 class Layer:

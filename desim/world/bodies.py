@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import distance_transform_cdt
 
+from desim.engine.compiled import compiled_function
 from desim.errors import InputError
 from desim.units import NS_PER_S
 from desim.world.fleet import RobotSpec
@@ -15,6 +16,8 @@ from desim.world.wall_index import tile_index
 EPISODE_NS = NS_PER_S // 2  # time without contact that ends a collision (our choice)
 TILE_M = 2.0  # smaller tiles list fewer walls and cost memory
 _NEVER_NS = -(1 << 62)
+
+_advance = compiled_function(kernels.advance)
 
 
 class Bodies:
@@ -27,7 +30,12 @@ class Bodies:
     def __init__(self, specs: list[RobotSpec], terrain: Terrain, tick_s: float) -> None:
         n = len(specs)
         for spec in specs:
-            _check(spec, tick_s)
+            body = spec.body
+            if body.max_speed_mps * tick_s > body.radius_m / 2.0:
+                raise InputError(
+                    f"physics.rate: at {body.max_speed_mps:g} m/s {spec.name} covers "
+                    f"{body.max_speed_mps * tick_s:g} m in a tick and could pass through walls; "
+                    f"allowed: half its radius ({body.radius_m / 2.0:g} m)")
         self.poses = np.array([(s.x_m, s.y_m, s.yaw_rad) for s in specs], dtype=np.float64)
         self.poses[:, 2] -= 2.0 * np.pi * np.floor((self.poses[:, 2] + np.pi) / (2.0 * np.pi))
         self.velocities = np.zeros((n, 3))
@@ -46,8 +54,9 @@ class Bodies:
         self._last = np.full((n, n), _NEVER_NS, dtype=np.int64)
         self._episodes = np.zeros((n + n * (n - 1) // 2, 2), dtype=np.int64)
         widest = float(self.radii_m.max())
-        self._matter = (*tile_index(terrain.lines, terrain.bounds, TILE_M, widest + kernels.NEAR_M),
-                        len(terrain.lines), *_field(terrain.raster))
+        self._matter = (len(terrain.lines), tile_index(terrain.lines, terrain.bounds, TILE_M,
+                                                       widest + kernels.NEAR_M),
+                        _field(terrain.raster))
 
     def command(self, robot: int, velocity: tuple[float, float, float], now_ns: int) -> None:
         """Set the velocity that ``robot`` shall have from the next tick on: forward, left m/s, turn
@@ -65,20 +74,10 @@ class Bodies:
                 discs: np.ndarray) -> list[tuple[int, int]]:
         """Make one tick that ends at ``now_ns`` among ``walls`` (the terrain's, then closed doors')
         and ``discs``. Returns the contact episodes that began: (robot, other or -1)."""
-        began = kernels.advance(self.poses, self.velocities, self._commands, self._limits,
-                                self._clocks, self._order, self._pairs, self._before, self._last,
-                                self.travelled_m, walls, *self._matter, discs, now_ns, dt_s,
-                                EPISODE_NS, self._episodes)
+        began = _advance(self.poses, self.velocities, self._commands, self._limits, self._clocks,
+                         self._order, self._pairs, self._before, self._last, self.travelled_m,
+                         walls, *self._matter, discs, now_ns, dt_s, EPISODE_NS, self._episodes)
         return [tuple(row) for row in self._episodes[:began].tolist()] if began else []
-
-
-def _check(spec: RobotSpec, tick_s: float) -> None:
-    body = spec.body
-    if body.max_speed_mps * tick_s > body.radius_m / 2.0:
-        raise InputError(
-            f"physics.rate: at {body.max_speed_mps:g} m/s {spec.name} covers "
-            f"{body.max_speed_mps * tick_s:g} m in a tick and could pass through walls; allowed: "
-            f"half its radius ({body.radius_m / 2.0:g} m)")
 
 
 def _field(raster: Raster | None) -> tuple[np.ndarray, np.ndarray]:

@@ -5,9 +5,9 @@ They are 80 m x 80 m with roads 8 m wide and obstacles 2 m high, centred on the 
 
 from __future__ import annotations
 
-from desim.scenario.schema.environment import Shape
+from itertools import cycle
 
-SIZE = {"size": ("80 m", "80 m")}
+from desim.scenario.schema.environment import Shape
 
 MAZE = """\
 +--+--+--+--+--+--+--+--+--+--+
@@ -38,30 +38,19 @@ def _block(x0: int, y0: int, x1: int, y1: int) -> dict:
     return {"x": (f"{x0} m", f"{x1} m"), "y": (f"{y0} m", f"{y1} m")}
 
 
-def _loop() -> Shape:
-    """One block; the road is the ring around it."""
-    return Shape(**SIZE, rectangles=[_block(-32, -32, 32, 32)])
+BUILTIN: dict[str, dict] = {
+    # Four blocks; the roads are the ring and the cross between them.
+    "cross": {"rectangles": [_block(x, y, x + 28, y + 28) for x in (-32, 4) for y in (-32, 4)]},
+    # One block; the road is the ring around it.
+    "loop": {"rectangles": [_block(-32, -32, 32, 32)]},
+    # Thin walls on a grid of 10 x 10 cells.
+    "maze": {"drawing": {"lines": MAZE.splitlines()}},
+    # Nine walls and ten roads. The first wall from the left leaves its gap at the top.
+    "zigzag": {"walls": [{"from": (f"{x} m", f"{low} m"), "to": (f"{x} m", f"{low + 72} m")}
+                         for x, low in zip(range(-32, 33, 8), cycle((-40, -32)), strict=False)]},
+}
 
 
-def _cross() -> Shape:
-    """Four blocks; the roads are the ring and the cross between them."""
-    spans = ((-32, -4), (4, 32))
-    return Shape(**SIZE, rectangles=[_block(x0, y0, x1, y1)
-                                     for x0, x1 in spans for y0, y1 in spans])
-
-
-def _zigzag() -> Shape:
-    """Nine walls and ten roads. The first wall from the left leaves its gap at the top."""
-    walls = []
-    for i, x in enumerate(range(-32, 33, 8)):
-        low, high = (-40, 32) if i % 2 == 0 else (-32, 40)
-        walls.append({"from": (f"{x} m", f"{low} m"), "to": (f"{x} m", f"{high} m")})
-    return Shape(**SIZE, walls=walls)
-
-
-def _maze() -> Shape:
-    """Thin walls on a grid of 10 x 10 cells."""
-    return Shape(**SIZE, drawing={"lines": MAZE.splitlines()})
-
-
-BUILTIN = {"cross": _cross, "loop": _loop, "maze": _maze, "zigzag": _zigzag}
+def shape(name: str) -> Shape:
+    """The terrain of this name."""
+    return Shape(size=("80 m", "80 m"), **BUILTIN[name])

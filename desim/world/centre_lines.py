@@ -32,15 +32,6 @@ PULL = 0.02  # of a vertex to where thinning has left it, against 1 to each of i
 _AROUND = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
 
 
-class CentreLines(NamedTuple):
-    """``lines`` [n, 4] x1 y1 x2 y2 | ``thickness`` [n] | ``posts`` [rows, cols] bool: the cells of
-    parts that are no longer than they are thick; these have no line."""
-
-    lines: np.ndarray
-    thickness: np.ndarray
-    posts: np.ndarray
-
-
 class Branch(NamedTuple):
     """A part of the skeleton between two nodes: ``points`` [n, 2] x y | ``deep`` [n]: how far free
     cells are | ``nodes``: cells of both ends | ``tips``: which of them are a wall's end."""
@@ -51,19 +42,14 @@ class Branch(NamedTuple):
     tips: tuple[bool, bool]
 
 
-class Edge(NamedTuple):
-    """A straight part of a wall between two vertices, on the line through ``middle`` x y in the
-    direction ``along``."""
-
-    begin: int
-    end: int
-    middle: np.ndarray
-    along: np.ndarray
-    thickness: float
+# A straight part of a wall: its two vertices, a point and the direction of its line, its thickness.
+Edge = tuple[int, int, np.ndarray, np.ndarray, float]
 
 
-def centre_lines(wall: np.ndarray) -> CentreLines:
-    """The centre lines of the solid cells ``wall`` [rows, cols]."""
+def centre_lines(wall: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The centre lines of the solid cells ``wall`` [rows, cols]: [n, 4] x1 y1 x2 y2, their
+    thickness [n], and [rows, cols] bool, the posts: the cells of parts that are no longer than they
+    are thick. These have no line."""
     wall = np.pad(wall, MARGIN)
     away = distance_transform_edt(wall)
     skeleton = _thinned(wall)
@@ -77,8 +63,7 @@ def centre_lines(wall: np.ndarray) -> CentreLines:
     for branch in _branches(skeleton, away):
         _add(_led_on(branch, wall), wall, points, edges, numbers)
     lines, thickness = _joined(np.array(points).reshape(-1, 2), edges)
-    inner = (slice(MARGIN, -MARGIN),) * 2
-    return CentreLines(lines - MARGIN, thickness, posts[inner])
+    return lines - MARGIN, thickness, posts[MARGIN:-MARGIN, MARGIN:-MARGIN]
 
 
 def _thinned(wall: np.ndarray) -> np.ndarray:
@@ -234,8 +219,7 @@ def _add(branch: Branch, wall: np.ndarray, points: list[np.ndarray], edges: list
         undisturbed = branch.points[one:other + 1][apart >= min(thick, apart.max() / 2)]
         if len(undisturbed) < 2:
             undisturbed = branch.points[[one, other]]
-        edges.append(Edge(begin, end, *_centred(*_line(undisturbed), undisturbed, wall, thick),
-                          thick))
+        edges.append((begin, end, *_centred(*_line(undisturbed), undisturbed, wall, thick), thick))
 
 
 def _centred(middle: np.ndarray, along: np.ndarray, points: np.ndarray, wall: np.ndarray,

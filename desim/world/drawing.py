@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from desim.errors import InputError
@@ -13,32 +11,27 @@ from desim.world.geometry import outline, rows_of, segments
 Point = tuple[float, float]
 
 
-class Drawn(NamedTuple):
-    """A drawing in m: ``walls`` [n, 4] and ``solids`` [k, 4] as in ``Terrain``; ``cells``
-    [rows, cols] bool, the solid blocks (None: the drawing is of walls)."""
-
-    walls: np.ndarray
-    solids: np.ndarray
-    cells: np.ndarray | None = None
+# Walls [n, 4] and solids [k, 4] as in ``Terrain``; the solid blocks as cells [rows, cols] bool
+# (None: the drawing is of walls).
+Drawn = tuple[np.ndarray, np.ndarray, np.ndarray | None]
 
 
 def draw(drawing: Drawing, size_m: Point, what: str) -> Drawn:
-    """The drawing's walls, centred on the origin.
+    """The drawing in m, centred on the origin.
 
     Raises ``InputError``, beginning with ``what``, for a ragged drawing, a wrong character and a
     size that is not ``size_m``.
     """
     read = _walls if drawing.style == "walls" else _blocks
-    cells, drawn = read(drawing.lines, what)
-    for axis, name, count, size in ((0, "wide", cells[0], size_m[0]),
-                                    (1, "deep", cells[1], size_m[1])):
+    extent, (walls, solids, cells) = read(drawing.lines, what)
+    for axis, name, count, size in ((0, "wide", extent[0], size_m[0]),
+                                    (1, "deep", extent[1], size_m[1])):
         drawn_m = count * drawing.cell_m
         if abs(drawn_m - size) > 1e-6:
             raise InputError(f"{what}: it is {count} cells of {drawing.cell_m:g} m {name}, "
                              f"{drawn_m:g} m, but size[{axis}] is {size:g} m")
     corner = np.array([size_m[0], size_m[1], size_m[0], size_m[1]]) / 2
-    return Drawn(drawn.walls * drawing.cell_m - corner, drawn.solids * drawing.cell_m - corner,
-                 drawn.cells)
+    return walls * drawing.cell_m - corner, solids * drawing.cell_m - corner, cells
 
 
 def _walls(lines: tuple[str, ...], what: str) -> tuple[tuple[int, int], Drawn]:
@@ -66,7 +59,7 @@ def _walls(lines: tuple[str, ...], what: str) -> tuple[tuple[int, int], Drawn]:
                 _expect(between, ("  ", ""), f"{what}.lines.{i}", 3 * col + 1)
                 if post == "|":
                     walls.append((col, y - 0.5, col, y + 0.5))
-    return (cols, rows), Drawn(segments(walls), segments([]))
+    return (cols, rows), (segments(walls), segments([]), None)
 
 
 def _expect(found: str, allowed: str | tuple[str, ...], what: str, column: int) -> None:
@@ -79,5 +72,4 @@ def _blocks(lines: tuple[str, ...], what: str) -> tuple[tuple[int, int], Drawn]:
     """'#' solid, anything else free; short lines end free."""
     width = max(len(line) for line in lines)
     solid = np.array([[char == "#" for char in line.ljust(width)] for line in reversed(lines)])
-    return (width, len(lines)), Drawn(outline(solid).astype(float), rows_of(solid).astype(float),
-                                      solid)
+    return (width, len(lines)), (outline(solid).astype(float), rows_of(solid).astype(float), solid)

@@ -76,11 +76,7 @@ def outline(solid: np.ndarray) -> np.ndarray:
     """
     runs = []
     for vertical, cells in ((False, solid), (True, solid.T)):
-        change = cells[1:] != cells[:-1]
-        padded = np.pad(change, ((0, 0), (1, 1))).astype(np.int8)
-        step = np.diff(padded, axis=1)
-        line, start = np.nonzero(step == 1)
-        _, end = np.nonzero(step == -1)
+        line, start, end = _runs(cells[1:] != cells[:-1])
         at = line + 1
         runs.append(np.stack([at, start, at, end] if vertical else [start, at, end, at], axis=1))
     return np.concatenate(runs)
@@ -88,7 +84,12 @@ def outline(solid: np.ndarray) -> np.ndarray:
 
 def rows_of(solid: np.ndarray) -> np.ndarray:
     """Solid cells as horizontal strips: [k, 4] int x0 y0 x1 y1 in cells."""
-    step = np.diff(np.pad(solid, ((0, 0), (1, 1))).astype(np.int8), axis=1)
-    row, start = np.nonzero(step == 1)
-    _, end = np.nonzero(step == -1)
+    row, start, end = _runs(solid)
     return np.stack([start, row, end, row + 1], axis=1)
+
+
+def _runs(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Row, first column and column behind the last of each run of true cells."""
+    step = np.diff(np.pad(cells, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    row, start = np.nonzero(step == 1)
+    return row, start, np.nonzero(step == -1)[1]

@@ -40,7 +40,10 @@ def load(map_file: MapFile, other: int) -> Terrain:
     image = _image_path(path, facts, map_file.image)
     values = _values(image)
     occupied, free = _thresholds(path, facts)
-    p = values / 255.0 if _flag(path, facts, "negate") else (255.0 - values) / 255.0
+    negate = _number(path, facts, "negate")
+    if negate not in (0.0, 1.0):
+        raise InputError(f"{path}: negate must be 0 or 1, got {facts['negate']!r}")
+    p = values / 255.0 if negate else (255.0 - values) / 255.0
     is_free = (p < free) & ~(p > occupied)
     if not is_free.any():
         raise InputError(f"{image}: no free cell (free means p < {free:g}; see free_thresh and "
@@ -71,7 +74,7 @@ def _material(path: Path, image: Path, facts: dict[str, object], other: int, val
         if (here & is_free).any():
             raise InputError(f"{path}: {MATERIALS}.{grey}: {image.name} has free cells of this "
                              "grey value; only what is occupied or unknown has a material")
-        material[here] = materials.row(name, f"{path}: {MATERIALS}.{grey}")
+        material[here] = materials.index(name, f"{path}: {MATERIALS}.{grey}")
         listed |= here
     rows, cols = np.nonzero(is_occupied & ~listed)
     if len(rows):
@@ -147,13 +150,6 @@ def _float(value: object) -> float:
     if not isinstance(value, int | float | str):
         raise TypeError
     return float(value)
-
-
-def _flag(path: Path, facts: dict[str, object], key: str) -> bool:
-    value = _number(path, facts, key)
-    if value not in (0.0, 1.0):
-        raise InputError(f"{path}: {key} must be 0 or 1, got {facts[key]!r}")
-    return value == 1.0
 
 
 def _thresholds(path: Path, facts: dict[str, object]) -> tuple[float, float]:

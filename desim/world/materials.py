@@ -21,14 +21,9 @@ MATERIALS: dict[str, str] = {
 NAMES: tuple[str, ...] = tuple(MATERIALS)
 
 
-def index(name: str, what: str) -> int:
-    """The row of ``name`` in ``NAMES``. Raises ``InputError``, beginning with ``what``, for an
-    unknown material."""
-    return row(name, f"{what}.material")
-
-
-def row(name: object, where: str) -> int:
-    """The same for a name that stands at the path ``where``."""
+def index(name: object, where: str) -> int:
+    """The row in ``NAMES`` of a name that stands at the path ``where``. Raises ``InputError`` for
+    an unknown material."""
     if name not in NAMES:
         raise InputError(f"{where}: unknown material {name!r}{did_you_mean(str(name), NAMES)}; "
                          f"allowed: {', '.join(NAMES)}")

@@ -98,11 +98,11 @@ def of_cells(solid: np.ndarray, material: np.ndarray | int, edge_m: float,
     lines, thick_m, of_what = [np.zeros((0, 4))], [np.zeros(0)], [np.zeros(0, dtype=np.int64)]
     for one in np.unique(material[solid & ~block]).tolist():
         walls = (material == one) & ~block
-        drawn = centre_lines(_without_gaps(walls, edge_m) & (walls | ~solid))
-        kinds[drawn.posts & walls] = 2 * one + 1
-        lines.append(drawn.lines * edge_m + np.tile(corner_m, 2))
-        thick_m.append(drawn.thickness * edge_m)
-        of_what.append(np.full(len(drawn.lines), one))
+        drawn, thickness, posts = centre_lines(_without_gaps(walls, edge_m) & (walls | ~solid))
+        kinds[posts & walls] = 2 * one + 1
+        lines.append(drawn * edge_m + np.tile(corner_m, 2))
+        thick_m.append(thickness * edge_m)
+        of_what.append(np.full(len(drawn), one))
     kinds = np.pad(kinds, 1)
     keys, faces, at = _faces(kinds)
     kind = kinds[at].astype(np.int64)

@@ -26,30 +26,27 @@ class Site:
                  stream: Callable[[str], np.random.Generator]) -> None:
         self._terrain, self._doors, self._discs = terrain, doors, discs
         self._stream = stream
-        self._taken: list[RobotSpec] = []
+        self._placed: dict[str, RobotSpec] = {}
 
     def place(self, specs: list[RobotSpec]) -> list[RobotSpec]:
         """``specs`` with legal starts; those that snap are placed after the others, in order.
 
         Raises ``InputError`` for the first start that is not allowed.
         """
-        placed: dict[str, RobotSpec] = {}
+        placed = self._placed
         for spec in specs:
             if spec.drawn is not None:
                 placed[spec.name] = self._drawn(spec, spec.drawn)
-                self._taken.append(placed[spec.name])
                 continue
             trouble = self._trouble(spec)
             if trouble is None:
                 placed[spec.name] = spec
-                self._taken.append(spec)
             elif not spec.snap or not self._within(spec):
                 raise InputError(f"fleet.start: the start of {spec.name} at ({spec.x_m:g}, "
                                  f"{spec.y_m:g}) m {trouble}")
         for spec in specs:
             if spec.name not in placed:
                 placed[spec.name] = self._snapped(spec)
-                self._taken.append(placed[spec.name])
         return [placed[spec.name] for spec in specs]
 
     def _within(self, spec: RobotSpec) -> bool:
@@ -67,7 +64,7 @@ class Site:
         if self._clearance(point, radius)[0] < radius - _SLACK_M:
             return (f"lies in a wall or closer to one than its radius of {radius:g} m; allowed: a "
                     "free place, or start.snap: true to move it to the nearest one")
-        for other in self._taken:
+        for other in self._placed.values():
             apart = float(np.hypot(other.x_m - spec.x_m, other.y_m - spec.y_m))
             needed = radius + other.body.radius_m
             if apart < needed - _SLACK_M:
@@ -86,15 +83,16 @@ class Site:
                                  (_AT_ONCE, 2))
             inside = ((points > (x0, y0)) & (points < (x1, y1))).all(axis=1)
             free = inside & self._free(points, radius_m)
-            for other in self._taken:
+            for other in self._placed.values():
                 free &= np.hypot(*(points - (other.x_m, other.y_m)).T) >= drawn.apart_m
             if free.any():
                 x, y = points[int(np.argmax(free))].tolist()
                 yaw = float(rng.uniform(-np.pi, np.pi))
                 return spec._replace(x_m=x, y_m=y, yaw_rad=yaw, drawn=None)
         raise InputError(f"fleet.start: no free place for {spec.name} among {_DRAWS * _AT_ONCE} "
-                         f"that were drawn, {len(self._taken)} robots being placed; allowed: fewer "
-                         f"robots, a smaller apart than {drawn.apart_m:g} m or a wider within")
+                         f"that were drawn, {len(self._placed)} robots being placed; allowed: "
+                         f"fewer robots, a smaller apart than {drawn.apart_m:g} m or a wider "
+                         "within")
 
     def _snapped(self, spec: RobotSpec) -> RobotSpec:
         """The nearest free place on a lattice around the start, the heading as it was."""
@@ -116,7 +114,7 @@ class Site:
     def _free(self, points: np.ndarray, radius_m: float) -> np.ndarray:
         """[k] bool, whether a robot of this radius fits there."""
         free = self._clearance(points, radius_m) >= radius_m - _SLACK_M
-        for other in self._taken:
+        for other in self._placed.values():
             apart_m = np.hypot(*(points - (other.x_m, other.y_m)).T)
             free &= apart_m >= radius_m + other.body.radius_m
         return free

@@ -18,14 +18,8 @@ from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Laser, Odometry
 from desim.scenario.schema.whole import Scenario
 from desim.units import NS_PER_S
-from desim.world import materials, sources
-from desim.world.bodies import Bodies
+from desim.world import bodies, lidar, materials, matter, odometry, placement, scenery, sources
 from desim.world.fleet import RobotSpec, place_fleet
-from desim.world.lidar import Lidar
-from desim.world.matter import Matter
-from desim.world.odometry import Odometers
-from desim.world.placement import Site
-from desim.world.scenery import Doors, Movers
 
 
 class Scene(NamedTuple):
@@ -45,19 +39,21 @@ class Plane:
     """
 
     def __init__(self, environment: Environment, fleet: list[RobotSpec], laser: Laser,
-                 odometry: Odometry, rate_hz: Fraction, streams: Streams) -> None:
+                 odometer: Odometry, rate_hz: Fraction, streams: Streams) -> None:
         self.terrain, tick_s = sources.load(environment.terrain), float(1 / rate_hz)
-        self._doors = Doors(environment.doors, self.terrain.bounds)
-        self._movers = Movers(environment.moving_obstacles, self.terrain, tick_s)
+        self._doors = scenery.Doors(environment.doors, self.terrain.bounds)
+        self._movers = scenery.Movers(environment.moving_obstacles, self.terrain, tick_s)
         specs = sorted(fleet, key=lambda spec: natural_key(spec.name))
         self.robots = tuple(spec.name for spec in specs)
-        specs = Site(self.terrain, self._doors.lines[self._doors.closed],
-                     self._movers.discs, lambda name: streams("robot", name, "start")).place(specs)
+        site = placement.Site(self.terrain, self._doors.lines[self._doors.closed],
+                              self._movers.discs, lambda name: streams("robot", name, "start"))
+        specs = site.place(specs)
         self._types = [spec.body for spec in specs]
-        self._bodies = Bodies(specs, self.terrain, tick_s)
-        self.lidar = Lidar(laser, self.terrain, self._bodies.radii_m,
-                           self._keys(streams, "laser"))
-        self._odometers = Odometers(odometry, self._bodies.poses, self._keys(streams, "odometry"))
+        self._bodies = bodies.Bodies(specs, self.terrain, tick_s)
+        self.lidar = lidar.Lidar(laser, self.terrain, self._bodies.radii_m,
+                                 self._keys(streams, "laser"))
+        self._odometers = odometry.Odometers(odometer, self._bodies.poses,
+                                              self._keys(streams, "odometry"))
         self._tick = 0
         self._now_ns = 0
         # Tick k is at k * period ns, rounded down, in integers: fractions are slow.
@@ -172,22 +168,22 @@ class Plane:
         return contacts
 
     @cached_property
-    def _matter(self) -> Matter:
+    def _matter(self) -> matter.Matter:
         return self.terrain.matter()
 
     def obstacles(self) -> Obstacles:
         """Walls and closed doors. The epoch grows when a door moves."""
         if self._obstacles is None:
-            closed, matter, doors = self._doors.closed, self._matter, self._doors
-            columns = [np.concatenate([fixed, moving[closed]]) for fixed, moving in (
-                (matter.segments, doors.lines), (matter.material, doors.material),
-                (matter.thickness_m, doors.thickness_m), (matter.height_m, doors.height_m),
-                (matter.block, np.zeros(len(closed), bool)))]
+            doors, fixed = self._doors, self._matter
+            moving = (doors.lines, doors.material, doors.thickness_m, doors.height_m,
+                      np.zeros(len(doors.lines), bool))
+            columns = [np.concatenate([still, door[doors.closed]])
+                       for still, door in zip(fixed[:5], moving, strict=True)]
             for column in columns:
                 column.setflags(write=False)
             segments, material, thickness_m, height_m, block = columns
             self._obstacles = Obstacles(segments, material, thickness_m, height_m, materials.NAMES,
-                                        self._epoch, matter.crossing, block)
+                                        self._epoch, fixed.crossing, block)
         return self._obstacles
 
     @classmethod

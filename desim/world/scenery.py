@@ -30,7 +30,7 @@ class Doors:
             inside(f"environment.doors.{i}", bounds, [door.start_m, door.end_m])
         self.lines = segments(line(f"environment.doors.{i}", door.start_m, door.end_m)
                               for i, door in enumerate(doors))
-        self.material = np.array([materials.index(door.material, f"environment.doors.{i}")
+        self.material = np.array([materials.index(door.material, f"environment.doors.{i}.material")
                                   for i, door in enumerate(doors)], dtype=np.int64)
         self.thickness_m = np.array([door.thickness_m for door in doors], dtype=np.float64)
         self.height_m = np.array([door.height_m for door in doors], dtype=np.float64)
@@ -48,11 +48,11 @@ class Doors:
             close = not self._shall_open(i, now_ns)
             if close == self.closed[i]:
                 continue
-            if close and self._blocked(i, discs):
+            distance_m = point_distance(discs[:, :2], self.lines[i:i + 1])[:, 0]
+            if close and (distance_m < discs[:, 2]).any():
                 waiting = True
-                continue
-            self.closed[i] = close
-            moved = True
+            else:
+                self.closed[i], moved = close, True
         self._next_ns = now_ns if waiting else self._next_change_ns(now_ns)
         return moved
 
@@ -63,18 +63,12 @@ class Doors:
         times = (time_ns for spans in self._open_ns for span in spans for time_ns in span)
         return min((time_ns for time_ns in times if time_ns > now_ns), default=_NEVER_NS)
 
-    def _blocked(self, door: int, discs: np.ndarray) -> bool:
-        distance = point_distance(discs[:, :2], self.lines[door:door + 1])[:, 0]
-        return bool((distance < discs[:, 2]).any())
-
 
 class Movers:
     """Discs that drive along way points, there and back. ``discs`` [m, 3] x, y, radius in m."""
 
     def __init__(self, movers: Sequence[MovingObstacle], terrain: Terrain, tick_s: float) -> None:
-        for i, mover in enumerate(movers):
-            _check(f"environment.moving_obstacles.{i}", mover, tick_s)
-        self._paths = [_path(f"environment.moving_obstacles.{i}", mover, terrain)
+        self._paths = [_path(f"environment.moving_obstacles.{i}", mover, terrain, tick_s)
                        for i, mover in enumerate(movers)]
         self._speeds_mps = [mover.speed_mps for mover in movers]
         self._driven_m = [0.0] * len(movers)
@@ -100,8 +94,9 @@ class Movers:
         self.discs = discs
 
 
-def _check(what: str, mover: MovingObstacle, tick_s: float) -> None:
-    """Raise ``InputError`` for a speed at which a tick would step over an obstacle."""
+def _path(what: str, mover: MovingObstacle, terrain: Terrain, tick_s: float) -> np.ndarray:
+    """[k, 3]: way points x, y and the length of the path up to them in m. Raises ``InputError`` for
+    a speed at which a tick would step over an obstacle, and for a path that is not free."""
     step_m, highest_m = mover.speed_mps * tick_s, mover.radius_m / 2.0
     if step_m > highest_m + TOUCH_M:
         raise InputError(
@@ -109,9 +104,6 @@ def _check(what: str, mover: MovingObstacle, tick_s: float) -> None:
             "and could pass through robots and closed doors; allowed: half its radius "
             f"({highest_m:g} m) a tick, at most {SPEED.format(highest_m / tick_s)}")
 
-
-def _path(what: str, mover: MovingObstacle, terrain: Terrain) -> np.ndarray:
-    """[k, 3]: way points x, y and the length of the path up to them in m."""
     points = np.array(mover.path_m, dtype=np.float64)
     steps = np.hypot(*np.diff(points, axis=0).T)
     if not (steps > 0.0).all():

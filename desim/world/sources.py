@@ -9,8 +9,7 @@ import numpy as np
 
 from desim.errors import InputError
 from desim.scenario.schema.environment import MapFile, Shape
-from desim.world import map_server, materials
-from desim.world.builtin import BUILTIN
+from desim.world import builtin, map_server, materials
 from desim.world.drawing import draw
 from desim.world.geometry import TOUCH_M, Row, merge_collinear, rectangle, segments
 from desim.world.matter import BLOCK_M, FACE_M, Matter, crossing, of_cells
@@ -50,12 +49,12 @@ def _read(source: str | MapFile | Shape) -> Terrain:
     if isinstance(source, Shape):
         return from_shape("shape", source)
     if isinstance(source, MapFile):
-        other = materials.index(source.material, WHERE)
+        other = materials.index(source.material, f"{WHERE}.material")
         try:
             return map_server.load(source, other)
         except InputError as error:
             raise InputError(*(f"{WHERE}: {line}" for line in error.args)) from None
-    return from_shape(source, BUILTIN[source]())
+    return from_shape(source, builtin.shape(source))
 
 
 def from_shape(name: str, shape: Shape) -> Terrain:
@@ -72,7 +71,8 @@ def from_shape(name: str, shape: Shape) -> Terrain:
         what = f"{WHERE}.rectangles.{i}"
         (x0, x1), (y0, y1) = block.x_m, block.y_m
         inside(what, bounds, [(x0, y0), (x1, y1)])
-        kind = Kind(materials.index(block.material, what), FACE_M, block.height_m)
+        kind = Kind(materials.index(block.material, f"{what}.material"), FACE_M,
+                    block.height_m)
         walls.setdefault(kind, []).extend(rectangle(x0, y0, x1, y1))
         solids.append((x0, y0, x1, y1))
         kind, faces = _of_block(kind, *solids[-1])
@@ -80,22 +80,23 @@ def from_shape(name: str, shape: Shape) -> Terrain:
     for i, wall in enumerate(shape.walls):
         what = f"{WHERE}.walls.{i}"
         inside(what, bounds, [wall.start_m, wall.end_m])
-        kind = Kind(materials.index(wall.material, what), wall.thickness_m, wall.height_m)
+        kind = Kind(materials.index(wall.material, f"{what}.material"), wall.thickness_m,
+                    wall.height_m)
         for kinds in walls, matter:
             kinds.setdefault(kind, []).append(line(what, wall.start_m, wall.end_m))
     if shape.drawing is not None:
         what = f"{WHERE}.drawing"
-        drawn = draw(shape.drawing, shape.size_m, what)
-        kind = Kind(materials.index(shape.drawing.material, what), FACE_M, shape.drawing.height_m)
-        walls.setdefault(kind, []).extend(drawn.walls.tolist())
-        solids.extend(drawn.solids.tolist())
-        if drawn.cells is None:
-            matter.setdefault(kind, []).extend(drawn.walls.tolist())
+        drawn, blocks, blocked = draw(shape.drawing, shape.size_m, what)
+        kind = Kind(materials.index(shape.drawing.material, f"{what}.material"), FACE_M,
+                    shape.drawing.height_m)
+        walls.setdefault(kind, []).extend(drawn.tolist())
+        solids.extend(blocks.tolist())
+        if blocked is None:
+            matter.setdefault(kind, []).extend(drawn.tolist())
         else:
-            cells = of_cells(drawn.cells, kind.material, shape.drawing.cell_m, bounds[:2],
+            cells = of_cells(blocked, kind.material, shape.drawing.cell_m, bounds[:2],
                              kind.height_m)
-    _, rows = _merged(walls)
-    return Terrain(name=name, walls=rows, matter=partial(_matter, matter, cells),
+    return Terrain(name=name, walls=_merged(walls)[1], matter=partial(_matter, matter, cells),
                    solids=segments(solids), bounds=bounds)
 
 

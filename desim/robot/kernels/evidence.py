@@ -3,8 +3,6 @@
 A cell is one number: ``tile * 1024 + (row % 32) * 32 + (column % 32)``.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ of the sum is known free at or below ``FREE``, known occupied at or above ``OCCU
 between them.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

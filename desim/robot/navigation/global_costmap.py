@@ -41,16 +41,12 @@ class GlobalCostmap:
                                 spec.height + 2)], FRAME)
         self.seen = 0  # the map's version as of the last update
         self._reach = math.floor(inflation_radius_m / spec.resolution_m)
-        self._stencil = self._make_stencil(radius_m, inflation_radius_m, inflation_scaling)
-        self._boxes = np.zeros((len(robot_map.fused), 4), np.int64)
-
-    def _make_stencil(self, radius_m: float, inflation_radius_m: float,
-                      scaling: float) -> np.ndarray:
         offsets = range(-self._reach, self._reach + 1)
-        near = ((r, c, math.hypot(r, c) * self.spec.resolution_m) for r in offsets for c in offsets)
-        return np.array([(r, c, inflated_cost(d, radius_m, scaling))
-                         for r, c, d in near if 0 < d <= inflation_radius_m],
-                        np.int64).reshape(-1, 3)
+        near = ((r, c, math.hypot(r, c) * spec.resolution_m) for r in offsets for c in offsets)
+        self._stencil = np.array([(r, c, inflated_cost(d, radius_m, inflation_scaling))
+                                  for r, c, d in near if 0 < d <= inflation_radius_m],
+                                 np.int64).reshape(-1, 3)
+        self._boxes = np.zeros((len(robot_map.fused), 4), np.int64)
 
     def update(self) -> None:
         """Take in the map's changes since the last update."""

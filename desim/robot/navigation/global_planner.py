@@ -102,8 +102,8 @@ class GlobalPlanner:
         of the path as a length: steps in obstacles' margins count for more. ``discs`` int64 [k, 3],
         row, column and squared radius in cells, are left out.
         """
-        found = self._search(_WALKING, from_m, limit, smallest, discs)
-        return [frontier for frontier, _ in found]
+        return [frontier for frontier, _ in
+                self._search(_WALKING, from_m, limit, smallest, discs)]
 
     def hidden_frontiers(self, from_m: tuple[float, float], limit: int | None,
                          discs: np.ndarray = _NO_DISCS) -> list[Frontier]:

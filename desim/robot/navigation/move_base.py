@@ -47,8 +47,8 @@ class MoveBase(Node):
         self._arriving = False  # the goal is reached when the present turn is complete
 
     def start(self) -> None:
-        for topic in ("cmd_vel", "goal_result"):
-            self.advertise(topic)
+        self.advertise("cmd_vel")
+        self.advertise("goal_result")
         self.advertise("costmap", latch=True)
         self._scan, self._pose = self.latest("scan"), self.latest("pose")
         self._map = self.latest("map")
@@ -101,7 +101,10 @@ class MoveBase(Node):
             if turn_radps is not None:
                 self._drive(0.0, turn_radps)
                 return
-            self._end_spin(goal, now_ns)
+            self._spin = None
+            self._progress.restart(now_ns)
+            if self._arriving:
+                self._finish(goal, True)
         elif self._retreat_until_ns:
             self._retreat(goal, pose.content, here, now_ns)
         else:
@@ -150,12 +153,6 @@ class MoveBase(Node):
         body = self._body
         self._spin = Spin(body.max_turn_radps, body.turn_acceleration_radps2, pose.yaw_rad,
                           self.now_ns)
-
-    def _end_spin(self, goal: Goal, now_ns: int) -> None:
-        self._spin = None
-        self._progress.restart(now_ns)
-        if self._arriving:
-            self._finish(goal, True)
 
     def _plan(self, goal: Goal, pose: Pose) -> bool:
         """Plan a path to the goal and follow it; False if there is none."""

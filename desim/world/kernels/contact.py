@@ -1,32 +1,17 @@
 """Contacts of a disc with walls, raster cells and other discs: their depth, and the way out."""
 
-from __future__ import annotations
-
 import math
-from typing import NamedTuple
 
-import numpy as np
 from numba import njit, types
 
 from desim.ports.kernels import lean
+from desim.world.wall_index import TileIndex
 
 _ROWS = types.Array(types.float64, 2, "C", readonly=True)
 _DEPTH = types.UniTuple(types.float64, 3)
-
-
-class FixedMatter(NamedTuple):
-    """The matter that does not move: the tiles of walls (``wall_index.TileIndex``), and ``near``
-    [rows, cols] of ``Bodies`` with its frame."""
-
-    tile_start: np.ndarray
-    tile_items: np.ndarray
-    tile_frame: np.ndarray
-    near: np.ndarray
-    near_frame: np.ndarray
-
-
-FIXED = types.NamedTuple([types.int64[:, ::1], types.int64[::1], types.float64[::1],
-                          types.uint8[:, ::1], types.float64[::1]], FixedMatter)
+TILES = types.NamedTuple([types.int64[:, ::1], types.int64[::1], types.float64[::1]], TileIndex)
+# ``near`` [rows, cols] of ``Bodies``, and its frame.
+RASTER = types.Tuple([types.uint8[:, ::1], types.float64[::1]])
 
 
 @njit(_DEPTH(types.float64, types.float64, types.float64, _DEPTH), cache=True, inline="always")
@@ -53,10 +38,10 @@ def against_wall(x, y, radius, walls, w, worst):
     return deeper(x - x1 - along * ex, y - y1 - along * ey, radius, worst)
 
 
-@lean(_DEPTH(types.float64, types.float64, types.float64, types.uint8[:, ::1],
-             types.float64[::1], _DEPTH))
-def against_raster(x, y, radius, near, frame, worst):
-    """The deeper of ``worst`` and the contacts with solid cells; near as in ``Bodies``."""
+@lean(_DEPTH(types.float64, types.float64, types.float64, RASTER, _DEPTH))
+def against_raster(x, y, radius, raster, worst):
+    """The deeper of ``worst`` and the contacts with solid cells."""
+    near, frame = raster
     col, row = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2]
     r = radius * frame[2]
     rows, cols = near.shape
@@ -72,22 +57,22 @@ def against_raster(x, y, radius, near, frame, worst):
     return worst
 
 
-@lean(_DEPTH(*[types.float64] * 3, _ROWS, types.int64, FIXED, _ROWS))
-def deepest(x, y, radius, walls, indexed, fixed, discs):
+@lean(_DEPTH(*[types.float64] * 3, _ROWS, types.int64, TILES, RASTER, _ROWS))
+def deepest(x, y, radius, walls, indexed, tiles, raster, discs):
     """The deepest contact of a disc with fixed matter and ``discs``; depth 0 if there is none.
 
     walls [n, 4], the first ``indexed`` of them in the tiles | discs [d, 3] x, y, radius
     """
     worst = (0.0, 0.0, 0.0)
-    tile_start, tile_items, tile_frame, near, near_frame = fixed
-    row = min(max(int((y - tile_frame[1]) * tile_frame[2]), 0), tile_start.shape[0] - 1)
-    col = min(max(int((x - tile_frame[0]) * tile_frame[2]), 0), tile_start.shape[1] - 2)
-    for j in range(tile_start[row, col], tile_start[row, col + 1]):
-        worst = against_wall(x, y, radius, walls, tile_items[j], worst)
+    start, items, frame = tiles
+    row = min(max(int((y - frame[1]) * frame[2]), 0), start.shape[0] - 1)
+    col = min(max(int((x - frame[0]) * frame[2]), 0), start.shape[1] - 2)
+    for j in range(start[row, col], start[row, col + 1]):
+        worst = against_wall(x, y, radius, walls, items[j], worst)
     for w in range(indexed, walls.shape[0]):
         worst = against_wall(x, y, radius, walls, w, worst)
-    if near.shape[0] > 0:
-        worst = against_raster(x, y, radius, near, near_frame, worst)
+    if len(raster[0]) > 0:
+        worst = against_raster(x, y, radius, raster, worst)
     for d in range(discs.shape[0]):
         worst = deeper(x - discs[d, 0], y - discs[d, 1], radius + discs[d, 2], worst)
     return worst

@@ -1,7 +1,5 @@
 """Crossings of the straight lines between antennas with walls and blocks."""
 
-from __future__ import annotations
-
 import math
 
 from numba import types

@@ -6,8 +6,6 @@ two products. Beams of one sweep have ascending angles, hence a wall or disc cov
 (an angular z-buffer).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

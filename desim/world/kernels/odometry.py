@@ -1,7 +1,5 @@
 """Readings of wheel odometers: true poses with counter-based noise."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import types
 

@@ -1,7 +1,5 @@
 """Thinning of the solid cells of a map to lines one cell wide."""
 
-from __future__ import annotations
-
 from numba import types
 
 from desim.ports.kernels import lean

@@ -6,8 +6,6 @@ free, ``INSCRIBED`` free but too near to an obstacle for the robot's centre, ``L
 A cell is its place in ``flat``, whose rows are ``across`` cells long.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import from_dtype, njit, types
 

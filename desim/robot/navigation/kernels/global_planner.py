@@ -4,8 +4,6 @@
 cost of a step (straight, diagonal) into a cell by its cost, 0 = impassable.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -9,8 +9,6 @@ These loops run for each robot at 5 to 10 Hz. Their arrays are plain arguments: 
 they would cost 2 to 3 us more at each call from Python, twice the present overhead.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ loops of both say more. ``setup`` and ``state`` are one record each. A pose is i
 costmap's frame where nothing else is said. Arrays are plain arguments for the reason given there.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
