@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from desim.monitor.belief_metrics import Sample, mean_over
@@ -57,6 +59,8 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         "messages_dropped": dict(sorted(traffic.dropped.items())),
         "messages_in_flight": traffic.in_flight,
         "bytes_on_air": traffic.bytes_on_air,
+        "packets_lost": dict(sorted(sum((Counter(medium.packets_dropped) for medium in
+                                         monitor.graph.media), Counter()).items())),
         "utilisation": {medium.name: utilisation(medium, now_ns)
                         for medium in monitor.graph.media},
         "control_bytes": sum(medium.control_bytes for medium in monitor.graph.media),

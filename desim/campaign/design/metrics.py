@@ -25,7 +25,7 @@ from desim.scenario import expression
 _REHEARSAL_NS = 10_000_000
 _MOST_REHEARSALS = 8  # where all of these fail, more would only take longer to say so
 # Which reasons there are shows only in a run: what did not happen happened 0 times.
-_COUNTED = re.compile(r"messages_dropped_\w+")
+_COUNTED = re.compile(r"(?:messages_dropped|packets_lost)_\w+")
 _INSTANTS = ("exploration_time_s", "union_time_s", "fleet_time_s")
 _FUNCTION = re.compile(r"(.*/)?[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 

@@ -56,6 +56,8 @@ def _network(m: Summary) -> list[tuple[str, str, str]]:
         *(("", f"{count} dropped", reason) for reason, count in m["messages_dropped"].items()),
         ("on the air", f"{m['bytes_on_air'] / 1e6:.1f} MB",
          f"{8e-6 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9):.2f} Mb/s on average"),
+        *(("", f"{count} packets", f"lost: {reason}")
+          for reason, count in m.get("packets_lost", {}).items()),
         *(("", f"{share['mean']:.1%} busy", f"{medium}, on average; at most {share['max']:.1%}")
           for medium, share in m.get("utilisation", {}).items() if share is not None),
     ]

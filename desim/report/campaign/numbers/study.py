@@ -23,7 +23,7 @@ from desim.results.status import RunStatus
 
 # Instants that a run may be stopped before: null is later than ``simulated_s``.
 TIMES = ("exploration_time_s", "union_time_s", "fleet_time_s")
-_COUNTED = "messages_dropped_"
+_COUNTED = ("messages_dropped_", "packets_lost_")
 _LOG_FROM = 10.0  # largest over smallest value of an axis
 
 
