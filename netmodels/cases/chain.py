@@ -24,7 +24,7 @@ from netmodels.tdma import Tdma
 RANGE, INTERFERENCE = 1.1, 2.1  # of a frame, in hops: of ideal and tdma
 _ASIDE = 0.04  # of the spare host, in hops: as good as in line (the diagonal is 0.1 % longer)
 _REUSE = 4  # hops from a sender to the next one whom it may send with: the interference and two
-_WARM_UP_NS = 2_000_000_000
+_WARM_UP_NS = 2_000_000_000  # of the flow: some hundred packets over each hop
 _HOP_LIMIT = 50  # batman-adv
 _STANDARD = "11a"
 # Link budget of ns-3 3.44, by which hosts 25 m apart find frames over two hops and not over three.

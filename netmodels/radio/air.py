@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import zip_longest
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,14 +25,6 @@ _EXPIRED = ports.Drop("expired")
 _OWN = ("rate_bps", "broadcast_rate_bps", "rts_bytes", "channel", "channels", "preset", "fidelity")
 
 
-class Member(NamedTuple):
-    """A radio with its medium's context and hosts."""
-
-    radio: DcfRadio
-    context: ports.Context
-    hosts: tuple[str, ...]
-
-
 class Air:
     """The stations of all radios that have a channel in common: host k of the n-th radio is station
     n * hosts + k. They contend with each other and are heard by each other, and a frame is for the
@@ -44,7 +36,7 @@ class Air:
     stations: Stations  # once it is open
 
     def __init__(self) -> None:
-        self.members: list[Member] = []
+        self.radios: list[DcfRadio] = []
         self.opened = False
         self._settled_ns = -1
         self._wake_booked = False
@@ -53,20 +45,20 @@ class Air:
 
     def channels(self) -> set[int]:
         """The numbers of the channels in use."""
-        return {int(channel) for member in self.members
-                for channel in member.radio.budget.channels}
+        return {int(channel) for radio in self.radios for channel in radio.budget.channels}
 
     def open(self) -> None:
         """Make the stations: all radios are known."""
         if self.opened:
             return
         self.opened = True
-        radio, context, hosts = self.members[0]
+        radio = self.radios[0]
         params, standard, budget = radio.params, radio.standard, radio.budget
-        everybody = hosts * len(self.members)
-        if len(self.members) > 1:
+        context, hosts = radio.context, radio.hosts
+        everybody = hosts * len(self.radios)
+        if len(self.radios) > 1:
             budget = replace(budget, channels=np.concatenate([
-                member.radio.budget.channels for member in self.members]),
+                one.budget.channels for one in self.radios]),
                 shadows=Shadows(params.shadowing, everybody, context.stream)
                 if params.shadowing else None)
         self._hosts, self._context, self._budget = len(hosts), context, budget
@@ -74,10 +66,10 @@ class Air:
         self._fades = None if params.fading is None else params.fading.of(
             everybody, context.stream, standard.carrier_hz(params.channel),
             params.reception.found_dbm)
-        keys = np.array([member.context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
-                         for member in self.members for host in hosts], np.uint64)
+        keys = np.array([one.context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
+                         for one in self.radios for host in hosts], np.uint64)
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
-        self._judges = [member.context.judge_transmission for member in self.members]
+        self._judges = [one.context.judge_transmission for one in self.radios]
         judged = any(judge is not None for judge in self._judges)
         self.stations = Stations(standard, keys, errors, params.reception.for_stations(),
                                  params.queue, params.retries,
@@ -94,13 +86,13 @@ class Air:
         self._updated_ns, self._epoch, self._places = 0, -1, np.empty((0, 2))
         self._mean: RadioLinks  # the links without fading, and with it
         self._links: RadioLinks
-        self._alone = len(self.members) == 1
+        self._alone = len(self.radios) == 1
         self._plain = self._alone and not judged  # all stations that hear a frame may have it
         self._seen: list[np.ndarray] = []
 
     def send(self, number: int, frame: ports.Frame, size_bytes: int, last_bytes: int, rate: int,
              rts: bool) -> bool:
-        """Queue a frame of the member of that ``number``, of packets of so many bytes on the air.
+        """Queue a frame of the radio of that ``number``, of packets of so many bytes on the air.
         Returns whether the queue had a place for it."""
         now_ns = self._context.now_ns
         if self._settled_ns != now_ns:
@@ -187,7 +179,7 @@ class Air:
 
     def _where(self, now_ns: int) -> np.ndarray:
         """[stations, 2] m of several radios, the same object until somebody moves."""
-        places = [member.context.positions(now_ns) for member in self.members]
+        places = [radio.context.positions(now_ns) for radio in self.radios]
         if any(now is not then for now, then in zip_longest(places, self._seen)):
             self._seen, self._together = places, np.concatenate(places)
         return self._together
@@ -195,7 +187,7 @@ class Air:
     def _settle_frame(self, what: int, station: int, waiting: QueuedFrame) -> None:
         """Settle a frame that has left its queue."""
         frame, number = waiting.frame, station // self._hosts
-        context = self.members[number].context
+        context = self.radios[number].context
         if what == EXPIRED:
             context.settle_many(frame, frame.receivers, _EXPIRED)
         elif frame.broadcast:
@@ -240,16 +232,15 @@ class Airs:
     def __init__(self) -> None:
         self.all: list[Air] = []
 
-    def join(self, member: Member) -> None:
+    def join(self, radio: DcfRadio) -> None:
         """Let a radio share the air with those that have a channel in common with it, in the same
         band. Raises ``InputError`` where their channels overlap without being the same, or where
         the radios differ in what this model knows only once for all who share the air."""
-        radio = member.radio
         joined = Air()
-        joined.members.append(member)
+        joined.radios.append(radio)
         own = joined.channels()
         for air in list(self.all):
-            other = air.members[0].radio
+            other = air.radios[0]
             if other.standard.band_hz != radio.standard.band_hz:
                 continue
             numbers = air.channels()
@@ -257,7 +248,7 @@ class Airs:
                 if air.opened:
                     raise ModelError("a radio starts when others on its channel have begun to send")
                 _check(radio, other)
-                joined.members[:0] = air.members
+                joined.radios[:0] = air.radios
                 self.all.remove(air)
             for one in sorted(own):
                 near = [number for number in sorted(numbers)
@@ -267,8 +258,8 @@ class Airs:
                                      "medium, which this model knows nothing of; allowed: the "
                                      f"same, or {radio.standard.channels_apart} and more apart")
         self.all.append(joined)
-        for member in joined.members:
-            member.radio.air = joined
+        for member in joined.radios:
+            member.air = joined
 
 
 def _check(radio: DcfRadio, other: DcfRadio) -> None:

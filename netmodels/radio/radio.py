@@ -53,8 +53,9 @@ class Radio:
 
     def __init__(self, params: Params) -> None:
         self.rung = _RUNGS[params.fidelity](params)
-        lend(self, self.rung, "reasons", "attempts", "busy_ns", "control", "judges_transmissions",
-             "links", "reach_m", "refuses", "separates", "signal", "switched")
+        # ``send`` too: the medium calls the rung's own, not by way of this class.
+        lend(self, self.rung, "reasons", "send", "attempts", "busy_ns", "control", "links",
+             "judges_transmissions", "reach_m", "refuses", "separates", "signal", "switched")
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self.rung.start(context, hosts)

@@ -107,7 +107,7 @@ class CompiledQueues(Generic[T]):
                 self._own(self._queues._replace(
                     flows=_longer(self._queues.flows, self._free_flows)))
             record = names[name] = self._free_flows.pop()
-            self._queues.flows[record] = (-1, -1, 0, -1, 0)
+            self._queues.flows[record] = ((-1, -1), 0, -1, 0)
         return record
 
 

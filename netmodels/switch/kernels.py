@@ -24,8 +24,7 @@ INTERFACE = np.dtype([("end_ns", "i8"), ("sending", "i8"), ("new", LIST), ("old"
 
 # A flow: the list of its frames; the bytes that it may send in its turn; the flow behind it in a
 # list of its interface, and whether it is in one.
-FLOW = np.dtype([("first", "i8"), ("last", "i8"), ("deficit", "i8"), ("next", "i8"),
-                 ("listed", "i8")])
+FLOW = np.dtype([("frames", LIST), ("deficit", "i8"), ("next", "i8"), ("listed", "i8")])
 
 # A frame: the one behind it in its flow, its packets (``PacketTrain``), how many have begun. Its
 # exit, when the last of its packets leaves that, how many were lost there; the record for its next
@@ -69,14 +68,14 @@ def _arrays_at(rows):
                   carray(pointer(rows[4, 0]), (rows[4, 1],), NOTE))
 
 
-@lean(void(from_dtype(LIST), _flows, _i8))
-def _append(queue, flows, k):
-    """Append flow k to a list of flows."""
-    flows[k].next = -1
+@lean([void(from_dtype(LIST), records, _i8) for records in (_flows, _frame[::1])])
+def _append(queue, records, k):
+    """Append record k, a flow or a frame, to a list of such."""
+    records[k].next = -1
     if queue.first < 0:
         queue.first = k
     else:
-        flows[queue.last].next = k
+        records[queue.last].next = k
     queue.last = k
 
 
@@ -91,13 +90,13 @@ def _take(queues, line):
         if k < 0:
             return -1
         flow = flows[k]
-        f = flow.first
+        f = flow.frames.first
         if f >= 0 and flow.deficit > 0:
             frame = frames[f]
             flow.deficit -= frame.long_bytes if frame.begun < frame.longer else frame.short_bytes
             frame.begun += 1
             if frame.begun == frame.packets:
-                flow.first = frame.next
+                flow.frames.first = frame.next
             return f
         queue.first = flow.next
         if flow.deficit <= 0:
@@ -130,12 +129,7 @@ def put(rows, port, begin_ns, k, f):
     queues = _arrays_at(rows[0])
     flows, frames, line = queues.flows, queues.frames, queues.interfaces[port]
     flow = flows[k]
-    frames[f].next = -1
-    if flow.first < 0:
-        flow.first = f
-    else:
-        frames[flow.last].next = f
-    flow.last = f
+    _append(flow.frames, frames, f)
     if flow.listed == 0:
         flow.listed, flow.deficit = 1, QUANTUM_BYTES
         _append(line.new, flows, k)

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from desim import ports
 from desim.units import BitRate, ByteSize, Level, Period
 from netmodels.ethernet import FULL_BYTES
-from netmodels.radio.air import Air, Airs, Member
+from netmodels.radio.air import Air, Airs
 from netmodels.radio.budget import Budget
 from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.fading import Fading
@@ -153,11 +153,11 @@ class DcfRadio:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params = self.params
-        self._context = context
+        self.context, self.hosts = context, hosts
         self.rate, self._broadcast_rate = chosen_rates(
             params.standard, params.rate_bps, params.broadcast_rate_bps)
         self.budget = params.budget(context, hosts, self._heard_dbm(), params.reception.found_dbm)
-        context.shared("radio", Airs).join(Member(self, context, hosts))
+        context.shared("radio", Airs).join(self)
 
     @cached_property
     def _air(self) -> Air:
@@ -168,7 +168,7 @@ class DcfRadio:
     @cached_property
     def _number(self) -> int:
         """This radio's index among those that share the air."""
-        return [member.radio for member in self._air.members].index(self)
+        return self._air.radios.index(self)
 
     def _heard_dbm(self) -> float:
         """Mean power below which a signal is ignored: too weak to interfere, and too weak to be
@@ -180,7 +180,7 @@ class DcfRadio:
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
         """``ports.PredictsSignal``: of unicast packets, one attempt each; means over fading."""
-        power_dbm = self.budget.received_dbm(from_m, to_m, self._context.obstacles)
+        power_dbm = self.budget.received_dbm(from_m, to_m, self.context.obstacles)
         return ports.Signal(power_dbm, self._share(power_dbm))
 
     def _share(self, power_dbm: np.ndarray) -> np.ndarray:
@@ -194,14 +194,14 @@ class DcfRadio:
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """For how long each of ``hosts`` was sending or its carrier sense was busy. The medium is
         not busy where it is merely reserved (802.11's NAV)."""
-        busy_ns = self._air.stations.busy_ns(self._context.now_ns)
+        busy_ns = self._air.stations.busy_ns(self.context.now_ns)
         first = self._number * len(self.budget.channels)
         return [int(busy_ns[first + host]) for host in hosts]
 
     def attempts(self) -> tuple[int, int]:
         """Transmissions of data so far, and how many transmissions had no reply (of RTS too)."""
         self._air.catch_up()
-        counts, hosts = self._air.stations.counts(self._context.now_ns), len(self.budget.channels)
+        counts, hosts = self._air.stations.counts(self.context.now_ns), len(self.budget.channels)
         own = slice(self._number * hosts, (self._number + 1) * hosts)
         return int(counts.transmitted[own].sum()), int(counts.failures[own].sum())
 
@@ -211,7 +211,7 @@ class DcfRadio:
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """``ports.KnowsLinks``: of full packets that are sent once while nobody else is on the air.
         """
-        context = self._context
+        context = self.context
         links = self.budget.links(context.positions(context.now_ns), context.obstacles)
         share = self._share(10 * np.log10(links.mw))
         found = share > 0.0
@@ -225,4 +225,4 @@ class DcfRadio:
             limit = self.params.rts_bytes
             rate, rts = self.rate, limit is not None and size_bytes > limit
         if not self._air.send(self._number, frame, size_bytes, last_bytes, rate, rts):
-            self._context.settle_many(frame, frame.receivers, _QUEUE_FULL)
+            self.context.settle_many(frame, frame.receivers, _QUEUE_FULL)
