@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from statistics import mean, median
-from types import MappingProxyType
 
 from desim.middleware.dds.dds import Dds
 from desim.ports.cases import Check
@@ -28,7 +27,6 @@ DISCOVERY = {
 ONE_BY_ONE = ((4, 10, 1, 416), (8, 0, 0.5, 1115), (8, 10, 0.5, 2433))
 EVERYTHING_BY_MULTICAST = ((2, 0, 18.3), (2, 1, 20.1), (2, 10, 34.8), (4, 10, 158.6))
 SEEDS = range(2)
-NO_PARAMS: Mapping[str, object] = MappingProxyType({})
 
 
 def checks() -> Iterator[Check]:
@@ -73,14 +71,15 @@ def at_rest() -> Iterator[Check]:
 
 
 def _fleet(hosts: int, topics: int, preset: str, seed: int, starts_s: Sequence[float] = (),
-           params: Mapping[str, object] = NO_PARAMS) -> Laboratory:
+           params: Mapping[str, object] | None = None) -> Laboratory:
     def begin(node: LabNode) -> None:
         for topic in range(topics):
             node.publishes(f"/t{topic}", 0, 0, queue=10)
             node.listens(f"/t{topic}", queue=10)
 
-    return Laboratory({f"robot_{k}": begin for k in range(hosts)},
-                 Dds(Dds.Params(preset=preset, **params)), seed=seed, starts_s=starts_s)
+    dds = Dds(Dds.Params(preset=preset, **(params or {})))
+    return Laboratory({f"robot_{k}": begin for k in range(hosts)}, dds, seed=seed,
+                      starts_s=starts_s)
 
 
 # Preset, B of a sample, Hz, depth, loss of a packet: mean, median and 90 % in ms.
@@ -129,7 +128,7 @@ def _delays_ms(preset: str, size_bytes: int, rate_hz: int, depth: int, loss: flo
     """The delays of the samples of ``length_s`` seconds, of those that arrive within 8 s after
     these. The reader starts before the writer."""
     bench = Laboratory({"a": lambda node: node.publishes("/talk", size_bytes, rate_hz, queue=depth),
-                   "b": lambda node: node.listens("/talk")}, Dds(Dds.Params(preset=preset)),
-                  starts_s=(2, 0), rules=[Lossy(loss, 8)], seed=seed).run(8 + length_s + 8)
+                        "b": lambda node: node.listens("/talk")}, Dds(Dds.Params(preset=preset)),
+                       starts_s=(2, 0), rules=[Lossy(loss, 8)], seed=seed).run(8 + length_s + 8)
     return [1000 * (at - born) for at, _, _, born in bench.node("b").received
             if 8 <= born < 8 + length_s]

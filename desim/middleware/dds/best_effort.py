@@ -51,15 +51,11 @@ class BestEffort(BroadcastCarrier[BestEffortSample]):
 
     def connect(self, receivers: list[int]) -> list[int]:
         old = self._known
-        by_medium: dict[Route, list[int]] = {}
-        self._unrouted = []
+        by_medium: dict[Route | None, list[int]] = {}
         for receiver in sorted(receivers):
-            medium = self._context.route(self._host, receiver)
-            if medium is None:
-                self._unrouted.append(receiver)
-            else:
-                by_medium.setdefault(medium, []).append(receiver)
-        self._routes = [(medium, tuple(part)) for medium, group in by_medium.items()
+            by_medium.setdefault(self._context.route(self._host, receiver), []).append(receiver)
+        self._unrouted = by_medium.pop(None, [])
+        self._routes = [(medium, tuple(part)) for medium, group in by_medium.items() if medium
                         for part in ([group] if self._multicast else [[one] for one in group])]
         self._known = {receiver: self._dds.reader(self._host, receiver, self._topic)
                        for group in by_medium.values() for receiver in group}

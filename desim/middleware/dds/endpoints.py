@@ -169,9 +169,8 @@ class Endpoints:
                        lambda remote: (remote.series, tuple(mails)))
 
     def _parted(self, items: list[Item]) -> list[list[Item]]:
-        """Cut repeated items where a heartbeat to all rides (see
-        ``heartbeat_piggyback.Spent``): that one is a message of its own, and ends
-        the one before it."""
+        """Cut repeated items behind each that a heartbeat to all follows (see ``Spent``): that
+        heartbeat is a message of its own, and ends the one before it."""
         parts: list[list[Item]] = [[]]
         if self._spent is None:
             return [items]
@@ -258,8 +257,9 @@ class Endpoints:
 
     def acknowledged(self, remote: RemoteParticipant, _: Collection[int], series: int, got: int,
                      missing: tuple[int, ...], asks: bool) -> None:
-        """``remote`` has ``got`` so many of a series and misses some; with ``asks`` it wants a
-        heartbeat. If its series is an earlier one, it has none of the present items."""
+        """``remote`` has the first ``got`` items of a series and lacks those ``missing``; with
+        ``asks`` it wants a heartbeat. If the series is an earlier one, it has none of the present
+        items."""
         first = not remote.answered
         if first:
             remote.answered = True

@@ -64,14 +64,16 @@ class Participant:
     def advertise(self, topic: str) -> None:
         if topic not in self.writers:
             self.writers[topic] = None
-            size_bytes = self.dds.wire.writer_bytes("rt" + topic, TYPE_NAME, QUEUED)
-            self.endpoints.write(Item(self.guid, ItemKind.WRITER, topic, size_bytes))
+            self.endpoints.write(Item(
+                self.guid, ItemKind.WRITER, topic,
+                self.dds.wire.writer_bytes("rt" + topic, TYPE_NAME, QUEUED)))
 
     def subscribe(self, topic: str) -> None:
         if topic not in self.readers:
             self.readers[topic] = None
-            size_bytes = self.dds.wire.reader_bytes("rt" + topic, TYPE_NAME, QUEUED)
-            self.endpoints.write(Item(self.guid, ItemKind.READER, topic, size_bytes))
+            self.endpoints.write(Item(
+                self.guid, ItemKind.READER, topic,
+                self.dds.wire.reader_bytes("rt" + topic, TYPE_NAME, QUEUED)))
             for remote in self.remotes.values():
                 if topic in remote.writers:
                     self._reads(remote, topic)

@@ -227,12 +227,12 @@ class RtpsDialect:
     # Discovery.
 
     def writer_bytes(self, topic: str, type_name: str, quality: int) -> int:
-        """A DATA that announces a writer."""
+        """The bytes of a DATA that announces a writer."""
         return (self.writer_base_bytes + _padded(topic) + _padded(type_name)
                 + quality * self.qualities)
 
     def reader_bytes(self, topic: str, type_name: str, quality: int) -> int:
-        """A DATA that announces a reader."""
+        """The bytes of a DATA that announces a reader."""
         return (self.reader_base_bytes + _padded(topic) + _padded(type_name)
                 + quality * self.qualities)
 

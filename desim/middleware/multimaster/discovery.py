@@ -130,8 +130,8 @@ class Discovery:
         self._context = context = processes.context
         self._timing = timing(params)
         self._others = [other for other in range(len(context.hosts)) if other != host]
-        named = sorted(context.hosts.index(name) for name in dict.fromkeys(params.robot_hosts))
-        self._named = [other for other in named if other != host]
+        self._named = [other for other in self._others
+                       if context.hosts[other] in params.robot_hosts]
         self._life = Lifetime(context, host)
         self._firsts = 0 if self._timing.counted else params.first_notifications
         self._seen_changes = -1  # changes of the own master at the last poll

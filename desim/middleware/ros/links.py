@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 
 class RosLink:
     """A link from ``process``, which subscribes to ``topic``, to the publisher at ``uri``. It lives
-    until ``drop``. What fails is tried again by the client library's schedule, always at the same
-    address, or waits until the master lists the publisher once more (``asked`` is False then)."""
+    until ``drop``. A step that fails is tried again by the client library's schedule, always at the
+    same address, or when the master lists the publisher once more (until then ``asked`` is False).
+    """
 
     def __init__(self, process: Process, topic: str, uri: Uri) -> None:
         self.process, self.topic, self.uri = process, topic, uri

@@ -111,9 +111,9 @@ class Udpros:
     learns that one is gone. A subscriber that asks again is a new receiver."""
 
     def __init__(self, datagrams: Transport, publication: RosPublication) -> None:
-        self._datagrams = datagrams
-        self._publication = publication
+        self._datagrams, self._publication = datagrams, publication
         self._asked: dict[int, RosLink] = {}
+        self.send, self.close, self.waiting = datagrams.send, datagrams.close, datagrams.waiting
 
     def connect(self, receivers: list[int]) -> list[int]:
         links = self._publication.links
@@ -122,12 +122,3 @@ class Udpros:
                                  if self._asked.get(receiver) is asked[receiver]])
         self._asked = asked
         return self._datagrams.connect(receivers)
-
-    def send(self, message: Message, only: list[int] | None = None) -> None:
-        self._datagrams.send(message, only)
-
-    def close(self, reason: str) -> None:
-        self._datagrams.close(reason)
-
-    def waiting(self) -> int:
-        return self._datagrams.waiting()

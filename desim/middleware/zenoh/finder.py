@@ -40,9 +40,9 @@ class Finder:
     def begin(self, router: ZenohRouter) -> None:
         self._router = router
         if self._params.discovery == "multicast":
-            most_ns = self._params.scout_jitter_ns
             stream = self._context.stream("zenoh", "scouts", self._host, router.life)
-            self._book(self._host, int(stream.integers(most_ns + 1)), self._scout)
+            self._book(self._host, int(stream.integers(self._params.scout_jitter_ns + 1)),
+                       self._scout)
         for endpoint in self._endpoints if self.listens else self._endpoints[:1]:
             self._book(endpoint, 0, self._call)
 
