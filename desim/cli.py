@@ -12,7 +12,9 @@ from desim.commands.usage import Commands
 app = typer.Typer(cls=Commands, no_args_is_help=True, add_completion=False,
                   pretty_exceptions_enable=False, invoke_without_command=True,
                   help="Simulate a fleet of robots and the networks between them, on one clock.",
-                  epilog="With --traceback, anywhere, a plug-in's error shows its traceback.")
+                  epilog="Exit codes: 0 done, 1 failed or a check does not hold, 2 wrong input, "
+                         "130 interrupted. With --traceback, anywhere, a plug-in's error shows "
+                         "its traceback.")
 
 
 @app.callback()

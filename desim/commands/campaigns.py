@@ -32,18 +32,20 @@ def sweep(design: DesignPath,
                           "system", show_default=False)] = None,
           cluster: Annotated[str | None, typer.Option(
               metavar="local|slurm|pbs|ADDRESS|FILE", show_default=False,
-              help="run there, by Dask; ADDRESS: of a Dask scheduler, tcp://host:port; FILE: YAML "
-                   "about a cluster (docs/cluster.md)")] = None,
+              help="run on a cluster, by Dask; ADDRESS: of a Dask scheduler, tcp://host:port; "
+                   "FILE: YAML about a cluster (docs/cluster.md)")] = None,
           only: Annotated[list[str], typer.Option(
-              metavar="PARAMETER=LEVEL", help="a part of the vectors; can be given again")] = [],  # noqa: B006
+              metavar="PARAMETER=LEVEL", help="vectors with this level; can be given again")] = [],  # noqa: B006
           retry_failed: Annotated[bool, typer.Option(
               "--retry-failed", help="run again what failed")] = False,
           dry_run: Annotated[bool, typer.Option(
               "--dry-run", help="list the runs and predict the time, run nothing")] = False,
           quiet: Annotated[bool, typer.Option("--quiet", help="print nothing but errors")] = False,
           ) -> None:
-    """Run a design: all its runs that are not done yet. Stopped at any moment, the same command
-    goes on from there. Exit code 1 where runs failed."""
+    """Run a design: all its runs that are not done yet.
+
+    If it was stopped, the same command goes on from there. Exit code 1 if runs failed.
+    """
     with exit_codes():
         from desim.commands.views import sweep as view
 
@@ -129,10 +131,10 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
                metavar="A.B.C=V1,V2,...", help="a key of the scenario and its values")]
            = "coordination.strategy=nearest_frontier,random_frontier",
            seeds: Annotated[int, typer.Option(min=1, help="runs of each value on each rung")] = 5,
-           metric: Annotated[str, typer.Option(help="by which values are ranked")]
+           metric: Annotated[str, typer.Option(help="the metric by which the values are ranked")]
            = "exploration_time_s",
            overrides: Annotated[list[str], typer.Option(
-               "--set", metavar="A.B.C=VALUE", help="another value; can be given again")] = [],  # noqa: B006
+               "--set", metavar="A.B.C=VALUE", help="a key's value; can be given again")] = [],  # noqa: B006
            out: Annotated[Path | None, typer.Option(
                help="the campaign's folder (default: results/ladder_...)",
                show_default=False)] = None,
@@ -141,7 +143,10 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
                show_default=False)] = None,
            quiet: Annotated[bool, typer.Option("--quiet", help="print nothing but errors")] = False,
            ) -> None:
-    """Compare settings on every rung of the fidelity ladder: does their ranking hold?"""
+    """Compare settings on every rung of the fidelity ladder: does their ranking hold?
+
+    Exit code 1 if runs failed.
+    """
     with exit_codes():
         from desim.commands.views import sweep as view
 
@@ -172,14 +177,17 @@ def deploy(design: DesignPath,
                min=1, help="virtual machines on a node (default: the scenario's "
                            "testbed.robots_per_node)", show_default=False)] = None,
            image: Annotated[str, typer.Option(
-               metavar="SIZE", help="of a virtual machine's image")] = "6.8 GB",
-           model: Annotated[str, typer.Option(help="a network plug-in, of the cluster's LAN")] = (
+               metavar="SIZE", help="size of a virtual machine's image")] = "6.8 GB",
+           model: Annotated[str, typer.Option(help="network model of the cluster's LAN")] = (
                "switch"),
-           rate: Annotated[str, typer.Option(help="of the LAN's links")] = "1 Gb/s",
+           rate: Annotated[str, typer.Option(help="rate of the LAN's links")] = "1 Gb/s",
            as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
            ) -> None:
-    """Plan the paper's cluster for a design: nodes, which robots are on which, how the image of
-    their virtual machines gets there, and what the runs would take in real time."""
+    """Plan the paper's cluster for a design.
+
+    It prints the nodes, which robots are on which, how the image of their virtual machines gets
+    there, and what the runs would take in real time.
+    """
     with exit_codes():
         from desim.commands import options
         from desim.commands.views.sweep import console

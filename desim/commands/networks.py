@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def net(context: typer.Context,
         case: Annotated[str | None, typer.Argument(
             metavar="CASE", show_default=False, help="a name that desim net lists")] = None,
-        seed: Annotated[int | None, typer.Option(min=0, help="of all random numbers")] = None,
+        seed: Annotated[int | None, typer.Option(min=0, help="seed of all random numbers")] = None,
         as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
         usage: Annotated[bool, typer.Option("--help", help="the options of the case")] = False,
         ) -> None:
@@ -115,12 +115,14 @@ def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_d
              medium: Annotated[str | None, typer.Option(
                  help="the name of a medium (the first)", show_default=False)] = None,
              overrides: Annotated[list[str], typer.Option(
-                 "--set", metavar="A.B.C=VALUE", help="another value; can be given again")] = [],  # noqa: B006
+                 "--set", metavar="A.B.C=VALUE", help="a key's value; can be given again")] = [],  # noqa: B006
              to: Annotated[Path | None, typer.Option(
                  help="file to write, png, pdf or svg (default: results/<name>/coverage.png)",
                  show_default=False)] = None) -> None:
-    """A picture of what a radio reaches in a scenario's terrain, from one place and between the
-    hosts at the start."""
+    """A picture of what a radio reaches in a scenario's terrain.
+
+    It shows the reach from one place, and the links between the hosts at the start.
+    """
     with exit_codes():
         from desim.scenario.load import load
 

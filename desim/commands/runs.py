@@ -22,9 +22,9 @@ RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", s
 
 def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
                                                  help="a scenario's YAML file")],
-        seed: Annotated[int | None, typer.Option(help="instead of the scenario's")] = None,
+        seed: Annotated[int | None, typer.Option(help="a seed, not the scenario's")] = None,
         overrides: Annotated[list[str], typer.Option(
-            "--set", metavar="A.B.C=VALUE", help="another value; can be given again")] = [],  # noqa: B006
+            "--set", metavar="A.B.C=VALUE", help="a key's value; can be given again")] = [],  # noqa: B006
         until: Annotated[str | None, typer.Option(
             metavar="DURATION", help="short for --set stop.elapsed=DURATION")] = None,
         out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
@@ -88,8 +88,10 @@ def trace(path: RunPath,
               metavar="TIME", show_default=False,
               help="list what was under way then, e.g. 63s")] = None,
           ) -> None:
-    """The story of one message: every row about it, in order, and where the time went. Without a
-    number: a list of messages to choose from."""
+    """The story of one message: every row about it, in order, and where the time went.
+
+    Without a number: a list of messages to choose from.
+    """
     with exit_codes():
         at_ns = None if at is None else _instant(at)
         with compiling(False):
@@ -99,7 +101,7 @@ def trace(path: RunPath,
 
 
 def diff(first: RunPath, second: RunPath) -> None:
-    """The first trace row in which two runs differ, with the rows around it."""
+    """The first trace row in which two runs differ; exit code 1 if there is one."""
     with exit_codes():
         with compiling(False):
             from desim.commands.views.differences import difference
@@ -125,16 +127,19 @@ def figure(path: RunPath,
 
 def graph(path: RunPath,
           at: Annotated[str | None, typer.Option(
-              metavar="TIME", help="when, e.g. 63s (default: at the end)",
+              metavar="TIME", help="the instant, e.g. 63s (default: the end)",
               show_default=False)] = None,
           topic: Annotated[str | None, typer.Option(
-              help="of this topic only", show_default=False)] = None,
+              help="matches of this topic only", show_default=False)] = None,
           to: Annotated[Path | None, typer.Option(
               help="draw it into this file, png, pdf or svg", show_default=False)] = None,
           as_json: Annotated[bool, typer.Option("--json", help="all of it, as JSON")] = False,
           ) -> None:
-    """The beliefs of all hosts about each other, beside the truth: hosts seen online or not,
-    matches of publishers and subscribers that are known or missing, and ghosts."""
+    """The beliefs of all hosts about each other, beside the truth.
+
+    It shows hosts that are seen online or not, matches of publishers and subscribers that are known
+    or missing, and ghosts.
+    """
     with exit_codes():
         at_ns = None if at is None else _instant(at)
         with compiling(as_json):
