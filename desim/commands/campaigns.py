@@ -88,7 +88,7 @@ def _predict(plan: Plan, agenda: Agenda, jobs: int | None, console: Terminal) ->
     if done < total:
         with view.counting(console, f"probing, {probes.BUDGET_S:.0f} s at most") as probing:
             found = driver.predicted(plan, agenda, probing)
-        view.show_prediction(console, found, jobs or driver.cores())
+        view.show_prediction(console, *found, jobs or driver.cores())
 
 
 def _carried_out(sweep: Sweep, jobs: int | None, settings: Settings | None, console: Terminal,
@@ -203,4 +203,4 @@ def deploy(design: DesignPath,
         if as_json:
             say_json(view.json_object(deployment))
         else:
-            view.show(deployment)
+            view.show(deployment, console(quiet=False))

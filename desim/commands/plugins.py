@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from desim.commands.exit_codes import exit_codes
-from desim.commands.output import say
+from desim.commands.output import say, say_json
 
 
 def plugins() -> None:
@@ -31,8 +31,6 @@ def describe(plugin: Annotated[str, typer.Argument(
 def schema() -> None:
     """The JSON Schema of scenario files, for editors."""
     with exit_codes():
-        import json
-
         from desim.scenario.schema.whole import Scenario
 
-        say(json.dumps(Scenario.model_json_schema(by_alias=True), indent=2))
+        say_json(Scenario.model_json_schema(by_alias=True))

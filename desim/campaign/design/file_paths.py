@@ -28,7 +28,7 @@ class FilePaths:
         self._data = loaded.design.model_dump(mode="json", by_alias=True)
         # Dotted names of plug-ins, wherever they stand.
         self._named = dict.fromkeys(text for part in (self._data, loaded.base[0])
-                                    for _, text in _leaves(part, ()) if ":" in text)
+                                    for _, text in leaves(part, ()) if ":" in text)
 
     def has(self, path: Path, text: str) -> bool:
         """Whether ``text``, which stands at ``path`` of the design, is a path."""
@@ -58,7 +58,7 @@ class FilePaths:
         key = getattr(self._design.parameters.get(name), "key", None)
         if key is not None:
             yield (*path_of(key), *below)
-        for path, text in _leaves(self._data, ()):
+        for path, text in leaves(self._data, ()):
             if text == f"${name}":
                 for place in self._places(path, (*met, name)):
                     yield (*place, *below)
@@ -78,8 +78,9 @@ class FilePaths:
                    for name in (*plugins.available(choice.kind), *self._named))
 
 
-def _leaves(data: object, path: Path) -> Iterator[tuple[Path, str]]:
+def leaves(data: object, path: Path) -> Iterator[tuple[Path, str]]:
+    """The texts in ``data``, which stands at ``path``, with their own paths."""
     if isinstance(data, str):
         yield path, data
     for step, below in items(data):
-        yield from _leaves(below, (*path, step))
+        yield from leaves(below, (*path, step))

@@ -9,6 +9,7 @@ from functools import cache
 from typing import NamedTuple
 
 from desim.campaign.design.design import MOST_RUNS, LoadedDesign, Until
+from desim.campaign.design.file_paths import leaves
 from desim.campaign.design.parameters import Level, Setting, parameters_of
 from desim.campaign.design.quantities import quantity
 from desim.campaign.design.vectors import Combination, combinations
@@ -159,18 +160,10 @@ def _refuse_iterations(loaded: LoadedDesign) -> None:
 def _refuse_unused(loaded: LoadedDesign) -> None:
     """Refuse a parameter without a key that nothing refers to. Raises ``InputError``."""
     design = loaded.design
-    used = set(_references([design.set, design.stop, design.measure,
-                            *(getattr(shape, "levels", {}) for shape in
-                              design.parameters.values())]))
+    settings = [design.set, design.stop, design.measure,
+                *(getattr(shape, "levels", {}) for shape in design.parameters.values())]
+    used = {text[1:] for _, text in leaves(settings, ()) if text.startswith("$")}
     for name, shape in design.parameters.items():
         if getattr(shape, "key", "levels") is None and name not in used:
             raise loaded.wrong(("parameters", name), "sets nothing: give it a key, or use "
                                                      f"${name} in set or in levels")
-
-
-def _references(value: object) -> list[str]:
-    if isinstance(value, dict):
-        return [name for below in value.values() for name in _references(below)]
-    if isinstance(value, (list, tuple)):
-        return [name for below in value for name in _references(below)]
-    return [value[1:]] if isinstance(value, str) and value.startswith("$") else []

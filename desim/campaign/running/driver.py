@@ -6,7 +6,6 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import NamedTuple
 
 from desim.campaign.design.plan import Plan
 from desim.campaign.running import probes
@@ -20,24 +19,15 @@ from desim.results.row import Row
 _FORECAST_EVERY_S = 3.0  # it takes up to 0.1 s for a campaign of thousands of runs
 
 
-class Prediction(NamedTuple):
-    """The cost of the remaining runs, and the ``costs`` of the runs that this rests on: finished,
-    or (``by_probes``) probes. ``forecast`` is None where every probe has failed."""
-
-    forecast: Forecast | None
-    costs: list[Cost]
-    by_probes: bool
-
-
-def predicted(plan: Plan, agenda: Agenda, probing: Callable[[int, int], object]) -> Prediction:
-    """The prediction from the finished runs; without any, from probes. ``probing`` is called with
-    the number of probes that are done and of all."""
-    costs = finished_costs(agenda)
-    by_probes = not costs
-    if by_probes:
-        costs = probes.probed(plan, agenda, probes.BUDGET_S, probing)
-    return Prediction(forecast(plan, agenda, costs) if costs else None,
-                      [cost for own in costs.values() for cost in own], by_probes)
+def predicted(plan: Plan, agenda: Agenda, probing: Callable[[int, int], object],
+              ) -> tuple[Forecast | None, list[Cost], bool]:
+    """The cost of the remaining runs, the costs of the runs that this rests on, and whether these
+    are probes: they are where no run has finished yet. None where every probe has failed.
+    ``probing`` is called with the number of probes that are done and of all."""
+    finished = finished_costs(agenda)
+    costs = finished or probes.probed(plan, agenda, probes.BUDGET_S, probing)
+    return (forecast(plan, agenda, costs) if costs else None,
+            [cost for own in costs.values() for cost in own], not finished)
 
 
 def cores() -> int:

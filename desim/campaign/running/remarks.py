@@ -19,11 +19,14 @@ def remarks(plan: Plan, metrics: Metrics, agenda: Agenda) -> list[str]:
         return []
     found = raised(metrics, rows)
     lines = [raised_remark(name, *one, len(rows)) for name, one in found.items()]
-    empty = [name for name in _asked(plan) if name not in found
+    design, wide, rule = plan.design, agenda.wide, plan.design.iterations
+    # The design's own metrics, and those that it shows or waits for, but for patterns.
+    asked = dict.fromkeys((*design.metrics, *design.report.metrics,
+                           *([rule.metric] if isinstance(rule, Until) else [])))
+    empty = [name for name in asked if "*" not in name and name not in found
              and all(metrics.of(row).get(name) is None for row in rows)]
     if empty:
         lines.append(f"no run has a value of {', '.join(empty)}")
-    wide, rule = agenda.wide, plan.design.iterations
     if wide and isinstance(rule, Until):
         lines.append(f"the 95 % interval of {rule.metric} is still wider than {rule.width} in "
                      f"{len(wide)} of {len(plan.vectors)} vectors after {rule.at_most} runs each")
@@ -33,11 +36,3 @@ def remarks(plan: Plan, metrics: Metrics, agenda: Agenda) -> list[str]:
 def raised_remark(name: str, runs: int, error: str, finished: int) -> str:
     """A remark about a metric that raised."""
     return f"metric {name} raised in {runs} of {finished} runs: {error}"
-
-
-def _asked(plan: Plan) -> list[str]:
-    """The design's own metrics, and those that it shows or waits for, but for patterns."""
-    design = plan.design
-    until = getattr(design.iterations, "metric", None)
-    return [name for name in dict.fromkeys((*design.metrics, *design.report.metrics, until))
-            if name is not None and "*" not in name]

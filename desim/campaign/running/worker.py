@@ -31,9 +31,8 @@ def main(descriptor: int) -> None:
             task = connection.recv()
         except (EOFError, OSError):
             return
-        outcome: Row | InputError
         try:
-            outcome = work(task)
+            outcome: Row | InputError = work(task)
         except InputError as error:  # which ends the campaign
             outcome = error
         with suppress(OSError):  # the campaign may have been killed

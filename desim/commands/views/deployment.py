@@ -92,9 +92,8 @@ def json_object(deployment: Deployment) -> dict[str, object]:
     }
 
 
-def show(deployment: Deployment) -> None:
+def show(deployment: Deployment, console: Terminal) -> None:
     """Print the deployment."""
-    console = Terminal(highlight=False, soft_wrap=True, markup=False, emoji=False)
     design, chosen, bed, copying, needs = deployment
     nodes, machines = len(bed.nodes), bed.virtual_machines
     console.print(f"{design}: {nodes} node{'s' * (nodes != 1)} for {machines} virtual "

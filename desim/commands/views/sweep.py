@@ -16,7 +16,8 @@ from rich.progress import (
 
 from desim.blame import cause_of
 from desim.campaign.running.agenda import Agenda
-from desim.campaign.running.driver import Prediction, TimeLeft
+from desim.campaign.running.driver import TimeLeft
+from desim.campaign.running.prediction import Cost, Forecast
 from desim.campaign.running.remarks import remarks
 from desim.campaign.running.sweep import INDEX, TABLE, Sweep
 from desim.commands.views.terminal import Terminal
@@ -53,16 +54,17 @@ def show_runs(on: Terminal, agenda: Agenda) -> None:
     on.print(f"{total} runs, {done} done, {failed} of them failed")
 
 
-def show_prediction(on: Terminal, found: Prediction, jobs: int) -> None:
-    """Print what the remaining runs will cost, and how that is known."""
-    if found.forecast is None:
+def show_prediction(on: Terminal, expected: Forecast | None, costs: list[Cost], by_probes: bool,
+                    jobs: int) -> None:
+    """Print the ``expected`` cost of the remaining runs, and that it comes from ``costs``."""
+    if expected is None:
         on.print("no prediction: every probe has failed")
         return
-    count = len(found.costs)
-    source = f"from {count} finished runs" if not found.by_probes else (
-        f"from {count} probe{'s' * (count > 1)} of {sum(cost.cpu_s for cost in found.costs):.1f} "
-        f"s, {sum(cost.ended for cost in found.costs)} of them to the end")
-    expected_s, longest_s = found.forecast
+    count = len(costs)
+    source = f"from {count} finished runs" if not by_probes else (
+        f"from {count} probe{'s' * (count > 1)} of {sum(cost.cpu_s for cost in costs):.1f} s, "
+        f"{sum(cost.ended for cost in costs)} of them to the end")
+    expected_s, longest_s = expected
     on.print(f"{_duration(expected_s)} of CPU are to be expected ({source}), "
              f"{_duration(expected_s / jobs)} with {jobs} jobs on cores of their own; at most "
              f"{_duration(longest_s / jobs)}, every run to its time limit")
