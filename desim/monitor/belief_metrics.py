@@ -32,8 +32,8 @@ Pair = tuple[int, int]  # believer, other: places in ``hosts``
 class BeliefMetrics:
     """Watches ordered pairs (believer, other) of ``hosts``, those of the robots.
 
-    ``linked()`` says between which of ``hosts`` that are up, in their order, frames get now, [n, n]
-    bool; None: between all.
+    ``linked()`` gives [n, n] bool for those of ``hosts`` that are up, in their order: whether
+    frames get from one to the other now. None: between all.
     """
 
     def __init__(self, graph: Graph, hosts: Sequence[Host],

@@ -17,9 +17,9 @@ SENSORS = frozenset({"scan", "odom", "true_pose", "cmd_vel"})
 
 
 class Totals(NamedTuple):
-    """Between hosts, one per message and receiving host. ``unmatched`` stand beside those that are
-    ``sent``. ``bytes_on_air`` count headers and repetitions, and each broadcast once, without what
-    a model refused to take."""
+    """Counts of messages between hosts, one per message and receiving host; ``unmatched`` ones are
+    not among those ``sent``. ``bytes_on_air`` has headers and repetitions, each broadcast once, and
+    nothing that a model refused to take."""
 
     sent: int
     delivered: int

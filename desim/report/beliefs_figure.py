@@ -71,10 +71,10 @@ def _true(axes: Axes, beliefs: BeliefSnapshot, size: float) -> None:
             axes.scatter(place[view.other], place[view.believer], s=size, color="#2b2f36",
                          linewidth=0.8, zorder=3)
     axes.set_title("(b) The truth")
-    there = {view.reached: None for view in beliefs.views}
     _legend_below(axes, [
         *(Patch(facecolor=colour, edgecolor="grey", label=label)
-          for reached, (colour, label) in _REACHED.items() if reached in there),
+          for reached, (colour, label) in _REACHED.items()
+          if any(view.reached is reached for view in beliefs.views)),
         Patch(facecolor=_STOPPED, edgecolor="grey", label="host has stopped"),
         Line2D([], [], linestyle="none", marker="o", color="#2b2f36", markersize=6,
                label="there are matches")])

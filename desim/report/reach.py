@@ -15,6 +15,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from desim.errors import InputError, did_you_mean
+from desim.monitor.coverage import Ground
 from desim.network.medium import Medium
 from desim.ports import GridSpec, PredictsSignal
 from desim.report.run_figure import save
@@ -28,6 +29,7 @@ MOST_POINTS = 250_000  # of more cells, only every second one is drawn, or fewer
 _WALL = ListedColormap(["#2b2f36"])
 
 
+@rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 11})
 def draw(scenario: Scenario, at: str | None, medium: str | None, path: Path) -> str:
     """Write the picture to ``path``; its ending says the format (png, pdf, svg).
 
@@ -40,7 +42,17 @@ def draw(scenario: Scenario, at: str | None, medium: str | None, path: Path) -> 
     places = chosen.positions(0)
     names = [host.name for host in simulation.graph.hosts]
     label, place = _place(at, names, places)
-    return _drawn(simulation, chosen, model, names, places, label, place, path)
+    figure = Figure(figsize=(13, 6.2), dpi=160, layout="constrained")
+    one, all_ = figure.subplots(1, 2)
+    ground = simulation.monitor.ground
+    share = _around(one, model, ground, place)
+    one.set_title(f"(a) Received from {label}; white: {SHARE:.0%} of packets get through")
+    linked, pairs = _between(all_, model, ground, names, places)
+    all_.set_title(f"(b) Start of the fleet: {linked} of {pairs} links at {SHARE:.0%} or better")
+    figure.suptitle(f"{scenario.name}: medium {chosen.name}, nobody else on the air", fontsize=13)
+    save(figure, path)
+    return (f"{share:.1%} of the reachable area gets {SHARE:.0%} of packets from {label}; "
+            f"{linked} of {pairs} links between hosts at the start do")
 
 
 def _medium(simulation: Simulation, name: str | None) -> tuple[Medium, PredictsSignal]:
@@ -74,26 +86,9 @@ def _place(at: str | None, names: list[str], places: np.ndarray) -> tuple[str, n
     return f"({x_m:g}, {y_m:g}) m", np.array([x_m, y_m])
 
 
-@rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 11})
-def _drawn(simulation: Simulation, medium: Medium, model: PredictsSignal, names: list[str],
-           places: np.ndarray, label: str, place: np.ndarray, path: Path) -> str:
-    figure = Figure(figsize=(13, 6.2), dpi=160, layout="constrained")
-    one, all_ = figure.subplots(1, 2)
-    ground = simulation.monitor.ground
-    share = _around(one, model, ground.grid, ground.solid, ground.reachable, place)
-    one.set_title(f"(a) Received from {label}; white: {SHARE:.0%} of packets get through")
-    linked, pairs = _between(all_, model, ground.grid, ground.solid, names, places)
-    all_.set_title(f"(b) Start of the fleet: {linked} of {pairs} links at {SHARE:.0%} or better")
-    figure.suptitle(f"{simulation.scenario.name}: medium {medium.name}, nobody else on the air",
-                    fontsize=13)
-    save(figure, path)
-    return (f"{share:.1%} of the reachable area gets {SHARE:.0%} of packets from {label}; "
-            f"{linked} of {pairs} links between hosts at the start do")
-
-
-def _around(axes: Axes, model: PredictsSignal, grid: GridSpec, solid: np.ndarray,
-            reachable: np.ndarray, place: np.ndarray) -> float:
+def _around(axes: Axes, model: PredictsSignal, ground: Ground, place: np.ndarray) -> float:
     """Draw the reach of one place; returns the share of the reachable area that it covers."""
+    grid = ground.grid
     step = max(1, int(np.ceil(np.sqrt(grid.width * grid.height / MOST_POINTS))))
     x_m = grid.x_m + (np.arange(0, grid.width, step) + 0.5) * grid.resolution_m
     y_m = grid.y_m + (np.arange(0, grid.height, step) + 0.5) * grid.resolution_m
@@ -105,13 +100,13 @@ def _around(axes: Axes, model: PredictsSignal, grid: GridSpec, solid: np.ndarray
     axes.figure.colorbar(shown, ax=axes, label="received power [dBm]", shrink=0.8)
     if delivery.min() < SHARE <= delivery.max():
         axes.contour(x_m, y_m, delivery, [SHARE], colors="white", linewidths=1.4)
-    _walls(axes, grid, solid)
+    _walls(axes, ground)
     axes.plot(*place, "o", color="red", markeredgecolor="white", markersize=6)
-    enough = delivery[reachable[::step, ::step]] >= SHARE
+    enough = delivery[ground.reachable[::step, ::step]] >= SHARE
     return float(enough.mean()) if enough.size else 0.0
 
 
-def _between(axes: Axes, model: PredictsSignal, grid: GridSpec, solid: np.ndarray, names: list[str],
+def _between(axes: Axes, model: PredictsSignal, ground: Ground, names: list[str],
              places: np.ndarray) -> tuple[int, int]:
     """Draw the links; returns the number of pairs that reach each other well, and of all."""
     placed = np.flatnonzero(np.isfinite(places).all(axis=1))
@@ -127,7 +122,7 @@ def _between(axes: Axes, model: PredictsSignal, grid: GridSpec, solid: np.ndarra
     axes.add_collection(links)
     axes.figure.colorbar(links, ax=axes, label="share of full packets that get through once",
                          shrink=0.8)
-    _walls(axes, grid, solid)
+    _walls(axes, ground)
     axes.plot(*places[placed].T, "o", color="black", markersize=3.5)
     if len(placed) <= 12:
         for k in placed.tolist():
@@ -135,11 +130,11 @@ def _between(axes: Axes, model: PredictsSignal, grid: GridSpec, solid: np.ndarra
     return int((delivery >= SHARE).sum()), len(one)
 
 
-def _walls(axes: Axes, grid: GridSpec, solid: np.ndarray) -> None:
-    axes.imshow(np.ma.masked_equal(solid, 0), origin="lower", extent=_extent(grid), cmap=_WALL,
+def _walls(axes: Axes, ground: Ground) -> None:
+    extent = _extent(ground.grid)
+    axes.imshow(np.ma.masked_equal(ground.solid, 0), origin="lower", extent=extent, cmap=_WALL,
                 vmin=0, vmax=1, interpolation="nearest")
-    axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=_extent(grid)[:2],
-             ylim=_extent(grid)[2:])
+    axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", xlim=extent[:2], ylim=extent[2:])
 
 
 def _extent(grid: GridSpec) -> tuple[float, float, float, float]:

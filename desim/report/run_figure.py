@@ -26,7 +26,7 @@ NAMED = 10  # up to so many robots have a line each in the legend, more share a 
 
 _UNKNOWN, _FREE, _SOLID, _WRONG = "#c9cdd2", "#ffffff", "#2b2f36", "#d62728"
 _DOOR, _MOVER, _SPLIT = "#f2b705", "#000000", "#b8a3d9"
-_BENDS = 12  # pieces that the way of a second is drawn in
+_BENDS = 12  # straight pieces that a robot's way of one second is drawn with
 _PREFIX = "bytes_per_s:"
 
 
@@ -154,8 +154,7 @@ def _movers(axes: Axes, run: Run) -> list[Artist]:
 def _knowledge(axes: Axes, run: Run) -> None:
     cells = run.map.cells
     _raster(axes, run.map)
-    known = cells >= 0
-    wrong = known & ((cells > 0) != (run.truth.cells > 0))
+    wrong = (cells >= 0) & ((cells > 0) != (run.truth.cells > 0))
     axes.imshow(np.ma.masked_where(~wrong, wrong), cmap=ListedColormap([_WRONG]), vmin=0, vmax=1,
                 origin="lower", extent=run.map.extent_m, interpolation="nearest")
     metrics = run.metrics

@@ -41,7 +41,7 @@ class PairBelief(NamedTuple):
 
     @property
     def mistaken(self) -> bool:
-        """Taken for online and out of reach, or taken for gone and in reach."""
+        """Whether the other one is taken for online and out of reach, or for gone and in reach."""
         return (self.reached is not None and self.sees != "never"
                 and (self.sees == HostState.ONLINE) != self.reached)
 
@@ -70,8 +70,8 @@ class BeliefSnapshot(NamedTuple):
 
     @property
     def seen(self) -> dict[str, int]:
-        """Ordered pairs (believer, other) of whom the believer is up, by what it takes the other
-        one for."""
+        """The numbers of ordered pairs (believer, other) whose believer is up, by the state that it
+        assumes of the other."""
         count = Counter(view.sees for view in self.views if self.up[view.believer])
         return {state: count[state] for state in (*HostState, "never")}
 
@@ -97,13 +97,13 @@ class BeliefSnapshot(NamedTuple):
 
     @property
     def divergence(self) -> float:
-        """As ``desim.middleware.beliefs.Beliefs`` has it."""
+        """The share of missing matches and ghosts, as in ``desim.middleware.beliefs.Beliefs``."""
         wrong = self.missing + self.ghosts
         return wrong / max(1, self.known + wrong)
 
     @property
     def headline(self) -> str:
-        """All of it in two lines: matches, and pairs (believer, other) of hosts."""
+        """The snapshot in two lines: matches, and pairs (believer, other) of hosts."""
         pairs = ", ".join(f"{number} {'never seen' if state == 'never' else f'seen {state}'}"
                            for state, number in self.seen.items() if number)
         reached = ("" if self.parts is None else

@@ -66,7 +66,7 @@ class RunFolder:
                 resolved(scenario, self._partial))
 
     def begin(self, names: Names, hosts: tuple[str, ...]) -> None:
-        """``names`` of the run's trace, ``hosts`` in index order: tables can be opened now."""
+        """Open the tables. ``names`` are those of the run's trace, ``hosts`` are in index order."""
         with self._writing():
             if self.trace_sink is not None:
                 self._trace = parquet.TraceTable(self._partial / "trace.parquet", names)
@@ -75,9 +75,9 @@ class RunFolder:
                                                       hosts)
 
     def finish(self, monitor: Monitor, now_ns: int, manifest: Json) -> Path | None:
-        """Write what the run came to, and put the folder in its place, which is returned; None if
-        a finished run stays there instead. ``manifest`` has ``status`` and ``digest`` and what the
-        caller measured."""
+        """Write the results and move the folder to its place. Returns that place, or None if a
+        finished run is there already and stays. ``manifest`` has ``status`` and ``digest`` and what
+        the caller measured."""
         summary = {**summarize(monitor, now_ns), "digest": manifest["digest"]}
         with self._writing():
             self._close_tables()
@@ -95,7 +95,7 @@ class RunFolder:
             return self._publish(manifest)
 
     def abandon(self, manifest: Json) -> None:
-        """The run failed: keep what there is, with a manifest that says so."""
+        """Keep what there is of a failed run, with a manifest that says so."""
         with self._writing():
             self._close_tables()
             self._publish(manifest)
@@ -157,8 +157,8 @@ class RunFolder:
         return self.path
 
     def _put_in_place(self, written: list[str]) -> None:
-        """By one rename, after everything is on the disk: whatever happens, what has the run's name
-        is whole."""
+        """Move the folder to its place by one rename, after everything is on the disk, so that a
+        folder with the run's name is always whole."""
         for name in written:
             settled(self._partial / name)
         (self._partial / _LOCK).unlink()

@@ -23,8 +23,8 @@ class Paired(NamedTuple):
     ``difference``: mean of first - second with its t interval. ``t_p``, ``wilcoxon_p``: two-sided.
     ``cohen_dz``: mean difference in standard deviations of the differences. ``rank_biserial``, in
     [-1, 1]: 1 where the first is above the second for all seeds. ``above``, ``equal``, ``below``:
-    for so many seeds the first is above the second, and so on; which of them are wins is the
-    metric's matter. None: too few seeds, or nothing that varies.
+    the numbers of seeds for which the first is above, equal to and below the second; whether above
+    is better depends on the metric. None: too few seeds, or nothing that varies.
     """
 
     difference: Interval

@@ -56,12 +56,11 @@ def interval(values: ArrayLike, level: float = 0.95, seed: int = 0,
 def t_interval(values: ArrayLike, level: float = 0.95) -> Interval:
     """mean +- t_{n-1} s / sqrt(n), exact for normal values (Student 1908)."""
     data = sample(values)
-    found = _degenerate(data)
-    if found is None:
-        half = stats.t.ppf((1 + level) / 2, len(data) - 1) * data.std(ddof=1) / len(data)**0.5
-        mean = float(data.mean())
-        found = Interval(mean, float(mean - half), float(mean + half), len(data), "t")
-    return found
+    if (found := _degenerate(data)) is not None:
+        return found
+    half = stats.t.ppf((1 + level) / 2, len(data) - 1) * data.std(ddof=1) / len(data)**0.5
+    mean = float(data.mean())
+    return Interval(mean, float(mean - half), float(mean + half), len(data), "t")
 
 
 def bca_interval(values: ArrayLike, level: float = 0.95, seed: int = 0,
@@ -71,17 +70,14 @@ def bca_interval(values: ArrayLike, level: float = 0.95, seed: int = 0,
     without that it holds the mean of 30 normal values in 93 %, not 95 %. The same values and seed
     give the same interval, in whatever order the values stand."""
     data = np.sort(sample(values))
-    found = _degenerate(data)
-    if found is None:
-        # Resamples are drawn some at a time, which changes no draw and bounds the memory.
-        bounds = stats.bootstrap((data,), np.mean, confidence_level=widened(level, len(data)),
-                                 n_resamples=resamples, method="BCa",
-                                 batch=max(1, 4_000_000 // len(data)),
-                                 random_state=Streams(seed)("statistics", "bca"),
-                                 ).confidence_interval
-        found = Interval(float(data.mean()), float(bounds.low), float(bounds.high), len(data),
-                         "bca")
-    return found
+    if (found := _degenerate(data)) is not None:
+        return found
+    # Resamples are drawn some at a time, which changes no draw and bounds the memory.
+    bounds = stats.bootstrap((data,), np.mean, confidence_level=widened(level, len(data)),
+                             n_resamples=resamples, method="BCa",
+                             batch=max(1, 4_000_000 // len(data)),
+                             random_state=Streams(seed)("statistics", "bca")).confidence_interval
+    return Interval(float(data.mean()), float(bounds.low), float(bounds.high), len(data), "bca")
 
 
 def widened(level: float, n: int) -> float:

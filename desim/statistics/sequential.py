@@ -69,13 +69,10 @@ def coverage_of(rule: StoppingRule, mean: float = 0.0, deviation: float = 1.0,
         raise ValueError(f"the deviation must be above zero, got {deviation}")
     experiments = max(100, min(experiments, _MOST_DRAWS // rule.at_most))
     draw = Streams(seed)("statistics", "sequential")
-    held = narrow = values = 0
     batch = max(1, 500_000 // rule.at_most)
-    for begin in range(0, experiments, batch):
-        size = (min(batch, experiments - begin), rule.at_most)
-        found = _played(rule, mean, draw.normal(mean, deviation, size))
-        held, narrow, values = (total + int(more) for total, more in
-                                zip((held, narrow, values), found, strict=True))
+    held, narrow, values = np.sum([_played(rule, mean, draw.normal(
+        mean, deviation, (min(batch, experiments - begin), rule.at_most)))
+        for begin in range(0, experiments, batch)], axis=0).tolist()
     share = held / experiments
     return IntervalCoverage(share, (share * (1 - share) / experiments)**0.5, values / experiments,
                     narrow / experiments, experiments)

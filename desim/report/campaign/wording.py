@@ -42,19 +42,19 @@ def probability(p: float | None) -> str:
 
 
 def counted(count: int, one: str, many: str | None = None) -> str:
-    """``1 run``, ``2 runs``."""
+    """A number with its noun: ``1 run``, ``2 runs``."""
     return f"{number(count, 9)} {one if count == 1 else many or one + 's'}"
 
 
 def listed(words: Sequence[str], most: int = 12) -> str:
-    """``a, b and c``, shortened."""
+    """The words as a list, ``a, b and c``, shortened."""
     if len(words) > most:
         words = [*words[:most], f"{len(words) - most} more"]
     return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]])) if words else "none"
 
 
 def titled(metric: str) -> str:
-    """``exploration time [s]``, ``resync delay, mean [s]``."""
+    """The title of a metric: ``exploration time [s]``, ``resync delay, mean [s]``."""
     for fold in ("mean", "max", "end"):
         if metric.endswith(tuple(f"{ending}_{fold}" for ending in _UNITS)):
             name, bracket, unit = titled(metric.removesuffix(f"_{fold}")).partition(" [")
@@ -66,7 +66,7 @@ def titled(metric: str) -> str:
 
 
 def quantity(value: float, unit: str) -> str:
-    """``3.2 Mb/s`` of 3.2e6 b/s; other units as they are."""
+    """A value with its unit: ``3.2 Mb/s`` of 3.2e6 b/s; other units as they are."""
     if unit == "b/s":
         for factor, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
             if abs(value) >= factor:

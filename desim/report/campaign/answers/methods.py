@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from desim.campaign.design.design import (
     Design,
@@ -25,13 +24,14 @@ from desim.report.campaign import wording
 from desim.report.campaign.numbers import TIMES, Axis, Study
 from desim.report.campaign.numbers.contrasts import Contrast
 from desim.results.run import Run
+from desim.results.seal import Json
 from desim.scenario import yaml12
 from desim.statistics.intervals import BOOTSTRAP_FROM, BOOTSTRAP_TO, widened
 
-_LISTED = 40
-_MOST_READ = 200  # manifests
-_MOST_BYTES = 10_000_000
-_LONGEST_TEXT = 60_000  # of a file that the page holds
+_LISTED = 40  # levels of a parameter in a sentence
+_MOST_READ = 200  # manifests, one of each vector
+_MOST_BYTES = 10_000_000  # of a design; more is no design
+_LONGEST_TEXT = 60_000  # letters of a file that the page holds
 
 
 class Sources:
@@ -44,7 +44,7 @@ class Sources:
         self._ids = [ids[vector.rows[0]] for vector in study.vectors[:_MOST_READ]]
 
     @cached_property
-    def manifest(self) -> dict[str, Any] | None:
+    def manifest(self) -> Json | None:
         """Versions and machine, and the plug-ins of all vectors."""
         found = [run.manifest for run in self._runs()]
         if not found:
@@ -53,7 +53,7 @@ class Sources:
         return {**found[0], "plugins": plugins}
 
     @cached_property
-    def stop(self) -> dict[str, Any]:
+    def stop(self) -> Json:
         """The stop conditions of a run."""
         try:
             return yaml12.parse(self.scenario or "", "scenario.resolved.yaml")[0].get("stop", {})
@@ -71,11 +71,10 @@ class Sources:
     @cached_property
     def design(self) -> str | None:
         """The campaign's own copy of its design."""
-        try:
+        with suppress(OSError):
             text = content(self._folder / "design.yaml", _MOST_BYTES)
-        except OSError:
-            return None
-        return text.decode(errors="replace")[:_LONGEST_TEXT]
+            return text.decode(errors="replace")[:_LONGEST_TEXT]
+        return None
 
     def _runs(self) -> Iterator[Run]:
         """The runs whose folder is there and unchanged."""
@@ -108,8 +107,9 @@ def _made(study: Study, sources: Sources) -> str:
     if design.set:
         text += f", with {_settings(design.set)}"
     # What a parameter sets differs from run to run.
+    varied = {getattr(shape, "key", None) for shape in design.parameters.values()}
     shared = {key: value for key, value in (sources.stop or design.stop).items()
-              if value is not None and f"stop.{key}" not in map(_key, design.parameters.values())}
+              if value is not None and f"stop.{key}" not in varied}
     stop = f" A run stopped at {_settings(shared)}, whatever came first." if shared else ""
     measure = f" Measured: {_settings(design.measure)}." if design.measure else ""
     return text + "." + stop + measure
@@ -117,13 +117,9 @@ def _made(study: Study, sources: Sources) -> str:
 
 def _design(study: Study) -> str:
     design = study.design
-    text = []
-    if study.axes:
-        told = "; ".join(_levels(study, name) for name in study.axes)
-        text.append(f"{_vectors(study)} of {wording.counted(len(study.axes), 'parameter')} were "
-                    f"run: {told}.")
-    else:
-        text.append("One vector, without parameters, was run.")
+    levels = "; ".join(_levels(study, name) for name in study.axes)
+    text = [f"{_vectors(study)} of {wording.counted(len(study.axes), 'parameter')} were run: "
+            f"{levels}." if study.axes else "One vector, without parameters, was run."]
     counts = [len(vector.rows) for vector in study.vectors]
     if isinstance(design.iterations, Until):
         rule = design.iterations
@@ -175,9 +171,6 @@ def _vectors(study: Study) -> str:
         return f"The values one by one ({count})"
     return f"A list of {count}"
 
-
-def _key(shape: Any) -> str | None:
-    return getattr(shape, "key", None)
 
 
 def sets(design: Design, name: str) -> str:
@@ -247,11 +240,11 @@ def _statistics(study: Study, intervals: set[str], resamples: int, metrics: list
     return " ".join(text)
 
 
-def _settings(settings: dict[str, Any]) -> str:
+def _settings(settings: Mapping[str, object]) -> str:
     return ", ".join(f"{key} = {value if isinstance(value, str) else _short(value)}"
                      for key, value in settings.items())
 
 
-def _short(value: Any) -> str:
+def _short(value: object) -> str:
     text = json.dumps(value)
     return text if len(text) <= 80 else "(see the design)"

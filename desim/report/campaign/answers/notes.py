@@ -18,13 +18,14 @@ from desim.statistics.sequential import IntervalCoverage, coverage_of
 
 _MOST_ERRORS = 10  # causes of failure with a line each
 _MANY = 10  # runs, from which t intervals hold 90 % and more of what we tried (docs/statistics.md)
-_MOST_TESTED = 1000  # vectors; more would need some seconds
+_MOST_TESTED = 1000  # vectors that are looked at one by one
 # Level of the test, and the fewest residuals: three vectors of five runs. Simulated: of 3, 10, 20
 # such vectors 1, 6, 44 % get the warning where values are normal, and 33, 81, 99 % where one run of
 # five is far from the others; a level 20 % higher or lower changes these by 6 points at most.
 _ODD, _FEWEST_RESIDUALS = 0.01, 15
 _DIGITS = 2  # of the spread, so that vectors alike are simulated once
-_MOST_SIMULATED = 24  # different spreads, half a second each
+_MOST_SIMULATED = 24  # different spreads, up to half a second each
+_MOST_NAMED = 6  # vectors in a sentence
 
 
 def failures(study: Study) -> str:
@@ -82,7 +83,7 @@ def about_width(study: Study, estimates: Estimates) -> str:
     return "" if not wide else (
         f"The 95 % interval of {until.metric} was still wider than {until.width} in {len(wide)} of "
         f"{wording.counted(len(study.vectors), 'vector')} after {until.at_most} runs each"
-        f"{f': {wording.listed(wide, 6)}' if study.axes else ''}.")
+        f"{f': {wording.listed(wide, _MOST_NAMED)}' if study.axes else ''}.")
 
 
 def coverage(study: Study, estimates: Estimates, metric: str) -> dict[int, IntervalCoverage]:

@@ -16,9 +16,10 @@ from desim.report.campaign.tables.table import ReportTable
 from desim.statistics.intervals import t_interval
 from desim.statistics.sensitivity import SobolIndices, indices
 
-_MOST_DOTS = 600
-_BINS = 8
-_FEWEST_IN_BINS = 24
+_MOST_DOTS = 600  # of vectors in a panel; more hide each other
+_BINS = 8  # equal parts of the vectors, each with its mean
+_FEWEST_IN_BINS = 24  # vectors: three a part, since Student's t of two is 12.7 deviations wide
+_BAR, _STEP = 0.32, 0.36  # heights; two bars fill most of a parameter's row
 
 
 def scatter_figure(study: Study, estimates: Estimates, metric: str) -> Figure:
@@ -86,8 +87,8 @@ def sobol_figure(study: Study, found: list[SobolIndices], metric: str) -> Figure
     for k, label in enumerate(("first order", "total")):
         for i, one in enumerate(found):
             value, low, high = np.array(one[3 * k:3 * k + 3], float)
-            at = i + (k - 0.5) * 0.36
-            axes.barh(at, value, 0.32, color=colour(k), alpha=0.75, label=None if i else label)
+            at = i + (k - 0.5) * _STEP
+            axes.barh(at, value, _BAR, color=colour(k), alpha=0.75, label=None if i else label)
             axes.plot([low, high], [at, at], color=INK, linewidth=1.2, marker="|", markersize=5)
     axes.set_yticks(range(len(found)), list(study.axes))
     axes.invert_yaxis()

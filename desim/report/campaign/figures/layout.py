@@ -37,9 +37,9 @@ def finish(figure: Figure, all_axes: list[Axes], panels: list[Panel], title: str
             axes.set_xlabel("")
     for axes in all_axes[::2]:
         axes.set_ylabel(title)
-    lines = {line.label: line for panel in panels for line in panel.lines if line.label}
-    keys = [Line2D([], [], color=colour(line.style), marker=marker(line.style), markersize=5,
-                   label=label) for label, line in lines.items()] + more
+    styles = {line.label: line.style for panel in panels for line in panel.lines if line.label}
+    keys = [Line2D([], [], color=colour(style), marker=marker(style), markersize=5, label=label)
+            for label, style in styles.items()] + more
     if keys:
         figure.legend(handles=keys, loc="outside upper left", ncols=min(len(keys), 3),
                       columnspacing=1.4, handlelength=1.8)

@@ -19,7 +19,7 @@ from desim.results.run import Run
 _MOST_LINES = 6  # in a panel
 _MOST_PANELS = 4
 _MOST_RUNS = 30  # read of a vector
-_INSTANTS = 121
+_INSTANTS = 121  # points of a curve, which spans half of the page
 _DASHES = ("-", (0, (6, 1.5)), (0, (4, 1.5, 1, 1.5)), (0, (2, 1.2)), (0, (1, 1)), "-")
 
 

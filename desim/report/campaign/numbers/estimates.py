@@ -160,8 +160,7 @@ class Estimates:
 
     def _made(self, metric: str, vector: VectorRuns) -> Estimate:
         study, rows = self._study, vector.rows
-        failed = study.failed[rows]
-        counts = len(rows), int(study.reached[rows].sum()), int(failed.sum())
+        counts = len(rows), int(study.reached[rows].sum()), int(study.failed[rows].sum())
         if metric in TIMES:
             return self._time(metric, rows[self.watched(metric)[rows]], counts)
         column = study.column(metric)[rows]

@@ -201,7 +201,8 @@ class Study:
                 if axis is not self.against and axis is not self.by and len(axis.labels) > 1]
 
     def label(self, vector: VectorRuns, *axes: Axis) -> str:
-        """``bandwidth = 3 Mb/s, deployment = field``, of all parameters unless some are named."""
+        """A vector in words, ``bandwidth = 3 Mb/s, deployment = field``: all of its parameters
+        unless some are named."""
         return ", ".join(f"{axis.name} = {axis.label(vector)}"
                          for axis in axes or self.axes.values())
 
