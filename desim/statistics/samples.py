@@ -29,6 +29,4 @@ def aligned(first: ArrayLike, second: ArrayLike) -> tuple[np.ndarray, np.ndarray
 def spread(values: np.ndarray, scale: float) -> float:
     """The standard deviation (n - 1) of two values or more; 0 where they differ by no more than
     the rounding of numbers as large as ``scale``."""
-    if np.ptp(values) <= 1e-12 * scale:
-        return 0.0
-    return float(values.std(ddof=1))
+    return 0.0 if np.ptp(values) <= 1e-12 * scale else float(values.std(ddof=1))

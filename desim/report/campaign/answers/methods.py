@@ -167,9 +167,7 @@ def _vectors(study: Study) -> str:
         return f"The {count} that {shape.function} lists"
     if shape == "all":
         return f"All combinations ({count})"
-    if shape == "zip":
-        return f"The values one by one ({count})"
-    return f"A list of {count}"
+    return f"The values one by one ({count})" if shape == "zip" else f"A list of {count}"
 
 
 

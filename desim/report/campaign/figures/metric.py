@@ -25,6 +25,7 @@ from desim.report.log_axis import plain
 
 _MOST_DOTS = 800  # in a figure
 _SMALL, _LARGE = 10.0, 62.0  # area of symbols [pt^2], for no success and for the most
+_ASIDE = 0.012  # share of the axis from the first line's symbol at a value to the last line's
 _BANDS = 3  # lines whose knees are drawn over the whole height
 _WIDE_RANGE = 50.0  # largest over smallest value of a metric with a logarithmic scale
 
@@ -140,9 +141,9 @@ class _Painter:
         x = axis.places(line.vectors)
         if not axis.is_numeric:
             return x + 0.5 * place
-        if axis.log:
-            return x * (axis.numbers[-1] / axis.numbers[0]) ** (0.012 * place)
-        return x + 0.012 * place * np.ptp(axis.numbers)
+        aside = _ASIDE * place
+        return x * (axis.numbers[-1] / axis.numbers[0]) ** aside if axis.log \
+            else x + aside * np.ptp(axis.numbers)
 
     def _dots(self, axes: Axes, x: np.ndarray, found: list[Estimate], shade: str) -> None:
         at = np.concatenate([np.full(one.n, where) for where, one in zip(x, found, strict=True)])

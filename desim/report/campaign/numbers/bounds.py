@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 
-from desim.report.campaign.numbers.study import TIMES, Study
+from desim.report.campaign.numbers.study import Study
 
 Bounds = tuple[float, float]
 
@@ -33,14 +33,11 @@ def of(study: Study, metric: str) -> Bounds:
     names = _NAME.findall(formula)
     if "-" in formula or ":" in formula or any(_of_run(name)[0] < 0 for name in names):
         return ANY
-    values = study.column(metric)
-    if _QUOTIENT.fullmatch(formula) and not np.nanmax(values, initial=0.0) > 1.0:
-        return _SHARE
-    return _COUNT
+    is_share = _QUOTIENT.fullmatch(formula) \
+        and not np.nanmax(study.column(metric), initial=0.0) > 1.0
+    return _SHARE if is_share else _COUNT
 
 
 def _of_run(metric: str) -> Bounds:
     """The bounds of a metric of every run."""
-    if metric in TIMES:
-        return _COUNT
     return _KNOWN.get(metric, _SHARE if metric.endswith(("_percent", "_share")) else _COUNT)
