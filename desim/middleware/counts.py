@@ -67,16 +67,11 @@ class TopicCounts:
                  "called", "overwritten", "discarded")
 
     def __init__(self) -> None:
-        self.intended = 0
-        self.unmatched = 0
+        self.intended = self.unmatched = self.repeated = 0
         self.dropped: dict[str, int] = {}
         self.bytes = 0  # delivered, without any header
         self.latency = LatencyHistogram()
-        self.repeated = 0
-        self.queued = 0
-        self.called = 0
-        self.overwritten = 0
-        self.discarded = 0
+        self.queued = self.called = self.overwritten = self.discarded = 0
 
     @property
     def published(self) -> int:

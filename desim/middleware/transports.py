@@ -35,11 +35,16 @@ RTO_MAX_NS = 120_000_000_000  # Linux TCP_RTO_MAX
 
 
 @lru_cache(maxsize=1 << 12)
+def on_wire(payload_bytes: int) -> tuple[int, int]:
+    """Bytes with all headers, and segments, of a TCP train of ``payload_bytes``."""
+    segments = -(-payload_bytes // MSS_BYTES)
+    return payload_bytes + segments * SEGMENT_HEADER_BYTES, segments
+
+
+@lru_cache(maxsize=1 << 12)
 def stream_frame(size_bytes: int) -> tuple[int, int]:
     """Bytes with all headers, and segments, of a message of ``size_bytes`` over TCP."""
-    payload = size_bytes + LENGTH_BYTES
-    segments = -(-payload // MSS_BYTES)
-    return payload + segments * SEGMENT_HEADER_BYTES, segments
+    return on_wire(size_bytes + LENGTH_BYTES)
 
 
 @lru_cache(maxsize=1 << 12)
@@ -136,7 +141,7 @@ class StreamLink(Carrier["Message"]):
     estimated as twice the shortest frame delay.
     """
 
-    __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_send",
+    __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_send", "_record_loss",
                  "_limit", "_outbox", "_wire", "_train", "_trip_ns", "_tries", "_first_ns",
                  "_sent_ns", "_timer", "_closed", "_entity")
 
@@ -145,7 +150,7 @@ class StreamLink(Carrier["Message"]):
         self._from, self._from_id = source.index, source.id
         self._host = destination
         self._to, self._to_id = (destination.index,), destination.id
-        self._send = medium.transmit
+        self._send, self._record_loss = medium.transmit, source.graph.context.record_loss
         self._limit = limit
         self._outbox: deque[Message] = deque()
         self._wire: Message | None = None
@@ -187,7 +192,7 @@ class StreamLink(Carrier["Message"]):
         self._note_arrival()
         now_ns = self._graph.kernel.now_ns
         for reason in dict.fromkeys(lost.values()):
-            self._note_loss(message, reason, now_ns)
+            self._record_loss(self._from, receiver, message.seq, reason)
         sizes = packet_sizes(*self._train)
         acked_ns = now_ns + self._trip_ns  # the acknowledgement
         if len(sizes) - 1 in lost:  # no later segment shows that it is missing
@@ -201,9 +206,8 @@ class StreamLink(Carrier["Message"]):
             self._wire = None
             self._graph.drop(message, receiver, reason, self._first_ns, self._sent_ns)
             return
-        graph = self._graph
-        now_ns = graph.kernel.now_ns
-        self._note_loss(message, reason, now_ns)
+        self._record_loss(self._from, receiver, message.seq, reason)
+        now_ns = self._graph.kernel.now_ns
         self._wait(message, max(now_ns, fires_ns(self._sent_ns, self._patience_ns(), TICK_NS)))
         self._tries += 1
 
@@ -227,11 +231,6 @@ class StreamLink(Carrier["Message"]):
     @property
     def waiting(self) -> int:
         return len(self._outbox) + (self._wire is not None)
-
-    def _note_loss(self, message: Message, reason: str, now_ns: int) -> None:
-        graph = self._graph
-        graph.trace.row(now_ns, graph.LOST, self._to_id, self._from_id, message.seq,
-                        graph.names.id(reason))
 
     def _note_arrival(self) -> None:
         """Some of the segments that were sent last have arrived."""

@@ -1,9 +1,12 @@
-"""The rules in front of a medium."""
+"""The rules in front of a medium, and what each of them sees of it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
+from operator import attrgetter
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
 
 from desim.errors import ModelError, class_of
 from desim.network.account import Account
@@ -17,11 +20,15 @@ from desim.ports import (
     Frame,
     JudgesTransmissions,
     NetworkModel,
+    Obstacles,
     Pass,
     Retransmits,
     Rule,
     Verdict,
 )
+
+if TYPE_CHECKING:
+    from desim.network.medium import Medium
 
 T = TypeVar("T")
 
@@ -121,3 +128,22 @@ class Gate:
             if type(verdict) is not Pass:
                 raise no_verdicts(rule, verdicts, 1)
         return None
+
+
+class MediumView:
+    """The ``ports.RuleContext`` of the rule called ``name``."""
+
+    def __init__(self, medium: Medium, name: str) -> None:
+        self._medium = medium
+        self._name = name
+        self._kernel = medium._kernel
+        self.positions = medium.positions
+
+    now_ns = property(attrgetter("_kernel.now_ns"))
+
+    @property
+    def obstacles(self) -> Obstacles:
+        return self._medium.obstacles
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return self._medium.stream(self._name, *name)

@@ -22,10 +22,8 @@ from desim.network.account import Account
 from desim.network.answer_checks import arrival_of, check_packets, undeclared
 from desim.network.broadcast import Broadcast
 from desim.network.carrier import Carrier
-from desim.network.gate import Gate
-from desim.network.place import Nowhere, Surroundings
-from desim.network.reachability import Reachability
-from desim.network.rule_context import MediumView
+from desim.network.gate import Gate, MediumView
+from desim.network.place import Nowhere, Reachability, Surroundings
 from desim.network.terms import PLAIN, Claim, Terms
 from desim.ports import (
     CountsControl,

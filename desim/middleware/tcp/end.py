@@ -58,7 +58,8 @@ class End(AddressedCarrier[Control]):
     def join(self, far: End) -> None:
         """Wire the two ends together."""
         self.far = far
-        self.sender.transit.lead_to(far.receiver)
+        self.receiver.transit = far.sender.transit
+        self.receiver.transit.receiver = self.receiver
 
     # The handshake.
 

@@ -13,11 +13,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from desim.middleware.arp import AddressedCarrier
-from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.transit import FIN, Token, Train
 from desim.middleware.timers import NEVER
-from desim.middleware.transports import MSS_BYTES
+from desim.middleware.transports import MSS_BYTES, on_wire
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
@@ -102,7 +101,7 @@ class Express(AddressedCarrier[Flight]):
     def arrived(self, flight: Flight, receiver: int) -> None:
         if flight is not self.flight:
             self.join()
-            self._sender.transit.arrived(self._train(flight), receiver)
+            self._sender.transit.receiver.arrived(self._train(flight), receiver)
             return
         sender = self._sender
         if self.more or flight[0] > self._large_bytes:
@@ -124,16 +123,16 @@ class Express(AddressedCarrier[Flight]):
     def arrived_in_part(self, flight: Flight, receiver: int, lost: dict[int, str]) -> None:
         """Some packets of a message are lost: the ordinary stream repairs it."""
         self.join()
-        self._sender.transit.arrived_in_part(self._train(flight), receiver, lost)
+        self._sender.transit.receiver.arrived_in_part(self._train(flight), receiver, lost)
 
     def lost(self, flight: Flight, receiver: int, reason: str) -> None:
         """The medium lost it. The sender does not know; its timer will."""
         self.join()
-        self._sender.transit.lost(self._train(flight), receiver, reason)
+        self._sender.transit.receiver.lost(self._train(flight), receiver, reason)
 
     def repeated(self, flight: Flight, receiver: int) -> None:
         """A copy, which is a train like any other."""
-        self._sender.transit.repeated(self._train(flight), receiver)
+        self._sender.transit.receiver.repeated(self._train(flight), receiver)
 
     def join(self) -> None:
         """Move what is under way into the ordinary stream."""
@@ -172,19 +171,7 @@ class ImpliedReceiver(Receiver):
         super().__init__(connection, end, entity)
         self._up = connection.tcp.context.up
         self._peer = end.peer
-
-    def _take_next(self, size_bytes: int) -> None:
-        transit = self.transit
-        messages, delivered = transit.messages, transit.delivered
-        if len(messages) > delivered and messages[delivered][0] == self.nxt:  # one, and all of it
-            transit.delivered = delivered + 1
-            _, arrived, token, _ = messages[delivered]
-            self.acknowledge(1)
-            arrived(token)
-            return
-        self._deliver()
-        if self.open:
-            self.acknowledge(1)
+        self.prompt = True
 
     def acknowledge(self, segments: int) -> None:
         self.due_ns = 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from functools import lru_cache
 from itertools import pairwise
 from typing import Literal
 
@@ -108,13 +107,6 @@ class TcpParams(ports.Params):
         in_order("rto_min", self.rto_min_ns, "rto_max", self.rto_max_ns)
         in_order("first_rto", self.first_rto_ns, "rto_max", self.rto_max_ns)
         return self
-
-
-@lru_cache(maxsize=1 << 12)
-def on_wire(payload_bytes: int) -> tuple[int, int]:
-    """Bytes with all headers, and segments, of a train of ``payload_bytes``."""
-    segments = -(-payload_bytes // MSS_BYTES)
-    return payload_bytes + segments * SEGMENT_HEADER_BYTES, segments
 
 
 def runs(segments: int, lost: Collection[int]) -> list[tuple[int, int]]:

@@ -5,17 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
+from desim.middleware.arp import AddressedCarrier
 from desim.middleware.context import ACKS
 from desim.middleware.jiffies import fires_ns
-from desim.middleware.tcp.parameters import on_wire
-from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
+from desim.middleware.tcp.parameters import runs
+from desim.middleware.tcp.transit import Train
+from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES, on_wire
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
     from desim.middleware.tcp.end import End
     from desim.middleware.tcp.implied import Express
     from desim.middleware.tcp.sender import Sender
-    from desim.middleware.tcp.transit import Train, Transit
+    from desim.middleware.tcp.transit import Transit
     from desim.ports.networks import Handle
 
 _CONTROL = Phase.CONTROL  # of an instant, after what comes in it
@@ -23,39 +25,37 @@ _NEVER_NS = -1 << 62
 _FIRST_MSS_BYTES = 536  # what Linux takes for a full segment before it has seen a larger one
 
 
-class Receiver:
-    """Receives the trains of ``transit``; ``back`` is the sender at this end, with whose data an
-    acknowledgement may travel.
+class Receiver(AddressedCarrier[Train]):
+    """Receives the trains of ``transit``, as their carrier. ``back`` is the sender at this end,
+    with whose data an acknowledgement may travel.
 
     All before byte ``nxt`` has arrived; ``ranges`` are the bytes behind a gap, sorted and disjoint.
     All before ``acknowledged`` was acknowledged; the rest will be with the next data of this end,
     or at ``due_ns`` (0: there is no rest). Acknowledgements are delayed only in ``pingpong`` mode
     (this end answers each message), and for a full segment at most. Otherwise data is acknowledged
-    at once, because the reader is always waiting (Linux tcp_cleanup_rbuf).
+    at once, because the reader is always waiting (Linux tcp_cleanup_rbuf). A ``prompt`` receiver
+    acknowledges a whole message even before it hands it over.
     """
 
     __slots__ = ("end", "back", "transit", "open", "nxt", "ranges", "due_ns", "echo_ns",
-                 "received_ns", "acknowledged", "pingpong", "_full", "_every", "_delay_ns",
-                 "_tick_ns", "_timer", "_kernel", "_transmit", "_counts", "_frames", "_host", "_to",
-                 "_entity")
+                 "received_ns", "acknowledged", "pingpong", "prompt", "_full", "_every",
+                 "_delay_ns", "_tick_ns", "_timer", "_kernel", "_transmit", "_counts", "_frames",
+                 "_host", "_to", "_entity")
 
     transit: Transit
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         context = connection.tcp.context
         self.end, self.back = end, end.sender
-        self.open = False
-        self.nxt = 0
+        self.open = self.pingpong = self.prompt = False
+        self.nxt = self.acknowledged = 0
         self.ranges: list[tuple[int, int]] = []
-        self.due_ns = 0
-        self.echo_ns = 0
+        self.due_ns = self.echo_ns = 0
         self.received_ns = _NEVER_NS
-        self.acknowledged = 0
-        self.pingpong = False
         self._full = _FIRST_MSS_BYTES  # bytes of the largest segment seen
-        self._every = connection.tcp.params.ack_every
-        self._delay_ns = connection.tcp.params.delayed_ack_ns
-        self._tick_ns = connection.tcp.params.tick_ns
+        params = connection.tcp.params
+        self._every = params.ack_every
+        self._delay_ns, self._tick_ns = params.delayed_ack_ns, params.tick_ns
         self._timer: Handle | None = None
         self._kernel = context.kernel
         self._transmit = end.way.transmit
@@ -78,24 +78,36 @@ class Receiver:
         if not self.due_ns:
             self.echo_ns = sent_ns
             self.due_ns = now_ns + self._delay_ns
-        self._take_next(end - start)
-
-    def _take_next(self, size_bytes: int) -> None:
-        """Hand over and acknowledge what is simply the next, as it nearly always is."""
-        self._deliver()
-        if not self.due_ns:  # it was acknowledged by an answer, or all is over
+        transit = self.transit
+        messages, delivered = transit.messages, transit.delivered
+        if len(messages) > delivered and messages[delivered][0] == end:  # as nearly always: whole
+            transit.delivered = delivered + 1
+            _, arrived, token, _ = messages[delivered]
+            if self.prompt:
+                self.acknowledge(1)
+            arrived(token)
+        else:
+            self._deliver()
+            if self.prompt and self.open:
+                self.acknowledge(1)
+        if not self.due_ns:  # it was acknowledged, maybe by an answer, or all is over
             return
-        if size_bytes > self._full:
-            self._full = min(size_bytes, MSS_BYTES)
+        if end - start > self._full:
+            self._full = min(end - start, MSS_BYTES)
         pending = self.nxt - self.acknowledged
         if pending > self._full or not self.pingpong:
             self.acknowledge(pending // MSS_BYTES // self._every or 1)
         elif self._timer is None:
             self._wait()
 
-    def take_parts(self, pieces: list[tuple[int, int]], train: Train) -> None:
-        """These pieces of a train have arrived."""
-        _, end, ack, sent_ns, echo_ns, fin, _ = train
+    def arrived_in_part(self, train: Train, receiver: int, lost: dict[int, str]) -> None:
+        """Some segments have arrived, which the acknowledgement tells."""
+        start, end, ack, sent_ns, echo_ns, fin, count = train
+        bounds = ([start + (end - start) * number // count for number in range(count + 1)]
+                  if count else [*range(start, end, MSS_BYTES), end])
+        self.transit.lose([(bounds[number], bounds[number + 1], reason)
+                           for number, reason in lost.items()], end)
+        pieces = [(bounds[first], bounds[last]) for first, last in runs(len(bounds) - 1, lost)]
         if not self.open:
             fin = fin and pieces[0][1] == end
             self.end.stray(self, (*pieces[0], ack, sent_ns, echo_ns, fin, 0))
@@ -105,6 +117,17 @@ class Receiver:
             self.back.acked(ack, echo_ns)
         if self.open:
             self._take(pieces, sent_ns)
+
+    def lost(self, train: Train, receiver: int, reason: str) -> None:
+        self.transit.lose([(train[0], train[1], reason)], train[1])
+
+    def unresolved(self, train: Train) -> None:
+        """The train could not leave: only a retransmission counts (``RetransmissionTimer``)."""
+        self.transit.sender.retransmission.unresolved(train[0])
+
+    def repeated(self, train: Train, receiver: int) -> None:
+        """A copy that the network made is a segment like any other."""
+        self.arrived(train, receiver)
 
     def acknowledge(self, segments: int) -> None:
         """Send so many acknowledgements as one train of them."""

@@ -7,14 +7,13 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from desim.middleware.arp import AddressedCarrier
-from desim.middleware.tcp.parameters import on_wire
 from desim.middleware.tcp.repair import Repair
 from desim.middleware.tcp.retransmission import RetransmissionTimer
 from desim.middleware.tcp.scoreboard import Scoreboard
 from desim.middleware.tcp.transit import FIN, Token, Transit, parts
 from desim.middleware.tcp.window import CongestionWindow
 from desim.middleware.timers import NEVER
-from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
+from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES, on_wire
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
@@ -45,19 +44,17 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         super().__init__(connection.tcp.params)
         self.end = end
-        self.open = False
         self.nodelay = connection.nodelay
+        self.open = self.finishing = False
         self.express: Express | None = None
         self.transit = Transit(self)
         self._messages = self.transit.messages
         self.una = self.nxt = self.written = 0
         self.repair: Repair | None = None
         self._waiters: list[Callable[[], object]] = []
-        self.finishing = False
-        self.received_ns = 0
+        self.received_ns = self.sent_ns = 0
         self._small = 0  # end of the last segment that was not full
         self._trains: deque[tuple[int, int]] = deque()  # end, sent_ns of all but the last one
-        self.sent_ns = 0
         self._context = context = connection.tcp.context
         self._kernel = context.kernel
         self._record_frame = context.record_frame
@@ -351,7 +348,7 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
             self._record_frame(self._host_id, self._to_id, message.seq, size_bytes)
         else:
             self._context.record_control(kind, self._host, self._to_id, size_bytes)
-        self._transmit(self._host, self._to, size_bytes, segments, False, self.transit,
+        self._transmit(self._host, self._to, size_bytes, segments, False, self.transit.receiver,
                        (start, end, back.nxt, now_ns, back.answer(now_ns), False, segments))
 
     def _train(self, start: int, end: int) -> None:
@@ -381,5 +378,5 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
             headers = 0  # its first message bears them
         back = self.back
         fin = self.finishing and end == self.written
-        self._transmit(self._host, self._to, size_bytes, segments, False, self.transit,
+        self._transmit(self._host, self._to, size_bytes, segments, False, self.transit.receiver,
                        (start, end, back.nxt, now_ns, back.answer(now_ns), fin, 0))
