@@ -5,8 +5,8 @@ from __future__ import annotations
 import inspect
 import os
 import re
-from collections.abc import Iterator
 from pathlib import Path
+from traceback import walk_tb
 from types import FrameType
 from typing import NamedTuple
 
@@ -29,7 +29,7 @@ class Blame(NamedTuple):
 def blame(error: BaseException) -> Blame:
     """An error of a run in one line: ``strategy bad:Raises raised ZeroDivisionError:
     division by zero at bad.py:7 (robot_3, 2.35 s)``."""
-    frames = list(_frames(error))
+    frames = list(walk_tb(error.__traceback__))
     plugin, depth = _plugin(frames)
     when = _place(frames)
     kind, text = type(error).__name__, first_line(error)
@@ -48,14 +48,6 @@ def blame(error: BaseException) -> Blame:
 def cause_of(line: str) -> str:
     """A line of ``blame`` without host and time: equal causes have equal ones."""
     return _PLACE.sub("", line)
-
-
-def _frames(error: BaseException) -> Iterator[tuple[FrameType, int]]:
-    """Frames and line numbers from where it was caught to where it was raised."""
-    at = error.__traceback__
-    while at is not None:
-        yield at.tb_frame, at.tb_lineno
-        at = at.tb_next
 
 
 def _plugin(frames: list[tuple[FrameType, int]]) -> tuple[type | None, int]:

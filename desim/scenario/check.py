@@ -28,12 +28,9 @@ def complaints(scenario: Scenario, folder: Folder, wrong: tuple[Path, ...]) -> l
     """All that is wrong. Checks that read one of the ``wrong`` paths are left out: there stands a
     default now, and not what the user meant."""
     return [Complaint(path, text) for looks_at, check in _CHECKS
-            if not any(_touch(path, family) for path in wrong for family in looks_at)
+            if not any(all(a == b for a, b in zip(path, family, strict=False))
+                       for path in wrong for family in looks_at)
             for path, text in check(scenario, folder)]
-
-
-def _touch(path: Path, family: Path) -> bool:
-    return all(a == b for a, b in zip(path, family, strict=False))
 
 
 def _terrain(scenario: Scenario, folder: Folder) -> Found:

@@ -28,27 +28,21 @@ class Complaint(NamedTuple):
 
     def line(self, places: Places) -> str:
         """``file:line:column: path: text``."""
-        place = places.key(self.path) if self.at_key else places.value(self.path)
-        return ": ".join(filter(None, (str(place), dotted(self.path), self.text)))
+        return ": ".join(filter(None, (str(self.place(places)), dotted(self.path), self.text)))
+
+    def place(self, places: Places) -> SourcePlace:
+        return places.key(self.path) if self.at_key else places.value(self.path)
 
 
 def lines(found: list[Complaint], places: Places) -> list[str]:
     """The lines of all complaints, each once, in the order of the files; of very many the first
     ones, and the number of the others."""
-    def place(complaint: Complaint) -> SourcePlace:
-        of = places.key if complaint.at_key else places.value
-        return of(complaint.path)
-
-    return shortened(list(dict.fromkeys(complaint.line(places)
-                                        for complaint in sorted(found, key=place))))
-
-
-def shortened(complaints: list[str]) -> list[str]:
-    """Of very many complaints the first ones, and the number of the others."""
-    more = len(complaints) - MOST_SHOWN
-    return complaints if more <= 0 else [*complaints[:MOST_SHOWN],
-                                         f"and {more} more thing{'s' * (more > 1)} that "
-                                         f"{'are' if more > 1 else 'is'} wrong"]
+    all_lines = list(dict.fromkeys(complaint.line(places) for complaint in sorted(
+        found, key=lambda complaint: complaint.place(places))))
+    more = len(all_lines) - MOST_SHOWN
+    return all_lines if more <= 0 else [*all_lines[:MOST_SHOWN],
+                                        f"and {more} more thing{'s' * (more > 1)} that "
+                                        f"{'are' if more > 1 else 'is'} wrong"]
 
 
 def validated(block: type[P], data: object) -> P | list[Complaint]:
@@ -216,9 +210,7 @@ def _at(data: Any, path: Path) -> Any:
 
 
 def _short(value: object) -> str:
-    text = {True: "true", False: "false", None: "null"}.get(value) if isinstance(
-        value, (bool, type(None))) else None
-    if isinstance(value, (dict, list)):
-        text = ("a mapping" if isinstance(value, dict) else f"a list of {len(value)}")
-    text = text or repr(value)
+    text = ("a mapping" if isinstance(value, dict) else
+            f"a list of {len(value)}" if isinstance(value, list) else
+            json.dumps(value) if isinstance(value, bool | None) else repr(value))
     return text if len(text) <= 60 else text[:57] + "..."

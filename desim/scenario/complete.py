@@ -78,7 +78,9 @@ def media(scenario: Scenario) -> dict[str, MediumChoice]:
 
 
 def _network(scenario: Scenario) -> Network:
-    own = {name: _at_fidelity(medium, scenario.network.fidelity)
+    fidelity = scenario.network.fidelity
+    own = {name: medium if fidelity is None or not plugin_choices.has_fidelity(medium)
+           else _changed(medium, fidelity=fidelity)
            for name, medium in _sorted(media(scenario)).items()}
     if scenario.deployment == "testbed":
         own = {name: _in_testbed(medium, scenario) for name, medium in own.items()}
@@ -86,27 +88,15 @@ def _network(scenario: Scenario) -> Network:
         name: medium.parsed() for name, medium in own.items()})
 
 
-def _at_fidelity(medium: MediumChoice, fidelity: str | None) -> MediumChoice:
-    if fidelity is None or not plugin_choices.has_fidelity(medium):
-        return medium
-    return _changed(medium, fidelity=fidelity)
-
-
 def _in_testbed(medium: MediumChoice, scenario: Scenario) -> MediumChoice:
-    """Cluster nodes, and interfaces of the paper's time: Linux had pfifo_fast (fq_codel is the
-    default of distributions since 2015)."""
-    queue = plugins.parameters("network", medium.model).model_fields.get("queue")
-    if queue is not None and "pfifo" in get_args(queue.annotation) \
-            and "queue" not in medium.written:
+    """Interfaces of the paper's time, and ports that the robots' virtual machines share, one for
+    each cluster node; where the model has such parameters and the scenario does not set them."""
+    fields = plugins.parameters("network", medium.model).model_fields
+    free = fields.keys() - medium.written.keys()
+    # Linux had pfifo_fast (fq_codel is the default of distributions since 2015).
+    if "queue" in free and "pfifo" in get_args(fields["queue"].annotation):
         medium = _changed(medium, queue="pfifo")
-    return _with_nodes(medium, scenario)
-
-
-def _with_nodes(medium: MediumChoice, scenario: Scenario) -> MediumChoice:
-    """The robots' virtual machines share the ports of their cluster nodes where a model has ports
-    that hosts can share, unless the scenario says otherwise."""
-    shareable = "ports" in plugins.parameters("network", medium.model).model_fields
-    if not shareable or "ports" in medium.written:
+    if "ports" not in free:
         return medium
     # A robot without software has no virtual machine.
     passive, per_node = frozenset(scenario.robot.passive), scenario.testbed.robots_per_node

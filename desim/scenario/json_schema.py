@@ -30,14 +30,15 @@ def json_schema() -> Data:
     references, whole = models_json_schema([(model, "validation") for model in models],
                                            by_alias=True)
     definitions = whole["$defs"]
-    root = _definition(definitions, references[Scenario, "validation"])
+    names = {model: reference["$ref"].rpartition("/")[2]
+             for (model, _), reference in references.items()}
+    root = definitions[names[Scenario]]
     for choice in _CHOICES:
         key = choice.name_key
-        own = _definition(definitions, references[choice, "validation"])
-        alternatives = [
-            _alternative(own, key, name, _definition(definitions, references[block, "validation"]))
-            for (kind, name), block in blocks.items() if kind == choice.kind]
-        definitions[_name(references[choice, "validation"])] = {
+        own = definitions[names[choice]]
+        alternatives = [_alternative(own, key, name, definitions[names[block]])
+                        for (kind, name), block in blocks.items() if kind == choice.kind]
+        definitions[names[choice]] = {
             "description": own.get("description", ""), "anyOf": [*alternatives, _dotted(own, key)]}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "desim scenario",
             **{key: value for key, value in root.items() if key not in ("title", "required")},
@@ -72,11 +73,3 @@ def _dotted(own: Data, key: str) -> Data:
     return {"type": "object", "title": "package.module:Class", "additionalProperties": True,
             "description": "a plug-in by its dotted path, with its own parameters",
             "properties": {**own["properties"], key: chosen}, "required": [key]}
-
-
-def _name(reference: Data) -> str:
-    return reference["$ref"].rpartition("/")[2]
-
-
-def _definition(definitions: Data, reference: Data) -> Data:
-    return definitions[_name(reference)]

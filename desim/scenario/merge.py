@@ -105,11 +105,8 @@ def _mapping(data: object) -> Data:
 
 def choice_at(path: Path) -> type[PluginChoice] | None:
     """The block of the plug-in that is chosen at ``path``."""
-    for pattern, choice in CHOICES.items():
-        if len(pattern) == len(path) and all(p in ("*", step) for p, step in
-                                             zip(pattern, path, strict=True)):
-            return choice
-    return None
+    return next((choice for pattern, choice in CHOICES.items() if len(pattern) == len(path) and all(
+        wanted in ("*", step) for wanted, step in zip(pattern, path, strict=True))), None)
 
 
 def _overlay(lower: object, upper: object, path: Path) -> object:

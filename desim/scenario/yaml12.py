@@ -207,7 +207,8 @@ class _Builder:
         if len(text) > _LONGEST_NUMBER:
             self._complain(node, f"{text} has too many digits; at most {_LONGEST_NUMBER}")
             return None
-        number = _integer(text) if kind == "int" else float(re.sub(r"\.(?=[iInN])", "", text))
+        number = (int(text, {"0o": 8, "0x": 16}.get(text[:2], 10)) if kind == "int" else
+                  float(re.sub(r"\.(?=[iInN])", "", text)))
         if not -math.inf < number < math.inf:
             self._complain(node, f"{text} is not a finite number")
         return number
@@ -217,7 +218,3 @@ class _Builder:
 
     def _place(self, node: yaml.Node) -> SourcePlace:
         return _place(node, self._source) if self._marked else SourcePlace(self._source)
-
-
-def _integer(text: str) -> int:
-    return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))

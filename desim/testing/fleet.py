@@ -58,14 +58,6 @@ class Payload(NamedTuple):
     size_bytes: int
 
 
-class Said(NamedTuple):
-    """A message: its content, topic and time of birth."""
-
-    payload: Payload
-    topic: str
-    time_ns: int
-
-
 class _Talker(Node):
     """The node of a host."""
 
@@ -107,7 +99,7 @@ class Fleet:
                                  kernel=self.kernel, names=names, streams=streams,
                                  hosts=[host.name for host in self.hosts],
                                  place=Nowhere(len(self.hosts))))
-        self.said: list[Said] = []
+        self.said: list[tuple[Payload, str, int]] = []  # content, topic, time of birth in ns
         self.faults: list[str] = []
         self.times: dict[tuple[int, int], int] = {}  # message, host: how often heard
         self._listeners: dict[tuple[str, int], list[int]] = {}
@@ -180,7 +172,7 @@ class Fleet:
         for topic in self.topics_of(host.index):
             number = len(self.said)
             payload = Payload(host.index, number, _SIZES[number % len(_SIZES)])
-            self.said.append(Said(payload, topic, self.kernel.now_ns))
+            self.said.append((payload, topic, self.kernel.now_ns))
             host.nodes[0].publish(topic, payload)
 
     # ------------------------------------------------------------------------- what came of it
