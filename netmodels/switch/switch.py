@@ -1,4 +1,4 @@
-"""A store-and-forward Ethernet switch: its model, ``Switch``, and the queues of its ports."""
+"""The model of a store-and-forward Ethernet switch."""
 
 from __future__ import annotations
 

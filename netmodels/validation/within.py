@@ -1,4 +1,4 @@
-"""Comparisons."""
+"""Comparisons with a relative tolerance."""
 
 from __future__ import annotations
 
