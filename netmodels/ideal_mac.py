@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections import deque
 from typing import NamedTuple
 
+from pydantic import Field, model_validator
+
 from desim import ports
-from desim.units import airtime_ns
-from netmodels.unit_disk import UnitDiskRadio, mask, settle
+from desim.units import BitRate, Length, airtime_ns
+from netmodels.unit_disk import UnitDiskRadio, check_reaches, mask, settle
 
 
 class _Sending(NamedTuple):
@@ -33,8 +35,26 @@ class IdealMac(UnitDiskRadio):
     Capabilities: LimitsReach, Refuses, KnowsLinks.
     """
 
+    class Params(ports.Params):
+        rate_bps: BitRate = Field("54 Mb/s", description="(802.11g nominal)")
+        range_m: Length = Field("200 m", description="(the paper)")
+        interference_m: Length = Field("400 m", description="of a frame with others, as far or "
+                                                            "farther (two hops; Li et al. 2001: "
+                                                            "2.2 ranges)")
+        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender (as "
+                                                              "the radio)")
+
+        @model_validator(mode="after")
+        def _reaches(self) -> IdealMac.Params:
+            check_reaches(self.range_m, self.interference_m)
+            return self
+
     reasons = ("out_of_range", "out_of_reach", "queue_full")
     refuses = ("queue_full",)
+
+    def __init__(self, params: Params) -> None:
+        super().__init__(params.range_m, params.interference_m)
+        self._params = params
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         super().start(context, hosts)

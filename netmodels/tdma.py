@@ -6,12 +6,12 @@ import re
 from collections import deque
 from typing import NamedTuple
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from desim import ports
 from desim.errors import InputError, did_you_mean
-from desim.units import Period, airtime_ns
-from netmodels.unit_disk import UnitDiskRadio, mask, settle_train
+from desim.units import BitRate, Length, Period, airtime_ns
+from netmodels.unit_disk import UnitDiskRadio, check_reaches, mask, settle_train
 
 
 class _SlottedTrain(NamedTuple):
@@ -35,18 +35,31 @@ class Tdma(UnitDiskRadio):
     Capabilities: LimitsReach, Refuses, KnowsLinks.
     """
 
-    class Params(UnitDiskRadio.Params):
+    class Params(ports.Params):
+        rate_bps: BitRate = Field("54 Mb/s", description="(802.11g nominal)")
         slot_ns: Period = Field("250 us", description="(225 us of a full packet at 54 Mb/s, and "
                                                       "10 % between them)")
         cycle: int = Field(30, ge=1, le=10_000, description="slots until it is one's turn again "
                                                              "(the paper's fleet)")
         slots: dict[str, int] = Field({}, description="by host, 0 is the cycle's first (the number "
                                                       "at the end of its name, modulo the cycle)")
+        range_m: Length = Field("200 m", description="(the paper)")
+        interference_m: Length = Field("400 m", description="of a frame with others, as far or "
+                                                            "farther (two hops)")
+        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender (as "
+                                                              "the radio)")
+
+        @model_validator(mode="after")
+        def _reaches(self) -> Tdma.Params:
+            check_reaches(self.range_m, self.interference_m)
+            return self
 
     reasons = ("collision", "out_of_range", "out_of_reach", "queue_full", "too_long")
     refuses = ("queue_full", "too_long")
 
-    _params: Params
+    def __init__(self, params: Params) -> None:
+        super().__init__(params.range_m, params.interference_m)
+        self._params = params
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         """Raises ``InputError`` for slots that do not exist, or of hosts that do not."""

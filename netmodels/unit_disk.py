@@ -5,40 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from pydantic import Field, model_validator
 
 from desim import ports
-from desim.units import BitRate, Length
 from netmodels.partial_trains import settle_without
 
 _ARRIVED = ports.Deliver(0)
 
 
 class UnitDiskRadio:
-    """The common part of radios on the unit disk. A frame gets as far as ``range``, to the hosts
-    that are ``_reached``, and disturbs others (``_disturbed``) as far as ``interference``; both are
-    bit masks by sender. A host without a place is near nobody but itself."""
+    """The common part of radios on the unit disk. A frame gets as far as ``range_m``, to the hosts
+    that are ``_reached``, and disturbs others (``_disturbed``) as far as ``interference_m``; both
+    are bit masks by sender. A host without a place is near nobody but itself."""
 
-    class Params(ports.Params):
-        rate_bps: BitRate = Field("54 Mb/s", description="(802.11g nominal)")
-        range_m: Length = Field("200 m", description="(the paper)")
-        interference_m: Length = Field("400 m", description="of a frame with others, as far or "
-                                                            "farther (two hops; Li et al. 2001: "
-                                                            "2.2 ranges)")
-        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender (as "
-                                                              "the radio)")
-
-        @model_validator(mode="after")
-        def _reaches(self) -> UnitDiskRadio.Params:
-            if self.interference_m < self.range_m:
-                raise ValueError(f"interference ({self.interference_m:g} m) is less than range "
-                                 f"({self.range_m:g} m); who is near enough to get a frame is near "
-                                 "enough to be disturbed")
-            return self
-
-    def __init__(self, params: Params) -> None:
-        self._params = params
-        self.reach_m = params.range_m
+    def __init__(self, range_m: float, interference_m: float) -> None:
+        self.reach_m = range_m
+        self._interference_m = interference_m
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
@@ -54,8 +35,8 @@ class UnitDiskRadio:
         apart = places[:, None] - places[None]
         apart_m2 = np.einsum("ijk,ijk->ij", apart, apart)
         np.fill_diagonal(apart_m2, 0.0)
-        self._near = apart_m2 <= self._params.range_m ** 2
-        disturbed = apart_m2 <= self._params.interference_m ** 2
+        self._near = apart_m2 <= self.reach_m ** 2
+        disturbed = apart_m2 <= self._interference_m ** 2
         self._reached, self._disturbed = _masks(self._near), _masks(disturbed | self._near)
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -112,3 +93,11 @@ def settle_train(context: ports.Context, frame: ports.Frame, sent: Sequence[tupl
     context.settle_many(frame, arrived, _ARRIVED)
     if frame.broadcast:
         context.settle_many(frame, None, ports.Drop(beyond))
+
+
+def check_reaches(range_m: float, interference_m: float) -> None:
+    """Raises ValueError for interference that ends within the range."""
+    if interference_m < range_m:
+        raise ValueError(f"interference ({interference_m:g} m) is less than range "
+                         f"({range_m:g} m); who is near enough to get a frame is near "
+                         "enough to be disturbed")
