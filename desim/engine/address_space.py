@@ -5,8 +5,6 @@ for ever for a buffer, and other libraries abort the process; asking first gives
 instead.
 """
 
-from __future__ import annotations
-
 import os
 import resource
 

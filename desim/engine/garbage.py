@@ -1,11 +1,11 @@
 """Garbage collection, made rarer, and not applied to long-lived objects."""
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+# Thresholds of gc's three generations. With Python's own (700, 10, 10) the first 20 s of
+# scenarios/maze_30.yaml have 14 collections, which take 4 ms of 1.2 s; with these, none.
 _RARELY = 50_000, 20, 50
 
 

@@ -6,8 +6,6 @@ the sequence is a pure function of (key, k): a reading that nobody uses costs no
 draw moves nothing else.
 """
 
-from __future__ import annotations
-
 import hashlib
 
 import numpy as np

@@ -20,7 +20,6 @@ from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import ExplorationParams, Navigation
 from desim.units import NS_PER_S
 
-_STOP = Goal(math.nan, math.nan)
 # Tuned; ``maze_8`` as in desim/robot/navigation/__init__.py.
 # Pause after a fruitless search, which goes through the whole map; maze_8: same.
 _IDLE_NS = 5 * NS_PER_S
@@ -142,7 +141,7 @@ class Explore(Node):
         else:
             self._idle_until_ns = view.now_ns + _IDLE_NS
             if self._target is not None:
-                self.publish("goal", _STOP)
+                self.publish("goal", Goal(math.nan, math.nan))  # stop
             self._target = None
 
     def _chosen(self) -> Frontier | None:

@@ -7,30 +7,21 @@ from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
 
+# The topic that each kind of localization believes: of a sensor that knows the true pose, or of the
+# odometer, as it is.
+SOURCES = {"ground_truth": "true_pose", "odometry": "odom"}
 
-class _Relay(Node):
+
+class Localization(Node):
     """Publishes each message of the topic ``source`` as ``pose``, without reading it."""
 
-    source: str
-
-    def __init__(self, host: Host) -> None:
+    def __init__(self, host: Host, source: str) -> None:
         super().__init__(host, "localization")
+        self._source = source
 
     def start(self) -> None:
         self.advertise("pose")
-        self.subscribe(self.source, self._on_pose)
+        self.subscribe(self._source, self._on_pose)
 
     def _on_pose(self, message: Message) -> None:
         self.publish("pose", Lazy(message.size_bytes, lambda: message.content))
-
-
-class GroundTruth(_Relay):
-    """A sensor that knows the true pose."""
-
-    source = "true_pose"
-
-
-class OdometryLocalization(_Relay):
-    """The odometry, believed as it is."""
-
-    source = "odom"

@@ -1,7 +1,5 @@
 """The geometry of poses."""
 
-from __future__ import annotations
-
 import math
 
 from desim.middleware.contents import Pose

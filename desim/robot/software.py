@@ -13,9 +13,6 @@ from desim.robot.robot_map import RobotMap
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.whole import Scenario
 
-LOCALIZATION = {"ground_truth": localization.GroundTruth,
-                "odometry": localization.OdometryLocalization}
-
 
 def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: RobotMap,
                    peers: tuple[str, ...], monitored: bool) -> list[Node]:
@@ -34,7 +31,7 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
     with below("coordination"):
         strategy = plugins.load("strategy", coordination.strategy)(coordination.params)
     nodes = [
-        LOCALIZATION[robot.localization](host),
+        localization.Localization(host, localization.SOURCES[robot.localization]),
         mapping.Mapping(host, robot.mapping, robot_map),
         map_sharing.MapSharing(host, coordination.exchange, robot_map, peers, heard),
         move_base.MoveBase(host, robot.navigation, body, robot.scanner, costmap),

@@ -3,8 +3,6 @@
 They are 80 m x 80 m with roads 8 m wide and obstacles 2 m high, centred on the origin.
 """
 
-from __future__ import annotations
-
 from itertools import cycle
 
 from desim.scenario.schema.environment import Shape

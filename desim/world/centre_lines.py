@@ -7,7 +7,6 @@ lines, which are extended to the walls' ends and joined where walls meet. Length
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
@@ -32,16 +31,9 @@ PULL = 0.02  # of a vertex to where thinning has left it, against 1 to each of i
 _AROUND = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
 
 
-class Branch(NamedTuple):
-    """A part of the skeleton between two nodes: ``points`` [n, 2] x y | ``deep`` [n]: how far free
-    cells are | ``nodes``: cells of both ends | ``tips``: which of them are a wall's end."""
-
-    points: np.ndarray
-    deep: np.ndarray
-    nodes: tuple[int, int]
-    tips: tuple[bool, bool]
-
-
+# A part of the skeleton between two nodes: its points [n, 2] x y, the distances [n] of the nearest
+# free cells, the cells of both ends, and which of these are a wall's end.
+Branch = tuple[np.ndarray, np.ndarray, tuple[int, int], tuple[bool, bool]]
 # A straight part of a wall: its two vertices, a point and the direction of its line, its thickness.
 Edge = tuple[int, int, np.ndarray, np.ndarray, float]
 
@@ -85,8 +77,8 @@ def _branches(skeleton: np.ndarray, away: np.ndarray) -> Iterator[Branch]:
         at = cells[way]
         points = np.stack([at % skeleton.shape[1], at // skeleton.shape[1]], axis=1) + 0.5
         ends = way[0], way[-1]
-        return Branch(points, away.reshape(-1)[at], (int(at[0]), int(at[-1])),
-                     (degree[ends[0]] == 1, degree[ends[1]] == 1))
+        return (points, away.reshape(-1)[at], (int(at[0]), int(at[-1])),
+                (degree[ends[0]] == 1, degree[ends[1]] == 1))
 
     def walk(way: list[int]) -> list[int]:
         while fresh[way[-1]]:
@@ -162,7 +154,7 @@ def _led_on(branch: Branch, wall: np.ndarray) -> Branch:
         if tip:
             points, deep = _to_the_end(points, deep, wall)
         points, deep = points[::-1], deep[::-1]
-    return Branch(points, deep, nodes, tips)
+    return points, deep, nodes, tips
 
 
 def _to_the_end(points: np.ndarray, deep: np.ndarray, wall: np.ndarray,
@@ -202,23 +194,24 @@ def _line(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _add(branch: Branch, wall: np.ndarray, points: list[np.ndarray], edges: list[Edge],
          numbers: dict[int, int]) -> None:
     """Add a branch's vertices and straight parts; a node of several branches is one vertex."""
-    bends = _bends(branch.points)
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(branch.points, axis=0).T))])
+    path, deep, nodes, _ = branch
+    bends = _bends(path)
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
     vertices = []
     for at in bends:
         number = len(points)
-        if at in (0, len(branch.points) - 1):
-            number = numbers.setdefault(branch.nodes[at > 0], number)
+        if at in (0, len(path) - 1):
+            number = numbers.setdefault(nodes[at > 0], number)
         if number == len(points):
-            points.append(branch.points[at])
+            points.append(path[at])
         vertices.append(number)
     for one, other, begin, end in zip(bends[:-1], bends[1:], vertices[:-1], vertices[1:],
                                       strict=True):
-        thick = 2 * float(np.median(branch.deep[one:other + 1])) - 0.5
+        thick = 2 * float(np.median(deep[one:other + 1])) - 0.5
         apart = np.minimum(way[one:other + 1] - way[one], way[other] - way[one:other + 1])
-        undisturbed = branch.points[one:other + 1][apart >= min(thick, apart.max() / 2)]
+        undisturbed = path[one:other + 1][apart >= min(thick, apart.max() / 2)]
         if len(undisturbed) < 2:
-            undisturbed = branch.points[[one, other]]
+            undisturbed = path[[one, other]]
         edges.append((begin, end, *_centred(*_line(undisturbed), undisturbed, wall, thick), thick))
 
 

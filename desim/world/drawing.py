@@ -1,7 +1,5 @@
 """Terrain drawn with characters: posts and walls between cells, or solid blocks."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from desim.errors import InputError

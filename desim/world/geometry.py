@@ -1,7 +1,5 @@
 """Plane geometry in numpy: straight walls as rows x1 y1 x2 y2, and rasters of solid cells."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

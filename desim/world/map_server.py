@@ -39,7 +39,10 @@ def load(map_file: MapFile, other: int) -> Terrain:
     facts = _facts(path)
     image = _image_path(path, facts, map_file.image)
     values = _values(image)
-    occupied, free = _thresholds(path, facts)
+    occupied, free = _number(path, facts, "occupied_thresh"), _number(path, facts, "free_thresh")
+    if not 0.0 <= free < occupied <= 1.0:
+        raise InputError(f"{path}: free_thresh must lie below occupied_thresh and both between 0 "
+                         f"and 1, got free_thresh {free:g} and occupied_thresh {occupied:g}")
     negate = _number(path, facts, "negate")
     if negate not in (0.0, 1.0):
         raise InputError(f"{path}: negate must be 0 or 1, got {facts['negate']!r}")
@@ -150,14 +153,6 @@ def _float(value: object) -> float:
     if not isinstance(value, int | float | str):
         raise TypeError
     return float(value)
-
-
-def _thresholds(path: Path, facts: dict[str, object]) -> tuple[float, float]:
-    occupied, free = _number(path, facts, "occupied_thresh"), _number(path, facts, "free_thresh")
-    if not 0.0 <= free < occupied <= 1.0:
-        raise InputError(f"{path}: free_thresh must lie below occupied_thresh and both between 0 "
-                         f"and 1, got free_thresh {free:g} and occupied_thresh {occupied:g}")
-    return occupied, free
 
 
 def _origin(path: Path, facts: dict[str, object]) -> tuple[float, float]:

@@ -3,8 +3,6 @@
 The attenuation of a radio wave by each material stands in the radio models.
 """
 
-from __future__ import annotations
-
 from desim.errors import InputError, did_you_mean
 
 # Name -> where its attenuation is published.

@@ -98,7 +98,9 @@ def of_cells(solid: np.ndarray, material: np.ndarray | int, edge_m: float,
     lines, thick_m, of_what = [np.zeros((0, 4))], [np.zeros(0)], [np.zeros(0, dtype=np.int64)]
     for one in np.unique(material[solid & ~block]).tolist():
         walls = (material == one) & ~block
-        drawn, thickness, posts = centre_lines(_without_gaps(walls, edge_m) & (walls | ~solid))
+        drawn, thickness, posts = centre_lines(
+            walls if edge_m >= BLOCK_M  # else with the gaps filled that GAP_CELLS describes
+            else binary_closing(np.pad(walls, 1), np.ones((2, 2)))[1:-1, 1:-1] & (walls | ~solid))
         kinds[posts & walls] = 2 * one + 1
         lines.append(drawn * edge_m + np.tile(corner_m, 2))
         thick_m.append(thickness * edge_m)
@@ -107,20 +109,16 @@ def of_cells(solid: np.ndarray, material: np.ndarray | int, edge_m: float,
     keys, faces, at = _faces(kinds)
     kind = kinds[at].astype(np.int64)
     origin_m = np.array(corner_m) - edge_m
-    post_m = np.pad(_thickness_m(away_m, block, edge_m), 1)[at]
+    # A post is as thick, to half a cell, as twice the way from its middle to the nearest free cell.
+    widest = 2 * int(np.ceil(BLOCK_M / 2 / edge_m)) + 1
+    post_m = (2 * np.pad(maximum_filter(np.where(block, 0.0, away_m), widest), 1)[at]
+              - edge_m / 2)
     segments = np.concatenate([faces * edge_m + np.tile(origin_m, 2), *lines])
     return Matter(segments, np.concatenate([(kind - 1) // 2, *of_what]),
                   np.concatenate([np.where(kind % 2, post_m, FACE_M), *thick_m]),
                   np.full(len(segments), height_m),
                   np.pad(kind % 2 == 0, (0, len(segments) - len(kind))),
                   Cells(kinds, keys, origin_m, edge_m))
-
-
-def _without_gaps(walls: np.ndarray, edge_m: float) -> np.ndarray:
-    """``walls`` with the gaps filled that are narrower than ``GAP_CELLS`` and 1 m."""
-    if edge_m >= BLOCK_M:
-        return walls
-    return binary_closing(np.pad(walls, 1), np.ones((2, 2)))[1:-1, 1:-1]
 
 
 def _blocks(solid: np.ndarray, away_m: np.ndarray, edge_m: float) -> np.ndarray:
@@ -131,13 +129,6 @@ def _blocks(solid: np.ndarray, away_m: np.ndarray, edge_m: float) -> np.ndarray:
         return deep
     reach_m = np.sqrt(2) * (BLOCK_M / 2 + edge_m)
     return solid & (distance_transform_edt(~deep) * edge_m <= reach_m)
-
-
-def _thickness_m(away_m: np.ndarray, block: np.ndarray, edge_m: float) -> np.ndarray:
-    """[rows, cols] thickness of posts, to half a cell: twice the distance from their middle to the
-    nearest free cell."""
-    size = 2 * int(np.ceil(BLOCK_M / 2 / edge_m)) + 1
-    return 2 * maximum_filter(np.where(block, 0.0, away_m), size) - edge_m / 2
 
 
 def _faces(kinds: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:

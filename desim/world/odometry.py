@@ -11,8 +11,6 @@ functions of snapshots and reading late changes nothing. An odometer that is fas
 tick makes the ticks between two base ticks at once.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

@@ -16,7 +16,7 @@ from desim.units import SPEED
 from desim.world import materials
 from desim.world.geometry import TOUCH_M, point_distance, segments
 from desim.world.matter import crossing
-from desim.world.sources import inside, line
+from desim.world.sources import line
 from desim.world.terrain import Terrain
 
 _NEVER_NS = 1 << 62
@@ -26,9 +26,7 @@ class Doors:
     """The doors: ``lines`` [d, 4] m | ``closed`` [d] bool."""
 
     def __init__(self, doors: Sequence[Door], bounds: tuple[float, float, float, float]) -> None:
-        for i, door in enumerate(doors):
-            inside(f"environment.doors.{i}", bounds, [door.start_m, door.end_m])
-        self.lines = segments(line(f"environment.doors.{i}", door.start_m, door.end_m)
+        self.lines = segments(line(f"environment.doors.{i}", bounds, door.start_m, door.end_m)
                               for i, door in enumerate(doors))
         self.material = np.array([materials.index(door.material, f"environment.doors.{i}.material")
                                   for i, door in enumerate(doors)], dtype=np.int64)

@@ -36,25 +36,22 @@ def load(source: str | MapFile | Shape) -> Terrain:
 
     Raises ``InputError`` for a map or a shape that is wrong.
     """
-    terrain = _read(source)
+    if isinstance(source, Shape):
+        terrain = from_shape("shape", source)
+    elif isinstance(source, MapFile):
+        other = materials.index(source.material, f"{WHERE}.material")
+        try:
+            terrain = map_server.load(source, other)
+        except InputError as error:
+            raise InputError(*(f"{WHERE}: {line}" for line in error.args)) from None
+    else:
+        terrain = from_shape(source, builtin.shape(source))
     x0, y0, x1, y1 = terrain.bounds
     if max(x1 - x0, y1 - y0) > MAX_SIDE_M:
         where = f"{WHERE}.size" if isinstance(source, Shape) else WHERE
         raise InputError(f"{where}: the terrain is {x1 - x0:g} m by {y1 - y0:g} m; allowed: at "
                          f"most {MAX_SIDE_M:g} m a side")
     return terrain
-
-
-def _read(source: str | MapFile | Shape) -> Terrain:
-    if isinstance(source, Shape):
-        return from_shape("shape", source)
-    if isinstance(source, MapFile):
-        other = materials.index(source.material, f"{WHERE}.material")
-        try:
-            return map_server.load(source, other)
-        except InputError as error:
-            raise InputError(*(f"{WHERE}: {line}" for line in error.args)) from None
-    return from_shape(source, builtin.shape(source))
 
 
 def from_shape(name: str, shape: Shape) -> Terrain:
@@ -79,11 +76,10 @@ def from_shape(name: str, shape: Shape) -> Terrain:
         matter.setdefault(kind, []).extend(faces)
     for i, wall in enumerate(shape.walls):
         what = f"{WHERE}.walls.{i}"
-        inside(what, bounds, [wall.start_m, wall.end_m])
         kind = Kind(materials.index(wall.material, f"{what}.material"), wall.thickness_m,
                     wall.height_m)
         for kinds in walls, matter:
-            kinds.setdefault(kind, []).append(line(what, wall.start_m, wall.end_m))
+            kinds.setdefault(kind, []).append(line(what, bounds, wall.start_m, wall.end_m))
     if shape.drawing is not None:
         what = f"{WHERE}.drawing"
         drawn, blocks, blocked = draw(shape.drawing, shape.size_m, what)
@@ -110,8 +106,10 @@ def _of_block(kind: Kind, x0: float, y0: float, x1: float, y1: float) -> tuple[K
     return kind._replace(thickness_m=thin_m), [along]
 
 
-def line(what: str, start: tuple[float, float], end: tuple[float, float]) -> Row:
-    """A wall from ``start`` to ``end``. Raises ``InputError`` when the ends coincide."""
+def line(what: str, bounds: Row, start: tuple[float, float], end: tuple[float, float]) -> Row:
+    """A wall from ``start`` to ``end``. Raises ``InputError`` when the ends coincide, or when one
+    lies outside ``bounds``."""
+    inside(what, bounds, [start, end])
     if abs(start[0] - end[0]) <= TOUCH_M and abs(start[1] - end[1]) <= TOUCH_M:
         raise InputError(f"{what}: it starts and ends at ({start[0]:g}, {start[1]:g}) m")
     return (*start, *end)

@@ -30,13 +30,6 @@ class Raster:
     x_m: float
     y_m: float
 
-    def solid_at(self, x_m: np.ndarray, y_m: np.ndarray) -> np.ndarray:
-        """[k] bool; outside of the raster everything is solid."""
-        rows, cols = self.solid.shape
-        col = np.floor((x_m - self.x_m) / self.resolution_m).astype(int).clip(0, cols - 1)
-        row = np.floor((y_m - self.y_m) / self.resolution_m).astype(int).clip(0, rows - 1)
-        return self.solid[row, col]
-
 
 @dataclass(frozen=True)
 class Terrain:
@@ -121,8 +114,11 @@ class Terrain:
         x, y = points.T
         x0, y0, x1, y1 = self.bounds
         inside = ~((x > x0) & (x < x1) & (y > y0) & (y < y1))
-        if self.raster is not None:
-            return inside | self.raster.solid_at(x, y)
+        if (cells := self.raster) is not None:
+            rows, cols = cells.solid.shape
+            col = np.floor((x - cells.x_m) / cells.resolution_m).astype(int).clip(0, cols - 1)
+            row = np.floor((y - cells.y_m) / cells.resolution_m).astype(int).clip(0, rows - 1)
+            return inside | cells.solid[row, col]
         for sx0, sy0, sx1, sy1 in self.solids.tolist():
             inside |= (x > sx0) & (x < sx1) & (y > sy0) & (y < sy1)
         return inside

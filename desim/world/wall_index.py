@@ -1,7 +1,5 @@
 """An index of walls: a grid of tiles, each with a list of the walls within its reach."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -15,7 +15,7 @@ from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.ports import Frontier, Peer
 from desim.robot.exploration import Explore
-from desim.robot.localization import GroundTruth, OdometryLocalization
+from desim.robot.localization import SOURCES, Localization
 from desim.robot.strategies.nearest_frontier import NearestFrontier
 from desim.robot.strategies.random_frontier import RandomFrontier
 from desim.scenario.schema.fleet import BodyType
@@ -186,9 +186,8 @@ def test_random_frontier_draws_from_all():
     assert strategy.choose(View(0)) is None
 
 
-@pytest.mark.parametrize("node, topic", [(GroundTruth, "true_pose"),
-                                         (OdometryLocalization, "odom")])
-def test_localization_passes_on_its_sensor_unread(node, topic):
+@pytest.mark.parametrize("name, topic", [("ground_truth", "true_pose"), ("odometry", "odom")])
+def test_localization_passes_on_its_sensor_unread(name, topic):
     kernel, names = Kernel(), Names()
     graph = Graph(kernel, names, Trace(names), Streams(1), Direct(), ["r0"])
     host, read, got = graph.host("r0"), [], []
@@ -202,7 +201,7 @@ def test_localization_passes_on_its_sensor_unread(node, topic):
     def reading():
         return Lazy(729, lambda: read.append(1) or Pose(S, 1.0, 2.0, 3.0))
 
-    host.software = lambda _: [Ends(host, "ends"), node(host)]
+    host.software = lambda _: [Ends(host, "ends"), Localization(host, SOURCES[name])]
     graph.start()
     kernel.run(2 * S)
     message, = got

@@ -119,8 +119,8 @@ class GlobalPlanner:
     def beside(self, frontier: Frontier) -> tuple[int, int]:
         """The cell of the unknown's edge that a frontier of the last search stands for, and the
         highest cost that cells of its cluster may have."""
-        cell = self.costmap.cell(frontier.x_m, frontier.y_m)
-        return self._beside.get(frontier, (cell, INSCRIBED))
+        return (self._beside.get(frontier)
+                or (self.costmap.cell(frontier.x_m, frontier.y_m), INSCRIBED))
 
     def _search(self, toll: np.ndarray, from_m: tuple[float, float], limit: int | None,
                 smallest: int, discs: np.ndarray) -> list[tuple[Frontier, int]]:
@@ -140,10 +140,9 @@ class GlobalPlanner:
                 discs: np.ndarray) -> int:
         """Run ``kernels.spread``. Returns the number of clusters found."""
         arrays, costmap = self._arrays, self.costmap
-        inward = int(_INWARD_M / costmap.spec.resolution_m)
         count, settled = kernels.spread(
-            costmap.flat, costmap.across, toll, start, goal, limit, smallest, inward, discs,
-            arrays.search)
+            costmap.flat, costmap.across, toll, start, goal, limit, smallest,
+            int(_INWARD_M / costmap.spec.resolution_m), discs, arrays.search)
         arrays.last = (costmap, costmap.seen, start, settled) if toll is _WALKING else None
         return count
 

@@ -19,7 +19,6 @@ from desim.scenario.schema.robot import Laser, Navigation
 from desim.units import NS_PER_S
 
 _RETREAT_NS = 4 * NS_PER_S  # no retreat takes longer; maze_8: same
-_STOP = Twist(0.0, 0.0, 0.0)
 
 
 class MoveBase(Node):
@@ -177,7 +176,7 @@ class MoveBase(Node):
         """Stop, and send no more velocities until the next goal."""
         self._goal = None
         self._local.command(0.0, 0.0)
-        self.publish("cmd_vel", _STOP)
+        self.publish("cmd_vel", Twist(0.0, 0.0, 0.0))
 
     def _finish(self, goal: Goal, reached: bool) -> None:
         self.record("goal_reached" if reached else "goal_aborted", bits(goal.x_m), bits(goal.y_m))

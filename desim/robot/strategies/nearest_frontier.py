@@ -1,7 +1,5 @@
 """Nearest frontier: every robot drives to the frontier with the shortest way (Yamauchi 1998)."""
 
-from __future__ import annotations
-
 from desim import ports
 
 

@@ -1,7 +1,5 @@
 """Random frontier: what coordination has to be better than."""
 
-from __future__ import annotations
-
 from desim import ports
 
 

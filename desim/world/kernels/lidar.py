@@ -15,10 +15,15 @@ from desim.ports.kernels import TWO_PI, atan2, cos, lean, normal, sin
 
 _FIXED = types.Array(types.float64, 2, "C", readonly=True)
 _RADII = types.Array(types.float64, 1, "A", readonly=True)
-# Spans are this part of a beam wider than the wall: no beam slips between walls that touch.
+# Part of the angle between beams by which a span is widened at both ends, far above rounding: no
+# beam slips between walls that touch.
 _SEAM = 1e-9
+# Least cross product (m^2) of a wall's ends: a wall seen from its own line has none, and no inverse
+# range. Also the least range in a raster, in cells.
 _EDGE_ON = 1e-12
-_NEVER = 1e300  # a beam along an axis never meets the faces beside it
+_NEVER = 1e300  # the way to the faces beside a beam that runs along an axis: infinite
+# asin(q) <= q pi / 2, and <= 1.05 q up to q = 0.5 (it is 1.047 q there).
+_WIDE, _NARROW = 0.5 * math.pi, 1.05
 
 
 @lean(types.void(_FIXED, types.int64[::1], types.float64, types.float64, types.float64,
@@ -42,7 +47,7 @@ def cover_walls(walls, listed, x, y, c, s, laser, directions, inverse):
         if cross < 0.0:
             start, end = end, start
         laps = 1
-        if end < start:  # it passes behind the sensor: its span is there twice, a turn apart
+        if end < start:  # it passes behind the sensor: two spans, a turn apart
             end += TWO_PI
             laps = 2
         nx, ny = ey / cross, -ex / cross
@@ -76,8 +81,8 @@ def cover_discs(centres, radii, without, x, y, c, s, laser, directions, inverse)
         px, py = c * dx + s * dy, c * dy - s * dx
         distance = math.sqrt(distance2)
         nearest = 1.0 / (distance - radius)
-        # asin(q) <= q pi / 2, and <= 1.05 q up to q = 0.5: the few beams too many miss.
-        half = (1.05 if distance > 2.0 * radius else 0.5 * math.pi) * radius / distance
+        # Half the angle of the disc, or a little more: the beams too many miss.
+        half = (_NARROW if distance > 2.0 * radius else _WIDE) * radius / distance
         bearing = atan2(py, px)
         turn = -TWO_PI if bearing > 0.0 else TWO_PI
         for _ in range(2 if abs(bearing) + half > math.pi else 1):
