@@ -35,9 +35,10 @@ class Totals(NamedTuple):
 def totals(graph: Graph) -> Totals:
     """All topics together."""
     counts = [topic.counts for topic in tuple(graph.topics.values())]
-    dropped: Counter[str] = Counter()
+    dropped: dict[str, int] = {}
     for own in counts:
-        dropped.update(own.dropped.copy())  # the run goes on while a thread shows its progress
+        for reason, count in tuple(own.dropped.items()):
+            dropped[reason] = dropped.get(reason, 0) + count
     return Totals(sum(own.intended for own in counts), sum(own.delivered for own in counts),
                   dropped, sum(own.unmatched for own in counts),
                   sum(medium.bytes_on_air for medium in graph.media))
