@@ -110,7 +110,8 @@ def misfit(kind: str, cls: Callable[..., object]) -> str:
     if hasattr(contract, "reasons") and not (isinstance(reasons, tuple) and all(
             isinstance(reason, str) for reason in reasons)):
         found.append(f"declare reasons = ('...',), a tuple of names, not {reasons!r}")
-    return ", and ".join(filter(None, (*found, *_wrong_defaults(block_of(cls)))))
+    return ", and ".join(filter(None, (*found, *_wrong_defaults(
+        block_of(cls) or ports.Params))))
 
 
 def _misfit(name: str, function: Callable[..., object], wanted: Sequence[str]) -> str:
@@ -125,10 +126,9 @@ def _misfit(name: str, function: Callable[..., object], wanted: Sequence[str]) -
     return ""
 
 
-def _wrong_defaults(block: type[ports.Params] | None) -> list[str]:
+def _wrong_defaults(block: type[ports.Params]) -> list[str]:
     try:
-        if block is not None:
-            block.model_validate_json("{}", strict=True)
+        block.model_validate_json("{}", strict=True)
     except ValidationError as error:
         return [f"correct the default of {wrong['loc'][0]}, {wrong['input']!r}: "
                 f"{wrong['msg'].removeprefix('Value error, ')}"

@@ -100,7 +100,8 @@ def _complaint(block: type[Params], data: object, base: Path, more: tuple[str, .
         return Complaint(path, f"{given} is not allowed{guess}; allowed: {', '.join(options)}")
     if kind == "string_pattern_mismatch":
         return Complaint(path, _pattern_rule(_at(data, own), context))
-    limits = {name: _bound(limit) for name, limit in context.items()}
+    limits = {name: f"{limit:g}" if isinstance(limit, float) else str(limit)  # with all digits
+              for name, limit in context.items()}
     text = _BOUNDS[kind].format(**limits) if kind in _BOUNDS else _wanted(_annotation(
         block, location))
     return Complaint(path, f"must be {text}, got {given}")
@@ -115,11 +116,6 @@ _BOUNDS = {
     "too_long": "a list of at most {max_length}",
     "finite_number": "a finite number",
 }
-
-
-def _bound(limit: object) -> str:
-    """Whole numbers with all their digits."""
-    return f"{limit:g}" if isinstance(limit, float) else str(limit)
 
 
 def _missing(block: type[Params], data: object, base: Path, location: Location) -> Complaint:
@@ -193,9 +189,8 @@ def _field(block: type[Params], key: int | str) -> FieldInfo:
 
 
 def _options(annotation: object) -> list[str]:
-    literal = next(option for option in without_null(annotation)
-                   if get_origin(option) is Literal)
-    return list(get_args(literal))
+    return list(get_args(next(option for option in without_null(annotation)
+                              if get_origin(option) is Literal)))
 
 
 def _own(location: Location) -> Path:
