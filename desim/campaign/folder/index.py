@@ -59,9 +59,8 @@ class Index:
         self.rows, wrong = recovered(earlier, folders)
         if self.damaged:
             self._rewrite()
-            return wrong
-        for run_id, row in self.rows.items():
-            if row != earlier.get(run_id):
+        else:
+            for row in [row for run_id, row in self.rows.items() if row != earlier.get(run_id)]:
                 self.add(row)
         return wrong
 

@@ -49,14 +49,13 @@ class CampaignDriver:
         """Run the campaign to its end. ``run_ended`` is called with each run's row, ``workers_up``
         with the number of a cluster's workers when that changes. Raises ``KeyboardInterrupt`` with
         how far the campaign came, and ``InputError``."""
-        sweep = self._sweep
         with self._workers(workers_up) as workers:
             try:
-                sweep.run(workers, run_ended)
+                self._sweep.run(workers, run_ended)
             except KeyboardInterrupt:
-                done, _, total = sweep.agenda.progress
-                raise KeyboardInterrupt(f"{done} of {total} runs in {sweep.out}; the same command "
-                                        "goes on from there") from None
+                done, _, total = self._sweep.agenda.progress
+                raise KeyboardInterrupt(f"{done} of {total} runs in {self._sweep.out}; the same "
+                                        "command goes on from there") from None
 
     @contextmanager
     def _workers(self, workers_up: Callable[[int], object]) -> Iterator[Workers]:
