@@ -1,11 +1,11 @@
-"""Timers that are postponed often and rarely fire."""
+"""Timers that are postponed often and rarely fire, and timers that end with their host's life."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from desim.engine.kernel import Phase
-from desim.ports.middleware import Clock
+from desim.ports.middleware import Clock, MiddlewareContext
 from desim.ports.networks import Handle
 
 _NETWORK = Phase.NETWORK
@@ -142,3 +142,25 @@ class Timer:
         else:
             self.deadline_ns = NEVER
             self._fired()
+
+
+class Lifetime:
+    """One life of ``host``, from now until ``end``, and the timers that end with it."""
+
+    def __init__(self, context: MiddlewareContext, host: int) -> None:
+        self._context, self._host = context, host
+        self._lasts = True
+
+    def after(self, delay_ns: int, fn: Callable[..., object], arg: object = None) -> Handle:
+        """Call ``fn(arg)`` ``delay_ns`` from now, if this life still lasts."""
+        context = self._context
+        return context.at(context.now_ns + delay_ns, self._host, self._run, (fn, arg))
+
+    def end(self) -> None:
+        """The host stops: nothing is called any more."""
+        self._lasts = False
+
+    def _run(self, call: tuple[Callable[..., object], object]) -> None:
+        if self._lasts:
+            fn, arg = call
+            fn(arg)

@@ -12,7 +12,7 @@ from desim.middleware.dds.endpoints import Endpoints
 from desim.middleware.dds.relay import Relay
 from desim.middleware.dds.remote import RemoteParticipant
 from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk, Guid, Item, ItemKind
-from desim.middleware.lifetime import Lifetime
+from desim.middleware.timers import Lifetime
 from desim.ports.middleware import HostState
 
 if TYPE_CHECKING:

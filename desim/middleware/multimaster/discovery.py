@@ -7,11 +7,11 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import NamedTuple
 
-from desim.middleware.lifetime import Lifetime
 from desim.middleware.multimaster.parameters import DiscoveryTiming, MultimasterParams, timing
 from desim.middleware.ros.master import Uri
 from desim.middleware.ros.processes import Processes
 from desim.middleware.ros.sizes import Sizes
+from desim.middleware.timers import Lifetime
 from desim.ports.middleware import HostState
 
 # Payload ('cBBiiHii'), UDP, IP, Ethernet and its check sequence; master_discovery itself reckons

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from fnmatch import fnmatchcase
 
-from desim.middleware.lifetime import Lifetime
 from desim.middleware.multimaster.discovery import (
     CONTACTS,
     Discovery,
@@ -19,6 +18,7 @@ from desim.middleware.ros.master import Master, Uri
 from desim.middleware.ros.processes import Processes
 from desim.middleware.ros.sizes import CALLS, Sizes
 from desim.middleware.ros.xmlrpc import Done, XmlRpcCall
+from desim.middleware.timers import Lifetime
 from desim.ports.networks import Handle
 
 # masterInfoFiltered; estimated from getPublishedTopics, 306 B and 3585 B for 20 topics.
