@@ -3,6 +3,7 @@ values, and no more certainty than the seeds give."""
 
 import re
 
+import numpy as np
 import pytest
 from scipy import stats
 from synthetic import LIMIT_S, campaign, design, timed
@@ -124,6 +125,21 @@ def test_values_far_from_normal_are_pointed_at_where_runs_are_few(tmp_path):
         study = study_of(folder, robots, 5, outcome)
         told = notes.about_few(study, Estimates(study), ["exploration_time_s"])
         assert ("are not near normal" in told) == said
+
+
+def test_many_small_vectors_of_normal_values_are_not_pointed_at():
+    random = np.random.default_rng(7)
+    experiments = 200
+    warned = sum(notes.are_odd(list(random.normal(size=(100, 5)))) for _ in range(experiments))
+    # The test's level is 1 %; residuals of one sample depend on each other, which adds a little.
+    assert stats.binomtest(warned, experiments, 0.04, "greater").pvalue > 0.01
+
+
+def test_twin_residuals_that_pass_for_normal_warn_of_normal_values(monkeypatch):
+    monkeypatch.setattr(notes.stats.beta, "cdf", lambda share, a, b: notes.stats.norm.cdf(
+        (2 * share - 1) * (2 * a + 1) / np.sqrt(2 * a + 2)))
+    random = np.random.default_rng(7)
+    assert all(notes.are_odd(list(random.normal(size=(100, 5)))) for _ in range(10))
 
 
 def test_labels_are_text(tmp_path, recwarn):
