@@ -1,4 +1,4 @@
-"""Runs a scenario; what Ctrl-C and errors do to it; what it costs.
+"""``desim.run``: runs a scenario, leaves its folder even after Ctrl-C or an error, measures costs.
 
 A run ends in one of the three ways of ``RunStatus``, which its manifest records, and ``run`` passes
 that on: it returns a ``Run`` (finished), raises ``KeyboardInterrupt`` (interrupted) or the error
@@ -90,7 +90,7 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
 
 @contextmanager
 def _blamed(loaded: Loaded | None) -> Iterator[None]:
-    """Give an error of building the parts, which names its path, its place in the file."""
+    """Add file, line and column to an error that was raised while the parts were built."""
     try:
         yield
     except InputError as error:

@@ -19,11 +19,12 @@ _PLACE = re.compile(r" \((?:[^()]*, )?[\d.]+ s\)$")
 
 
 class Blame(NamedTuple):
-    """``line`` says what happened. ``stranger``: a plug-in is at fault that desim did not bring,
-    whose author gains nothing from a traceback through desim."""
+    """``line`` says what happened. ``foreign``: the cause is in a plug-in that is not part of
+    desim, or in what some plug-in answered (``ModelError``), so a traceback through desim would not
+    help."""
 
     line: str
-    stranger: bool
+    foreign: bool
 
 
 def blame(error: BaseException) -> Blame:

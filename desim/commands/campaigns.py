@@ -1,4 +1,4 @@
-"""The commands about many runs, and about the paper's cluster that would make them."""
+"""The commands about many runs, and the cluster that the paper's testbed would need for them."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ def deploy(design: DesignPath,
            rate: Annotated[str, typer.Option(help="rate of the LAN's links")] = "1 Gb/s",
            as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
            ) -> None:
-    """Plan the paper's cluster for a design.
+    """Plan the cluster that the paper's testbed would need for a design.
 
     It prints the nodes, which robots are on which, how the image of their virtual machines gets
     there, and what the runs would take in real time.

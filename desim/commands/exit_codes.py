@@ -46,9 +46,9 @@ def exit_codes() -> Iterator[None]:
         from desim.blame import blame
 
         found = blame(error)
-        if not found.stranger or TRACEBACK in sys.argv:
+        if not found.foreign or TRACEBACK in sys.argv:
             say(traceback.format_exc().rstrip(), err=True)
-        say(f"{found.line}\nthis repeats it:\n  {command_line()}" if found.stranger
+        say(f"{found.line}\nthis repeats it:\n  {command_line()}" if found.foreign
             else f"desim failed; this repeats it:\n  {command_line()}", err=True)
         raise typer.Exit(1) from None
 

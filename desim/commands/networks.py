@@ -70,7 +70,7 @@ def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
 
 @contextmanager
 def _placed(file: Loaded | PlacedBlock) -> Iterator[None]:
-    """Give an error of what ``file`` says its place there."""
+    """Add file, line and column to an error about the content of ``file``."""
     try:
         yield
     except InputError as error:

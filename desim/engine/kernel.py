@@ -260,7 +260,7 @@ class Kernel:
         raise StopSimulation(None)
 
     def _book(self, time_ns: int, order: int, call: Call) -> None:
-        """A call that has fired, once more, later."""
+        """Book a call that has fired again, at a later time."""
         heappush(self._agenda, (time_ns, order, next(self._numbers), call))
 
     def _next(self, phase: Phase, entity: int, fn: Callable[[T], object]) -> int:

@@ -53,9 +53,9 @@ class Gate:
 
     def admit(self, frame: Frame, carrier: Carrier[T], token: T
               ) -> tuple[Frame, dict[int, Terms] | None]:
-        """The frame for those receivers that the rules leave, and their terms; None: no rule has
-        anything to say. No terms, the frame as it was: no receiver is left. Raises ``ModelError``
-        for what is no verdict."""
+        """Ask the rules about ``frame``. Returns it for the receivers that remain, and the terms of
+        each. Terms are None if no rule had anything to say, and empty if no receiver remains.
+        Raises ``ModelError`` for a wrong verdict."""
         terms = None
         for rule, judge in self._judges:
             verdicts = judge(frame, frame.receivers)

@@ -1,4 +1,4 @@
-"""The terms on which a frame goes to one receiver."""
+"""The changes that rules have made to a frame at one receiver: delay, copies, lost packets."""
 
 from __future__ import annotations
 

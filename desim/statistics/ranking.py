@@ -1,4 +1,4 @@
-"""Whether two ways of measuring rank the same settings alike, and which pairs they turn over."""
+"""Whether two ways of measuring rank settings alike, and which pairs of settings change places."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """The materials of walls: names that terrains and radio models have in common.
 
-The attenuation of a radio wave by each material stands in the radio models.
+``netmodels/radio/walls.py`` has how much of a radio wave each of them absorbs, and ``budget.py``
+beside it takes that off the power at a receiver.
 """
 
 from desim.errors import InputError, did_you_mean

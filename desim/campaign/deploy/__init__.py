@@ -1,1 +1,1 @@
-"""The paper's cluster for a design: which robot is on which node."""
+"""The cluster that the paper's testbed would need for a design, and its robots node by node."""

@@ -1,4 +1,4 @@
-"""The paper's cluster for a design: nodes, virtual machines on them, and copies of their image.
+"""The cluster that the paper's testbed would need for a design: nodes, virtual machines, images.
 
 Each robot has a virtual machine on one of the nodes; the machines get their image in an order.
 Nodes: equation 7 of Yan, Fabresse, Laval and Bouraqadi 2017. Copying: their Algorithm 2 copies the

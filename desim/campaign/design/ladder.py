@@ -1,4 +1,4 @@
-"""A comparison on every rung of the fidelity ladder, as a design that no file holds."""
+"""A comparison on every rung of the fidelity ladder, as a design made in memory, not a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's cluster for a design: as a table, and as JSON."""
+"""The cluster that the paper's testbed would need for a design: as a table, and as JSON."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _WORDS = {
 
 
 class TestbedOptions(Params):
-    """Properties of the paper's cluster that a design does not have."""
+    """Properties of such a cluster that a design does not have."""
 
     __test__ = False
 

@@ -1,4 +1,4 @@
-"""Bytes of Zenoh's messages on a link, each with the two that frame its batch, without TCP.
+"""Bytes of Zenoh's messages on a link, each with the 2-byte length of its batch, without TCP.
 
 Measured with routers of zenoh 1.10.2 over TCP on one machine; what was not measured says so.
 """
