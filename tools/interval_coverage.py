@@ -13,11 +13,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from desim.statistics.bends import bends_of
 from desim.statistics.censoring import median_time, restricted_mean
 from desim.statistics.intervals import bca_interval, t_interval
 from desim.statistics.knee import breakpoint_of
 from desim.statistics.sequential import StoppingRule, coverage_of
+from desim.statistics.two_knees import knees_of
 
 LIMIT = 1.2  # of exponential times with mean 1: stops 30 % of the runs
 
@@ -85,7 +85,7 @@ def step(number: int) -> list[Bounds]:
     """Flat, falling, flat."""
     loads = np.repeat(np.arange(1.0, 11.0), 10)
     metric = -2 * np.clip(loads, *STEP) + generator(number).normal(size=100) * 0.5
-    return [found[1:3] for found in bends_of(loads, metric, seed=number, resamples=499)]
+    return [found[1:3] for found in knees_of(loads, metric, seed=number, resamples=499)]
 
 
 def generator(number: int) -> np.random.Generator:

@@ -117,7 +117,7 @@ def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_def
     with exit_codes():
         from desim.campaign.design.design import read_design
         from desim.campaign.folder.campaign import Campaign
-        from desim.report.campaign.writing import write
+        from desim.report.campaign.campaign_report import write
 
         chosen = read_design(str(design))[0] if design else Campaign(campaign).design
         page = write(campaign, chosen, out)
@@ -162,7 +162,7 @@ def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_def
         folder = out or Path("results") / plan.design.name
         failed = _carried_out(Sweep(plan, metrics, folder), jobs, None, console)
         from desim.commands.views.ladder import show
-        from desim.report.campaign.writing import write
+        from desim.report.campaign.campaign_report import write
 
         page = write(folder, plan.design)
         if not quiet:

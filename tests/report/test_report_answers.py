@@ -8,12 +8,12 @@ import pytest
 from scipy import stats
 from synthetic import LIMIT_S, campaign, design, timed
 
-from desim.report.campaign.answers import notes
+from desim.report.campaign.answers import warnings
+from desim.report.campaign.campaign_report import write
 from desim.report.campaign.numbers import bounds
 from desim.report.campaign.numbers.contrasts import contrasts
 from desim.report.campaign.numbers.estimates import Estimates
 from desim.report.campaign.numbers.study import Study
-from desim.report.campaign.writing import write
 
 STRATEGIES = {"strategy": ["near", "far"]}
 
@@ -123,23 +123,23 @@ def test_values_far_from_normal_are_pointed_at_where_runs_are_few(tmp_path):
         folder = tmp_path / name
         folder.mkdir()
         study = study_of(folder, robots, 5, outcome)
-        told = notes.about_few(study, Estimates(study), ["exploration_time_s"])
+        told = warnings.about_few(study, Estimates(study), ["exploration_time_s"])
         assert ("are not near normal" in told) == said
 
 
 def test_many_small_vectors_of_normal_values_are_not_pointed_at():
     random = np.random.default_rng(7)
     experiments = 200
-    warned = sum(notes.are_odd(list(random.normal(size=(100, 5)))) for _ in range(experiments))
+    warned = sum(warnings.are_odd(list(random.normal(size=(100, 5)))) for _ in range(experiments))
     # The test's level is 1 %; residuals of one sample depend on each other, which adds a little.
     assert stats.binomtest(warned, experiments, 0.04, "greater").pvalue > 0.01
 
 
 def test_twin_residuals_that_pass_for_normal_warn_of_normal_values(monkeypatch):
-    monkeypatch.setattr(notes.stats.beta, "cdf", lambda share, a, b: notes.stats.norm.cdf(
+    monkeypatch.setattr(warnings.stats.beta, "cdf", lambda share, a, b: warnings.stats.norm.cdf(
         (2 * share - 1) * (2 * a + 1) / np.sqrt(2 * a + 2)))
     random = np.random.default_rng(7)
-    assert all(notes.are_odd(list(random.normal(size=(100, 5)))) for _ in range(10))
+    assert all(warnings.are_odd(list(random.normal(size=(100, 5)))) for _ in range(10))
 
 
 def test_labels_are_text(tmp_path, recwarn):

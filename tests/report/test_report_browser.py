@@ -7,7 +7,7 @@ import subprocess
 import pytest
 from synthetic import campaign, design, timed
 
-from desim.report.campaign.writing import write
+from desim.report.campaign.campaign_report import write
 
 FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
          "--disable-background-networking", "--disable-component-update", "--disable-sync",

@@ -5,10 +5,10 @@ import csv
 import pytest
 from synthetic import LIMIT_S, campaign, design, timed
 
+from desim.report.campaign.campaign_report import write
 from desim.report.campaign.numbers.contrasts import contrasts
 from desim.report.campaign.numbers.estimates import Estimates
 from desim.report.campaign.numbers.study import Study
-from desim.report.campaign.writing import write
 
 ROBOTS = {"robots": [1, 2, 3]}
 

@@ -8,7 +8,7 @@ _MADE = """\
 import sys
 from pathlib import Path
 from synthetic import campaign, design, timed
-from desim.report.campaign.writing import write
+from desim.report.campaign.campaign_report import write
 
 folder = Path(sys.argv[1])
 parameters = {"range": list(range(1, 1001)), "strategy": ["near", "far"]}

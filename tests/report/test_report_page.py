@@ -11,9 +11,9 @@ from synthetic import write as table
 
 from desim.campaign.design.design import Design
 from desim.errors import InputError
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
+from desim.report.campaign.campaign_report import write
 from desim.report.campaign.tables import overview
-from desim.report.campaign.writing import write
 from desim.statistics.intervals import bca_interval, t_interval
 from desim.statistics.sensitivity import indices, saltelli
 
@@ -314,11 +314,11 @@ def test_many_runs_say_how_their_interval_is_computed(tmp_path):
     report = {"metrics": ["collisions"]}
     page = made(tmp_path, design(robots, iterations=30, report=report))
     assert "(Hesterberg 2015; 96.2 % for 30 runs)" in page.text
-    assert wording.between(*bca_interval([k % 7 for k in range(30)])[1:3]) in page.text
+    assert formatting.between(*bca_interval([k % 7 for k in range(30)])[1:3]) in page.text
     page = made(tmp_path, design(robots, report=report, iterations={
         "metric": "collisions", "width": 1.0, "at_least": 5, "at_most": 30}))
     assert "bootstrap" not in page.text
-    shown = wording.between(*t_interval([k % 7 for k in range(30)])[1:3])
+    shown = formatting.between(*t_interval([k % 7 for k in range(30)])[1:3])
     assert f"{shown} 30 9" in page.text  # and its measured coverage
 
 

@@ -10,10 +10,10 @@ from desim.campaign.design.ladder import RUNGS, ladder_design
 from desim.commands.views.ladder import terminal_table
 from desim.errors import InputError
 from desim.report.campaign.answers import rungs
+from desim.report.campaign.campaign_report import write
 from desim.report.campaign.numbers.estimates import Estimates
 from desim.report.campaign.numbers.study import Study
 from desim.report.campaign.tables.table import ReportTable
-from desim.report.campaign.writing import write
 
 LADDER = {"rung": list(RUNGS), "strategy": ["a", "b", "c"]}
 KEYS = {"rung": {"key": "network.fidelity", "values": list(RUNGS)},

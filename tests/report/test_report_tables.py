@@ -7,9 +7,9 @@ import subprocess
 import pytest
 from synthetic import campaign, design, timed
 
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
+from desim.report.campaign.campaign_report import write
 from desim.report.campaign.tables.table import ReportTable, Shown, as_csv, as_html, as_latex
-from desim.report.campaign.writing import write
 
 ODD = ReportTable("odd", "50 % of a_b & c: [m²] {x} ~ ^ \\ $ # –", ["a_b [m²]", "words & more"],
             [[1234567.0, "100 % <x>"], [None, "[a] – b"], [Shown("> 5 000", 5000.0), "c_d"]],
@@ -41,7 +41,7 @@ def test_many_rows_are_left_to_the_file():
     (99.99999, "100"), (-3.0, "-3"), (1e-9, "1e-09"), (1234567.0, "1 234 567"), (20000.0, "20 000"),
     (0.5, "0.5")])
 def test_numbers_have_four_digits(value, text):
-    assert wording.number(value) == text
+    assert formatting.number(value) == text
 
 
 def compiled(folder, sources):

@@ -18,8 +18,8 @@ from desim.blame import cause_of
 from desim.campaign.running.agenda import Agenda
 from desim.campaign.running.driver import TimeLeft
 from desim.campaign.running.prediction import Cost, Forecast
-from desim.campaign.running.remarks import remarks
 from desim.campaign.running.sweep import INDEX, TABLE, Sweep
+from desim.campaign.running.warnings import warnings_of
 from desim.commands.views.terminal import Terminal
 from desim.results.row import Row
 from desim.results.status import RunStatus
@@ -138,8 +138,8 @@ class SweepView:
         done, failed, total = sweep.agenda.progress
         self._console.print(f"{done} of {total} runs{_failed(failed)}; table: "
                             f"{sweep.out / TABLE}")
-        for remark in remarks(sweep.plan, sweep.metrics, sweep.agenda):
-            self._console.print(remark)
+        for warning in warnings_of(sweep.plan, sweep.metrics, sweep.agenda):
+            self._console.print(warning)
         if failed:
             self._print_failures()
 

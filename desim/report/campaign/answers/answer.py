@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
 from desim.report.campaign.numbers import (
     Axis,
     Estimate,
@@ -46,21 +46,21 @@ def _along(study: Study, estimates: Estimates, metric: str, line: PlotLine) -> s
     if first.mean is None or last.mean is None:
         return ""
     begin, end = map(axis.label, vectors)
-    named = f"{line.label + ': ' if line.label else ''}{wording.titled(metric)}"
+    named = f"{line.label + ': ' if line.label else ''}{formatting.titled(metric)}"
     if first.late == first.n and last.late == last.n:
         return f"{named}: no run reached the aim, neither at {axis.name} = {begin} nor at {end}."
     change = t_interval(_differences(study, estimates, metric,
                                      [vectors] if study.is_paired else []))
     more = "" if change.low is None else (
-        f": {wording.number(change.mean, 3)} {wording.between(change.low, change.high)} more, seed "
-        f"by seed{_doubt(change)}")
+        f": {formatting.number(change.mean, 3)} "
+        f"{formatting.between(change.low, change.high)} more, seed by seed{_doubt(change)}")
     return (f"{named} goes from {_estimate(first)} at {axis.name} = {begin} to {_estimate(last)} "
             f"at {end}{more}.")
 
 
 def _estimate(one: Estimate) -> str:
-    bounds = "" if one.low is None else f" {wording.between(one.low, one.high)}"
-    return f"{wording.at_least(one.mean, one.late, 3)}{bounds} (n = {one.n})"
+    bounds = "" if one.low is None else f" {formatting.between(one.low, one.high)}"
+    return f"{formatting.at_least(one.mean, one.late, 3)}{bounds} (n = {one.n})"
 
 
 def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level: int) -> str:
@@ -69,7 +69,7 @@ def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level:
     pairs = _pairs(study, axis, level)
     of = [estimates.of(metric, vector) for pair in pairs for vector in pair]
     if of and all(0 < one.n == one.late for one in of):
-        return (f"{wording.titled(metric)} of {axis.name} = {axis.labels[level]} and "
+        return (f"{formatting.titled(metric)} of {axis.name} = {axis.labels[level]} and "
                 f"{axis.labels[0]}: no run reached the aim, so that nothing is known of the "
                 "difference.")
     found = t_interval(_differences(study, estimates, metric, pairs))
@@ -78,13 +78,13 @@ def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level:
     first, second = axis.labels[0], axis.labels[level]
     mean = "" if len(pairs) == 1 else f", mean over {len(pairs)} settings of the rest"
     if found.low is None or found.high is None:
-        return (f"{wording.titled(metric)} of {second} minus {first}: "
-                f"{wording.number(found.mean, 3)}, one seed{mean}.")
-    words = (f"is {wording.number(abs(found.mean), 3)} {'above' if found.mean > 0 else 'below'} "
+        return (f"{formatting.titled(metric)} of {second} minus {first}: "
+                f"{formatting.number(found.mean, 3)}, one seed{mean}.")
+    words = (f"is {formatting.number(abs(found.mean), 3)} {'above' if found.mean > 0 else 'below'} "
              f"{first}" if found.low > 0 or found.high < 0
-             else f"cannot be told from {first}: difference {wording.number(found.mean, 3)}")
-    return (f"{wording.titled(metric)} of {axis.name} = {second} {words}, 95 % interval of "
-            f"the difference {wording.between(found.low, found.high)}, n = {found.n} seeds{mean}"
+             else f"cannot be told from {first}: difference {formatting.number(found.mean, 3)}")
+    return (f"{formatting.titled(metric)} of {axis.name} = {second} {words}, 95 % interval of "
+            f"the difference {formatting.between(found.low, found.high)}, n = {found.n} seeds{mean}"
             f"{_doubt(found)}.")
 
 

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections import Counter
 
 from desim.blame import cause_of
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
 from desim.report.campaign.numbers import Estimates, Study, VectorRuns
 from desim.report.campaign.numbers.contrasts import Contrast, strongest
-from desim.report.campaign.numbers.knees import Bend, interval
+from desim.report.campaign.numbers.knees import LineKnees, interval
 from desim.report.campaign.tables.table import Cell, ReportTable
 
 _MOST_SAID = 6  # places of a kind
 _MOST_COLUMNS = 4
 
 
-def glance(study: Study, estimates: Estimates, bends: dict[str, list[Bend]]) -> ReportTable | None:
+def glance(study: Study, estimates: Estimates,
+           bends: dict[str, list[LineKnees]]) -> ReportTable | None:
     """A table of each metric's means along the axis and of its knees, a column a line (or a row a
     line, if there are many). None if the axis has no numbers or only one value."""
     axis = study.against
@@ -26,11 +27,12 @@ def glance(study: Study, estimates: Estimates, bends: dict[str, list[Bend]]) -> 
     rows: list[list[Cell]]
     if len(places) <= _MOST_COLUMNS:
         head = ["metric", *(place or ends for place in places)]
-        rows = [[wording.titled(metric), *(_along(study, estimates, metric, bend)
-                                           for bend in found)] for metric, found in bends.items()]
+        rows = [[formatting.titled(metric),
+                 *(_along(study, estimates, metric, bend) for bend in found)]
+                for metric, found in bends.items()]
     else:
         head = ["metric", "line", ends]
-        rows = [[wording.titled(metric), bend.place, _along(study, estimates, metric, bend)]
+        rows = [[formatting.titled(metric), bend.place, _along(study, estimates, metric, bend)]
                 for metric, found in bends.items() for bend in found]
     exact: list[list[Cell]] = [[metric, bend.place, *knee] for metric, found in bends.items()
                                for bend in found for knee in bend.knees]
@@ -40,13 +42,13 @@ def glance(study: Study, estimates: Estimates, bends: dict[str, list[Bend]]) -> 
         ["metric", "line", "at", "low", "high", "slope_before", "slope_after", "p", "n"], exact)
 
 
-def _along(study: Study, estimates: Estimates, metric: str, bend: Bend) -> str:
+def _along(study: Study, estimates: Estimates, metric: str, bend: LineKnees) -> str:
     """The means at both ends of a line, and its knees."""
     ends = [estimates.of(metric, bend.line.vectors[end]) for end in (0, -1)]
-    text = " → ".join(f"{wording.at_least(one.mean, one.late, 3)} (n = {one.n})" for one in ends)
+    text = " → ".join(f"{formatting.at_least(one.mean, one.late, 3)} (n = {one.n})" for one in ends)
     if not bend.knees:
         return f"{text}\nno knee" if bend.was_sought else text
-    return "\n".join([text, *(f"knee {wording.quantity(knee.at, study.axis.unit)} "
+    return "\n".join([text, *(f"knee {formatting.quantity(knee.at, study.axis.unit)} "
                               f"({interval(knee, study.axis)})" for knee in bend.knees)])
 
 
@@ -64,7 +66,7 @@ def failed(study: Study) -> list[str]:
     none = [vector for vector in study.vectors if study.failed[vector.rows].all()]
     if none and len(none) < len(study.vectors):
         sentences.append(f"All runs failed in {len(none)} of "
-                    f"{wording.counted(len(study.vectors), 'vector')}: {_named(study, none)}.")
+                    f"{formatting.counted(len(study.vectors), 'vector')}: {_named(study, none)}.")
     return sentences
 
 
@@ -82,16 +84,16 @@ def starved(study: Study) -> list[str]:
     if never and len(never) == len(tried):
         return [f"No {which} reached the aim."]
     return [f"No {which} reached the aim in {len(never)} of "
-            f"{wording.counted(len(study.vectors), 'vector')}: {_named(study, never)}."] \
+            f"{formatting.counted(len(study.vectors), 'vector')}: {_named(study, never)}."] \
         if never else []
 
 
 def differing(found: dict[str, list[Contrast]]) -> list[str]:
     """A sentence: the number of significant comparisons of each metric."""
-    counts = [f"{wording.titled(metric)} in {len(strongest(pairs))} of {len(pairs)}"
+    counts = [f"{formatting.titled(metric)} in {len(strongest(pairs))} of {len(pairs)}"
               for metric, pairs in found.items() if strongest(pairs)]
     return [f"Significant differences, pair by pair after Holm's correction: "
-            f"{wording.listed(counts)}."] if counts else []
+            f"{formatting.listed(counts)}."] if counts else []
 
 
 def clearest(metric: str, found: list[Contrast]) -> str:
@@ -100,26 +102,26 @@ def clearest(metric: str, found: list[Contrast]) -> str:
     if not clear:
         return ""
     one, pair = clear[0], clear[0].paired
-    p = wording.probability(one.p)
-    return (f"{wording.titled(metric)}: {len(clear)} of "
-            f"{wording.counted(len(found), 'comparison')} significant after Holm's correction; the "
-            f"clearest: {one.axis} {one.first} minus {one.second}"
+    p = formatting.probability(one.p)
+    return (f"{formatting.titled(metric)}: {len(clear)} of "
+            f"{formatting.counted(len(found), 'comparison')} significant after Holm's correction; "
+            f"the clearest: {one.axis} {one.first} minus {one.second}"
             f"{f' at {one.where}' if one.where else ''}, "
-            f"{wording.number(pair.difference.mean)} "
-            f"{wording.between(pair.difference.low, pair.difference.high)}, d_z "
-            f"{wording.number(pair.cohen_dz, 3)}, p {p if p.startswith('<') else f'= {p}'} "
-            f"({wording.counted(pair.difference.n, 'seed')}).")
+            f"{formatting.number(pair.difference.mean)} "
+            f"{formatting.between(pair.difference.low, pair.difference.high)}, d_z "
+            f"{formatting.number(pair.cohen_dz, 3)}, p {p if p.startswith('<') else f'= {p}'} "
+            f"({formatting.counted(pair.difference.n, 'seed')}).")
 
 
 def _named(study: Study, vectors: list[VectorRuns]) -> str:
     """The names of some vectors, line by line."""
     if study.is_sampled or study.against is None:
-        return wording.listed([study.label(vector) for vector in vectors], _MOST_SAID)
+        return formatting.listed([study.label(vector) for vector in vectors], _MOST_SAID)
     by_line: dict[str, list[str]] = {}
     rest = [axis for axis in study.axes.values() if axis is not study.against]
     for vector in vectors:
         place = f"{study.label(vector, *rest)}, " if rest else ""
         by_line.setdefault(place, []).append(study.against.label(vector))
-    lines = [f"{place}{study.against.name} = {wording.listed(labels)}"
+    lines = [f"{place}{study.against.name} = {formatting.listed(labels)}"
              for place, labels in by_line.items()]
     return "; ".join(lines[:_MOST_SAID]) + ("; ..." if len(lines) > _MOST_SAID else "")

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
 from desim.report.campaign.figures import layout
 from desim.report.campaign.figures.style import colour, marker
 from desim.report.campaign.numbers import TIMES, Estimates, Panel, PlotLine, Study, VectorRuns
@@ -35,7 +35,7 @@ class MetricGroup(NamedTuple):
     @property
     def common(self) -> str:
         """The part that the names share, as a title."""
-        return wording.titled(self.pattern.replace("*", " ").strip(" _"))
+        return formatting.titled(self.pattern.replace("*", " ").strip(" _"))
 
     def of(self, metric: str) -> str:
         """The part of a metric's name that the others do not share."""
@@ -118,9 +118,9 @@ class _Onsets:
         found = self._knees.of(metric, self._line, self._place) if axis.is_numeric else None
         if found is None or not found.knees:
             return [*row, "none" if found and found.was_sought else "–", ""]
-        return [*row, wording.listed([wording.quantity(knee.at, axis.unit)
-                                      for knee in found.knees]),
-                wording.listed([interval(knee, axis) for knee in found.knees])]
+        return [*row, formatting.listed([formatting.quantity(knee.at, axis.unit)
+                                         for knee in found.knees]),
+                formatting.listed([interval(knee, axis) for knee in found.knees])]
 
     def sentence(self) -> list[str]:
         """The order in words; empty if there is nothing to compare."""
@@ -130,15 +130,15 @@ class _Onsets:
         falling = {metric: one.at for metric, one in self.onsets.items() if one.at is not None}
         if not falling:
             names = [self._group.of(metric) for metric in self.onsets]
-            return [f"{prefix}none of {wording.listed(names)} gives in."]
+            return [f"{prefix}none of {formatting.listed(names)} gives in."]
         order = sorted(falling, key=lambda metric: self.onsets[metric].sign * falling[metric])
         first, rest = ([self._falls(metric, self._line.vectors[falling[metric]])
                         for metric in order if (falling[metric] == falling[order[0]]) is is_first]
                        for is_first in (True, False))
-        return [f"{prefix}{wording.listed(first)} "
+        return [f"{prefix}{formatting.listed(first)} "
                 f"{'gives' if len(first) == 1 else 'give'} in first"
-                f"{', then ' + wording.listed(rest) if rest else ''}."]
+                f"{', then ' + formatting.listed(rest) if rest else ''}."]
 
     def _falls(self, metric: str, vector: VectorRuns) -> str:
         return (f"{self._group.of(metric)} (at {self._axis.label(vector)}, mean "
-                f"{wording.number(self._estimates.of(metric, vector).mean, 3)})")
+                f"{formatting.number(self._estimates.of(metric, vector).mean, 3)})")

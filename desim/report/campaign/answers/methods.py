@@ -20,7 +20,7 @@ from desim.campaign.design.design import (
 )
 from desim.errors import InputError
 from desim.files import content
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
 from desim.report.campaign.numbers import TIMES, Axis, Study
 from desim.report.campaign.numbers.contrasts import Contrast
 from desim.results.run import Run
@@ -118,7 +118,7 @@ def _made(study: Study, sources: Sources) -> str:
 def _design(study: Study) -> str:
     design = study.design
     levels = "; ".join(_levels(study, name) for name in study.axes)
-    text = [f"{_vectors(study)} of {wording.counted(len(study.axes), 'parameter')} were run: "
+    text = [f"{_vectors(study)} of {formatting.counted(len(study.axes), 'parameter')} were run: "
             f"{levels}." if study.axes else "One vector, without parameters, was run."]
     counts = [len(vector.rows) for vector in study.vectors]
     if isinstance(design.iterations, Until):
@@ -127,7 +127,7 @@ def _design(study: Study) -> str:
                     f"most {rule.width} wide, at least {rule.at_least} and at most "
                     f"{rule.at_most} times (between {min(counts)} and {max(counts)} runs).")
     else:
-        times = wording.counted(design.iterations, "time")
+        times = formatting.counted(design.iterations, "time")
         text.append(f"Each vector was run {'once' if design.iterations == 1 else times}.")
     if study.is_paired:
         last = int(study.iterations.max()) + design.seed
@@ -147,16 +147,16 @@ def _design(study: Study) -> str:
 def outcome(study: Study) -> str:
     """The outcome of the runs in a sentence."""
     once = study.once
-    counts = [wording.number(int((once & which).sum()), 9) for which in (
+    counts = [formatting.number(int((once & which).sum()), 9) for which in (
         study.reached, study.censored & ~study.failed, study.failed)]
     shared = "" if once.all() else " (vectors with the same values share theirs)"
-    return (f"{wording.counted(int(once.sum()), 'run')} ended{shared}, of which {counts[0]} "
+    return (f"{formatting.counted(int(once.sum()), 'run')} ended{shared}, of which {counts[0]} "
             f"reached the aim, {counts[1]} were stopped before it and {counts[2]} failed; failed "
             "runs are left out of all estimates.")
 
 
 def _vectors(study: Study) -> str:
-    shape, count = study.design.vectors, wording.counted(len(study.vectors), "vector")
+    shape, count = study.design.vectors, formatting.counted(len(study.vectors), "vector")
     if isinstance(shape, LatinHypercube):
         return f"A Latin hypercube sample (McKay et al. 1979): {count}"
     if isinstance(shape, Sobol):
@@ -178,7 +178,7 @@ def sets(design: Design, name: str) -> str:
         return ", ".join(dict.fromkeys(key for keys in shape.levels.values() for key in keys))
     users = [other for other, one in design.parameters.items() if isinstance(one, Levels)
              and f'"${name}"' in json.dumps(one.levels)]
-    used = f"${name} in {wording.listed(users)}" if users else ""
+    used = f"${name} in {formatting.listed(users)}" if users else ""
     return ", ".join(filter(None, [shape.key, used]))
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
 from desim.report.campaign.numbers import Estimates, Study
 from desim.report.campaign.numbers.contrasts import FEWEST_SEEDS, by_iteration
 from desim.report.campaign.tables.table import Cell, ReportTable, Shown
@@ -69,27 +69,27 @@ def sentences(study: Study, metric: str, found: list[Rung]) -> list[str]:
         return [f"The highest rung, {highest.name}, has no runs to compare with."]
     if highest.kendall.tau is None:
         return [f"On the highest rung, {highest.name}, all settings have the same "
-                f"{wording.titled(metric)}: there is no ranking that others could hold."]
+                f"{formatting.titled(metric)}: there is no ranking that others could hold."]
     below, out = found[:-1], []
     if not any(rung.flips for rung in below):
         held = [rung.name for rung in below if rung.kendall and rung.kendall.tau is not None]
         fewest = min(rung.seeds for rung in found)
         hint = "" if fewest >= FEWEST_SEEDS else (
-            f" With {wording.counted(fewest, 'seed')} that is no more than a hint.")
-        out.append(f"The ranking by {wording.titled(metric)} on {highest.name} holds on "
-                   f"{wording.listed(held)}.{hint}")
+            f" With {formatting.counted(fewest, 'seed')} that is no more than a hint.")
+        out.append(f"The ranking by {formatting.titled(metric)} on {highest.name} holds on "
+                   f"{formatting.listed(held)}.{hint}")
     for rung in below:
         pairs = [f"{labels[flip.i]} and {labels[flip.j]} "
                  f"({'significant' if flip.significant else 'not significant'}, p "
-                 f"{wording.probability(flip.p)})" for flip in rung.flips]
+                 f"{formatting.probability(flip.p)})" for flip in rung.flips]
         if pairs:
-            out.append(f"{rung.name} flips {wording.listed(pairs)} against {highest.name}.")
+            out.append(f"{rung.name} flips {formatting.listed(pairs)} against {highest.name}.")
     tied = [rung.name for rung in below if rung.kendall and rung.kendall.tau is None]
     if tied:
-        out.append(f"On {wording.listed(tied)} all settings come to the same.")
+        out.append(f"On {formatting.listed(tied)} all settings come to the same.")
     lacking = [rung.name for rung in below if rung.kendall is None]
     if lacking:
-        out.append(f"Without results for every setting: {wording.listed(lacking)}.")
+        out.append(f"Without results for every setting: {formatting.listed(lacking)}.")
     return out
 
 
@@ -102,12 +102,12 @@ def table(study: Study, metric: str, found: list[Rung]) -> ReportTable:
         tau = None if rung.kendall is None else rung.kendall.tau
         pairs = ", ".join(f"{labels[flip.i]}/{labels[flip.j]}{'*' if flip.significant else ''}"
                           for flip in rung.flips)
-        rows.append([rung.name, *(Shown(wording.at_least(mean, late), mean)
+        rows.append([rung.name, *(Shown(formatting.at_least(mean, late), mean)
                                   for mean, late in zip(rung.means, rung.late, strict=True)),
-                     rung.seeds, Shown(wording.number(tau, 3), tau), pairs or "none"])
+                     rung.seeds, Shown(formatting.number(tau, 3), tau), pairs or "none"])
         exact.append([rung.name, *rung.means, rung.seeds, tau, pairs])
     head = ["rung", *labels, "seeds", "Kendall's tau", "flipped"]
     return ReportTable(
-        f"{metric}_ladder", f"{wording.titled(metric)} on the fidelity ladder: means, and "
+        f"{metric}_ladder", f"{formatting.titled(metric)} on the fidelity ladder: means, and "
         f"Kendall's tau of the ranking against that of {found[-1].name}; * a flip that is "
         "significant at 5 % after Holm's correction.", head, rows, head, exact)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from desim.campaign.design.design import Saltelli
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
 from desim.report.campaign.figures import layout
 from desim.report.campaign.figures.style import INK, WIDTH_IN, colour
 from desim.report.campaign.numbers import Estimates, Study
@@ -40,7 +40,7 @@ def scatter_figure(study: Study, estimates: Estimates, metric: str) -> Figure:
         layout.along(axes, axis)
     for spare in all_axes[len(axes_of):]:
         spare.remove()
-    layout.finish(figure, list(all_axes[:len(axes_of)]), [], wording.titled(metric),
+    layout.finish(figure, list(all_axes[:len(axes_of)]), [], formatting.titled(metric),
                    [Line2D([], [], color=INK, marker="_", label="mean of eight equal parts, with "
                                                                "95 % interval")])
     return figure
@@ -73,11 +73,11 @@ def sentences(study: Study, estimates: Estimates, metric: str) -> list[str]:
     found = sobol(study, estimates, metric)
     if found is None or found[0].total is None:
         return []
-    shares = [f"{name} {wording.number(one.total, 2)} "
-              f"{wording.between(one.total_low, one.total_high)}" for name, one in sorted(
+    shares = [f"{name} {formatting.number(one.total, 2)} "
+              f"{formatting.between(one.total_low, one.total_high)}" for name, one in sorted(
                   zip(study.axes, found, strict=True), key=lambda one: -(one[1].total or 0.0))]
-    return [f"Share of the variance of {wording.titled(metric)} in which each parameter has a part "
-            f"(total Sobol index): {wording.listed(shares)}."]
+    return [f"Share of the variance of {formatting.titled(metric)} in which each parameter has a "
+            f"part (total Sobol index): {formatting.listed(shares)}."]
 
 
 def sobol_figure(study: Study, found: list[SobolIndices], metric: str) -> Figure:
@@ -92,7 +92,7 @@ def sobol_figure(study: Study, found: list[SobolIndices], metric: str) -> Figure
             axes.plot([low, high], [at, at], color=INK, linewidth=1.2, marker="|", markersize=5)
     axes.set_yticks(range(len(found)), list(study.axes))
     axes.invert_yaxis()
-    axes.set_xlabel(f"share of the variance of {wording.titled(metric)}")
+    axes.set_xlabel(f"share of the variance of {formatting.titled(metric)}")
     axes.axvline(0.0, color=INK, linewidth=0.7)
     axes.grid(axis="y", visible=False)
     figure.legend(loc="outside upper left", ncols=2)
@@ -101,11 +101,11 @@ def sobol_figure(study: Study, found: list[SobolIndices], metric: str) -> Figure
 
 def sobol_table(study: Study, found: list[SobolIndices], metric: str) -> ReportTable:
     """The indices and their intervals as a table."""
-    rows = [[name, one.first, wording.between(one.first_low, one.first_high), one.total,
-             wording.between(one.total_low, one.total_high)]
+    rows = [[name, one.first, formatting.between(one.first_low, one.first_high), one.total,
+             formatting.between(one.total_low, one.total_high)]
             for name, one in zip(study.axes, found, strict=True)]
     return ReportTable(
-        f"{metric}_sobol", f"Sobol indices of {wording.titled(metric)}: what a parameter "
+        f"{metric}_sobol", f"Sobol indices of {formatting.titled(metric)}: what a parameter "
         "explains by itself, and what it has a part in, with 95 % intervals.",
         ["parameter", "first order", "95 % interval", "total", "95 % interval"], rows,
         ["parameter", *SobolIndices._fields],

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
 from desim.report.campaign.figures import layout
 from desim.report.campaign.figures.style import INK, colour, marker
 from desim.report.campaign.numbers import (
@@ -20,7 +20,7 @@ from desim.report.campaign.numbers import (
     Study,
     VectorRuns,
 )
-from desim.report.campaign.numbers.knees import Bend
+from desim.report.campaign.numbers.knees import LineKnees
 from desim.report.log_axis import plain
 
 _MOST_DOTS = 800  # in a figure
@@ -31,7 +31,7 @@ _WIDE_RANGE = 50.0  # largest over smallest value of a metric with a logarithmic
 
 
 def metric_figure(study: Study, estimates: Estimates, metric: str, panels: list[Panel],
-                  bends: list[Bend]) -> Figure:
+                  bends: list[LineKnees]) -> Figure:
     """The figure of a metric."""
     figure, all_axes = layout.paneled(len(panels))
     painter = _Painter(study, estimates, metric, panels)
@@ -42,12 +42,12 @@ def metric_figure(study: Study, estimates: Estimates, metric: str, panels: list[
                            and any(bend.line is line for line in panel.lines)])
         painter.axis(axes, panel.title)
     layout.limit(all_axes[0], painter.span)
-    layout.finish(figure, all_axes, panels, wording.titled(metric), painter.keys(
+    layout.finish(figure, all_axes, panels, formatting.titled(metric), painter.keys(
         any(bend.knees for bend in bends)))
     return figure
 
 
-def _mark_knees(axes: Axes, bends: list[Bend]) -> None:
+def _mark_knees(axes: Axes, bends: list[LineKnees]) -> None:
     """Draw knees as bands from top to bottom; as strips where bands would hide each other."""
     strips = len(bends) > _BANDS
     for place, bend in enumerate(bends):
@@ -118,7 +118,7 @@ class _Painter:
         if len(self._successes) > 1:
             out += [Line2D([], [], color=INK, linestyle="none", marker="o",
                            markersize=self._area(count)**0.5,
-                           label=f"{wording.counted(count, 'run')} reached the aim")
+                           label=f"{formatting.counted(count, 'run')} reached the aim")
                     for count in sorted({max(min(self._successes), 1), self._most})]
             if 0 in self._successes:
                 out.append(Line2D([], [], color=INK, linestyle="none", marker="o",
@@ -128,7 +128,7 @@ class _Painter:
             out += [Line2D([], [], color=INK, linestyle=":", marker="x", markersize=4,
                            label="mean of the successes alone"),
                     Line2D([], [], color=INK, linestyle="--", alpha=0.6,
-                           label=f"time limit, {wording.number(self._limit)} s")]
+                           label=f"time limit, {formatting.number(self._limit)} s")]
         if with_knee:
             out.append(Line2D([], [], color=INK, linestyle=(0, (5, 2)), linewidth=1.0,
                               label="knee, with its interval"))
@@ -168,7 +168,7 @@ def reading(study: Study) -> str:
         text += " The larger a symbol, the more runs reached the aim; hollow: none did."
     if study.others:
         text += (f" Panels are the levels of "
-                 f"{wording.listed([axis.name for axis in study.others])}.")
+                 f"{formatting.listed([axis.name for axis in study.others])}.")
     return text
 
 
@@ -177,8 +177,8 @@ def caption(study: Study, estimates: Estimates, metric: str, vectors: list[Vecto
     found = [estimates.of(metric, vector) for vector in vectors]
     finished = sum(one.runs - one.failed for one in found)
     have = sum(one.n for one in found)
-    text = f"{wording.titled(metric)} against {study.against.name}. " if study.against \
-        else f"{wording.titled(metric)}. "
+    text = f"{formatting.titled(metric)} against {study.against.name}. " if study.against \
+        else f"{formatting.titled(metric)}. "
     if any(one.late for one in found):
         text += ("Mean restricted to the time limit: a run that was stopped counts with the "
                  "limit. Dotted: the mean of the successes, which leaves such runs out. ")

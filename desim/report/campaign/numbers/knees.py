@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
 from desim.report.campaign.numbers.estimates import Estimates
 from desim.report.campaign.numbers.lines import PlotLine
 from desim.report.campaign.numbers.study import Axis, Study
-from desim.statistics.bends import bends_of
 from desim.statistics.knee import FEWEST_LOADS, FEWEST_RUNS, Knee, breakpoint_of
+from desim.statistics.two_knees import knees_of
 
 ONSET = 0.95  # of the best mean of a line
 _STRAIGHT = "lines that meet do no better than a straight one"
@@ -20,9 +20,9 @@ MOST_WITH_TWO = 100  # lines in which a second knee is sought, a fifth of a seco
 _MOST_CELLS = 60_000_000  # resamples times points of all lines: some seconds
 
 
-class Bend(NamedTuple):
-    """The ``knees`` of one ``line``, which is named ``place``: at most two. Without a knee,
-    ``reason`` says whether a straight line fits as well, or why no knee could be sought."""
+class LineKnees(NamedTuple):
+    """At most two knees of one line. ``place`` is the line's name. Without a knee, ``reason`` says
+    why."""
 
     line: PlotLine
     place: str
@@ -41,7 +41,7 @@ class Knees:
     def __init__(self, study: Study, estimates: Estimates, count: int) -> None:
         self._study, self._estimates, self._count = study, estimates, count
 
-    def of(self, metric: str, line: PlotLine, place: str) -> Bend:
+    def of(self, metric: str, line: PlotLine, place: str) -> LineKnees:
         """The knees of a line of the metric's figure. Of very many runs the first iterations."""
         study, axis = self._study, self._study.axis
         found = [(self._estimates.of(metric, vector), axis.numbers[vector.levels[axis.name]])
@@ -57,15 +57,15 @@ class Knees:
             if 2 * whole.sum() >= max(len(whole), 2 * FEWEST_RUNS):
                 loads, values, blocks = loads[whole], values[whole], iterations[whole]
         if len(np.unique(loads)) < FEWEST_LOADS or len(loads) < FEWEST_RUNS:
-            return Bend(line, place, (), f"that wants {FEWEST_LOADS} values of {axis.name} and "
-                                         f"{FEWEST_RUNS} runs with results")
+            return LineKnees(line, place, (), f"that wants {FEWEST_LOADS} values of {axis.name} "
+                                              f"and {FEWEST_RUNS} runs with results")
         resamples = min(max(_MOST_CELLS // (self._count * len(loads)), 499), 1999)
         if self._count <= MOST_WITH_TWO:
-            knees = bends_of(loads, values, axis.log, resamples=resamples, blocks=blocks)
+            knees = knees_of(loads, values, axis.log, resamples=resamples, blocks=blocks)
         else:
             knee = breakpoint_of(loads, values, axis.log, resamples=resamples, blocks=blocks)
             knees = (knee,) if knee else ()
-        return Bend(line, place, knees, "" if knees else _STRAIGHT)
+        return LineKnees(line, place, knees, "" if knees else _STRAIGHT)
 
 
 def _whole(loads: np.ndarray, iterations: np.ndarray) -> np.ndarray:
@@ -75,34 +75,35 @@ def _whole(loads: np.ndarray, iterations: np.ndarray) -> np.ndarray:
     return np.isin(iterations, which[counts == len(np.unique(loads))])
 
 
-def sentences(bends: list[Bend], axis: Axis, metric: str) -> list[str]:
+def sentences(bends: list[LineKnees], axis: Axis, metric: str) -> list[str]:
     """All of a metric's lines in words, those without a knee together."""
     out = [_sentence(one, axis, metric) for one in bends if one.knees]
     for reason in dict.fromkeys(one.reason for one in bends if not one.knees):
         without = [one for one in bends if not one.knees and one.reason == reason]
         where = "" if len(without) == len(bends) or not without[0].place \
-            else f" for {wording.listed([one.place for one in without])}"
-        out.append(f"No knee of {wording.titled(metric)}{where}: {reason}.")
+            else f" for {formatting.listed([one.place for one in without])}"
+        out.append(f"No knee of {formatting.titled(metric)}{where}: {reason}.")
     return out
 
 
-def _sentence(bend: Bend, axis: Axis, metric: str) -> str:
+def _sentence(bend: LineKnees, axis: Axis, metric: str) -> str:
     label, first = bend.place, bend.knees[0]
     per = "decade" if axis.log else axis.unit or "1"
-    slopes = [wording.number(slope) for slope in (
+    slopes = [formatting.number(slope) for slope in (
         first.slope_before, *(knee.slope_after for knee in bend.knees))]
-    places = wording.listed([f"{wording.quantity(knee.at, axis.unit)} (95 % interval "
-                             f"{interval(knee, axis)})" for knee in bend.knees])
+    places = formatting.listed([f"{formatting.quantity(knee.at, axis.unit)} (95 % interval "
+                                f"{interval(knee, axis)})" for knee in bend.knees])
     fewer = "a single straight line" if len(bend.knees) == 1 else "fewer lines"
     return (f"{label + ': k' if label else 'K'}nee{'s' if len(bend.knees) > 1 else ''} of "
-            f"{wording.titled(metric)} at {axis.name} {places}; slopes {wording.listed(slopes)} "
-            f"per {per}, from low to high; p of {fewer} {wording.probability(first.p)}.")
+            f"{formatting.titled(metric)} at {axis.name} {places}; slopes "
+            f"{formatting.listed(slopes)} per {per}, from low to high; "
+            f"p of {fewer} {formatting.probability(first.p)}.")
 
 
 def interval(knee: Knee, axis: Axis) -> str:
     """The interval in words. A bound at the second load, or at the last but one, is open: a knee is
     not sought beyond."""
-    low, high = (wording.quantity(value, axis.unit) for value in (knee.low, knee.high))
+    low, high = (formatting.quantity(value, axis.unit) for value in (knee.low, knee.high))
     is_low, is_high = (bool(np.isclose(bound, edge)) for bound, edge in (
         (knee.low, axis.numbers[1]), (knee.high, axis.numbers[-2])))
     if is_low and is_high:

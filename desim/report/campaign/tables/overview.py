@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
 from desim.report.campaign.numbers import TIMES, Axis, Estimate, Estimates, Means, Study, VectorRuns
 from desim.report.campaign.numbers.contrasts import Contrast
 from desim.report.campaign.tables.table import Cell, ReportTable, Shown
@@ -30,7 +30,7 @@ def all_metrics(study: Study, estimates: Estimates) -> ReportTable:
         for i, vector in enumerate(study.vectors))  # a file's rows, one at a time
     caption = ("All metrics by vector: mean ± half of the 95 % interval; times are restricted to "
                "the time limit; ≥ where runs that were not there by then count with it.")
-    return ReportTable("metrics_by_vector", caption, [*head, *map(wording.titled, names)], rows,
+    return ReportTable("metrics_by_vector", caption, [*head, *map(formatting.titled, names)], rows,
                        [*exact_head, *(f"{name}{ending}" for name in means
                                        for ending in _endings(name))], exact)
 
@@ -61,8 +61,8 @@ def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vect
     for vector in study.vectors if few else drawn:
         one = estimates.of(metric, vector)
         row = [*_begin(study, vector),
-               Shown(wording.at_least(one.mean, one.late), one.mean),
-               Shown(wording.between(one.low, one.high), one.low), one.n]
+               Shown(formatting.at_least(one.mean, one.late), one.mean),
+               Shown(formatting.between(one.low, one.high), one.low), one.n]
         line = [*_exact_begin(study, vector), one.mean, one.low, one.high, one.n, one.method]
         if holds:
             share = holds.get(vector.number)
@@ -75,8 +75,8 @@ def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vect
         exact.append(line)
     others = "" if few else (f" {len(drawn)} of {len(study.vectors)} vectors; the others stand in "
                              "metrics_by_vector.csv.")
-    return ReportTable(metric, f"{wording.titled(metric)} by vector, with 95 % intervals.{others}",
-                       head, rows, exact_head, exact)
+    title = f"{formatting.titled(metric)} by vector, with 95 % intervals.{others}"
+    return ReportTable(metric, title, head, rows, exact_head, exact)
 
 
 def compared(metric: str, found: list[Contrast]) -> ReportTable:
@@ -87,13 +87,13 @@ def compared(metric: str, found: list[Contrast]) -> ReportTable:
         pair, words = one.paired, [one.axis, one.first, one.second, one.where]
         chances = [pair.t_p, one.p, pair.wilcoxon_p]
         rows.append([*words, pair.difference.mean,
-                     wording.between(pair.difference.low, pair.difference.high), pair.difference.n,
-                     *(Shown(wording.probability(p), p) for p in chances), pair.cohen_dz,
-                     pair.rank_biserial, f"{pair.above} / {pair.equal} / {pair.below}"])
+                     formatting.between(pair.difference.low, pair.difference.high),
+                     pair.difference.n, *(Shown(formatting.probability(p), p) for p in chances),
+                     pair.cohen_dz, pair.rank_biserial, f"{pair.above} / {pair.equal} / {pair.below}"])
         exact.append([*words, *pair.difference[:4], *chances, *pair[3:]])
     return ReportTable(
         f"{metric}_comparisons",
-        f"{wording.titled(metric)}: first minus second under common random numbers. p of "
+        f"{formatting.titled(metric)}: first minus second under common random numbers. p of "
         "the paired t test, the same after Holm's correction over this table, p of "
         "Wilcoxon's test; Cohen's d_z and the rank-biserial correlation; for how many "
         "seeds the first is above, equal, below.",
@@ -136,11 +136,12 @@ def _times(one: Estimate) -> tuple[list[Cell | Shown], list[Cell]]:
     if one.times is None:
         return [None, None], [None] * 8
     median, mean, limit = one.times.median, one.times.successes, one.times.limit
-    text = f"> {wording.number(limit)}" if median.value is None else wording.number(median.value)
+    text = formatting.number(median.value) if median.value is not None \
+        else f"> {formatting.number(limit)}"
     if median.low is not None or median.high is not None:
-        text += f" [{wording.number(median.low)}, {wording.number(median.high)}]"
+        text += f" [{formatting.number(median.low)}, {formatting.number(median.high)}]"
     return ([Shown(text, limit if median.value is None else median.value),
-             Shown(f"{wording.number(mean.mean)} of {mean.n}", mean.mean)],
+             Shown(f"{formatting.number(mean.mean)} of {mean.n}", mean.mean)],
             [*median, *mean[:4], limit])
 
 
@@ -154,6 +155,6 @@ def _means(study: Study, estimates: Estimates, metric: str) -> Means:
 
 
 def _with_half(mean: float, low: float, high: float, _: float, late: float) -> str:
-    text = wording.at_least(mean, int(late))
+    text = formatting.at_least(mean, int(late))
     has_width = not np.isnan(low) and high != low
-    return f"{text} ± {wording.number((high - low) / 2, 2)}" if has_width else text
+    return f"{text} ± {formatting.number((high - low) / 2, 2)}" if has_width else text

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from desim.report.campaign import wording
+from desim.report.campaign import formatting
 
 Cell = str | float | int | None
 
@@ -101,7 +101,7 @@ def _td(cell: Cell | Shown, words: bool, name: str) -> str:
 def text_of(cell: Cell | Shown) -> str:
     """The text of a cell."""
     text = cell.text if isinstance(cell, Shown) else cell
-    return text if isinstance(text, str) else wording.number(text)
+    return text if isinstance(text, str) else formatting.number(text)
 
 
 def _is_text(table: ReportTable, column: int) -> bool:

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from desim.campaign.design.design import Design
 from desim.errors import InputError
-from desim.report.campaign import wording
-from desim.report.campaign.answers import findings, groups, methods, notes, rungs, sensitivity
+from desim.report.campaign import formatting
+from desim.report.campaign.answers import findings, groups, methods, rungs, sensitivity, warnings
 from desim.report.campaign.answers.answer import answer_of
 from desim.report.campaign.figures import style, time_series
 from desim.report.campaign.figures.metric import caption, metric_figure, reading
@@ -73,7 +73,7 @@ class _Report:
                                                     self._drawn)
                         for group in self._groups}
         self._sources = methods.Sources(study)
-        self._wide = notes.about_width(study, self._estimates)
+        self._wide = warnings.about_width(study, self._estimates)
 
     def page(self) -> str:
         """The document."""
@@ -94,12 +94,12 @@ class _Report:
         return question + page.items(
             answer_of(study, self._estimates, self._single[0], self._drawn)
             if self._single else [], "answer") + page.facts([
-            (wording.number(len(study.vectors), 9), "vectors" if len(study.vectors) > 1
+            (formatting.number(len(study.vectors), 9), "vectors" if len(study.vectors) > 1
              else "vector"),
-            (wording.number(most, 9), "iterations" if most > 1 else "iteration"),
-            (wording.number(finished, 9), "runs finished"),
-            (wording.number(failed, 9), "failed"),
-            (wording.number(censored, 9), "censored (stopped before the aim)")])
+            (formatting.number(most, 9), "iterations" if most > 1 else "iteration"),
+            (formatting.number(finished, 9), "runs finished"),
+            (formatting.number(failed, 9), "failed"),
+            (formatting.number(censored, 9), "censored (stopped before the aim)")])
 
     def _findings(self) -> Section:
         study, table = self._study, findings.glance(self._study, self._estimates, self._bends)
@@ -117,8 +117,8 @@ class _Report:
             body += page.paragraph("One run a vector: there are no intervals and no comparisons, "
                                    "and knees rest on how the points scatter around lines.",
                                    "warn")
-        body += notes.about_metrics(study, self._single, self._groups) \
-            + notes.about_few(study, self._estimates, self._single)
+        body += warnings.about_metrics(study, self._single, self._groups) \
+            + warnings.about_few(study, self._estimates, self._single)
         if self._wide:
             body += page.paragraph(self._wide, "warn")
         return Section("findings", "In short", body)
@@ -135,7 +135,7 @@ class _Report:
         if study.design.metrics:
             body += page.paragraph("Metrics of this campaign:") + page.items(
                 [f"{name} = {formula}" for name, formula in study.design.metrics.items()])
-        return Section("run", "What was run", body + notes.failures(study))
+        return Section("run", "What was run", body + warnings.failures(study))
 
     def _metric(self, metric: str) -> Section:
         study, estimates = self._study, self._estimates
@@ -150,7 +150,7 @@ class _Report:
                       page.items(knees.sentences(bends, study.axis, metric) if bends else [])]
         if rungs.is_ladder(study):
             parts.append(self._written(rungs.table(study, metric, self._rungs(metric))))
-        covered = notes.coverage(study, estimates, metric)
+        covered = warnings.coverage(study, estimates, metric)
         parts.append(page.folded("By vector", self._written(overview.one_metric(
             study, estimates, metric, self._vectors,
             {number: one.share for number, one in covered.items()}))))
@@ -167,22 +167,22 @@ class _Report:
             f"hold the mean less often than 95 %: by simulation {min(shares):.1%} to "
             f"{max(shares):.1%}, depending on the vector.", "warn") + page.folded(
             "Measured coverage", self._written(
-                notes.coverage_table(study, estimates, metric, covered))))
-        return Section(f"metric-{metric}", wording.titled(metric), "\n".join(parts), 3)
+                warnings.coverage_table(study, estimates, metric, covered))))
+        return Section(f"metric-{metric}", formatting.titled(metric), "\n".join(parts), 3)
 
     def _sampled(self, metric: str) -> list[str]:
         study = self._study
         parts = [self._figure(sensitivity.scatter_figure(study, self._estimates, metric), metric,
-                              f"{wording.titled(metric)} over each parameter; a dot a vector. ")]
+                              f"{formatting.titled(metric)} over each parameter; a dot a vector. ")]
         found = sensitivity.sobol(study, self._estimates, metric)
         if found is not None and found[0].first is not None:
             parts += [self._figure(sensitivity.sobol_figure(study, found, metric),
                                    f"{metric}_sobol",
-                                   f"Sobol indices of {wording.titled(metric)}. "),
+                                   f"Sobol indices of {formatting.titled(metric)}. "),
                       self._written(sensitivity.sobol_table(study, found, metric))]
         return parts
 
-    def _bends_of(self, metric: str) -> list[knees.Bend]:
+    def _bends_of(self, metric: str) -> list[knees.LineKnees]:
         axis = self._study.against
         if self._study.is_sampled or axis is None or not axis.is_numeric:
             return []
@@ -232,7 +232,7 @@ class _Report:
         links = "".join(f'<li><a href="{name}">{name}</a></li>' for name in names)
         return Section("files", "Files", page.paragraph(
             "Each run is a row of runs.parquet in the campaign's folder.") + page.folded(
-            wording.counted(len(names), "file"), f"<ul>{links}</ul>"))
+            formatting.counted(len(names), "file"), f"<ul>{links}</ul>"))
 
     def _figure(self, drawn: Figure, name: str, caption: str) -> str:
         svg = style.save(drawn, self._out / "figures", name, caption.partition(". ")[0])

@@ -6,7 +6,7 @@ import pyarrow.parquet as pq
 from synthetic import campaign, design, timed
 
 from desim.campaign.folder.table import RAISED
-from desim.report.campaign.writing import write
+from desim.report.campaign.campaign_report import write
 
 ROBOTS = {"robots": [1, 2]}
 

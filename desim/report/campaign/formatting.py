@@ -1,4 +1,4 @@
-"""Numbers and words as people read them."""
+"""Numbers, intervals and titles as text."""
 
 from __future__ import annotations
 

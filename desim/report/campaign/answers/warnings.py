@@ -7,8 +7,8 @@ from scipy import stats
 
 from desim.campaign.design.design import Until
 from desim.campaign.running.agenda import is_narrow, stopping_rule
-from desim.campaign.running.remarks import raised_remark
-from desim.report.campaign import wording
+from desim.campaign.running.warnings import raised_warning
+from desim.report.campaign import formatting
 from desim.report.campaign.answers import findings
 from desim.report.campaign.answers.groups import MetricGroup
 from desim.report.campaign.numbers import Estimates, Study
@@ -33,7 +33,7 @@ def failures(study: Study) -> str:
     """The failed runs by cause, as HTML."""
     errors = findings.causes_of(study)
     return "" if not errors else page.paragraph(
-        f"{wording.counted(errors.total(), 'run')} failed:", "warn") + page.items(
+        f"{formatting.counted(errors.total(), 'run')} failed:", "warn") + page.items(
         [f"{count} × {error}" for error, count in errors.most_common(_MOST_ERRORS)])
 
 
@@ -42,13 +42,13 @@ def about_metrics(study: Study, single: list[str], groups: list[MetricGroup]) ->
     finished = int((study.once & ~study.failed).sum())
     if not finished:
         return ""
-    said = [f"{raised_remark(name, count, error, finished)}."
+    said = [f"{raised_warning(name, count, error, finished)}."
             for name, (count, error) in study.raised.items()]
     shown = {*study.raised, *single, *(group.pattern for group in groups)}
     absent = [name for name in dict.fromkeys((*study.design.report.metrics, *study.design.metrics))
               if name not in shown and not study.has(name)]
     if absent:
-        said.append(f"No run has a value of {wording.listed(absent)}.")
+        said.append(f"No run has a value of {formatting.listed(absent)}.")
     return "".join(page.paragraph(text, "warn") for text in said)
 
 
@@ -59,9 +59,9 @@ def about_few(study: Study, estimates: Estimates, metrics: list[str]) -> str:
     doubtful = [metric for metric in metrics if len(study.vectors) <= _MOST_TESTED and are_odd(
         [estimates.of(metric, vector).values for vector in study.vectors])]
     return "" if not doubtful else page.paragraph(
-        f"Some vectors have fewer than {_MANY} runs, and the values of {wording.listed(doubtful)} "
-        "are not near normal: their 95 % intervals may hold the mean much less often (66 % with "
-        "5 runs where values have two peaks). More iterations mend it.", "warn")
+        f"Some vectors have fewer than {_MANY} runs, and the values of "
+        f"{formatting.listed(doubtful)} are not near normal: their 95 % intervals may hold the mean "
+        "much less often (66 % with 5 runs where values have two peaks). More iterations mend it.", "warn")
 
 
 def are_odd(samples: list[np.ndarray]) -> bool:
@@ -92,8 +92,8 @@ def about_width(study: Study, estimates: Estimates) -> str:
             and not is_narrow(estimates.of(until.metric, vector).values, stopping_rule(until))]
     return "" if not wide else (
         f"The 95 % interval of {until.metric} was still wider than {until.width} in {len(wide)} of "
-        f"{wording.counted(len(study.vectors), 'vector')} after {until.at_most} runs each"
-        f"{f': {wording.listed(wide, _MOST_NAMED)}' if study.axes else ''}.")
+        f"{formatting.counted(len(study.vectors), 'vector')} after {until.at_most} runs each"
+        f"{f': {formatting.listed(wide, _MOST_NAMED)}' if study.axes else ''}.")
 
 
 def coverage(study: Study, estimates: Estimates, metric: str) -> dict[int, IntervalCoverage]:

@@ -1,4 +1,4 @@
-"""Remarks about a campaign's metrics: what to know before trusting its numbers."""
+"""Warnings about a campaign's metrics, printed at the end of a sweep."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from desim.campaign.running.agenda import Agenda
 from desim.results.status import RunStatus
 
 
-def remarks(plan: Plan, metrics: Metrics, agenda: Agenda) -> list[str]:
-    """The remarks, a line each; none where all is well, or where no run has finished."""
+def warnings_of(plan: Plan, metrics: Metrics, agenda: Agenda) -> list[str]:
+    """The warnings, a line each; none where all is well, or where no run has finished."""
     ids = dict.fromkeys(run_id for _, _, run_id in sorted(
         agenda.runs, key=lambda run: (run[0].number, run[1])) if run_id in agenda.rows)
     rows = [row for row in map(agenda.rows.__getitem__, ids) if row["status"] == RunStatus.FINISHED]
     if not rows:
         return []
     found = raised(metrics, rows)
-    lines = [raised_remark(name, *one, len(rows)) for name, one in found.items()]
+    lines = [raised_warning(name, *one, len(rows)) for name, one in found.items()]
     design, wide, rule = plan.design, agenda.wide, plan.design.iterations
     # The design's own metrics, and those that it shows or waits for, but for patterns.
     asked = dict.fromkeys((*design.metrics, *design.report.metrics,
@@ -33,6 +33,6 @@ def remarks(plan: Plan, metrics: Metrics, agenda: Agenda) -> list[str]:
     return lines
 
 
-def raised_remark(name: str, runs: int, error: str, finished: int) -> str:
-    """A remark about a metric that raised."""
+def raised_warning(name: str, runs: int, error: str, finished: int) -> str:
+    """The warning about a metric that raised."""
     return f"metric {name} raised in {runs} of {finished} runs: {error}"

@@ -1,4 +1,4 @@
-"""Remarks about metrics at the end of a campaign."""
+"""Warnings about metrics at the end of a campaign."""
 
 import json
 
@@ -8,8 +8,8 @@ from designs import Here, planned
 
 from desim.campaign.design.metrics import Metrics
 from desim.campaign.folder.table import RAISED
-from desim.campaign.running.remarks import remarks
 from desim.campaign.running.sweep import Sweep
+from desim.campaign.running.warnings import warnings_of
 
 MINE = """import math
 
@@ -34,7 +34,7 @@ TEXT = "parameters: {robots: {key: fleet.size, values: [1, 2]}}\nreport: {metric
 
 @pytest.fixture
 def swept(tmp_path):
-    """The remarks on a campaign with ``text``, and the metadata of its table."""
+    """The warnings about a campaign with ``text``, and the metadata of its table."""
     module = f"of_{tmp_path.name}"  # a process knows one module of a name
     (tmp_path / f"{module}.py").write_text(MINE)
 
@@ -43,7 +43,7 @@ def swept(tmp_path):
         out = tmp_path / "out"
         with Sweep(plan, Metrics(plan), out) as sweep:
             sweep.run(Here())
-            said = remarks(plan, sweep.metrics, sweep.agenda)
+            said = warnings_of(plan, sweep.metrics, sweep.agenda)
         return said, json.loads(pq.read_schema(out / "runs.parquet").metadata[RAISED.encode()])
 
     return done

@@ -1,7 +1,7 @@
-"""Two bends of a metric with a plateau at either end: it begins to give in, and has given in.
+"""Two knees of one curve: where a metric leaves its first plateau, and where it reaches its second.
 
 A network that is starved to the end cannot get worse: times stand at their limit, shares near 0.
-One bend through such a curve lies somewhere between the two that it has.
+A single knee would be placed somewhere between the two that such a curve has.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _GRID = 81  # places tried, of which all pairs
 _CELLS = 400_000  # samples times pairs held at a time: 3 MB
 
 
-def bends_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: float = 0.95,
+def knees_of(load: ArrayLike, metric: ArrayLike, log: bool = False, level: float = 0.95,
              seed: int = 0, resamples: int = 1999, blocks: ArrayLike | None = None,
              ) -> tuple[Knee, ...]:
     """The knees in ascending order: none, the one of ``breakpoint_of``, or two where three straight
