@@ -60,8 +60,9 @@ def about_few(study: Study, estimates: Estimates, metrics: list[str]) -> str:
         [estimates.of(metric, vector).values for vector in study.vectors])]
     return "" if not doubtful else page.paragraph(
         f"Some vectors have fewer than {_MANY} runs, and the values of "
-        f"{formatting.listed(doubtful)} are not near normal: their 95 % intervals may hold the mean "
-        "much less often (66 % with 5 runs where values have two peaks). More iterations mend it.", "warn")
+        f"{formatting.listed(doubtful)} are not near normal: their 95 % intervals may hold the "
+        "mean much less often (66 % with 5 runs where values have two peaks). More iterations "
+        "mend it.", "warn")
 
 
 def are_odd(samples: list[np.ndarray]) -> bool:

@@ -89,7 +89,8 @@ def compared(metric: str, found: list[Contrast]) -> ReportTable:
         rows.append([*words, pair.difference.mean,
                      formatting.between(pair.difference.low, pair.difference.high),
                      pair.difference.n, *(Shown(formatting.probability(p), p) for p in chances),
-                     pair.cohen_dz, pair.rank_biserial, f"{pair.above} / {pair.equal} / {pair.below}"])
+                     pair.cohen_dz, pair.rank_biserial,
+                     f"{pair.above} / {pair.equal} / {pair.below}"])
         exact.append([*words, *pair.difference[:4], *chances, *pair[3:]])
     return ReportTable(
         f"{metric}_comparisons",
