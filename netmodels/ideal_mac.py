@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.units import BitRate, Length, airtime_ns
-from netmodels.unit_disk import UnitDiskRadio, check_reaches, mask, settle
+from netmodels.shared_disk import UnitDiskRadio, check_reaches, mask, settle
 
 
 class _Sending(NamedTuple):

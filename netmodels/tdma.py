@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Length, Period, airtime_ns
-from netmodels.unit_disk import UnitDiskRadio, check_reaches, mask, settle_train
+from netmodels.shared_disk import UnitDiskRadio, check_reaches, mask, settle_train
 
 
 class _SlottedTrain(NamedTuple):

@@ -14,6 +14,7 @@ def test_nothing_is_found():
 @pytest.mark.parametrize("text, why", [
     ('"""What is sent later but is in earlier does not delay it."""', "opens with 'What'"),
     ('"""Frames.\n\nWhoever hears one may answer."""', "'whoever'"),
+    ('"""Frames that wait for\nothers."""', "does not end"),
     ('def look():\n    """Count the workers."""', "the name look"),
     ('class Told:\n    """A message."""', "the name Told")])
 def test_a_bad_docstring_and_a_bad_name_are_found(tmp_path: Path, text, why):

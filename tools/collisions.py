@@ -1,5 +1,7 @@
-"""Do bodies stay out of walls and of each other? Checks every tick of a run afterwards, only with
-distances of points from segments."""
+"""Do bodies stay out of walls and of each other?
+
+Checks every tick of a run afterwards, only with distances of points from segments.
+"""
 
 from __future__ import annotations
 

@@ -3,7 +3,8 @@
     python tools/prose.py [file or folder ...]
 
 The first line of a docstring is a sentence with a subject and a verb, or a noun phrase of the
-field, or a question. It does not open with a relative clause that has no head ("What is sent later
+field, or a question. In a module's docstring it ends with a full stop, a question mark or an
+exclamation mark. It does not open with a relative clause that has no head ("What is sent later
 ..."). Words of a private dialect are not used at all. A name in the code has no word that
 docs/glossary.md rules out in its last column. Exit code 1 if anything is found.
 """
@@ -72,6 +73,9 @@ def in_python(file: Path) -> Iterator[Finding]:
         if HEADLESS.match(text) and not QUESTION.match(text):
             yield Finding(file, line, f"a docstring opens with {text.split()[0]!r}: "
                                       f"{text.partition(chr(10))[0]}")
+        if isinstance(node, ast.Module) and text.partition("\n")[0][-1] not in ".?!":
+            yield Finding(file, line, "the first sentence of a module's docstring does not end on "
+                                      f"its first line: {text.partition(chr(10))[0]}")
         yield from dialect(file, line, text)
 
 

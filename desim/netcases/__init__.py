@@ -1,1 +1,4 @@
-"""Networks without robots: standard cases, and the load of a whole fleet."""
+"""Networks without robots: plays a network case, and the load of a whole fleet.
+
+The standard cases are in ``netmodels.cases``.
+"""

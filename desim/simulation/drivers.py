@@ -1,8 +1,8 @@
-"""Drivers, the nodes that publish what sensors see and apply commands to motors; and the monitor's
-node.
+"""Drivers: nodes that publish what sensors see and apply commands to motors.
 
 In ``testbed`` one of them sits on the workstation and serves every robot, as the simulator of the
-paper does; in ``field`` each robot's computer runs one for its own body.
+paper does; in ``field`` each robot's computer runs one for its own body. The monitor's node is here
+too.
 """
 
 from __future__ import annotations

@@ -1,5 +1,8 @@
-"""Plug-ins that go wrong: one line names the plug-in, its line, the host and the time; no traceback
-through desim, exit code 1."""
+"""Plug-ins that go wrong.
+
+One line names the plug-in, its line, the host and the time; no traceback through desim, exit
+code 1.
+"""
 
 import sys
 import textwrap

@@ -1,5 +1,7 @@
-"""DDS where one end has given the other one up and that one has not: leases differ, and an outage
-between the two makes differ what they remember."""
+"""DDS where one end has given the other one up and that one has not.
+
+Leases differ, and an outage between the two makes differ what they remember.
+"""
 
 import pytest
 from graphs import MS, Net, S, listener, silent, talker

@@ -1,6 +1,9 @@
-"""A random walk over outages: whatever hosts stop or are kept apart, no message has two fates or is
-heard twice, none goes astray, nothing spins, and afterwards everything flows again. Once over a
-network where everything arrives at once, once over one that is slow and loses frames."""
+"""A random walk over outages: no message has two fates, and afterwards everything flows again.
+
+Whatever hosts stop or are kept apart, no message is heard twice, none goes astray, and nothing
+spins. Once over a network where everything arrives at once, once over one that is slow and loses
+frames.
+"""
 
 from __future__ import annotations
 

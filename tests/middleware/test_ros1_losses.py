@@ -1,5 +1,7 @@
-"""ROS 1 with one master: what outlives a lost master, a dead node and a lost link, and for how
-long."""
+"""ROS 1 with one master: the loss of a master, a node or a link.
+
+What outlives it, and for how long?
+"""
 
 import pytest
 from graphs import MS, S, listener, silent, talker

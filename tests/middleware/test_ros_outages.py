@@ -1,5 +1,7 @@
-"""Anything may fail at any time, with one master or many: messages are accounted for, none comes
-twice, and no link is left that nothing will wake."""
+"""Anything in ROS may fail at any time, with one master or many.
+
+Messages are accounted for, none comes twice, and no link is left that nothing will wake.
+"""
 
 from collections import Counter
 

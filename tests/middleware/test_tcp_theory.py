@@ -1,5 +1,7 @@
-"""TCP against what can be computed without it. Each check has a twin: the same with one constant
-5 to 10 % off, which it must refuse."""
+"""TCP against what can be computed without it.
+
+Each check has a twin: the same with one constant 5 to 10 % off, which it must refuse.
+"""
 
 from math import ceil, log2
 

@@ -1,5 +1,8 @@
-"""Messages that are published while nobody is matched have an account of their own, the same under
-every middleware: published = delivered + dropped + unmatched + waiting, by topic."""
+"""Messages that are published while nobody is matched have an account of their own.
+
+It is the same under every middleware: published = delivered + dropped + unmatched + waiting, by
+topic.
+"""
 
 import pytest
 from graphs import MS, Net, S, Words, listener, silent, talker

@@ -1,5 +1,7 @@
-"""``desim validate --only middleware`` agrees where it is quick to see, and each family has twins:
-with one constant of the protocol changed the same rows fail."""
+"""``desim validate --only middleware`` agrees where it is quick to see.
+
+Each family has twins: with one constant of the protocol changed the same rows fail.
+"""
 
 from collections.abc import Callable
 from functools import partial

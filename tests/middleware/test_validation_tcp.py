@@ -1,5 +1,7 @@
-"""The rows of TCP in ``desim validate --only middleware``: a few that are quick, each with a twin
-in which a constant or a mechanism of TCP is wrong."""
+"""The rows of TCP in ``desim validate --only middleware``: a few that are quick.
+
+Each has a twin in which a constant or a mechanism of TCP is wrong.
+"""
 
 from collections.abc import Callable
 from typing import NamedTuple

@@ -1,5 +1,7 @@
-"""The busy time that media report, against what can be counted by hand. Twins have a constant that
-is wrong by 5 to 10 %, and are caught."""
+"""The busy time that media report, against what can be counted by hand.
+
+Twins have a constant that is wrong by 5 to 10 %, and are caught.
+"""
 
 import random
 from itertools import pairwise

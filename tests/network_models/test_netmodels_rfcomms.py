@@ -1,5 +1,7 @@
-"""``gz_rfcomms`` and ``subt``: their formulas are compared in ``desim validate``, here is what
-messages meet."""
+"""``gz_rfcomms`` and ``subt``: the fates of messages.
+
+Their formulas are compared in ``desim validate``.
+"""
 
 import math
 

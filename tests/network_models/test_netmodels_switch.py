@@ -1,5 +1,7 @@
-"""The Ethernet switch and the interfaces of its hosts: formulas, whole small logs, and what is
-compiled against the same packet by packet."""
+"""The Ethernet switch and the interfaces of its hosts.
+
+Formulas, whole small logs, and what is compiled against the same packet by packet.
+"""
 
 import csv
 import itertools

@@ -1,5 +1,7 @@
-"""In each network model a train loses the packets that chance or others take, and no more; frames
-and packets are conserved."""
+"""In each network model a train loses the packets that chance or others take, and no more.
+
+Frames and packets are conserved.
+"""
 
 from itertools import product
 

@@ -1,7 +1,8 @@
-"""The time at which a packet goes that comes while the medium is idle. 802.11-2016, 10.3.4.2:
-without a backoff if "the medium is idle when a frame is queued for transmission, and remains idle
-for a period of a DIFS, or an EIFS from the end of the immediately preceding medium-busy event";
-ns-3 as traced there.
+"""The time at which a packet goes that comes while the medium is idle.
+
+802.11-2016, 10.3.4.2: without a backoff if "the medium is idle when a frame is queued for
+transmission, and remains idle for a period of a DIFS, or an EIFS from the end of the immediately
+preceding medium-busy event"; ns-3 as traced there.
 
 802.11a: DIFS 34 us, slot 9; 264 B take 376 us at 6 Mb/s. Station 0 is on the air until 1000 us.
 """

@@ -1,5 +1,7 @@
-"""Thirty robots that tell everybody where they are: what random phases are for. Beacons of 200 B of
-UDP, all hear each other at -50 dBm, as in ns-3's table of heartbeats."""
+"""Thirty robots that tell everybody where they are: random phases matter.
+
+Beacons of 200 B of UDP, all hear each other at -50 dBm, as in ns-3's table of heartbeats.
+"""
 
 from fractions import Fraction
 

@@ -1,5 +1,7 @@
-"""Audibility, who hears whom: the same as if everybody were compared with everybody, at the price
-of those who are near."""
+"""Audibility: who hears whom?
+
+The same as if everybody were compared with everybody, at the price of those who are near.
+"""
 
 import numpy as np
 from hypothesis import given

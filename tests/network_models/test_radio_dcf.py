@@ -1,5 +1,7 @@
-"""The distributed coordination function against ns-3's tables and Bianchi's; every check has a twin
-with a physical constant that is wrong by 5 to 10 %, and the twin is caught."""
+"""The distributed coordination function against ns-3's tables and Bianchi's.
+
+Every check has a twin with a physical constant that is wrong by 5 to 10 %, and the twin is caught.
+"""
 
 from collections import defaultdict
 from dataclasses import replace

@@ -1,6 +1,8 @@
-"""Fading against its laws: exponential (Rayleigh) and Rice's, in Clarke's fades and in blocks that
-have nothing in common. Distributions by Kolmogorov and Smirnov at 0.1 %, shares within 3.3 standard
-errors."""
+"""Fading against its laws: exponential (Rayleigh) and Rice's.
+
+In Clarke's fades and in blocks that have nothing in common. Distributions by Kolmogorov and Smirnov
+at 0.1 %, shares within 3.3 standard errors.
+"""
 
 import math
 

@@ -1,5 +1,8 @@
-"""Automatic rate fallback: the rules one by one, the radio that follows them, and how near it comes
-to the best rate. Its goodput against the Markov chain is a group of ``desim validate``."""
+"""Automatic rate fallback: its rules one by one, and the radio that follows them.
+
+Also how near it comes to the best rate. Its goodput against the Markov chain is a group of ``desim
+validate``.
+"""
 
 from collections import Counter
 

@@ -1,5 +1,7 @@
-"""The weakest signal with which each rate gets over, against the standard's table and a module's
-data sheet, and the loss in the first metre, by band."""
+"""The weakest signal with which each rate gets over, and the loss in the first metre, by band.
+
+Against the standard's table and a module's data sheet.
+"""
 
 import math
 

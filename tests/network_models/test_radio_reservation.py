@@ -1,5 +1,6 @@
-"""Stations that leave the medium to others, and for how long: NAV, EIFS, the wait for a reply
-(802.11-2016, 10.3.2.3.7, 10.3.2.4, 10.3.2.9), against timelines worked out by hand. Each has a twin
+"""Stations that leave the medium to others, and for how long: NAV, EIFS, the wait for a reply.
+
+802.11-2016, 10.3.2.3.7, 10.3.2.4, 10.3.2.9, against timelines worked out by hand. Each has a twin
 in which one thing is different, and the time with it.
 
 802.11a, and no backoff at all: SIFS 16 us, slot 9, DIFS 34, EIFS 16 + 44 + 34 = 94. At 54 Mb/s

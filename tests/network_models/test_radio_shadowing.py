@@ -1,5 +1,7 @@
-"""Shadowing against what it shall be: normal in dB, correlated by exp(-distance / 8.3 m) at either
-end, and a property of places alone. Tolerances are four standard errors of that many links."""
+"""Shadowing is normal in dB, correlated by exp(-distance / 8.3 m) at either end.
+
+It is a property of places alone. Tolerances are four standard errors of that many links.
+"""
 
 import numpy as np
 import pytest

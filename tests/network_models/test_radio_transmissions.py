@@ -1,5 +1,8 @@
-"""Rules of loss and jamming on a radio act on each transmission, and the medium access repeats what
-they take. The twins are the rules behind it (``residual_loss``, ...), which it does not repeat."""
+"""Rules of loss and jamming on a radio act on each transmission.
+
+The medium access repeats what they take. The twins are the rules behind it (``residual_loss``,
+...), which it does not repeat.
+"""
 
 from collections import Counter
 

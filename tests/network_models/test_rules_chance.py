@@ -1,5 +1,7 @@
-"""Rules that draw: the laws of their luck, and whose luck it is. Where a tolerance is so many
-standard errors, 3.3 of them leave one chance in a thousand."""
+"""Rules that draw: the laws of their luck, and whose luck it is.
+
+Where a tolerance is so many standard errors, 3.3 of them leave one chance in a thousand.
+"""
 
 import math
 from collections import Counter

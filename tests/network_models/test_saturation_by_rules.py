@@ -1,5 +1,8 @@
-"""Settings that stand in no table: the radio against a Monte-Carlo of the rules of the distributed
-coordination function as ns-3 has them, which knows nothing of signals, queues or events."""
+"""Settings that stand in no table: the radio against a Monte-Carlo of the rules.
+
+These are the rules of the distributed coordination function as ns-3 has them. The Monte-Carlo knows
+nothing of signals, queues or events.
+"""
 
 import random
 

@@ -1,5 +1,7 @@
-"""The first sentences of a report: an answer with its uncertainty, intervals within the possible
-values, and no more certainty than the seeds give."""
+"""The first sentences of a report: an answer with its uncertainty.
+
+Intervals stay within the possible values, and no more certainty than the seeds give.
+"""
 
 import re
 

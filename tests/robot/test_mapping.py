@@ -1,5 +1,4 @@
-"""The cells that a scan clears and marks, against exact geometry; and the scans that are taken
-in."""
+"""The cells that a scan clears and marks, against exact geometry; and the scans taken in."""
 
 import math
 

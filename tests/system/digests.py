@@ -1,4 +1,4 @@
-"""Prints the digests of runs, for a process of its own: python digests.py FILE [OVERRIDE ...]"""
+"""Prints the digests of runs, for a process of its own: python digests.py FILE [OVERRIDE ...]."""
 
 import json
 import sys

@@ -1,5 +1,7 @@
-"""A small fleet to which everything happens, under each middleware. As a program it prints the
-digests of all of these runs: python fleets.py"""
+"""A small fleet to which everything happens, under each middleware.
+
+As a program it prints the digests of all of these runs: python fleets.py
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""Scenarios that are wrong only where the parts meet, and runs that are cut off: through the real
-command line, with the message in full."""
+"""Scenarios that are wrong only where the parts meet, and runs that are cut off.
+
+Through the real command line, with the message in full.
+"""
 
 import json
 import os

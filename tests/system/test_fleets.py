@@ -1,5 +1,8 @@
-"""Whole runs of each middleware while everything fails: the fleet explores on, every message has a
-fate, who believes what can be looked at at any time, and it all happens again the same way."""
+"""Whole runs of each middleware while everything fails.
+
+The fleet explores on, every message has a fate, who believes what can be looked at at any time, and
+it all happens again the same way.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""Our own plug-ins keep the contracts, the kit finds those that do not, and the contracts are as
-short as promised: a rule in 17 lines, a contention model in 40."""
+"""Our own plug-ins keep the contracts, and the kit finds those that do not.
+
+The contracts are as short as promised: a rule in 17 lines, a contention model in 40.
+"""
 
 import inspect
 import math

@@ -1,5 +1,7 @@
-"""Every group of ``desim validate`` agrees where it is quick to see, and has a twin: with one
-constant of physics 5 to 10 % off the same comparisons fail. The whole is what the command is for.
+"""Every group of ``desim validate`` agrees where it is quick to see, and has a twin.
+
+With one constant of physics 5 to 10 % off the same comparisons fail. The whole is what the command
+is for.
 """
 
 from dataclasses import dataclass, replace

@@ -1,5 +1,7 @@
-"""Walls that an image shows are to the radio what the same walls are when somebody draws them: at
-any angle, in any cells. What bodies and lasers meet is as it was."""
+"""Walls that an image shows are to the radio what the same walls are when somebody draws them.
+
+At any angle, in any cells. What bodies and lasers meet is as it was.
+"""
 
 import math
 from fractions import Fraction

@@ -1,4 +1,7 @@
-"""Radios on the unit disk that share the air. Sets of hosts are bit masks, bit k for host k."""
+"""The common part of ``ideal_mac`` and ``tdma``: unit-disk radios that share the air.
+
+Bit k of a set stands for host k.
+"""
 
 from __future__ import annotations
 
