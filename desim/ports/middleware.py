@@ -184,8 +184,9 @@ class MiddlewareContext(Protocol):
         ``in_part``, it is a train of several: ``in_part(token, receiver, lost)`` is called where
         some of its packets arrive, with the numbers of the others and why they were lost.
 
-        ``in_advance(receiver)`` may give a function that saves the event of an arrival: it is
-        called at once where the medium knows when a single packet will arrive."""
+        ``in_advance(receiver)`` is a shortcut for messages that only show that their sender lives,
+        or nothing at all. It may return a function that notes the arrival at ``receiver`` at once,
+        without an event; that is called if the medium knows when a single packet will arrive."""
 
     def record_control(self, kind: str, source: int, to: int, size_bytes: int) -> None:
         """Count a frame of the middleware's own that ``source`` sends by a ``Route``, and write its

@@ -121,8 +121,9 @@ class Participant:
                               multicast=multicast, in_advance=self.in_advance)
 
     def in_advance(self, host: int) -> InAdvance | None:
-        """A function that takes an arrival in advance at ``host``, if that host knows this
-        participant. It serves messages that only show that this participant lives."""
+        """A shortcut for messages that only show that this participant lives: a function that notes
+        the arrival at ``host`` at once, without an event. None if that host does not know this
+        participant from itself."""
         you = self.dds.participants.get(host)
         remote = None if you is None else you.remotes.get(self.guid)
         if remote is None or not remote.direct:

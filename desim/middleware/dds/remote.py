@@ -13,46 +13,42 @@ Arrival = tuple[int, Callable[..., object], object]
 
 
 class RemoteParticipant:
-    """Another participant, as one of them knows it.
-
-    ``out`` lists the items for this remote: the first ``sent_count`` were sent, the first
-    ``acked_count`` acknowledged; those in ``wanted`` will be sent again. Of its own items the first
-    ``got`` have arrived in order, ``held`` are those beyond, and ``known`` exist.
-
-    ``answered``: it has acknowledged anything. ``asked``: it has sent a heartbeat. ``beating``: its
-    heartbeats that are not answered. A server that loses a client and meets it again sends all
-    items anew, in another ``series`` (a participant without clients has one only, 0);
-    ``received_series`` is the present one of this remote, ``named`` the participants in it.
-    ``built_in``: its endpoints that every node has; ``greeted``: topics of these whose writer has
-    sent a heartbeat. ``coming``: arrivals that only show that it lives. A remote that is known only
-    through a server (``direct`` False) has neither a lease nor items of its own.
-    """
+    """Another participant, as one of them knows it."""
 
     def __init__(self, guid: Guid, lease_ns: int, received_ns: int, direct: bool,
                  out: list[Item], series: int = 0) -> None:
         self.guid = guid
         self.host = guid[0]
+        self.direct = direct  # False: known through a server only, without lease and own items
         self.lease_ns = lease_ns
-        self.received_ns = received_ns
-        self.direct = direct
-        self.writers: dict[str, None] = {}  # topics
+        self.received_ns = received_ns  # when something last arrived from it
+        self.coming: list[Arrival] = []  # arrivals that only show that it lives
+
+        # Its endpoints: topics of its writers and readers, those that every node has, and topics of
+        # the latter whose writer has sent a heartbeat.
+        self.writers: dict[str, None] = {}
         self.readers: dict[str, None] = {}
-        self.out = out
-        self.sent_count = len(out)
-        self.acked_count = 0
-        self.answered = False
-        self.got = self.known = 0
-        self.held: dict[int, Item] = {}
-        self.asked = self.answering = False
-        self.asking = NackTiming()
-        self.wanted: tuple[int, ...] = ()
-        self.series = series
-        self.received_series = 0
-        self.named: dict[Guid, None] = {}
-        self.beating = 0
         self.built_in: dict[tuple[ItemKind, str], None] = {}
         self.greeted: dict[str, None] = {}
-        self.coming: list[Arrival] = []
+
+        # Items for this remote.
+        self.out = out
+        self.series = series  # a server begins a new one whenever it meets a client
+        self.sent_count = len(out)  # the first so many were sent
+        self.acked_count = 0  # the first so many were acknowledged
+        self.wanted: tuple[int, ...] = ()  # will be sent again
+        self.answered = False  # it has acknowledged anything
+
+        # Items of this remote.
+        self.received_series = 0  # the present one
+        self.known = 0  # how many it has
+        self.got = 0  # how many of them arrived in order
+        self.held: dict[int, Item] = {}  # arrived beyond those, by number
+        self.named: dict[Guid, None] = {}  # participants in the items of this series
+        self.beating = 0  # its writers with a heartbeat that is not answered yet
+        self.answering = False  # an answer to its heartbeats is due
+        self.asked = False  # one was sent
+        self.asking = NackTiming()
 
     def take_arrivals(self, now_ns: int) -> None:
         """Renew its lease by what has arrived before ``now_ns``."""

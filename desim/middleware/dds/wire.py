@@ -133,29 +133,19 @@ def together(chunks: Iterable[Chunk]) -> Chunk:
 
 @dataclass(frozen=True)
 class RtpsDialect:
-    """The dialect of one implementation.
+    """The dialect of one implementation."""
 
-    A DATA that announces a participant has ``announcement_bytes``. One that announces a writer or a
-    reader has its base bytes and its names; with ``qualities``, those of its qualities of service
-    that are not default come on top. ``trailer_bytes`` follow each message. ``apart``: each
-    heartbeat and acknowledgement of discovery is a message of its own; there are as many as
-    ``built_in_writers``. ``address_bytes`` precede each sample. ``fragment_beat_bytes`` follow all
-    of its messages but the last. ``several_nack_frags``: a reader asks for fragments of several
-    samples in one message. Whole samples that are repeated go together in messages of up to
-    ``bundles_bytes`` (0: each alone).
-    """
-
-    announcement_bytes: int
-    writer_base_bytes: int
+    announcement_bytes: int  # of a DATA that announces a participant
+    writer_base_bytes: int  # of one that announces a writer, without its names
     reader_base_bytes: int
-    qualities: bool
-    trailer_bytes: int
-    built_in_writers: int
-    apart: bool
-    address_bytes: int
-    fragment_beat_bytes: int
-    several_nack_frags: bool
-    bundles_bytes: int
+    qualities: bool  # both grow by the qualities of service that are not default
+    trailer_bytes: int  # behind each message
+    built_in_writers: int  # of discovery: each has its heartbeats and acknowledgements
+    apart: bool  # each of these is a message of its own
+    address_bytes: int  # of each message of a sample: the participant that it is for
+    fragment_beat_bytes: int  # behind each message of a sample but the last
+    several_nack_frags: bool  # a reader asks for fragments of several samples in one message
+    bundles_bytes: int  # at most, of a message of whole samples that are repeated; 0: each alone
 
     def udp(self, rtps_bytes: int) -> Chunk:
         """An RTPS message of so many bytes in a UDP datagram. IP fragments it if it does not fit

@@ -24,27 +24,24 @@ SERVICE = "zenoh"  # port 7447
 
 
 class RouterLink:
-    """One end of a link. The client sends InitSyn and OpenSyn, the server acknowledges each.
-
-    ``life``: the life of the peer that it is with (0: not known yet). ``expired``: it only drains
-    what is written. ``unread``: it stands beside an expired link. The own router takes the two for
-    one and does not declare its keys again, so the peer cannot read data from it. ``named``: the
-    routers whose identity has gone over it, as bits; ``declared``: by router, its life and the
-    number of its declarations that have. ``fresh``: link states that it has carried when it was
-    new, and that its router has yet to pass on to others.
-    """
+    """One end of a link. The client sends InitSyn and OpenSyn, the server acknowledges each."""
 
     def __init__(self, router: ZenohRouter, peer: int) -> None:
         self.router = router
         self.host, self.peer = router.host, peer
-        self.life = 0
+        self.life = 0  # that of the peer; 0: not known yet
         self.connection: Connection
-        self.far: RouterLink
-        self.up = False
+        self.far: RouterLink  # the other end
+        self.up = False  # the handshake is complete
         self.over = False
-        self.expired = self.unread = False
-        self.named = 0
+        self.expired = False  # it only drains what is written
+        # It stands beside an expired link. The own router takes the two for one and does not
+        # declare its keys again, so the peer cannot read data from it.
+        self.unread = False
+        self.named = 0  # routers whose identity has gone over it, as bits
+        # By router: its life, and how many of its declarations have gone over the link.
         self.declared: dict[int, tuple[int, int]] = {}
+        # Link states that it carried when it was new, and that its router has yet to pass on.
         self.fresh: dict[int, LinkState] = {}
         self.line: LinkQueue
         self.sent_ns = self._opened_ns = 0
