@@ -25,7 +25,7 @@ from desim.results.folder import RunFolder
 from desim.results.run import Run
 from desim.results.status import RunStatus
 from desim.scenario.load import Loaded, load
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 

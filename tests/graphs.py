@@ -9,7 +9,7 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.network.medium import Medium
-from desim.network.place import Nowhere
+from desim.network.surroundings import Nowhere
 from netmodels.ideal import Ideal
 
 MS = 10**6

@@ -92,15 +92,15 @@ def _net_fleet(words: list[str], seed: int | None, as_json: bool) -> None:
 
     with compiling(as_json):
         from desim.commands.views import fleet_load
-        from desim.netcases.fleet import Question, play
-    question = options.parsed(words, Question, ("seed", "json"))
-    loaded = load(question.scenario, question.overrides, seed)
+        from desim.netcases.fleet_load import FleetLoad, play
+    params = options.parsed(words, FleetLoad, ("seed", "json"))
+    loaded = load(params.scenario, params.overrides, seed)
     with _placed(loaded):
-        found = play(loaded.scenario, question)
-    carries, verdict = fleet_load.verdict(found, question.enough)
+        found = play(loaded.scenario, params)
+    carries, verdict = fleet_load.verdict(found, params.enough)
     if as_json:
         say_json({"scenario": loaded.scenario.name, "seed": loaded.scenario.seed,
-                    "settings": question.model_dump(mode="json", by_alias=True), **found,
+                    "settings": params.model_dump(mode="json", by_alias=True), **found,
                     "carries": carries, "verdict": verdict})
         return
     say(f"{loaded.scenario.name}, seed {loaded.scenario.seed}: {fleet_load.description(found)}")

@@ -31,6 +31,6 @@ def describe(plugin: Annotated[str, typer.Argument(
 def schema() -> None:
     """The JSON Schema of scenario files, for editors."""
     with exit_codes():
-        from desim.scenario.schema.whole import Scenario
+        from desim.scenario.schema.scenario import Scenario
 
         say_json(Scenario.model_json_schema(by_alias=True))

@@ -26,7 +26,7 @@ from desim.monitor.traffic import Families, totals
 from desim.robot.robot_map import RobotMap
 from desim.scenario.expression import condition
 from desim.scenario.schema.experiment import QUANTITIES
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
 
 MOVING_M = 0.05  # a robot that came farther than this within the last second is moving

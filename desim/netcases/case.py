@@ -21,7 +21,7 @@ from desim.errors import InputError
 from desim.monitor.utilisation import busy_ns, utilisation
 from desim.network.carrier import BroadcastCarrier
 from desim.network.medium import Medium
-from desim.network.place import Still
+from desim.network.surroundings import Still
 from desim.ports.cases import Flow, Setup
 from desim.units import NS_PER_S, PERIOD
 

@@ -23,7 +23,7 @@ from desim.network.answer_checks import arrival_of, check_packets, undeclared
 from desim.network.broadcast import Broadcast
 from desim.network.carrier import Carrier
 from desim.network.gate import Gate, MediumView
-from desim.network.place import Nowhere, Reachability, Surroundings
+from desim.network.surroundings import Nowhere, Reachability, Surroundings
 from desim.network.terms import PLAIN, Claim, Terms
 from desim.ports import (
     CountsControl,

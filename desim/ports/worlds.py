@@ -42,7 +42,7 @@ class World(Protocol):
 
     @classmethod
     def build(cls, scenario: Any, streams: RandomStreams) -> World:
-        """The world at time 0 of a complete ``desim.scenario.schema.whole.Scenario`` whose paths
+        """The world at time 0 of a complete ``desim.scenario.schema.scenario.Scenario`` whose paths
         are absolute. Random numbers come from ``streams``. Raises ``InputError`` whose lines begin
         with the path of what is wrong, e.g. ``fleet.start: ``."""
 

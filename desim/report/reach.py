@@ -19,7 +19,7 @@ from desim.monitor.coverage import Ground
 from desim.network.medium import Medium
 from desim.ports import GridSpec, PredictsSignal
 from desim.report.run_figure import save
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import POSITION
 

@@ -25,7 +25,7 @@ from desim.results.message_log import MessageLog
 from desim.results.seal import MANIFEST, MAPS, SUMMARY, Json, manifest_of, seal
 from desim.results.status import RunStatus
 from desim.scenario.resolved import resolved
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 _SCENARIO, _NAMES, _LOCK = "scenario.resolved.yaml", "names.json", ".lock"

@@ -18,7 +18,7 @@ import desim
 from desim import plugins
 from desim.scenario import expression
 from desim.scenario.resolved import scenario_id
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 
 # The packages that compute results. Others (pyarrow, rich, typer, ...) only carry them.
 PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx", "pydantic")

@@ -17,7 +17,7 @@ from desim.errors import InputError
 from desim.results import maps
 from desim.results.seal import MANIFEST, MAPS, SUMMARY, Json, manifest_of, wrong_with
 from desim.scenario import yaml12
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 
 
 class Run:

@@ -18,7 +18,7 @@ from desim.results import identity
 from desim.results.run import Run, readable
 from desim.results.status import RunStatus
 from desim.scenario.load import load
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 
 TRACE = "trace.parquet"

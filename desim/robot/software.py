@@ -11,7 +11,7 @@ from desim.robot import exploration, localization, map_sharing, mapping, monitor
 from desim.robot.navigation import global_costmap, move_base
 from desim.robot.robot_map import RobotMap
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 
 
 def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: RobotMap,

@@ -8,7 +8,7 @@ from desim.errors import InputError
 from desim.ports import Params
 from desim.scenario import yaml12
 from desim.scenario.complaints import lines, validated
-from desim.scenario.places import Places
+from desim.scenario.source_places import Places
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,13 @@ from desim.scenario import expression, plugin_choices
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.complete import media
 from desim.scenario.names import WORKSTATION, host_names, robot_names
-from desim.scenario.places import Folder, Path
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
 from desim.scenario.schema.robot import BUILT_IN_LASERS, MAX_LOCAL_SIDE
-from desim.scenario.schema.whole import Physics, Scenario
+from desim.scenario.schema.scenario import Physics, Scenario
+from desim.scenario.source_places import Folder, Path
 from desim.units import DURATION, LENGTH
 
 Found = Iterator[tuple[Path, str]]

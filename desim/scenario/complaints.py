@@ -11,8 +11,8 @@ from pydantic_core import ErrorDetails
 
 from desim.errors import did_you_mean
 from desim.ports import Params
-from desim.scenario.places import Path, Places, SourcePlace, dotted
 from desim.scenario.schema.shapes import alternatives, keys, without_null
+from desim.scenario.source_places import Path, Places, SourcePlace, dotted
 
 MOST_SHOWN = 20
 Location = tuple[int | str, ...]  # of one of pydantic's errors

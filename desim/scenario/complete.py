@@ -9,12 +9,12 @@ from desim import plugins
 from desim.ports import Params, natural_key
 from desim.scenario import plugin_choices
 from desim.scenario.names import fleet_size, robot_names
-from desim.scenario.places import Folder
 from desim.scenario.schema.communication import Coordination, MediumChoice, Network
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, MapFile
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, StartList
 from desim.scenario.schema.robot import Robot
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
+from desim.scenario.source_places import Folder
 
 P = TypeVar("P", bound=Params)
 T = TypeVar("T")

@@ -7,7 +7,6 @@ from pydantic.json_schema import models_json_schema
 from desim import plugins
 from desim.errors import InputError
 from desim.ports import Params
-from desim.scenario.places import Data
 from desim.scenario.schema.communication import (
     Coordination,
     MediumChoice,
@@ -15,7 +14,8 @@ from desim.scenario.schema.communication import (
     PluginChoice,
     RuleChoice,
 )
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
+from desim.scenario.source_places import Data
 
 _CHOICES: tuple[type[PluginChoice], ...] = (
     MediumChoice, RuleChoice, MiddlewareChoice, Coordination)

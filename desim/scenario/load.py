@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from desim.errors import InputError
-from desim.scenario import check, merge, parts, plugin_choices, yaml12
+from desim.scenario import check, merge, plugin_choices, validation_cache, yaml12
 from desim.scenario.complaints import Complaint, lines, validated
 from desim.scenario.complete import complete
-from desim.scenario.places import Data, Folder, Path, Places, SourcePlace, path_of
 from desim.scenario.schema.fleet import StartFile
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
+from desim.scenario.source_places import Data, Folder, Path, Places, SourcePlace, path_of
 from desim.scenario.starts import listed
 
 # Without its wrong items a list may be too short, and so be wrong itself.
@@ -137,7 +137,7 @@ def _loaded(document: merge.Document) -> Loaded:
         return os.path.dirname(place.source) if place.line else ""
 
     plugin_choices.make_absolute(data, folder)
-    result = parts.scenario(data)
+    result = validation_cache.scenario(data)
     found = plugin_choices.complaints(data)
     wrong = result if isinstance(result, list) else []
     scenario = _rest(data, wrong) if isinstance(result, list) else result

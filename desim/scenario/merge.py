@@ -13,7 +13,6 @@ from collections.abc import Callable
 from desim import plugins
 from desim.errors import InputError
 from desim.scenario import yaml12
-from desim.scenario.places import Data, Path, Places, SourcePlace, dotted, items
 from desim.scenario.schema.communication import (
     Coordination,
     MediumChoice,
@@ -23,6 +22,7 @@ from desim.scenario.schema.communication import (
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.fleet import FleetParams
 from desim.scenario.schema.shapes import alternatives, keys, which
+from desim.scenario.source_places import Data, Path, Places, SourcePlace, dotted, items
 
 Document = tuple[Data, Places]
 

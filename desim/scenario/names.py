@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from desim.ports import natural_key
 from desim.scenario.schema.fleet import FleetParams, StartList
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 
 WORKSTATION = "workstation"  # testbed: where the simulator and the monitor run
 

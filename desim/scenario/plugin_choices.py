@@ -18,10 +18,10 @@ from desim.files import opened
 from desim.ports import BesideScenario, Params
 from desim.scenario.complaints import Complaint, complaints_of
 from desim.scenario.merge import CHOICES
-from desim.scenario.places import Data, Folder, Path
 from desim.scenario.plugin_parameters import parse_parameters
 from desim.scenario.schema.communication import MediumChoice, PluginChoice, RuleChoice
 from desim.scenario.schema.shapes import keys
+from desim.scenario.source_places import Data, Folder, Path
 
 MOST_BYTES = 100_000_000  # of a plug-in's file, or a map's image
 

@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping
 from desim.errors import InputError
 from desim.files import content
 from desim.scenario import plugin_choices, yaml12
-from desim.scenario.places import Data
 from desim.scenario.schema.environment import MapFile
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
+from desim.scenario.source_places import Data
 
 
 def resolved(scenario: Scenario, folder: str | os.PathLike | None = None) -> str:

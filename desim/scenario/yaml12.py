@@ -23,7 +23,7 @@ except ImportError:
 
 from desim.errors import InputError
 from desim.files import content
-from desim.scenario.places import Data, Path, Places, SourcePlace
+from desim.scenario.source_places import Data, Path, Places, SourcePlace
 
 _CORE = {
     "null": (r"^(?:~|null|Null|NULL|)$", ["~", "n", "N", ""]),

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from desim.ports import natural_key
 from desim.scenario.names import WORKSTATION, robot_names
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 
 
 class HostPlan(NamedTuple):

@@ -28,7 +28,7 @@ from desim.robot.robot_map import RobotMap
 from desim.robot.software import robot_software
 from desim.robot.tiles import TilePool
 from desim.scenario.schema.communication import Fault
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan, plan
 from desim.simulation.drivers import Driver, MonitorNode
 from desim.simulation.wiring import HostPlaces, wired

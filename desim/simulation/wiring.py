@@ -14,10 +14,10 @@ from desim.engine.trace import Trace
 from desim.errors import below
 from desim.middleware.graph import Graph, OnFate
 from desim.network.medium import Medium
-from desim.network.place import Surroundings
+from desim.network.surroundings import Surroundings
 from desim.ports import Obstacles, Snapshot, World
 from desim.scenario.schema.communication import PluginChoice
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.trace import Trace
 from desim.ports import World
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from desim.simulation.drivers import Driver
 
 WALL = -1

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from desim import plugins, ports
 from desim.errors import InputError
 from desim.scenario.complaints import lines, validated
-from desim.scenario.places import Places, SourcePlace
+from desim.scenario.source_places import Places, SourcePlace
 
 P = TypeVar("P")
 

@@ -13,7 +13,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.network.carrier import BroadcastCarrier
 from desim.network.medium import Medium
-from desim.network.place import Still
+from desim.network.surroundings import Still
 from desim.units import NS_PER_S
 
 T = TypeVar("T")

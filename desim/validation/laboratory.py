@@ -18,7 +18,7 @@ from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.network.medium import Medium
-from desim.network.place import Nowhere
+from desim.network.surroundings import Nowhere
 from desim.ports.cases import Check
 from desim.ports.middleware import Middleware
 from desim.units import NS_PER_S

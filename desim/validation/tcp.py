@@ -16,7 +16,7 @@ from desim.middleware.graph import Graph
 from desim.middleware.ros.ros1 import Ros1
 from desim.middleware.tcp import Tcp, TcpParams
 from desim.network.medium import Medium
-from desim.network.place import Nowhere
+from desim.network.surroundings import Nowhere
 from desim.ports.cases import Check
 from desim.units import NS_PER_S
 from desim.validation.laboratory import LabNode, Laboratory, alike, within

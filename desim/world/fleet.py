@@ -16,7 +16,7 @@ from desim.scenario.schema.fleet import (
     StartList,
     StartRandom,
 )
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 
 
 class RobotSpec(NamedTuple):

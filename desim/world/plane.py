@@ -16,7 +16,7 @@ from desim.ports import GridSpec, Obstacles, Snapshot, natural_key
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Laser, Odometry
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
 from desim.world import bodies, lidar, materials, matter, odometry, placement, scenery, sources
 from desim.world.fleet import RobotSpec, place_fleet

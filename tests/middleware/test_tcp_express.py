@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tcphosts import Pair, Word, link
 from tcpwalk import DEEDS, Walk
 
-from desim.middleware.tcp.implied import Express, ImpliedReceiver
+from desim.middleware.tcp.implied_acknowledgements import Express, ImpliedReceiver
 from desim.network.carrier import Carrier
 from desim.ports import Deliver
 from netmodels.access_link import AccessLink

@@ -22,7 +22,7 @@ from desim.monitor.traffic import family, kind
 from desim.network.medium import Medium
 from desim.ports import GridSpec
 from desim.robot.tiles import FREE, Layer, TilePool
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from netmodels.ideal import Ideal
 from netmodels.rules.partition import Partition
 from netmodels.rules.range import Range

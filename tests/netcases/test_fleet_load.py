@@ -11,10 +11,10 @@ from desim.commands.views.fleet_load import description, verdict
 from desim.engine.streams import Streams
 from desim.middleware.contents import occupancy_grid_bytes
 from desim.middleware.transports import stream_frame
-from desim.netcases import fleet
-from desim.netcases.fleet import Question
-from desim.netcases.survey import free_place
-from desim.netcases.talks import Pace
+from desim.netcases import fleet_load
+from desim.netcases.fleet_load import FleetLoad
+from desim.netcases.map_message_size import free_place
+from desim.netcases.message_load import Pace
 from desim.scenario.load import from_mapping
 from desim.simulation.simulation import Simulation
 
@@ -31,7 +31,7 @@ def scenario(size=3, deployment="testbed", lan="ideal", overrides=(), **more):
 
 
 def play(of, **options):
-    return fleet.play(of, Question(scenario="", **options))
+    return fleet_load.play(of, FleetLoad(scenario="", **options))
 
 
 def test_offered_is_what_the_topics_sum_up_to():
@@ -76,7 +76,7 @@ def test_a_run_says_the_same():
                  if topic.counts.intended}
     found = play(of, duration="5 s")["topics"]  # from 5 s to 10 s
     robots = frozenset({"robot_0", "robot_1"})
-    assert {fleet.family(name, robots) for name in simulated} == set(found)
+    assert {fleet_load.family(name, robots) for name in simulated} == set(found)
     for kind, at_zero in ("scan", 1), ("true_pose", 1), ("explored_map", 0), ("distance", 0):
         counts = [simulated[f"/robot_{i}/{kind}"] for i in range(2)]
         sent = sum(own.intended - at_zero for own in counts)
@@ -157,7 +157,7 @@ def test_robots_anywhere():
 
 
 def test_topics_that_nobody_has_a_rate_for_are_named(monkeypatch):
-    monkeypatch.setattr(fleet, "paces", lambda *_: {"scan": Pace(25, 797)})
+    monkeypatch.setattr(fleet_load, "paces", lambda *_: {"scan": Pace(25, 797)})
     found = play(scenario())
     assert list(found["topics"]) == ["/*/scan"]
     assert found["left_out"] == ["/*/cmd_vel", "/*/distance", "/*/explored_map", "/*/true_pose",

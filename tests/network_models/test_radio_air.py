@@ -12,7 +12,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import InputError
 from desim.network.medium import Medium
-from desim.network.place import Still
+from desim.network.surroundings import Still
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.standards import G
 from netmodels.rules.loss import Loss

@@ -16,7 +16,7 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.network.medium import Medium
-from desim.network.place import Nowhere
+from desim.network.surroundings import Nowhere
 from desim.ports import GridSpec
 from desim.robot.map_message import MapFormat, MapUpdate
 from desim.robot.map_sharing import REFRESH_PERIODS, MapSharing

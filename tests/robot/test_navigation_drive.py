@@ -137,7 +137,7 @@ class Drive:
 
     def _join(self, hosts):
         from desim.network.medium import Medium
-        from desim.network.place import Nowhere
+        from desim.network.surroundings import Nowhere
         from netmodels.ideal import Ideal
         medium = Medium("lan", Ideal(Ideal.Params()), (), kernel=self.kernel, names=self.names,
                         streams=Streams(1), hosts=hosts, place=Nowhere(len(hosts)))

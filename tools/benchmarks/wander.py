@@ -16,7 +16,7 @@ from PIL import Image
 
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from desim.world.plane import Plane
 
 CRUISE_MPS, TURN_RADPS = 1.0, 1.5

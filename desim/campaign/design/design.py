@@ -16,8 +16,8 @@ from desim.errors import InputError
 from desim.ports import Params
 from desim.scenario import merge
 from desim.scenario.complaints import lines, validated
-from desim.scenario.places import Path, Places, dotted
 from desim.scenario.schema.shapes import BY_SHAPE
+from desim.scenario.source_places import Path, Places, dotted
 from desim.units import Duration
 
 _OF_SCENARIOS = ("environment", "fleet", "robot", "network", "middleware", "coordination",

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from desim import plugins
 from desim.campaign.design.design import LoadedDesign
 from desim.scenario.merge import choice_at
-from desim.scenario.places import Path, items, path_of
 from desim.scenario.plugin_choices import file_keys
 from desim.scenario.schema.communication import RuleChoice
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS
+from desim.scenario.source_places import Path, items, path_of
 
 # Of the scenario; others are parameters of plug-ins, and what these are named by.
 _FILES = (("environment", "terrain"), ("environment", "terrain", "map"), ("fleet", "start", "file"))

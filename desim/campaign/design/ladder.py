@@ -10,7 +10,7 @@ from desim.campaign.design.design import Design, LoadedDesign
 from desim.errors import InputError
 from desim.scenario import merge, yaml12
 from desim.scenario.complaints import validated
-from desim.scenario.places import Places, SourcePlace, path_of
+from desim.scenario.source_places import Places, SourcePlace, path_of
 
 RUNGS = ("ideal", "disk", "walls", "mac", "multihop")  # the last one is the highest
 FIDELITY = "network.fidelity"

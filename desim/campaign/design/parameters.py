@@ -11,7 +11,7 @@ from typing import NamedTuple
 from desim.campaign.design.design import Levels, LoadedDesign, Span, Values
 from desim.campaign.design.quantities import Quantity, same_unit
 from desim.errors import InputError, did_you_mean
-from desim.scenario.places import Path
+from desim.scenario.source_places import Path
 
 _MOST_LEVELS = 100_000  # of one parameter: a mistaken step is refused before it takes minutes
 _DIGITS = 6  # of sampled and of logarithmic values

@@ -17,7 +17,7 @@ from desim.errors import did_you_mean
 from desim.results.identity import Identity, source
 from desim.scenario.load import Change, Loaded, Variants
 from desim.scenario.names import fleet_size
-from desim.scenario.places import SourcePlace
+from desim.scenario.source_places import SourcePlace
 from desim.units import NS_PER_S
 
 # Rows of messages are for looking at one run; the digest is the same without them.

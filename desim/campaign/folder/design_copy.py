@@ -11,7 +11,7 @@ from desim.campaign.design.file_paths import FilePaths
 from desim.errors import InputError
 from desim.files import replacing
 from desim.scenario import yaml12
-from desim.scenario.places import Path
+from desim.scenario.source_places import Path
 
 DESIGN = "design.yaml"
 _ABOUT = """\

@@ -35,9 +35,9 @@ def overview() -> str:
 def usage(case: str) -> str:
     """The description of a case, and its options. Raises ``InputError`` for an unknown case."""
     if case == FLEET:
-        from desim.netcases.fleet import Question
+        from desim.netcases.fleet_load import FleetLoad
 
-        return _usage(f"{FLEET} SCENARIO", Question, Question, "the scenario's")
+        return _usage(f"{FLEET} SCENARIO", FleetLoad, FleetLoad, "the scenario's")
     block, cls = plugins.parameters("case", case), plugins.load("case", case)
     return _layout_usage(block, cls) if case == LAYOUT else _usage(case, block, cls, "1")
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-Load = Mapping[str, Any]  # of desim.netcases.fleet.play, or of one of its topics or media
+Load = Mapping[str, Any]  # of desim.netcases.fleet_load.play, or of one of its topics or media
 
 
 def verdict(found: Load, enough: float) -> tuple[bool, str]:
-    """Whether ``found`` (``desim.netcases.fleet.play``) is good enough, and why: ``enough``
+    """Whether ``found`` (``desim.netcases.fleet_load.play``) is good enough, and why: ``enough``
     of each topic's messages arrive, and 95 % of those within the time until the next one."""
     topics = found["topics"]
     if not topics:

@@ -65,9 +65,9 @@ class Endpoints:
     def _add(self, items: list[Item]) -> None:
         me = self._me
         self.items += items
-        if me.relay is not None:
+        if me.discovery_server is not None:
             for item in items:
-                me.relay.add(item)
+                me.discovery_server.add(item)
             return
         known = me.direct()
         for group in [known] if self._multicast and known else [[remote] for remote in known]:

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from desim.middleware.dds.discovery_server import DiscoveryServer
 from desim.middleware.dds.endpoints import Endpoints
-from desim.middleware.dds.relay import Relay
 from desim.middleware.dds.remote import RemoteParticipant
 from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk, Guid, Item, ItemKind
 from desim.middleware.timers import Lifetime
@@ -36,7 +36,7 @@ class Participant:
         self.writers: dict[str, None] = {}  # topics
         self.readers: dict[str, None] = {}
         self.resent_bytes = 0  # retransmitted since its start
-        self.relay = Relay(self) if dds.server == host else None
+        self.discovery_server = DiscoveryServer(self) if dds.server == host else None
         self._series = 0  # begun so far, by a server
         self.endpoints = Endpoints(self)
         lease_ns = dds.leases_ns[host]
@@ -133,9 +133,10 @@ class Participant:
 
     def announced(self, guid: Guid, lease_ns: int, wants_response: bool) -> None:
         """Meet a participant that was unknown, or known only through a server."""
-        self._series += self.relay is not None
+        self._series += self.discovery_server is not None
         remote = RemoteParticipant(guid, lease_ns, self.context.now_ns, True,
-                                   self.endpoints.items if self.relay is None else [], self._series)
+                                   [] if self.discovery_server else self.endpoints.items,
+                                   self._series)
         self._meet(remote)
         self.after(lease_ns, self._check_lease, remote)
         if self.params.announces_when_found and self.dds.server is None:
@@ -184,8 +185,8 @@ class Participant:
         for topic in remote.readers:
             if topic in self.writers:
                 dds.changed(self.host, topic)
-        if self.relay is not None:
-            self.relay.forget(remote.guid)
+        if self.discovery_server is not None:
+            self.discovery_server.forget(remote.guid)
 
     # Matching.
 
@@ -214,8 +215,8 @@ class Participant:
                 self.endpoints.greet(remote, topic)
             elif kind == ItemKind.BUILT_IN_WRITER:
                 self.endpoints.expect_greeting(remote, topic)
-        if self.relay is not None:
-            self.relay.add(item)
+        if self.discovery_server is not None:
+            self.discovery_server.add(item)
 
     def _known_through_server(self, owner: Guid) -> RemoteParticipant:
         """The participant that a server announces. A new life of a host ends beliefs in old ones.

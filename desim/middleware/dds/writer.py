@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds.heartbeat_piggyback import Always, WhenFull
-from desim.middleware.dds.implied import ImpliedLink
+from desim.middleware.dds.implied_acknowledgements import ImpliedLink
 from desim.middleware.dds.reader import DIRECTED
 from desim.middleware.dds.reliable import ReliableLink
 from desim.middleware.transports import LinkedTransport

@@ -18,7 +18,7 @@ from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES, on_wire
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
     from desim.middleware.tcp.end import End
-    from desim.middleware.tcp.implied import Express
+    from desim.middleware.tcp.implied_acknowledgements import Express
     from desim.middleware.tcp.receiver import Receiver
 
 # An acknowledgement: all before this byte has arrived; when the segment was sent that it answers;

@@ -22,7 +22,7 @@ from desim.middleware.zenoh.topology import LinkState, Topology, bits
 if TYPE_CHECKING:
     from desim.middleware.message import Message
     from desim.middleware.tcp import Connection, Tcp
-    from desim.middleware.zenoh.finder import Finder
+    from desim.middleware.zenoh.discovery import Finder
     from desim.middleware.zenoh.parameters import ZenohParams
     from desim.middleware.zenoh.publication import ZenohPublication
     from desim.ports.middleware import MiddlewareContext

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from desim.errors import InputError, host_index
 from desim.middleware.tcp import Tcp
-from desim.middleware.zenoh.finder import Finder
+from desim.middleware.zenoh.discovery import Finder
 from desim.middleware.zenoh.parameters import ZenohParams
 from desim.middleware.zenoh.publication import ZenohPublication
 from desim.middleware.zenoh.registry import Declaration

@@ -1,4 +1,4 @@
-"""The search of a router for others: by scouting, at configured endpoints, by gossip."""
+"""A router's search for others: by scouting, at configured endpoints, by gossip."""
 
 from __future__ import annotations
 

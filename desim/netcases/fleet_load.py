@@ -1,9 +1,9 @@
 """Will this network carry the messages of this fleet?
 
-A scenario's topics, transports and media are played without its robots: nodes publish as much as
-often, on hosts that stand still. The messages that are published during the measurement count; for
-their fates one more period of the slowest topic is played. Delivered means that the receiving host
-has the message.
+Plays a scenario's topics, transports and media without its robots: nodes publish messages of the
+same sizes at the same rates, on hosts that stand still. The messages that are published during the
+measurement count; for their fates one more period of the slowest topic is played. Delivered means
+that the receiving host has the message.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from desim.middleware.node import Node
 from desim.monitor.traffic import family
 from desim.monitor.utilisation import busy_ns, utilisation
 from desim.netcases.case import Measures
-from desim.netcases.survey import free_place, whole_map_bytes
-from desim.netcases.talks import Listener, PacedNode, Talk, paces, talks
+from desim.netcases.map_message_size import free_place, whole_map_bytes
+from desim.netcases.message_load import Listener, PacedNode, Talk, paces, talks
 from desim.network.medium import Medium
-from desim.network.place import Still
+from desim.network.surroundings import Still
 from desim.ports import Params
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.simulation.wiring import HostPlaces, wired
 from desim.units import NS_PER_S, ByteSize, Period, Ratio
 
 
-class Question(Params):
+class FleetLoad(Params):
     """The load of a scenario's topics on its network: sends the messages of its robots, for some
     time and without robots, and reports what arrives, when, and how busy the media are.
 
@@ -118,7 +118,7 @@ class Reading(NamedTuple):
                 "lost": {reason: count for reason, count in lost.items() if count}}
 
 
-class Rehearsal:
+class LoadRun:
     """The network of ``parts``, which has not run, with the talks ``advertised`` on it. Messages
     count that are born from ``begin_ns``, exclusive, to ``end_ns``."""
 
@@ -175,23 +175,23 @@ class Rehearsal:
                 Listener(host, subscribed)]
 
 
-def play(scenario: Scenario, question: Question) -> Measures:
+def play(scenario: Scenario, params: FleetLoad) -> Measures:
     """``topics`` (by family) and ``media`` (by name) with their measures, of ``measured_s``; what
     was assumed: ``spread``; ``map_bytes`` of an update (None: robots exchange no maps), and
     ``map_given``; ``left_out``, topics that cross, but nobody says how often. Raises ``InputError``
     for what does not fit together."""
     parts = Simulation(scenario)
-    map_bytes, exchange = question.map_bytes, scenario.coordination.exchange
+    map_bytes, exchange = params.map_bytes, scenario.coordination.exchange
     if map_bytes is None and exchange is not None:
         map_bytes = whole_map_bytes(parts, exchange, Streams(scenario.seed))
     advertised, left_out = talks(parts, paces(scenario, parts.grid, map_bytes))
     longest_ns = max((round(NS_PER_S / talk.pace.rate_hz) for talk in advertised), default=0)
-    topics, media = Rehearsal(parts, advertised, question.spread, longest_ns,
-                              longest_ns + question.duration_ns).played()
+    topics, media = LoadRun(parts, advertised, params.spread, longest_ns,
+                            longest_ns + params.duration_ns).played()
     hosts = frozenset(host.name for host in parts.plan)
-    return {"hosts": len(hosts), "measured_s": question.duration_ns / NS_PER_S,
-            "spread": question.spread, "map_bytes": map_bytes,
-            "map_given": question.map_bytes is not None,
+    return {"hosts": len(hosts), "measured_s": params.duration_ns / NS_PER_S,
+            "spread": params.spread, "map_bytes": map_bytes,
+            "map_given": params.map_bytes is not None,
             "left_out": sorted({family(topic, hosts) for topic in left_out}),
             "topics": topics, "media": media}
 

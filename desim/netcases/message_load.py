@@ -29,7 +29,7 @@ from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Publisher
 from desim.ports import GridSpec
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 

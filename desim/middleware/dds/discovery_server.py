@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 _OPPOSITE = {ItemKind.WRITER: ItemKind.READER, ItemKind.READER: ItemKind.WRITER}
 
 
-class Relay:
+class DiscoveryServer:
     """All endpoints that the server ``me`` knows of, its own host's among them."""
 
     def __init__(self, me: Participant) -> None:

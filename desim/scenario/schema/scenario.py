@@ -1,4 +1,4 @@
-"""A whole scenario, family by family."""
+"""The schema of a whole scenario; each section has a file of its own beside this one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The places in files at which each key and value of a scenario was written, by its path."""
+"""The place where each key and value of a scenario was written: file, line, column, by path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The places of a medium's hosts, what stands between them, and who can reach whom."""
+"""A medium's view of the world: places of hosts, obstacles, and who can reach whom."""
 
 from __future__ import annotations
 

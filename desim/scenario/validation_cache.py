@@ -1,4 +1,7 @@
-"""A scenario validated part by part: of the many of a campaign most parts are the same."""
+"""Validates a scenario part by part, and remembers parts.
+
+The scenarios of a campaign share most of them.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,8 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
 from desim.scenario.complaints import Complaint, validated
-from desim.scenario.places import Data
-from desim.scenario.schema.whole import Scenario
+from desim.scenario.schema.scenario import Scenario
+from desim.scenario.source_places import Data
 
 _REMEMBERED = 256  # parts: those that the vectors of a campaign share come again soon
 
