@@ -54,7 +54,7 @@ def replacing(path: Path) -> Iterator[Path]:
     beside.unlink(missing_ok=True)  # it may be a link
     try:
         yield beside
-        settled(beside)
+        synced(beside)
         try:
             os.replace(beside, path)
         except OSError as error:  # it would name the other file
@@ -64,8 +64,8 @@ def replacing(path: Path) -> Iterator[Path]:
         raise
 
 
-def settled(path: str | os.PathLike) -> None:
-    """Wait until a file's content, or a folder's list of files, is on the disk. Raises
+def synced(path: str | os.PathLike) -> None:
+    """Wait until a file's content, or a folder's list of files, is on the disk (fsync). Raises
     ``OSError``."""
     descriptor = os.open(path, os.O_RDONLY)
     try:

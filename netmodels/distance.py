@@ -9,8 +9,8 @@ from pydantic import Field, field_validator
 
 from desim import ports
 from desim.units import BitRate, Duration, Length, Ratio
-from netmodels.chance import REASONS, RandomLoss
 from netmodels.queues import SenderQueues
+from netmodels.random_loss import REASONS, RandomLoss
 
 
 class Distance:

@@ -6,7 +6,7 @@ from collections import deque
 
 from desim import ports
 from desim.units import airtime_ns
-from netmodels.chance import drop
+from netmodels.random_loss import drop
 
 
 class DropTailQueue:

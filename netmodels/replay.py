@@ -11,12 +11,12 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Duration, Ratio
-from netmodels.chance import REASONS, RandomLoss
 from netmodels.link_traces import LinkTraces, MeasuredLink, Quantity, read
 from netmodels.queues import SenderQueues
 from netmodels.radio.delivery import delivery
 from netmodels.radio.standards import STANDARDS, chosen_rates, psdu_bytes
 from netmodels.radio.thresholds import Thresholds
+from netmodels.random_loss import REASONS, RandomLoss
 
 
 class Replay:

@@ -1,10 +1,10 @@
 """A network model that loses the packets that a test names."""
 
 from desim.ports import Drop
-from desim.testing import Instant
+from desim.testing import ImmediateNetwork
 
 
-class Loses(Instant):
+class Loses(ImmediateNetwork):
     """A model that loses packets, each of the tuples at its receiver, and delivers the rest."""
 
     reasons = ("spilt", "burnt")

@@ -11,7 +11,7 @@ from desim import plugins
 from desim.errors import InputError
 from desim.scenario.load import from_mapping, load
 from desim.scenario.resolved import resolved, scenario_id
-from desim.testing import Instant
+from desim.testing import ImmediateNetwork
 
 # Every test has modules of its own: Python keeps what it has imported by name.
 MODEL = """
@@ -209,7 +209,7 @@ def test_a_class_that_breaks_its_contract_is_refused_where_it_is_named(here, num
 
 
 def test_a_static_method_takes_no_self():
-    class Static(Instant):
+    class Static(ImmediateNetwork):
         def __init__(self, params):
             """There is nothing to set."""
 

@@ -1,1 +1,4 @@
-"""The commands, a family a file. Heavy imports stand inside them, so that ``--help`` is fast."""
+"""The commands, one file per group of commands.
+
+Heavy imports stand inside them, so that ``--help`` is fast.
+"""

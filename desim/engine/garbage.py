@@ -9,7 +9,7 @@ from contextlib import contextmanager
 _RARELY = 50_000, 20, 50
 
 
-def keep_what_there_is() -> None:
+def freeze_present_objects() -> None:
     """Exclude all present objects from garbage collection (``gc.freeze``). For a process of many
     runs: its modules stay, and a search through them takes longer than a small run."""
     gc.freeze()

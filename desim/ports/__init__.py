@@ -16,7 +16,7 @@ from desim.ports.frames import (
     Verdict,
     packet_sizes,
 )
-from desim.ports.functions import RuleFunction, function_rule, rule_of
+from desim.ports.function_rules import RuleFunction, function_rule, rule_of
 from desim.ports.networks import (
     Context,
     CountsAttempts,

@@ -15,7 +15,7 @@ import numpy as np
 
 from desim.engine.trace import Names
 from desim.errors import InputError
-from desim.files import refuse_link, settled
+from desim.files import refuse_link, synced
 from desim.monitor.coverage import states
 from desim.monitor.monitor import Monitor
 from desim.monitor.summary import judged_robot, known_map, robots_table, samples_table, summarize
@@ -160,13 +160,13 @@ class RunFolder:
         """Move the folder to its place by one rename, after everything is on the disk, so that a
         folder with the run's name is always whole."""
         for name in written:
-            settled(self._partial / name)
+            synced(self._partial / name)
         (self._partial / _LOCK).unlink()
-        settled(self._partial)
+        synced(self._partial)
         if os.path.lexists(self.path):
             os.replace(self.path, _free(self.path.with_name(f"{self.run_id}.old")))
         os.replace(self._partial, self.path)
-        settled(self.path.parent)
+        synced(self.path.parent)
         self._release()
         for old in sorted(self.path.parent.glob(f"{self.run_id}.old*")):
             _hand_over(old, self.path)

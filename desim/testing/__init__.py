@@ -8,8 +8,8 @@ own tests can run theirs.
 
 from desim.testing.checks import check_case, check_network, check_rule, check_strategy
 from desim.testing.fleet import Fleet
-from desim.testing.medium_bench import HOUR_NS, Bench, Instant
+from desim.testing.medium_bench import HOUR_NS, Bench, ImmediateNetwork
 from desim.testing.middleware import Patience, check_discovery, check_middleware
 
-__all__ = ["HOUR_NS", "Bench", "Fleet", "Instant", "Patience", "check_case", "check_discovery",
-           "check_middleware", "check_network", "check_rule", "check_strategy"]
+__all__ = ["HOUR_NS", "Bench", "Fleet", "ImmediateNetwork", "Patience", "check_case",
+           "check_discovery", "check_middleware", "check_network", "check_rule", "check_strategy"]

@@ -21,7 +21,7 @@ from desim.testing.capabilities import (
     check_switching,
     check_transmissions,
 )
-from desim.testing.medium_bench import HOUR_NS, Bench, Fate, Instant
+from desim.testing.medium_bench import HOUR_NS, Bench, Fate, ImmediateNetwork
 from desim.units import NS_PER_S
 
 _FRAMES = 300
@@ -50,7 +50,7 @@ def check_rule(rule: PluginClass[ports.Rule] | ports.RuleFunction, **params: obj
     cls = cast(PluginClass[ports.Rule],  # isfunction says nothing of what is no function
                ports.function_rule(rule) if isfunction(rule) else rule)
     _check_declarations("rule", cls, params)
-    for model in Instant, Retrying:
+    for model in ImmediateNetwork, Retrying:
         _check_play(cls, lambda: Bench(model(), _HOSTS, rules=[made(cls, params)]),  # noqa: B023
                     lambda: Bench(model(), _HOSTS | _SILENT,  # noqa: B023 - called right away
                                   rules=[made(cls, params)]))

@@ -20,7 +20,7 @@ from desim.middleware.node import Node
 from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere
 from desim.ports.middleware import Middleware
-from desim.testing.medium_bench import Instant
+from desim.testing.medium_bench import ImmediateNetwork
 from desim.units import NS_PER_S
 
 HOSTS = ("host_1", "host_2", "host_3", "host_10")
@@ -95,7 +95,7 @@ class Fleet:
                            on_fate=self._fate)
         self.hosts = self.graph.hosts
         self.apart = Apart(len(self.hosts))
-        self.graph.attach(Medium("lan", model or Instant(), [self.apart, *rules],
+        self.graph.attach(Medium("lan", model or ImmediateNetwork(), [self.apart, *rules],
                                  kernel=self.kernel, names=names, streams=streams,
                                  hosts=[host.name for host in self.hosts],
                                  place=Nowhere(len(self.hosts))))

@@ -91,7 +91,7 @@ class Bench(BroadcastCarrier[Token]):
         self.log.append((self.kernel.now_ns, *token, self.hosts[receiver], fate))
 
 
-class Instant:
+class ImmediateNetwork:
     """The network model behind a rule under test: everything arrives at once."""
 
     Params = ports.Params

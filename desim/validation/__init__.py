@@ -1,6 +1,8 @@
-"""Comparisons of desim's middlewares with measurements of the real software.
+"""Comparisons of desim's middlewares with the real software.
 
-``desim validate --only middleware`` runs them. Each file is a family. Its ``checks()`` runs the
-hosts of ``laboratory.py`` and compares the outcome with measurements on real hosts. The group
-``middleware`` lists the families.
+Those of the network models are in ``netmodels.validation``.
+
+``desim validate --only middleware`` runs these, one file per section. A section's ``checks()`` runs
+the hosts of ``laboratory.py`` and compares the outcome with measurements on real hosts. The group
+``middleware`` lists the sections.
 """

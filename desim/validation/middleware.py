@@ -1,4 +1,4 @@
-"""The group ``middleware``: all families, one after another."""
+"""The group ``middleware``: all sections, one after another."""
 
 from __future__ import annotations
 
@@ -15,5 +15,5 @@ class MiddlewareAsMeasured:
               "multimaster_fkie 1.3.2, Cyclone DDS 11.0.1, Fast DDS 2.9.1, Zenoh 1.10.2")
 
     def checks(self, play: Play) -> Iterator[Check]:
-        for family in (tcp, dds, multimaster, ros1, zenoh):
-            yield from family.checks()
+        for section in (tcp, dds, multimaster, ros1, zenoh):
+            yield from section.checks()

@@ -18,8 +18,9 @@ from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Laser, Odometry
 from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
-from desim.world import bodies, lidar, materials, matter, odometry, placement, scenery, sources
+from desim.world import bodies, lidar, materials, odometry, placement, scenery, sources
 from desim.world.fleet import RobotSpec, place_fleet
+from desim.world.obstacles import Matter
 
 
 class Scene(NamedTuple):
@@ -168,7 +169,7 @@ class Plane:
         return contacts
 
     @cached_property
-    def _matter(self) -> matter.Matter:
+    def _matter(self) -> Matter:
         return self.terrain.matter()
 
     def obstacles(self) -> Obstacles:

@@ -15,7 +15,7 @@ from desim.scenario.schema.environment import Door, MovingObstacle
 from desim.units import SPEED
 from desim.world import materials
 from desim.world.geometry import TOUCH_M, point_distance, segments
-from desim.world.matter import crossing
+from desim.world.obstacles import crossing
 from desim.world.sources import line
 from desim.world.terrain import Terrain
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from desim.errors import InputError
 from desim.scenario.schema.environment import MapFile, Shape
-from desim.world import builtin, map_server, materials
-from desim.world.drawing import draw
+from desim.world import map_server, materials, paper_terrains
+from desim.world.drawn_terrain import draw
 from desim.world.geometry import TOUCH_M, Row, merge_collinear, rectangle, segments
-from desim.world.matter import BLOCK_M, FACE_M, Matter, crossing, of_cells
+from desim.world.obstacles import BLOCK_M, FACE_M, Matter, crossing, of_cells
 from desim.world.terrain import Terrain
 
 FACE_MATERIAL, FACE_HEIGHT_M = "concrete", 2.0  # of a shape's bounds
@@ -45,7 +45,7 @@ def load(source: str | MapFile | Shape) -> Terrain:
         except InputError as error:
             raise InputError(*(f"{WHERE}: {line}" for line in error.args)) from None
     else:
-        terrain = from_shape(source, builtin.shape(source))
+        terrain = from_shape(source, paper_terrains.shape(source))
     x0, y0, x1, y1 = terrain.bounds
     if max(x1 - x0, y1 - y0) > MAX_SIDE_M:
         where = f"{WHERE}.size" if isinstance(source, Shape) else WHERE

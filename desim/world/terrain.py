@@ -13,7 +13,7 @@ from scipy.ndimage import label
 from desim.errors import InputError
 from desim.ports import GridSpec
 from desim.world.geometry import TOUCH_M, outline, point_distance, rows_of
-from desim.world.matter import Matter, of_cells
+from desim.world.obstacles import Matter, of_cells
 
 FREE, WALL = 0, 1
 # A map of more cells than this is refused: 1.6 km x 1.6 km at 0.2 m.

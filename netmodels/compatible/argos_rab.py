@@ -7,8 +7,8 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import ByteSize, Length, Period, Ratio
-from netmodels.chance import PairStreams
 from netmodels.compatible.obstruction import walls_between
+from netmodels.random_loss import PairStreams
 
 _TOO_LONG, _OVERWRITTEN = ports.Drop("too_long"), ports.Drop("overwritten")
 _HIDDEN, _LOST = ports.Drop("obstructed"), ports.Drop("random_loss")

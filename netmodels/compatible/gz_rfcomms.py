@@ -15,7 +15,7 @@ from scipy.special import erfc
 
 from desim import ports
 from desim.units import NS_PER_S, BitRate, Decibels, Duration, Length, Level, Period
-from netmodels.chance import PairStreams, drop
+from netmodels.random_loss import PairStreams, drop
 
 REASONS = ("channel_error", "out_of_range", "out_of_reach", "rate_limited", "receiver_limited")
 

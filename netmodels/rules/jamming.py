@@ -7,7 +7,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import Length, Position, Ratio
-from netmodels.chance import PairStreams, drop, losses
+from netmodels.random_loss import PairStreams, drop, losses
 from netmodels.rules.scope import TimeWindow
 
 

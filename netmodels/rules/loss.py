@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.units import Ratio
-from netmodels.chance import PairStreams, drop, losses
+from netmodels.random_loss import PairStreams, drop, losses
 
 
 class Loss:

@@ -11,7 +11,7 @@ from scipy.special import gammainccinv, ndtri
 
 from desim import ports
 from desim.units import Duration, Period, Ratio
-from netmodels.chance import PairStreams
+from netmodels.random_loss import PairStreams
 
 # The delay that is exceeded with chance u, in jitters from the mean. The same u is a late frame in
 # all of them.

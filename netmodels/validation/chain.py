@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from desim.ports.cases import Check, Play
 from netmodels.cases.chain import RelayChain
-from netmodels.validation.within import within
+from netmodels.validation.tolerance import within
 
 SHORT, LONG = (2, 3, 4, 6, 8, 12), (6, 8)  # hops
 SEEDS = (1, 2, 3)

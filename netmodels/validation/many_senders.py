@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from desim.ports.cases import Check, Play
 from netmodels.cases.layout import Layout
 from netmodels.validation.layouts import CHAINS, MIXES, PAIRS, STARS, parsed
-from netmodels.validation.within import within
+from netmodels.validation.tolerance import within
 
 
 def played(play: Play, mbps: float, places: list[tuple[float, float]],

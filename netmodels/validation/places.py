@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from desim.ports.cases import Check, Play
 from netmodels.cases.two_senders import Hidden, TwoPairs
-from netmodels.validation.within import within
+from netmodels.validation.tolerance import within
 
 # Rate in Mb/s: m between the pairs to Mb/s of payload of both.
 TWO_PAIRS = {

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from desim.ports.cases import Check, Play, Setup
 from netmodels.cases.load import Bottleneck
-from netmodels.validation.within import within
+from netmodels.validation.tolerance import within
 
 SERVICE_MS = 1.2016  # 1502 B at 10 Mb/s
 

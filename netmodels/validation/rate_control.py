@@ -16,7 +16,7 @@ from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import delivery
 from netmodels.radio.standards import ACK_BYTES, A, Standard, psdu_bytes
 from netmodels.validation.layouts import PAIRS, parsed
-from netmodels.validation.within import within
+from netmodels.validation.tolerance import within
 
 UP, DOWN, TIMER, TRIES = 10, 2, 15, 7
 POWERS_DBM = (-78.0, -77.5, -73.5, -73.0, -72.0, -71.5, -70.5)  # where 36, 48 and 54 Mb/s end

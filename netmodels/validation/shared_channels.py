@@ -11,7 +11,7 @@ from netmodels.aloha import Aloha
 from netmodels.bus import SLOT_BITS, Bus, BusStation, CollisionDetection
 from netmodels.cases.load import SharedBus
 from netmodels.cases.traffic import flows, numbered
-from netmodels.validation.within import within
+from netmodels.validation.tolerance import within
 
 LOADS = (0.25, 0.5, 1.0)  # frames that begin in the time of one
 RATE = "24 kb/s"

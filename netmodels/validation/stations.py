@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from desim.ports.cases import Check, Play
 from netmodels.cases.broadcast import HeartbeatBroadcast
 from netmodels.cases.saturation import Saturation
-from netmodels.validation.within import within
+from netmodels.validation.tolerance import within
 
 # Stations that all hear each other equally well, by standard, rate in Mb/s and slot: stations to
 # Mb/s of payload (1000 B of UDP, one sink) and failed transmissions to all of them.

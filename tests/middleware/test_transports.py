@@ -6,7 +6,7 @@ from tcphosts import Takes
 
 from desim.middleware.transports import datagram_frame, stream_frame
 from desim.ports import Deliver, Drop
-from desim.testing import Instant
+from desim.testing import ImmediateNetwork
 from netmodels.access_link import AccessLink
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition
@@ -160,7 +160,7 @@ def test_a_datagram_that_is_lost_stays_lost():
 
 
 def test_a_broadcast_is_one_frame_for_all_and_one_row_for_those_out_of_reach():
-    class Near(Instant):
+    class Near(ImmediateNetwork):
         reasons = ("out_of_reach",)
 
         def send(self, frame):

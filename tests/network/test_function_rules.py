@@ -8,7 +8,7 @@ from desim import plugins, ports
 from desim.errors import InputError, ModelError
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
-from desim.testing import Bench, Instant, check_rule
+from desim.testing import Bench, ImmediateNetwork, check_rule
 from desim.units import NS_PER_S
 
 HERE = r"test_function_rules\.py:\d+"
@@ -34,7 +34,7 @@ def after_a_second(frame, receivers, context):
 
 
 def fates(function, times_ns=(0,), receivers=("host_2", "host_3")):
-    bench = Bench(Instant(), 3, rules=[function])
+    bench = Bench(ImmediateNetwork(), 3, rules=[function])
     for time_ns in times_ns:
         bench.send(time_ns, "host_1", list(receivers), 100, broadcast=True)
     return [(time_ns, receiver, fate) for time_ns, *_, receiver, fate in bench.run()]
@@ -64,7 +64,7 @@ def test_it_may_drop_packets_of_a_train():
     def nibble(frame, receivers):
         return ports.Drop(packets=(0,))
 
-    bench = Bench(Instant(), 2, rules=[nibble])
+    bench = Bench(ImmediateNetwork(), 2, rules=[nibble])
     bench.send(0, "host_1", "host_2", 3000, segments=2, label="train")
     assert [fate for *_, fate in bench.run()] == ["arrived in part"]
     assert bench.parts == [("train", "host_2", {0: "nibble"})]

@@ -13,7 +13,7 @@ from desim.engine.trace import Names
 from desim.errors import ModelError
 from desim.network.carrier import Carrier
 from desim.network.medium import Medium
-from desim.testing import Bench, Instant
+from desim.testing import Bench, ImmediateNetwork
 from netmodels.access_link import AccessLink
 from netmodels.disk import Disk
 from netmodels.rules.bandwidth import Bandwidth
@@ -73,8 +73,9 @@ def test_rules_delays_add_up_and_the_first_drop_wins():
             return [ports.Drop("deaf") if receiver == 1 else ports.PASS for receiver in receivers]
 
     asked = []
-    bench = Bench(Instant(), 3, rules=[rule(Latency, delay="2 ms"), rule(Deaf, delay="0 s"),
-                                       rule(Deaf, delay="0 s"), rule(Latency, delay="3 ms")])
+    bench = Bench(ImmediateNetwork(), 3, rules=[
+        rule(Latency, delay="2 ms"), rule(Deaf, delay="0 s"),
+        rule(Deaf, delay="0 s"), rule(Latency, delay="3 ms")])
     bench.send(0, "host_1", ["host_2", "host_3"], 100, broadcast=True)
     bench.send(0, "host_1", "host_2", 60)
     assert bench.run() == [(0, None, "host_1", "host_2", "deaf"),
@@ -87,7 +88,7 @@ def test_rules_delays_add_up_and_the_first_drop_wins():
 
 def test_arrivals_of_one_instant_come_in_the_order_of_names():
     def log(hosts):
-        bench = Bench(Instant(), dict.fromkeys(hosts, (0.0, 0.0)))
+        bench = Bench(ImmediateNetwork(), dict.fromkeys(hosts, (0.0, 0.0)))
         for host in hosts:
             bench.send(5, host, [other for other in sorted(hosts) if other != host], 100,
                        broadcast=True)
@@ -232,7 +233,7 @@ def test_what_is_sent_because_of_a_post_is_not_posted():
 
 @pytest.mark.parametrize("delay_ns", [-5, 1.5, np.int64(5), True])
 def test_what_is_posted_takes_an_int_of_nanoseconds(delay_ns):
-    model = Instant()
+    model = ImmediateNetwork()
     model.send = lambda frame: delay_ns
     bench = Bench(model, 2)
     with pytest.raises(ModelError, match="delivers after .*; wanted: an int >= 0 of nanoseconds"):
@@ -380,14 +381,14 @@ def test_it_serves_a_plain_simpy_program():
 
 
 def test_a_nowhere_medium_has_no_obstacles():
-    context = Bench(Instant(), 2).medium
+    context = Bench(ImmediateNetwork(), 2).medium
     assert context.obstacles.epoch == 0
     assert context.obstacles.crossings(context.positions(0).repeat(2, axis=1)).shape == (0, 2)
 
 
 def test_a_rule_cannot_act():
     latency = rule(Latency, delay="1 s")
-    Bench(Instant(), 2, rules=[latency])
+    Bench(ImmediateNetwork(), 2, rules=[latency])
     for action in ("at", "settle", "settle_many", "transmit"):
         with pytest.raises(AttributeError):
             getattr(latency._context, action)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from desim import plugins
 from desim.ports import PASS, Drop, Frame
-from desim.testing import Bench, Instant
+from desim.testing import Bench, ImmediateNetwork
 from netmodels.access_link import AccessLink
 
 MS = 10**6
@@ -28,7 +28,7 @@ def fates(bench):
 
 def test_range_counts_its_edge_in_and_hosts_without_a_place_too():
     places = {"a": (0, 0), "edge": (30, 40), "beyond": (30, 40.001), "none": (math.nan, 0)}
-    bench = Bench(Instant(), places, rules=[make("range", distance="50 m")])
+    bench = Bench(ImmediateNetwork(), places, rules=[make("range", distance="50 m")])
     for receiver in ("edge", "beyond", "none"):
         bench.send(0, "a", receiver, 100, label=receiver)
     bench.send(0, "none", "beyond", 100, label="from none")
@@ -70,7 +70,7 @@ def test_latency_of_half_a_second_gives_a_round_trip_of_exactly_one():
             else:
                 trips_ns.append(bench.kernel.now_ns)
 
-    bench, trips_ns = Bench(Instant(), 2, rules=[make("latency", delay="500 ms")]), []
+    bench, trips_ns = Bench(ImmediateNetwork(), 2, rules=[make("latency", delay="500 ms")]), []
     medium = bench.medium
     medium.transmit(0, (1,), 100, 1, False, Ping(), "ping")
     bench.run()
@@ -78,7 +78,8 @@ def test_latency_of_half_a_second_gives_a_round_trip_of_exactly_one():
 
 
 def test_jitter_of_nothing_is_the_delay():
-    bench = Bench(Instant(), 2, rules=[make("latency", delay="5 ms", distribution="pareto")])
+    bench = Bench(ImmediateNetwork(), 2, rules=[
+        make("latency", delay="5 ms", distribution="pareto")])
     bench.send(0, "host_1", "host_2", 100)
     assert bench.run()[0][0] == 5 * MS
 
@@ -86,7 +87,7 @@ def test_jitter_of_nothing_is_the_delay():
 @pytest.mark.parametrize(("segments", "p"), [(1, 0.1), (5, 0.1), (20, 0.05)])
 def test_a_train_survives_with_the_power_of_its_length(segments, p):
     """(1 - p)^segments, binomial over 4000 frames, 4 standard errors."""
-    bench, frames = Bench(Instant(), 2, rules=[make("loss", probability=p)]), 4000
+    bench, frames = Bench(ImmediateNetwork(), 2, rules=[make("loss", probability=p)]), 4000
     for k in range(frames):
         bench.send(k, "host_1", "host_2", 100 * segments, segments)
     got = sum(fate == "arrived" for _, fate in fates(bench)) / frames
@@ -96,7 +97,7 @@ def test_a_train_survives_with_the_power_of_its_length(segments, p):
 
 def test_loss_of_nothing_and_of_everything():
     for probability, fate in [(0.0, "arrived"), ("100 %", "random_loss")]:
-        bench = Bench(Instant(), 2, rules=[make("loss", probability=probability)])
+        bench = Bench(ImmediateNetwork(), 2, rules=[make("loss", probability=probability)])
         for k in range(50):
             bench.send(k, "host_1", "host_2", 100, 1 + k)
         assert {got for _, got in fates(bench)} == {fate}
@@ -104,7 +105,7 @@ def test_loss_of_nothing_and_of_everything():
 
 def test_two_losses_draw_from_streams_of_their_own():
     """Two rules of one half each let a quarter through, not a half."""
-    bench = Bench(Instant(), 2, rules=[make("loss", probability=0.5) for _ in range(2)])
+    bench = Bench(ImmediateNetwork(), 2, rules=[make("loss", probability=0.5) for _ in range(2)])
     for k in range(4000):
         bench.send(k, "host_1", "host_2", 100)
     got = sum(fate == "arrived" for _, fate in fates(bench)) / 4000
@@ -114,7 +115,7 @@ def test_two_losses_draw_from_streams_of_their_own():
 def test_bandwidth_lets_the_burst_through_and_then_keeps_the_rate():
     """1000 B burst at 8 kB/s (1 ms per 8 B): the first frame at once, each next 500 B 62.5 ms
     later; after a pause of a second the burst is there again, and not two of them."""
-    bench = Bench(Instant(), 2, rules=[make("bandwidth", rate="64 kb/s", burst="1000 B",
+    bench = Bench(ImmediateNetwork(), 2, rules=[make("bandwidth", rate="64 kb/s", burst="1000 B",
                                    backlog="1500 B")])
     for label in range(7):
         bench.send(0, "host_1", "host_2", 500, label=label)
@@ -126,7 +127,7 @@ def test_bandwidth_lets_the_burst_through_and_then_keeps_the_rate():
 
 
 def test_bandwidth_is_per_sender():
-    bench = Bench(Instant(), 3, rules=[make("bandwidth", rate="8 kb/s", burst="100 B")])
+    bench = Bench(ImmediateNetwork(), 3, rules=[make("bandwidth", rate="8 kb/s", burst="100 B")])
     for source in ("host_1", "host_2"):
         bench.send(0, source, "host_3", 1100, label=source)
     assert [time_ns for time_ns, *_ in bench.run()] == [S, S]
@@ -135,7 +136,8 @@ def test_bandwidth_is_per_sender():
 def passed(sizes_bytes, gaps_us, rate="8 Mb/s"):
     """(size, when its last byte left in ns) of packets, sent so long after each other, that a
     bucket of 3 kB at ``rate`` lets through."""
-    bench, now_ns = Bench(Instant(), 2, rules=[make("bandwidth", rate=rate, burst="3 kB")]), 0
+    now_ns = 0
+    bench = Bench(ImmediateNetwork(), 2, rules=[make("bandwidth", rate=rate, burst="3 kB")])
     for size_bytes, gap_us in zip(sizes_bytes, gaps_us, strict=True):
         now_ns += gap_us * 1000
         bench.send(now_ns, "host_1", "host_2", size_bytes, label=size_bytes)
@@ -168,7 +170,7 @@ def test_a_bucket_that_is_never_empty_keeps_to_its_curve_and_the_twin_does_not()
 
 def test_partition_cuts_groups_apart_for_its_time():
     cut = make("partition", groups=[["a*"], ["b?"]], **{"from": "1 s", "until": "2 s"})
-    bench = Bench(Instant(), dict.fromkeys(["a1", "a2", "b1", "c1", "c2"], (0.0, 0.0)),
+    bench = Bench(ImmediateNetwork(), dict.fromkeys(["a1", "a2", "b1", "c1", "c2"], (0.0, 0.0)),
                   rules=[cut])
     pairs = [("a1", "a2"), ("a1", "b1"), ("b1", "c1"), ("c1", "c2")]
     for time_ns in (S - 1, S, 2 * S - 1, 2 * S):
@@ -182,7 +184,7 @@ def test_partition_cuts_groups_apart_for_its_time():
 
 def test_a_window_opens_again_and_again():
     cut = make("partition", groups=[["host_1"]], **{"from": "1 s", "until": "1.5 s"}, every="2 s")
-    bench = Bench(Instant(), 2, rules=[cut])
+    bench = Bench(ImmediateNetwork(), 2, rules=[cut])
     for k in range(14):
         bench.send(k * S // 2, "host_1", "host_2", 100, label=k / 2)
     assert [label for label, fate in fates(bench) if fate == "partitioned"] == [1, 3, 5]
@@ -193,7 +195,7 @@ def test_an_outage_takes_hosts_off_the_network_and_cuts_links():
     down = make("outage", hosts=["base"], links=[["robot_1", "robot_[23]"]],
                 **{"from": "1 s", "until": "2 s"})
     hosts = ["base", "robot_1", "robot_2", "robot_3"]
-    bench = Bench(Instant(), dict.fromkeys(hosts, (0.0, 0.0)), rules=[down])
+    bench = Bench(ImmediateNetwork(), dict.fromkeys(hosts, (0.0, 0.0)), rules=[down])
     for time_ns in (S - 1, S, 2 * S - 1, 2 * S):
         for source in hosts:
             for receiver in hosts:
@@ -208,7 +210,7 @@ def test_an_outage_takes_hosts_off_the_network_and_cuts_links():
 
 def test_an_outage_separates_for_the_monitor():
     down = make("outage", links=[["a", "b"]], **{"from": "1 s"})
-    bench = Bench(Instant(), dict.fromkeys("abc", (0.0, 0.0)), rules=[down])
+    bench = Bench(ImmediateNetwork(), dict.fromkeys("abc", (0.0, 0.0)), rules=[down])
     everybody = np.arange(3)
     assert bench.medium.linked(everybody).all()
     bench.kernel.run(S)
@@ -220,7 +222,7 @@ def test_a_jammer_is_felt_by_who_sends_and_who_receives():
     jam = make("jamming", at=["10 m", "0 m"], radius="5 m", **{"from": "1 s", "until": "2 s"})
     places = {"inside": (10, 0), "edge": (13, 4), "outside": (13, 4.001), "far": (90, 0),
               "nowhere": (math.nan, 0)}
-    bench = Bench(Instant(), places, rules=[jam])
+    bench = Bench(ImmediateNetwork(), places, rules=[jam])
     for time_ns in (0, S, 2 * S):
         for source, receiver in [("inside", "far"), ("far", "edge"), ("far", "outside"),
                                  ("nowhere", "far"), ("edge", "inside")]:
@@ -233,13 +235,13 @@ def test_a_jammer_is_felt_by_who_sends_and_who_receives():
 def test_a_jammer_that_spares_some_separates_nobody():
     for probability, separates in [(1.0, True), (0.9, False)]:
         jam = make("jamming", at=["0 m", "0 m"], radius="5 m", probability=probability)
-        Bench(Instant(), {"a": (0, 0), "b": (50, 0), "c": (60, 0)}, rules=[jam])
+        Bench(ImmediateNetwork(), {"a": (0, 0), "b": (50, 0), "c": (60, 0)}, rules=[jam])
         assert jam.separates(0, 1) is jam.separates(1, 0) is separates
         assert not jam.separates(1, 2)
 
 
 def test_copies_arrive_behind_the_original_and_those_of_two_rules_add_up():
-    bench = Bench(Instant(), 2, rules=[
+    bench = Bench(ImmediateNetwork(), 2, rules=[
         make("duplication", probability="100 %", after="3 ms"), make("latency", delay="1 ms"),
         make("duplication", probability="100 %", after="0 s")])
     bench.send(0, "host_1", "host_2", 100)
@@ -252,7 +254,7 @@ def test_copies_arrive_behind_the_original_and_those_of_two_rules_add_up():
 
 
 def test_a_broadcast_is_copied_at_each_receiver():
-    bench = Bench(Instant(), {"a": (0, 0), "b": (1, 0), "c": (90, 0)}, rules=[
+    bench = Bench(ImmediateNetwork(), {"a": (0, 0), "b": (1, 0), "c": (90, 0)}, rules=[
         make("range", distance="50 m"), make("duplication", probability=1.0, after="1 ms")])
     bench.send(0, "a", ["b", "c"], 100, broadcast=True)
     bench.send(S, "b", ["a"], 100, broadcast=True)
@@ -263,8 +265,8 @@ def test_a_broadcast_is_copied_at_each_receiver():
 
 
 def test_what_is_lost_has_no_copies():
-    bench = Bench(Instant(), 2, rules=[make("duplication", probability=1.0),
-                                       make("loss", probability=1.0)])
+    bench = Bench(ImmediateNetwork(), 2, rules=[make("duplication", probability=1.0),
+                                                make("loss", probability=1.0)])
     bench.send(0, "host_1", "host_2", 100)
     assert [fate for *_, fate in bench.run()] == ["random_loss"] and bench.medium.copies == 0
 

@@ -14,7 +14,7 @@ from test_netmodels_rules import MS, S, fates, make
 
 from desim.engine.streams import Streams
 from desim.ports import Deliver, Drop, Duplicate, Frame
-from desim.testing import Bench, Instant
+from desim.testing import Bench, ImmediateNetwork
 from netmodels.rules.outage import OnOffProcess
 
 # ---------------------------------------------------------------------------------------- latency
@@ -30,7 +30,7 @@ LAWS = {  # of delays in ms with the mean 50 and the jitter 10, cut off at 0
 
 def verdicts(rule, frames, segments=1):
     """The rule's verdicts about so many frames of one link."""
-    Bench(Instant(), 2, rules=[rule])
+    Bench(ImmediateNetwork(), 2, rules=[rule])
     frame = Frame(1, 0, (1,), 100 * segments, segments, False)
     return [verdict for _ in range(frames) for verdict in rule.judge(frame, (1,)) or [None]]
 
@@ -133,7 +133,7 @@ def test_a_train_meets_the_states_packet_by_packet():
 def test_it_starts_as_it_goes_on():
     """Of 1980 links as many first packets are lost as of all: 9.09 %."""
     hosts = [f"host_{i}" for i in range(1, 46)]
-    bench = Bench(Instant(), 45, rules=[make("gilbert_elliott", p="2 %", r="20 %")])
+    bench = Bench(ImmediateNetwork(), 45, rules=[make("gilbert_elliott", p="2 %", r="20 %")])
     for source in hosts:
         bench.send(0, source, [host for host in hosts if host != source], 100, broadcast=True)
     lost = sum(fate != "arrived" for _, fate in fates(bench))
@@ -149,7 +149,7 @@ def test_what_is_lost_packet_by_packet(name, params, segments):
     law, frame = 0.8 ** segments, Frame(1, 0, (1,), 100 * segments, segments, False)
     for probability, fits in (0.2, True), (0.22, False):
         rule = make(name, probability=probability, **params)
-        Bench(Instant(), {"a": (0, 0), "b": (50, 0)}, rules=[rule])
+        Bench(ImmediateNetwork(), {"a": (0, 0), "b": (50, 0)}, rules=[rule])
         passed = sum(type(rule.judge(frame, (1,))[0]) is not Drop for _ in range(20_000)) / 20_000
         assert (abs(passed - law) < 3.3 * math.sqrt(law * (1 - law) / 20_000)) is fits
 
@@ -170,8 +170,8 @@ def reordered(probability):
     """The share of frames, sent every 10 ms, that arrive behind one that was sent later (RFC 4737,
     3.3) where those held back are so for 25 ms."""
     frames = 20_000
-    bench = Bench(Instant(), 2, rules=[make("reordering", probability=probability,
-                                            delay="25 ms")])
+    bench = Bench(ImmediateNetwork(), 2, rules=[make("reordering", probability=probability,
+                                                     delay="25 ms")])
     for label in range(frames):
         bench.send(label * 10 * MS, "host_1", "host_2", 100, label=label)
     newest, late = -1, 0
@@ -221,7 +221,8 @@ def test_the_twin_spells_a_tenth_longer_show():
 
 def availability(**params):
     """The share of 40,000 frames, one every 5 s, that a link lets through."""
-    bench = Bench(Instant(), 2, rules=[make("flapping", links=[["host_1", "host_2"]], **params)])
+    bench = Bench(ImmediateNetwork(), 2, rules=[
+        make("flapping", links=[["host_1", "host_2"]], **params)])
     for k in range(40_000):
         bench.send(k * 5 * S, "host_1", "host_2", 100)
     return Counter(fate for *_, fate in bench.run(200_000 * S))["arrived"] / 40_000
@@ -250,7 +251,8 @@ CHANCE = [("latency", {"delay": "5 ms", "jitter": "2 ms"}), ("loss", {"probabili
 def test_what_others_send_moves_nothing(name, params):
     def own(others):
         places = ["b", "a", *others]
-        bench = Bench(Instant(), dict.fromkeys(places, (0.0, 0.0)), rules=[make(name, **params)])
+        bench = Bench(ImmediateNetwork(), dict.fromkeys(places, (0.0, 0.0)),
+                      rules=[make(name, **params)])
         for k in range(300):
             for source, receiver in [("a", "b"), *pairwise(others)]:
                 bench.send(k * 10 * MS, source, receiver, 100, label=k)
@@ -266,7 +268,7 @@ def test_what_others_send_moves_nothing(name, params):
 
 def test_a_larger_disc_jams_what_a_small_one_does_and_more():
     def jammed(radius):
-        bench = Bench(Instant(), {"a": (0, 0), "b": (20, 0), "c": (50, 0)}, rules=[
+        bench = Bench(ImmediateNetwork(), {"a": (0, 0), "b": (20, 0), "c": (50, 0)}, rules=[
             make("jamming", at=["-5 m", "0 m"], radius=radius, probability=0.5)])
         for k in range(300):
             bench.send(k * 20 * MS, "b", "abc"[k % 2 * 2], 100, label=k)

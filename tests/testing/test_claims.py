@@ -5,10 +5,10 @@ import pytest
 
 from desim import ports
 from desim.errors import ModelError
-from desim.testing import Instant, check_network, check_rule
+from desim.testing import ImmediateNetwork, check_network, check_rule
 
 
-class Claims(Instant):
+class Claims(ImmediateNetwork):
     """A model that claims everything."""
 
     judges_transmissions = True
@@ -59,7 +59,7 @@ def test_claims_that_are_kept_pass():
     ("signal", lambda self, from_m, to_m: ports.Signal(np.zeros(1), np.ones(1)),
      "give for signal a power and a share"),
     ("separates", lambda self, host, other: None, "give a bool for separates"),
-    ("send", Instant.send, "ask context.judge_transmission about each transmission")])
+    ("send", ImmediateNetwork.send, "ask context.judge_transmission about each transmission")])
 def test_a_claim_that_is_not_kept_is_seen(name, wrong, advice):
     with pytest.raises(AssertionError, match=advice):
         check_network(type("Claims", (Claims,), {name: wrong}))

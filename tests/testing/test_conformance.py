@@ -16,7 +16,7 @@ from desim.robot.strategies.nearest_frontier import NearestFrontier
 from desim.robot.strategies.random_frontier import RandomFrontier
 from desim.testing import (
     Bench,
-    Instant,
+    ImmediateNetwork,
     check_middleware,
     check_network,
     check_rule,
@@ -172,7 +172,7 @@ def test_the_twin_frames_a_tenth_longer_collide_more(load):
     assert abs(aloha_share(load, 137) - math.exp(-2 * load)) > 4 * 0.0035
 
 
-class Broken(Instant):
+class Broken(ImmediateNetwork):
     """Everything right but what a test makes wrong."""
 
     class Params(ports.Params):
@@ -396,6 +396,6 @@ def test_unknown_hosts_in_parameters_are_input_errors(kind, name, params, says):
     cls = plugins.load(kind, name)
     plugin = cls(cls.Params(**params))
     with pytest.raises(InputError) as caught:
-        Bench(*([plugin] if kind == "network" else [Instant()]),
+        Bench(*([plugin] if kind == "network" else [ImmediateNetwork()]),
               rules=[plugin] if kind == "rule" else [])
     assert str(caught.value) == says.format(hosts="host_1, host_2, host_3, host_4")

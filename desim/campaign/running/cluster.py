@@ -20,7 +20,7 @@ from distributed import Client, Future, KilledWorker
 
 from desim.campaign.running.crew import Crew
 from desim.campaign.running.work import Task, Unwritable, work
-from desim.engine.garbage import keep_what_there_is
+from desim.engine.garbage import freeze_present_objects
 from desim.errors import InputError
 from desim.results.identity import Identity
 from desim.results.row import Row, failure, row_of
@@ -147,7 +147,7 @@ def _child(_: str, wall_ns: int) -> Crew:
 
 
 # Once, for the modules: what Dask makes later is not ours to keep.
-_freeze_modules = cache(keep_what_there_is)
+_freeze_modules = cache(freeze_present_objects)
 
 
 def _left_behind(task: Task) -> Row | None:

@@ -11,7 +11,7 @@ from itertools import count
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING
 
-from desim.engine.garbage import keep_what_there_is
+from desim.engine.garbage import freeze_present_objects
 
 if TYPE_CHECKING:
     from desim.results.row import Row
@@ -26,7 +26,7 @@ def main(descriptor: int) -> None:
 
     for number in count():
         if number < 2:  # the first run imports the rest
-            keep_what_there_is()
+            freeze_present_objects()
         try:
             task = connection.recv()
         except (EOFError, OSError):

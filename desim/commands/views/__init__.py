@@ -1,1 +1,1 @@
-"""The views: the output of the commands, a view a file."""
+"""The views: the output of the commands, one file per view."""

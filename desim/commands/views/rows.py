@@ -1,4 +1,4 @@
-"""Trace rows in words, and the story of one message."""
+"""Trace rows in words, and the selection of those that belong to one message."""
 
 from __future__ import annotations
 

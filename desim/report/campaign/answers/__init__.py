@@ -1,1 +1,1 @@
-"""The answers of a report, a question a file, and the notes and methods that belong to them."""
+"""The answers of a report, one file per question, with their warnings and methods."""

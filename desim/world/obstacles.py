@@ -1,4 +1,4 @@
-"""Walls and blocks between antennas.
+"""Obstacles between antennas: walls and blocks, and which lines cross them.
 
 A wall (up to ``BLOCK_M`` thick) counts once on a straight line through its centre line. A thicker
 block counts twice: where the line enters and where it leaves. Walls may be drawn or come from a map

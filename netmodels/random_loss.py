@@ -1,4 +1,4 @@
-"""Chance, by pairs of hosts: their random streams, and packets that are lost at random."""
+"""Random loss of packets, with a random stream for each pair of hosts."""
 
 from __future__ import annotations
 

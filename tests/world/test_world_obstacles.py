@@ -22,7 +22,7 @@ from desim.testing import Bench
 from desim.world import centre_lines
 from desim.world.fleet import RobotSpec
 from desim.world.geometry import outline
-from desim.world.matter import GAP_CELLS, Cells, _faces, crossing, of_cells
+from desim.world.obstacles import GAP_CELLS, Cells, _faces, crossing, of_cells
 from desim.world.plane import Plane
 from netmodels.radio.dcf.radio import DcfRadio
 
