@@ -291,7 +291,7 @@ def test_kinds_that_belong_together_say_which_gives_in_first(tmp_path):
     page = made(campaign(tmp_path, rates, 2, outcome), design(
         rates, iterations=2, metrics={"a_delivered": "x / y", "b_delivered": "x / y"},
         report={"metrics": ["*_delivered"]}))
-    assert "a (at 30 Mb/s, mean 0.739) gives in first, then b (at 3 Mb/s, mean 0.677)." in page.text
+    assert "a (at 30 Mb/s, mean 0.739) falls first, then b (at 3 Mb/s, mean 0.677)." in page.text
     assert "messages delivered" not in page.text.split("All metrics")[1].split("mean ±")[0]
 
 

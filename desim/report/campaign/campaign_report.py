@@ -197,7 +197,7 @@ class _Report:
         table, said = self._onsets[group]
         body = self._figure(drawn, group.name, f"{group.common} by {self._study.axis.name}: means "
                             "with their 95 % intervals. ")
-        return Section(group.name, f"{group.common}: which gives in first",
+        return Section(group.name, f"{group.common}: which falls first",
                        body + page.items(said) + self._written(table), 3)
 
     def _explored(self) -> list[Section]:

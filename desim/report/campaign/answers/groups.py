@@ -1,4 +1,4 @@
-"""Groups of metrics in one figure: which of them gives in first?
+"""Groups of metrics in one figure: which of them falls first?
 
 ``report.metrics`` names them by a pattern, ``"*_delivered"``: of the design's own metrics all that
 match, of the others where none of its own does.
@@ -94,7 +94,7 @@ def order_of_onset(study: Study, estimates: Estimates, knees: Knees, group: Metr
     rows = [one.row(metric) for one in found for metric in one.onsets]
     head = ["line", "metric", "best mean", "at", f"under {100 * ONSET:.0f} % of it from", "knee",
             "95 % interval"]
-    return ReportTable(group.name, f"{group.common}: where each gives in, on the way from its "
+    return ReportTable(group.name, f"{group.common}: where each falls, on the way from its "
                        "best to the worse end.", head, rows, head, rows), [
         sentence for one in found for sentence in one.sentence()]
 
@@ -130,13 +130,13 @@ class _Onsets:
         falling = {metric: one.at for metric, one in self.onsets.items() if one.at is not None}
         if not falling:
             names = [self._group.of(metric) for metric in self.onsets]
-            return [f"{prefix}none of {formatting.listed(names)} gives in."]
+            return [f"{prefix}none of {formatting.listed(names)} falls."]
         order = sorted(falling, key=lambda metric: self.onsets[metric].sign * falling[metric])
         first, rest = ([self._falls(metric, self._line.vectors[falling[metric]])
                         for metric in order if (falling[metric] == falling[order[0]]) is is_first]
                        for is_first in (True, False))
         return [f"{prefix}{formatting.listed(first)} "
-                f"{'gives' if len(first) == 1 else 'give'} in first"
+                f"{'falls' if len(first) == 1 else 'fall'} first"
                 f"{', then ' + formatting.listed(rest) if rest else ''}."]
 
     def _falls(self, metric: str, vector: VectorRuns) -> str:

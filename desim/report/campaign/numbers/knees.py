@@ -115,9 +115,9 @@ def interval(knee: Knee, axis: Axis) -> str:
 
 
 class Onset(NamedTuple):
-    """The point at which a line gives in: on the way from the vector with its ``best`` mean to the
-    worse end, the first vector ``at`` which the mean is below 95 % of the best; None if there is
-    none. ``sign`` is the direction of that way along the axis."""
+    """The point at which a line begins to fall: on the way from the vector of its ``best`` mean to
+    the worse end, the first vector ``at`` which the mean is below 95 % of the best; None if there
+    is none. ``sign`` is the direction of that way along the axis."""
 
     best: int
     at: int | None
