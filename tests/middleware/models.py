@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from toys import Late, Naive
+from toy_middlewares import Late, Naive
 
 from desim.middleware.dds.dds import Dds
 from desim.middleware.direct import Direct

@@ -6,7 +6,7 @@ from __future__ import annotations
 import random
 
 import pytest
-from toys import Late, Naive
+from toy_middlewares import Late, Naive
 
 from desim.middleware.direct import Direct
 from desim.middleware.transports import Datagram, Stream, StreamLink

@@ -2,8 +2,8 @@
 
 import pytest
 from graphs import Net, S, listener, silent, talker
-from rosnets import AT_ONCE, apart, beliefs, control, master, seen, stop
-from tcphosts import Losing
+from ros_networks import AT_ONCE, apart, beliefs, control, master, seen, stop
+from tcp_hosts import Losing
 
 from desim.errors import InputError
 from desim.middleware.multimaster.discovery import RemoteMaster

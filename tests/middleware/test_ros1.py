@@ -2,8 +2,8 @@
 
 import pytest
 from graphs import S, listener, silent, talker
-from rosnets import GIVEN_UP_S, SYNS_S, apart, beliefs, control, seen, stop
-from rosnets import one_master as net
+from ros_networks import GIVEN_UP_S, SYNS_S, apart, beliefs, control, seen, stop
+from ros_networks import one_master as net
 
 from desim.middleware.ros.master import IdleThreads, Master, MasterRegistry, MasterThreads, Uri
 from desim.middleware.ros.sizes import CALLS

@@ -5,9 +5,9 @@ What outlives it, and for how long?
 
 import pytest
 from graphs import MS, S, listener, silent, talker
-from rosnets import SYNS_S, apart, beliefs, control, master, says, seen, stop
-from rosnets import one_master as net
-from tcphosts import Losing
+from ros_networks import SYNS_S, apart, beliefs, control, master, says, seen, stop
+from ros_networks import one_master as net
+from tcp_hosts import Losing
 
 from desim.middleware.ros.client import Process
 from desim.middleware.ros.master import Uri

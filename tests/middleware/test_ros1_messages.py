@@ -2,9 +2,9 @@
 
 import pytest
 from graphs import MS, S, listener, silent, talker
-from rosnets import apart, control, says, stop
-from rosnets import one_master as net
-from tcphosts import Losing
+from ros_networks import apart, control, says, stop
+from ros_networks import one_master as net
+from tcp_hosts import Losing
 
 from desim.errors import InputError
 

@@ -2,7 +2,7 @@
 
 import pytest
 from graphs import MS, S
-from tcphosts import Losing, Pair, Takes, Word, link, partition
+from tcp_hosts import Losing, Pair, Takes, Word, link, partition
 
 OPENED = [(0, "opened"), (0, "accepted")]  # where the network takes no time
 

@@ -5,7 +5,7 @@ from statistics import median
 
 import pytest
 from graphs import MS, Net, S, listener, silent, talker
-from tcphosts import Pair, link, partition
+from tcp_hosts import Pair, link, partition
 
 from desim.middleware import arp
 from desim.middleware.ros.ros1 import Ros1

@@ -3,8 +3,8 @@
 from graphs import MS, S
 from hypothesis import example, given
 from hypothesis import strategies as st
-from tcphosts import Pair, link
-from tcpwalk import DEEDS, Walk
+from tcp_hosts import Pair, link
+from tcp_walk import DEEDS, Walk
 
 from netmodels.rules.loss import Loss
 from netmodels.rules.timing import Duplication, Reordering

@@ -6,8 +6,8 @@ import pytest
 from graphs import MS, S
 from hypothesis import example, given
 from hypothesis import strategies as st
-from tcphosts import Pair, Word, link
-from tcpwalk import DEEDS, Walk
+from tcp_hosts import Pair, Word, link
+from tcp_walk import DEEDS, Walk
 
 from desim.middleware.tcp.implied_acknowledgements import Express, ImpliedReceiver
 from desim.network.carrier import Carrier

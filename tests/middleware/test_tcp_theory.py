@@ -7,7 +7,7 @@ from math import ceil, log2
 
 import pytest
 from graphs import MS, S
-from tcphosts import Losing, Pair, link, partition
+from tcp_hosts import Losing, Pair, link, partition
 
 from netmodels.rules.loss import Loss
 

@@ -2,7 +2,7 @@
 
 import pytest
 from graphs import MS, Net, S, listener, silent, talker
-from tcphosts import Takes
+from tcp_hosts import Takes
 
 from desim.middleware.transports import datagram_frame, stream_frame
 from desim.ports import Deliver, Drop

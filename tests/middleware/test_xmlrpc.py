@@ -1,7 +1,7 @@
 """XML-RPC: calls, kept alive connections, and what becomes of calls that nobody answers."""
 
 from graphs import MS, S
-from tcphosts import Pair, link
+from tcp_hosts import Pair, link
 
 from desim.middleware.ros.xmlrpc import XmlRpc
 

@@ -6,7 +6,7 @@ the two must not agree: that is what the twins with ``wrong`` show.
 
 import pytest
 from graphs import MS, S, listener, silent, talker
-from zenohs import conserved, control, link, mesh, net_of, partition, sees
+from zenoh_networks import conserved, control, link, mesh, net_of, partition, sees
 
 from desim.middleware.zenoh import router
 from desim.middleware.zenoh.link import RouterLink

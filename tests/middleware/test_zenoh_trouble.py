@@ -4,8 +4,8 @@ import pytest
 from graphs import MS, S, listener, silent, talker
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
-from tcphosts import Losing
-from zenohs import conserved, link, mesh, net_of, partition, sees
+from tcp_hosts import Losing
+from zenoh_networks import conserved, link, mesh, net_of, partition, sees
 
 from desim.errors import InputError
 from desim.ports import PASS, Drop

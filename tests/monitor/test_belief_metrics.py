@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from graphs import Net, S, Words
-from toys import Late, Naive
+from toy_middlewares import Late, Naive
 
 from desim.engine.kernel import Phase
 from desim.middleware.direct import Direct

@@ -3,7 +3,7 @@
 import pytest
 from graphs import MS, Net, listener, talker
 from lossy import Loses
-from tcphosts import Pair, Takes, link
+from tcp_hosts import Pair, Takes, link
 
 from desim import ports
 from desim.errors import ModelError

@@ -4,7 +4,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from radio import LINKS
+from stations import LINKS
 
 from desim.errors import InputError
 from desim.netcases.case import play

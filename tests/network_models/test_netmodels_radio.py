@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from radio import LINKS, Flow, rows
-from radio import UDP_BYTES as UDP
+from stations import LINKS, Flow, rows
+from stations import UDP_BYTES as UDP
 from test_radio_pathloss import room
 
 from desim.engine.kernel import Kernel

@@ -8,7 +8,7 @@ preceding medium-busy event"; ns-3 as traced there.
 """
 
 import pytest
-from radio import air, same_power
+from stations import air, same_power
 
 from netmodels.radio.dcf.stations import DONE, NEVER, Reception
 from netmodels.radio.standards import A

@@ -4,8 +4,8 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from radio import UDP_BYTES as UDP
-from radio import Flow
+from stations import UDP_BYTES as UDP
+from stations import Flow
 
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams

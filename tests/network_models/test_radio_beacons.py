@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from graphs import Net, S, Words
-from radio import rows
+from stations import rows
 
 from netmodels.radio.dcf.radio import DcfRadio
 

@@ -6,7 +6,7 @@ The same as if everybody were compared with everybody, at the price of those who
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from radio import air, by_distance
+from stations import air, by_distance
 from test_radio_pathloss import room
 
 from netmodels.radio.budget import Budget

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from radio import NS3, air, by_distance, heartbeats, rows, same_power, saturate
+from stations import NS3, air, by_distance, heartbeats, rows, same_power, saturate
 
 from netmodels.radio.dcf.stations import DONE, DROPPED, MISSED, NEVER, RECEIVED
 from netmodels.radio.standards import A, B, G

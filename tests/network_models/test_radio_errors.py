@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from radio import rows
+from stations import rows
 
 from netmodels.radio.errors import bit_error, error_table, packet_error
 

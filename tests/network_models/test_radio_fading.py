@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from radio import LINKS
 from scipy.special import i0
 from scipy.stats import expon, kstest, ncx2, norm
+from stations import LINKS
 
 from desim.engine.streams import Streams
 from desim.testing import Bench, check_network

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from radio import LINKS
+from stations import LINKS
 from test_netmodels_radio import MS, UDP, fates
 from test_radio_pathloss import room
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from radio import rows
+from stations import rows
 
 from desim.errors import InputError
 from desim.ports import Obstacles

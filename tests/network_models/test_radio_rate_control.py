@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from radio import LINKS
+from stations import LINKS
 from test_netmodels_radio import fates
 
 from desim.netcases.case import play

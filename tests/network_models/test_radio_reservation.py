@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from radio import air
+from stations import air
 
 from netmodels.radio.dcf.stations import DONE, DROPPED, NEVER, RECEIVED, Reception
 from netmodels.radio.standards import A

@@ -5,7 +5,7 @@ It is a property of places alone. Tolerances are four standard errors of that ma
 
 import numpy as np
 import pytest
-import radio
+import stations
 from hypothesis import given
 from hypothesis import strategies as st
 from test_radio_pathloss import room
@@ -169,7 +169,8 @@ def test_at_the_edge_half_of_the_links_are_there():
         for seed in range(20):
             places = {f"robot_{i:02}": (1e4 * (i // 2) + i % 2 * distance_m, 0.0)
                       for i in range(40)}
-            model = DcfRadio(DcfRadio.Params(shadowing={"sigma": sigma}, walls=None, **radio.LINKS))
+            model = DcfRadio(DcfRadio.Params(shadowing={"sigma": sigma}, walls=None,
+                                             **stations.LINKS))
             bench = Bench(model, places, seed=seed)
             for i in range(0, 40, 2):
                 bench.send(0, f"robot_{i:02}", [f"robot_{i + 1:02}"], 100, broadcast=True)

@@ -11,7 +11,7 @@ import pytest
 from graphs import Net, S
 from matplotlib.colors import to_hex
 from rich.console import Console
-from toys import Late, Naive
+from toy_middlewares import Late, Naive
 from typer.testing import CliRunner
 
 from desim import api
@@ -219,7 +219,7 @@ def test_the_picture(tmp_path):
 def runs(repository, tmp_path_factory):
     """A run that kept its rows, one that did not, and one under direct."""
     folder, hello = tmp_path_factory.mktemp("runs"), repository / "scenarios" / "hello.yaml"
-    late = ["middleware.model=toys:Late", "stop.elapsed=6 s", "fleet.size=3",
+    late = ["middleware.model=toy_middlewares:Late", "stop.elapsed=6 s", "fleet.size=3",
             "faults=[{at: 3 s, host: robot_1}]"]
     return [api.run(hello, out=folder, overrides=overrides).path for overrides in (
         [*late, "trace.keep=all"], late, ["stop.elapsed=1 s"])]
@@ -242,8 +242,8 @@ def test_a_run_keeps_who_can_reach_whom(repository, tmp_path):
     cut = ("network.media.lan={model: switch, rules: [{rule: partition, groups: [[robot_1, base]], "
            "from: 2 s, until: 4 s}]}")
     path = api.run(repository / "scenarios" / "hello.yaml", out=tmp_path, overrides=[
-        "middleware.model=toys:Late", "stop.elapsed=5.5 s", "fleet.size=2", "hosts.base={}", cut,
-        "faults=[{at: 3.2 s, host: base}]"]).path
+        "middleware.model=toy_middlewares:Late", "stop.elapsed=5.5 s", "fleet.size=2",
+        "hosts.base={}", cut, "faults=[{at: 3.2 s, host: base}]"]).path
     assert "in truth: every host" in graph(path, "--at", "1.9s")
     assert "in truth apart: base, robot_1 | robot_0, workstation" in graph(path, "--at", "2s")
     assert "in truth apart: robot_0, workstation | robot_1" in graph(path, "--at", "3.5s")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from graphs import MS, S
 from hypothesis import strategies as st
-from tcphosts import Pair, Word
+from tcp_hosts import Pair, Word
 
 from desim.ports import Deliver, Drop, Duplicate
 
