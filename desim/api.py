@@ -73,7 +73,7 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
         folder.discard()
         raise
     except (Exception, SystemExit) as error:
-        if isinstance(error, SystemExit):  # of a stranger's code: it ends the run, not desim
+        if isinstance(error, SystemExit):  # of a plug-in: it ends the run, not desim
             error = ModelError("sys.exit() was called").with_traceback(error.__traceback__)
         now_ns, events = (0, 0) if simulation is None else (simulation.kernel.now_ns,
                                                             simulation.kernel.events)

@@ -188,7 +188,7 @@ def imported(kind: str, path: str) -> Any:
     place, _, attribute = path.rpartition(":")
     try:
         return attrgetter(attribute)(_module(*os.path.split(place)))
-    except (Exception, SystemExit) as error:  # a stranger's module may fail in any way
+    except (Exception, SystemExit) as error:  # a user's module may fail in any way
         reason = first_line(error) if isinstance(error, Exception) else repr(error)
         if isinstance(error, ModuleNotFoundError) and f"{place}.".startswith(f"{error.name}."):
             reason += ("; looked beside the file that names it, where Python finds modules, and in "

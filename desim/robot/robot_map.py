@@ -49,7 +49,7 @@ class _Scans:
             (x_m - spec.x_m) * per_m, (y_m - spec.y_m) * per_m, yaw_rad, scan.angle_min_rad,
             scan.angle_increment_rad, per_m, float(np.float32(scan.range_max_m)) * per_m,
             usable_range_m * per_m, spec.width, spec.height, self._stamp)
-        ranges = np.ascontiguousarray(scan.ranges, np.float32)  # of any world, also a stranger's
+        ranges = np.ascontiguousarray(scan.ranges, np.float32)  # of any world, also a plug-in's
         return _integrate(ranges, self._scan, self._sheet, robot_map.version + 1,
                           robot_map.own.indices, robot_map.pool.arrays, robot_map.sum)
 

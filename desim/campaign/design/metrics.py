@@ -108,7 +108,7 @@ class Metrics:
             value = function(run)
             if value is not None:
                 float(value)
-        except (Exception, SystemExit) as error:  # a stranger's function may fail in any way
+        except (Exception, SystemExit) as error:  # a user's function may fail in any way
             raise InputError(f"{plugins.bare(path)} raised {described(error)} (tried on a run of "
                              "0.01 s)") from error
         return lambda row: row["functions"].get(path)

@@ -76,7 +76,7 @@ def _answered(loaded: LoadedDesign, name: str) -> Iterable[object]:
         raise InputError(f"{name!r} is not a function")
     try:
         vectors = list(itertools.islice(iter(function()), MOST_RUNS + 1))
-    except (Exception, SystemExit) as error:  # a stranger's function may fail in any way
+    except (Exception, SystemExit) as error:  # a user's function may fail in any way
         raise InputError(f"{name} raised {described(error)}") from error
     if len(vectors) > MOST_RUNS:
         raise InputError(f"{name} gives more than {MOST_RUNS:,}")

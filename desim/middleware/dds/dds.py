@@ -186,8 +186,8 @@ class Dds:
 
     def received(self, to: dict[int, Envelope], receiver: int, lost: Collection[int] = ()) -> None:
         """A message of a participant has arrived at ``receiver``, or a train of messages without
-        the packets ``lost``. One from a stranger or for a former life is not read. Of several
-        heartbeats or acknowledgements in one train any stands for all."""
+        the packets ``lost``. One from an unknown participant or for a former life is not read. Of
+        several heartbeats or acknowledgements in one train any stands for all."""
         me, (sender, guid, handler, content) = self.participants.get(receiver), to[receiver]
         if me is None or me.guid != guid:
             return
