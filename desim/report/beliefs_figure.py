@@ -35,9 +35,9 @@ def draw(beliefs: BeliefSnapshot, path: Path) -> None:
 
 
 def drawn(beliefs: BeliefSnapshot) -> Figure:
-    """The picture: two tables with a row a believer and a column a host. On the left the state that
-    the believer assumes of the host, with a mark for the matches that it knows; on the right the
-    truth."""
+    """The picture: two tables with one row per believer and one column per host. On the left
+    the state that the believer assumes of the host, with a mark for the matches that it knows; on
+    the right the truth."""
     count = len(beliefs.up)
     side_inch = max(3.2, count * min(0.5, max(0.19, 4.5 / count)))
     figure = Figure(figsize=(2 * side_inch + 2.2, side_inch + 2.7), dpi=130, layout="constrained")

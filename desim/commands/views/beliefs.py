@@ -52,7 +52,8 @@ def truth(beliefs: BeliefSnapshot) -> str:
 
 
 def matrix(beliefs: BeliefSnapshot, narrow: bool = False) -> Table:
-    """The beliefs as a table, a row a believer and a column a host. ``narrow``: without numbers."""
+    """The beliefs as a table, one row per believer and one column per host. ``narrow``:
+    without numbers."""
     table = Table(box=None, padding=(0, 1, 0, 0) if narrow else (0, 2, 0, 0))
     table.add_column("believes", no_wrap=True, style="cyan")
     for host, up in beliefs.up.items():

@@ -17,8 +17,8 @@ _MOST_COLUMNS = 4
 
 def glance(study: Study, estimates: Estimates,
            bends: dict[str, list[LineKnees]]) -> ReportTable | None:
-    """A table of each metric's means along the axis and of its knees, a column a line (or a row a
-    line, if there are many). None if the axis has no numbers or only one value."""
+    """A table of each metric's means along the axis and of its knees, one column per line of the
+    figure (if there are many, one row). None if the axis has no numbers or only one value."""
     axis = study.against
     if axis is None or not axis.is_numeric or len(axis.labels) < 2 or not any(bends.values()):
         return None

@@ -1,4 +1,4 @@
-"""The figure of a metric, and its caption: a line a setting over the parameter, a dot a run."""
+"""The figure of a metric, and its caption: a line per setting over the parameter, a dot per run."""
 
 from __future__ import annotations
 
