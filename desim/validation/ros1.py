@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from statistics import mean
 
 from desim.middleware.contents import Filler
-from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.ros1.ros1 import Ros1
 from desim.ports.cases import Check
 from desim.validation.laboratory import KNOWN_ADDRESSES, LabNode, Laboratory, within
 

@@ -13,7 +13,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
-from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.ros1.ros1 import Ros1
 from desim.middleware.tcp import Tcp, TcpParams
 from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere

@@ -7,7 +7,7 @@ from toy_middlewares import Late, Naive
 from desim.middleware.dds.dds import Dds
 from desim.middleware.direct import Direct
 from desim.middleware.multimaster.multimaster import Multimaster
-from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.ros1.ros1 import Ros1
 from desim.middleware.zenoh.zenoh import Zenoh
 from desim.testing import Patience
 from desim.testing.fleet import HOSTS

@@ -2,7 +2,7 @@
 
 from graphs import Life, Net, S
 
-from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.ros1.ros1 import Ros1
 from netmodels.ideal import Ideal
 from netmodels.rules.partition import Partition
 

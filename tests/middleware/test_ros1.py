@@ -5,9 +5,9 @@ from graphs import S, listener, silent, talker
 from ros_networks import GIVEN_UP_S, SYNS_S, apart, beliefs, control, seen, stop
 from ros_networks import one_master as net
 
-from desim.middleware.ros.master import IdleThreads, Master, MasterRegistry, MasterThreads, Uri
-from desim.middleware.ros.sizes import CALLS
-from desim.middleware.ros.xmlrpc import XmlrpcThread
+from desim.middleware.ros1.master import IdleThreads, Master, MasterRegistry, MasterThreads, Uri
+from desim.middleware.ros1.sizes import CALLS
+from desim.middleware.ros1.xmlrpc import XmlrpcThread
 from netmodels.rules.outage import Outage
 
 # ------------------------------------------------------------------------------------ cold start

@@ -9,9 +9,9 @@ from ros_networks import SYNS_S, apart, beliefs, control, master, says, seen, st
 from ros_networks import one_master as net
 from tcp_hosts import Losing
 
-from desim.middleware.ros.client import Process
-from desim.middleware.ros.master import Uri
-from desim.middleware.ros.processes import Processes
+from desim.middleware.ros1.client import Process
+from desim.middleware.ros1.master import Uri
+from desim.middleware.ros1.processes import Processes
 
 
 def process(net, host):

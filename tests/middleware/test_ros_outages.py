@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from desim.middleware.multimaster.multimaster import Multimaster
-from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.ros1.ros1 import Ros1
 from desim.testing import check_middleware
 from netmodels.access_link import AccessLink
 from netmodels.rules.outage import Outage

@@ -8,7 +8,7 @@ from graphs import MS, Net, S, listener, silent, talker
 from tcp_hosts import Pair, link, partition
 
 from desim.middleware import arp
-from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.ros1.ros1 import Ros1
 from desim.middleware.tcp.retransmission import RetransmissionTimer
 from desim.validation import tcp
 

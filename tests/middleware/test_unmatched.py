@@ -10,7 +10,7 @@ from graphs import MS, Net, S, Words, listener, silent, talker
 from desim.middleware.dds.dds import Dds
 from desim.middleware.direct import Direct
 from desim.middleware.multimaster.multimaster import Multimaster
-from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.ros1.ros1 import Ros1
 from desim.middleware.topics import Publisher
 from desim.middleware.zenoh.zenoh import Zenoh
 from netmodels.ideal import Ideal

@@ -15,8 +15,8 @@ from desim.middleware.dds.heartbeat_piggyback import WhenFull
 from desim.middleware.dds.participant import Participant
 from desim.middleware.dds.reliable import ReliableLink
 from desim.middleware.multimaster.sync import Sync
-from desim.middleware.ros.ros1 import Ros1
-from desim.middleware.ros.xmlrpc import XmlrpcThread
+from desim.middleware.ros1.ros1 import Ros1
+from desim.middleware.ros1.xmlrpc import XmlrpcThread
 from desim.middleware.zenoh import link, router
 from desim.middleware.zenoh import zenoh as zenoh_model
 from desim.middleware.zenoh.link_queue import LinkQueue

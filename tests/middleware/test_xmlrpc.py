@@ -3,7 +3,7 @@
 from graphs import MS, S
 from tcp_hosts import Pair, link
 
-from desim.middleware.ros.xmlrpc import XmlRpc
+from desim.middleware.ros1.xmlrpc import XmlRpc
 
 
 class Calls(Pair):

@@ -5,7 +5,7 @@ from runs import HELLO, ROUGH, Ledger, built, finished
 
 from desim.monitor.summary import summarize
 
-ROS1 = "middleware={model: desim.middleware.ros.ros1:Ros1"
+ROS1 = "middleware={model: desim.middleware.ros1.ros1:Ros1"
 MULTI = "middleware={model: desim.middleware.multimaster.multimaster:Multimaster"
 MIDDLEWARE = {
     "roscpp, master on the base": f"{ROS1}, master: base}}",

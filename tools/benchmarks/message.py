@@ -13,7 +13,7 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.host import Host
 from desim.middleware.node import Node
-from desim.middleware.ros.ros1 import Ros1
+from desim.middleware.ros1.ros1 import Ros1
 from desim.network.medium import Medium
 from desim.units import NS_PER_S
 from netmodels.switch import Switch

@@ -8,9 +8,9 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from desim.middleware.multimaster.parameters import DiscoveryTiming, MultimasterParams, timing
-from desim.middleware.ros.master import Uri
-from desim.middleware.ros.processes import Processes
-from desim.middleware.ros.sizes import Sizes
+from desim.middleware.ros1.master import Uri
+from desim.middleware.ros1.processes import Processes
+from desim.middleware.ros1.sizes import Sizes
 from desim.middleware.timers import Lifetime
 from desim.ports.middleware import HostState
 

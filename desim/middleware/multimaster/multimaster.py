@@ -7,7 +7,7 @@ from desim.errors import host_index
 from desim.middleware.multimaster.discovery import Discovery
 from desim.middleware.multimaster.parameters import MultimasterParams
 from desim.middleware.multimaster.sync import Sync, multicall
-from desim.middleware.ros.processes import Processes, RosMiddleware
+from desim.middleware.ros1.processes import Processes, RosMiddleware
 from desim.ports.middleware import MiddlewareContext
 
 

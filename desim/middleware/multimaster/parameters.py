@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 from pydantic import Field, model_validator
 
 from desim import ports
-from desim.middleware.ros.parameters import RosParams
+from desim.middleware.ros1.parameters import RosParams
 from desim.units import NS_PER_S, Duration, Frequency, Pace, Period
 
 PRESETS: dict[str, ports.Preset] = {"fkie_1_3": {

@@ -14,10 +14,10 @@ from desim.middleware.multimaster.discovery import (
     Side,
 )
 from desim.middleware.multimaster.parameters import MultimasterParams
-from desim.middleware.ros.master import Master, Uri
-from desim.middleware.ros.processes import Processes
-from desim.middleware.ros.sizes import CALLS, Sizes
-from desim.middleware.ros.xmlrpc import Done, XmlRpcCall
+from desim.middleware.ros1.master import Master, Uri
+from desim.middleware.ros1.processes import Processes
+from desim.middleware.ros1.sizes import CALLS, Sizes
+from desim.middleware.ros1.xmlrpc import Done, XmlRpcCall
 from desim.middleware.timers import Lifetime
 from desim.ports.networks import Handle
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import deque
 
 from desim.middleware.message import Message
-from desim.middleware.ros.client import RosPublication
-from desim.middleware.ros.links import RosLink
+from desim.middleware.ros1.client import RosPublication
+from desim.middleware.ros1.links import RosLink
 from desim.middleware.tcp import Connection
 from desim.middleware.transports import LENGTH_BYTES, LinkedTransport
 from desim.ports.middleware import MiddlewareContext, Transport

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
-from desim.middleware.ros.links import RosLink
-from desim.middleware.ros.master import Uri
-from desim.middleware.ros.sizes import CALLS, REQUEST_TOPIC
-from desim.middleware.ros.xmlrpc import XmlRpcCall, XmlrpcThread
+from desim.middleware.ros1.links import RosLink
+from desim.middleware.ros1.master import Uri
+from desim.middleware.ros1.sizes import CALLS, REQUEST_TOPIC
+from desim.middleware.ros1.xmlrpc import XmlRpcCall, XmlrpcThread
 from desim.ports.middleware import Endpoint, HostState, TransportKind
 
 if TYPE_CHECKING:
-    from desim.middleware.ros.processes import Processes
+    from desim.middleware.ros1.processes import Processes
     from desim.middleware.tcp import Connection
 
 

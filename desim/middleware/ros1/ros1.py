@@ -5,8 +5,8 @@ from __future__ import annotations
 from pydantic import Field
 
 from desim.errors import host_index
-from desim.middleware.ros.parameters import RosParams
-from desim.middleware.ros.processes import Processes, RosMiddleware
+from desim.middleware.ros1.parameters import RosParams
+from desim.middleware.ros1.processes import Processes, RosMiddleware
 from desim.ports.middleware import MiddlewareContext
 
 

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from functools import partial
 
 from desim.errors import InputError
-from desim.middleware.ros.client import Process
-from desim.middleware.ros.master import IdleThreads, Master, MasterCall, Uri
-from desim.middleware.ros.parameters import RosParams
-from desim.middleware.ros.sizes import CALLS
-from desim.middleware.ros.transports import Tcpros, Udpros
-from desim.middleware.ros.xmlrpc import XmlRpc, XmlRpcCall
+from desim.middleware.ros1.client import Process
+from desim.middleware.ros1.master import IdleThreads, Master, MasterCall, Uri
+from desim.middleware.ros1.parameters import RosParams
+from desim.middleware.ros1.sizes import CALLS
+from desim.middleware.ros1.transports import Tcpros, Udpros
+from desim.middleware.ros1.xmlrpc import XmlRpc, XmlRpcCall
 from desim.middleware.tcp import Tcp
 from desim.ports.middleware import (
     Addressing,

@@ -8,15 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from desim.middleware.ros.master import Uri
-from desim.middleware.ros.parameters import Retries
-from desim.middleware.ros.sizes import HEADER, HEADER_ANSWER, REQUEST_TOPIC
+from desim.middleware.ros1.master import Uri
+from desim.middleware.ros1.parameters import Retries
+from desim.middleware.ros1.sizes import HEADER, HEADER_ANSWER, REQUEST_TOPIC
 from desim.middleware.tcp import Connection
 from desim.ports.middleware import TransportKind
 
 if TYPE_CHECKING:
-    from desim.middleware.ros.client import Process
-    from desim.middleware.ros.xmlrpc import XmlRpcCall
+    from desim.middleware.ros1.client import Process
+    from desim.middleware.ros1.xmlrpc import XmlRpcCall
     from desim.ports.networks import Handle
 
 
