@@ -11,10 +11,14 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 import pytest
-from rooms import STORY
+from rooms import STORY, casts_and_ignores, counted, counts_by_room
+
+import desim
 
 ROOT = Path(__file__).resolve().parent.parent
 MAX_LINES = 400
+MAX_ANY = 100  # names ``Any`` in desim and netmodels: below this
+MAX_CASTS = 30  # casts and ignores there
 
 # Files that may read the wall clock: they report on a run or its cost, and never change it.
 WALL_CLOCK = {"desim/campaign/running/probes.py", "desim/campaign/running/crew.py",
@@ -24,9 +28,20 @@ WALL_CLOCK = {"desim/campaign/running/probes.py", "desim/campaign/running/crew.p
 # Who may name the global generators: the makers of streams, and the check that a plug-in draws
 # nothing from them.
 GLOBAL_GENERATORS = {"desim/engine/streams.py", "desim/testing/checks.py"}
+# Who may reach a module by a name that is a value: no rule sees such an import.
+BY_NAME = {"desim/__init__.py": "what it exports is imported when it is first used",
+           "desim/plugins.py": "plug-ins are found by entry point or by dotted path",
+           "desim/engine/compiled.py": "numba's settings, if numba is imported already",
+           "desim/results/identity.py": "a run's id depends on the files of its plug-ins",
+           "desim/campaign/running/schedulers.py": "dask-jobqueue is an extra"}
+IMPORTERS = {"import_module", "__import__", "reload", "exec_module", "load_module", "find_loader",
+             "module_from_spec", "spec_from_file_location", "resolve_name", "run_module",
+             "run_path", "entry_points", "EntryPoint"}
 TRANSCENDENTAL = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "arcsin", "arccos",
                   "arctan", "arctan2", "sinh", "cosh", "tanh", "exp", "exp2", "expm1", "log",
                   "log2", "log10", "log1p", "pow", "power", "hypot"}
+
+EXPORTS: dict[str, str] = desim._WHERE  # the names of desim/__init__.py, and their modules
 
 Complaints = Iterator[tuple[int, str]]
 
@@ -48,7 +63,13 @@ class Source(NamedTuple):
         return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
     def imports(self) -> Iterator[tuple[int, str]]:
-        """Line and full name of every imported module, ``from a import b`` as ``a.b``."""
+        """Line and full name of every imported module, ``from a import b`` as ``a.b``, and where
+        desim exports it, under the name of the module that has it."""
+        for line, name in self._written():
+            stem, _, what = name.rpartition(".")
+            yield line, f"{EXPORTS[what]}.{what}" if stem == "desim" and what in EXPORTS else name
+
+    def _written(self) -> Iterator[tuple[int, str]]:
         package = self.module.split(".")
         if self.path.name != "__init__.py":
             package = package[:-1]
@@ -141,13 +162,45 @@ def rooms_import_downwards(source: Source) -> Complaints:
         found = name.split(".")
         if parts[0] != "desim" or found[0] != "desim" or len(parts) == 1 or len(found) == 1:
             continue
-        if len(found) == 2 and f"desim.{found[1]}" not in sources():
-            continue  # a name of desim/__init__.py
-        if STORY.index(found[1]) > STORY.index(parts[1]):
+        if name == "desim.__version__":
+            continue
+        unknown = [room for room in (found[1], parts[1]) if room not in STORY]
+        if unknown:
+            yield line, f"imports {name}; the story has no room {unknown[0]!r}"
+        elif STORY.index(found[1]) > STORY.index(parts[1]):
             yield line, f"imports {name}; {parts[1]} stands below {found[1]}"
-        both = parts[1] == found[1] == "campaign" and len(parts) > 2 and len(found) > 2
-        if both and CAMPAIGN.index(found[2]) > CAMPAIGN.index(parts[2]):
-            yield line, f"imports {name}; {parts[2]} stands below {found[2]}"
+        elif parts[1] == found[1] == "campaign" and len(parts) > 2 and len(found) > 2:
+            unknown = [room for room in (found[2], parts[2]) if room not in CAMPAIGN]
+            if unknown:
+                yield line, f"imports {name}; the campaign has no room {unknown[0]!r}"
+            elif CAMPAIGN.index(found[2]) > CAMPAIGN.index(parts[2]):
+                yield line, f"imports {name}; {parts[2]} stands below {found[2]}"
+
+
+def rooms_do_not_hold_the_whole_house(source: Source) -> Complaints:
+    """With the name ``desim``, all that anybody has imported is at hand: ``desim.world``."""
+    for node in ast.walk(source.tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                if alias.name == "desim" or inside(alias.name, "desim") and not alias.asname:
+                    yield node.lineno, f"binds desim; write: from {alias.name} import ..."
+        elif isinstance(node, ast.ImportFrom) and any(alias.name == "*" for alias in node.names):
+            yield node.lineno, "imports *; name what is used"
+
+
+def only_listed_files_import_by_name(source: Source) -> Complaints:
+    if str(source.path) not in BY_NAME:
+        yield from imports_by_name(source)
+
+
+def imports_by_name(source: Source) -> Complaints:
+    """Every use of a function that imports a module whose name is a value."""
+    for node in ast.walk(source.tree):
+        match node:
+            case ast.Name(id=name) | ast.Attribute(attr=name) | ast.alias(name=name):
+                whole = dotted(node) if isinstance(node, ast.expr) else name
+                if name in IMPORTERS or whole == "sys.modules":
+                    yield node.lineno, f"uses {whole}; only the files of BY_NAME may"
 
 
 def simpy_is_behind_the_kernel(source: Source) -> Complaints:
@@ -274,6 +327,12 @@ def is_set(node: ast.expr, known: set[str]) -> bool:
     return bool(dotted(node)) and dotted(node) in known
 
 
+def casts_have_a_reason(source: Source) -> Complaints:
+    for line, reason in casts_and_ignores(source.text):
+        if not reason:
+            yield line, "no comment here, or on the line above, says why mypy is overruled"
+
+
 def a_file_holds_one_idea(source: Source) -> Complaints:
     lines = source.text.count("\n")
     if lines > MAX_LINES:
@@ -285,6 +344,8 @@ RULES: list[Callable[[Source], Complaints]] = [
     netmodels_sees_of_desim_only_the_contracts,
     robots_never_import_the_world,
     rooms_import_downwards,
+    rooms_do_not_hold_the_whole_house,
+    only_listed_files_import_by_name,
     simpy_is_behind_the_kernel,
     numba_is_in_kernels_files,
     kernels_are_compiled_at_import_cached_and_exact,
@@ -294,6 +355,7 @@ RULES: list[Callable[[Source], Complaints]] = [
     only_reports_read_the_wall_clock,
     nothing_depends_on_the_process,
     sets_are_never_iterated,
+    casts_have_a_reason,
     a_file_holds_one_idea,
 ]
 
@@ -315,6 +377,22 @@ TWINS = [
     (robots_never_import_the_world, "desim/robot/a.py", "from ..world.bodies import Bodies"),
     (rooms_import_downwards, "desim/world/a.py", "from desim.middleware import graph"),
     (rooms_import_downwards, "desim/campaign/design/a.py", "import desim.campaign.running.crew"),
+    (rooms_import_downwards, "desim/world/a.py", "from desim import run"),
+    (rooms_import_downwards, "desim/engine/a.py", "from .. import Campaign"),
+    (rooms_import_downwards, "desim/cli.py", "from desim import attic"),
+    (rooms_import_downwards, "desim/attic/a.py", "from desim import units"),
+    (rooms_import_downwards, "desim/campaign/attic/a.py", "from desim.campaign.design import a"),
+    (rooms_import_downwards, "desim/campaign/deploy/a.py", "from ..attic import a"),
+    (rooms_do_not_hold_the_whole_house, "desim/world/a.py", "import desim"),
+    (rooms_do_not_hold_the_whole_house, "desim/world/a.py", "import desim as house"),
+    (rooms_do_not_hold_the_whole_house, "netmodels/a.py", "import desim.ports"),
+    (rooms_do_not_hold_the_whole_house, "desim/world/a.py", "from desim import *"),
+    (only_listed_files_import_by_name, "desim/world/a.py",
+     "import importlib\nimportlib.import_module('desim.api')"),
+    (only_listed_files_import_by_name, "desim/world/a.py",
+     "from importlib import import_module as f"),
+    (only_listed_files_import_by_name, "desim/world/a.py", "__import__('desim.api')"),
+    (only_listed_files_import_by_name, "desim/world/a.py", "import sys\nsys.modules['desim.api']"),
     (simpy_is_behind_the_kernel, "netmodels/a.py", "from simpy import Store"),
     (numba_is_in_kernels_files, "desim/world/a.py", "import numba"),
     (kernels_are_compiled_at_import_cached_and_exact, "desim/ports/kernels.py",
@@ -335,6 +413,10 @@ TWINS = [
     (sets_are_never_iterated, "desim/a.py", "peers: set[int] = f()\nz = [x for x in peers]"),
     (sets_are_never_iterated, "desim/a.py", "self.a = set()\nb = list(self.a)"),
     (sets_are_never_iterated, "desim/a.py", "b = [*(a.keys() - c)]"),
+    (casts_have_a_reason, "desim/a.py", "# why\n\nx = cast(int, y)"),
+    (casts_have_a_reason, "desim/a.py", "x = typing.cast(int, y)"),
+    (casts_have_a_reason, "desim/a.py", "x = y  # type: ignore[assignment]"),
+    (casts_have_a_reason, "desim/a.py", "z = 1  # why\n_ = 2\nx = (\n    cast(int, y))"),
     (a_file_holds_one_idea, "desim/a.py", "\n" * (MAX_LINES + 1)),
 ]
 
@@ -357,16 +439,76 @@ def test_every_rule_has_a_twin():
     assert {rule for rule, _, _ in TWINS} == set(RULES)
 
 
+@pytest.mark.parametrize("path", BY_NAME)
+def test_every_listed_file_imports_by_name(path):
+    assert any(list(imports_by_name(source)) for source in sources().values()
+               if str(source.path) == path)
+
+
+# ------------------------------------------------------------------------------- rooms and limits
+
+
+def rooms_of(folder: Path) -> list[str]:
+    """The packages and modules in a folder. Where only bytecode is left of one, it is gone."""
+    return sorted(
+        child.stem for child in folder.iterdir() if child.name not in ("__init__.py", "__pycache__")
+        and (child.suffix == ".py" or child.is_dir() and (
+            not any(child.iterdir())
+            or any(file.is_file() and file.suffix != ".pyc" for file in child.rglob("*")))))
+
+
+@pytest.mark.parametrize("folder, story", [("desim", STORY), ("desim/campaign", CAMPAIGN)])
+def test_every_room_has_its_place_in_the_story(folder, story):
+    assert rooms_of(ROOT / folder) == sorted(story)
+
+
+def test_every_child_of_a_folder_is_a_room(tmp_path: Path):
+    for name in ("attic", "gone/__pycache__", "__pycache__", "cellar"):
+        (tmp_path / name).mkdir(parents=True)
+    for name in ("__init__.py", "gone/__pycache__/a.pyc", "cellar/__init__.py", "door.py"):
+        (tmp_path / name).touch()
+    assert rooms_of(tmp_path) == ["attic", "cellar", "door"]
+
+
+def test_types_are_rarely_opaque_or_overruled():
+    everything = counts_by_room()["all"]
+    assert everything["Any"] < MAX_ANY and everything["casts"] <= MAX_CASTS
+
+
+def test_any_casts_and_ignores_are_counted():
+    count = counted("x: Any = cast(int, y)\nz: typing.Any = typing.cast(int, y)  # type: ignore\n"
+                    "w: 'dict[str, Any]' = pc.cast(y, 1)\nq = 'type: ignore'")
+    assert (count["statements"], count["Any"], count["casts"]) == (4, 3, 3)
+
+
+@pytest.mark.parametrize("text", ["x = cast(int, y)  # why", "# why\nx = cast(int, y)",
+                                  "x = cast(int,  # why\n         y)",
+                                  "x = y  # type: ignore[assignment]  # why",
+                                  "# why\nx = y  # type: ignore"])
+def test_a_reason_is_seen(text):
+    assert not list(casts_have_a_reason(Source.of("desim/a.py", text)))
+
+
 # ------------------------------------------------------------------------------------ class names
 
 def class_names_used_twice(files: Iterable[Source]) -> dict[str, list[str]]:
     """The files of each name that several public classes at the top level of a file have."""
     found: dict[str, list[str]] = {}
     for source in files:
-        for node in source.tree.body:
-            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                found.setdefault(node.name, []).append(str(source.path))
+        for name in sorted(public_classes(source.tree.body)):
+            found.setdefault(name, []).append(str(source.path))
     return {name: paths for name, paths in found.items() if len(paths) > 1}
+
+
+def public_classes(body: Iterable[ast.AST]) -> set[str]:
+    """Names of classes at the top level, also under ``if`` and the like there."""
+    found = set()
+    for node in body:
+        if isinstance(node, ast.ClassDef):
+            found |= {node.name} if not node.name.startswith("_") else set()
+        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.expr):
+            found |= public_classes(ast.iter_child_nodes(node))
+    return found
 
 
 def test_no_public_class_name_is_used_twice():
@@ -377,6 +519,14 @@ def test_a_class_name_that_is_used_twice_is_found():
     one, other = (Source.of(f"desim/{name}.py", "class Link:\n    class Params: ...\nclass _A: ...")
                   for name in "ab")
     assert class_names_used_twice([one, other]) == {"Link": ["desim/a.py", "desim/b.py"]}
+
+
+@pytest.mark.parametrize("text", [
+    "if x:\n    class Link: ...", "if x: ...\nelse:\n    class Link: ...",
+    "try: ...\nexcept ImportError:\n    class Link: ...", "with x:\n    class Link: ..."])
+def test_a_class_under_a_condition_is_found(text):
+    files = [Source.of("desim/a.py", "class Link: ..."), Source.of("desim/b.py", text)]
+    assert class_names_used_twice(files) == {"Link": ["desim/a.py", "desim/b.py"]}
 
 
 # ---------------------------------------------------------------------------------- starting time

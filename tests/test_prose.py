@@ -16,12 +16,38 @@ def test_nothing_is_found():
     ('"""Frames.\n\nWhoever hears one may answer."""', "'whoever'"),
     ('"""Frames that wait for\nothers."""', "does not end"),
     ('def look():\n    """Count the workers."""', "the name look"),
-    ('class Told:\n    """A message."""', "the name Told")])
+    ('class Told:\n    """A message."""', "the name Told"),
+    ("class Sights: ...", "the name Sights"),
+    ("async def look_up(): ...", "the name look_up"),
+    ("def plan(wavefronts): ...", "the name wavefronts"),
+    ("def plan(*, by_luck=0): ...", "the name by_luck"),
+    ("self.told = 3", "the name told"),
+    ("for sight in pairs: ...", "the name sight"),
+    ("class Row:\n    luck: int", "the name luck"),
+    ("LUCK = 3", "the name LUCK"),
+    ("MAX_LOOKS: int = 3", "the name MAX_LOOKS"),
+    ("import numpy as luck", "the name luck"),
+    ("try: ...\nexcept ValueError as told: ...", "the name told")])
 def test_a_bad_docstring_and_a_bad_name_are_found(tmp_path: Path, text, why):
     file = tmp_path / "a.py"
     file.write_text(text)
     found, = findings([file])
     assert why in str(found)
+
+
+@pytest.mark.parametrize("path", ["luck.py", "sights/__init__.py"])
+def test_a_bad_name_of_a_module_is_found(tmp_path: Path, path):
+    file = tmp_path / path
+    file.parent.mkdir(exist_ok=True)
+    file.touch()
+    found, = findings([file])
+    assert f"the name {path.partition('/')[0].removesuffix('.py')}" in str(found)
+
+
+def test_what_others_named_may_be_used(tmp_path: Path):
+    file = tmp_path / "a.py"
+    file.write_text("x = text.split(look=3)\nfrom a import luck as chance\ny = told")
+    assert findings([file]) == []
 
 
 def test_a_bad_word_of_a_page_is_found_outside_of_code(tmp_path: Path):

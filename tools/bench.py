@@ -253,8 +253,8 @@ def middleware() -> list[Row]:
     runs = {name: [*maze, *(argument for one in settings
                             for argument in ("--set", f"middleware.{one}"))]
             for name, settings in MIDDLEWARE.items()}
-    split = str(TOOLS.parent / "scenarios" / "multimaster_disconnect.yaml")
-    runs |= {f"multimaster_disconnect, {preset}": [split, "--set", f"middleware.preset={preset}"]
+    cut = str(TOOLS.parent / "scenarios" / "multimaster_disconnect.yaml")
+    runs |= {f"multimaster_disconnect, {preset}": [cut, "--set", f"middleware.preset={preset}"]
              for preset in PRESETS}
     turns = [{name: manifest_of(what, 0) for name, what in runs.items()} for _ in range(3)]
     best = {name: min((turn[name] for turn in turns), key=lambda run: run["cpu_s"])

@@ -60,10 +60,10 @@ def main() -> int:
         finish(started(design, reference), 0)
         campaign = Campaign(design, Path(folder) / "disk" / "out", reference)
         kinds = ["campaign", "worker", "disk"] if full else ["campaign", "worker"]
-        luck = random.Random(arguments.seed)
+        stream = random.Random(arguments.seed)
         for number in range(arguments.times):
             kind = kinds[number % len(kinds)]
-            campaign.disturb(kind, luck)
+            campaign.disturb(kind, stream)
             print(f"{number + 1:3} {kind:8} {len(campaign.finished):4} of {campaign.total} runs "
                   "finished, none lost, none damaged", flush=True)
         campaign.complete()
@@ -83,29 +83,29 @@ class Campaign:
         self.total = len(self._digests)
         self.finished: dict[str, int] = {}
 
-    def disturb(self, kind: str, luck: random.Random) -> None:
+    def disturb(self, kind: str, stream: random.Random) -> None:
         """Start the campaign, harm it, await its end, and check what is left."""
         process = started(self._design, self._out)
         try:
-            self._harm(process, kind, luck)
+            self._harm(process, kind, stream)
         finally:
             process.kill()
         self._check()
 
-    def _harm(self, process: subprocess.Popen, kind: str, luck: random.Random) -> None:
-        if kind != "campaign" or luck.random() < 0.7:  # else while it starts
-            self._await(process, luck.randrange(1, max(self.total // 30, 2)))
-        time.sleep(luck.random() * (0.05 if kind != "campaign" else 0.5))
+    def _harm(self, process: subprocess.Popen, kind: str, stream: random.Random) -> None:
+        if kind != "campaign" or stream.random() < 0.7:  # else while it starts
+            self._await(process, stream.randrange(1, max(self.total // 30, 2)))
+        time.sleep(stream.random() * (0.05 if kind != "campaign" else 0.5))
         if kind == "campaign":
             process.kill()
             finish(process, -signal.SIGKILL)
         elif kind == "worker":
-            kill_one_of(children(process.pid), luck)
+            kill_one_of(children(process.pid), stream)
             self._await(process, 3)  # it goes on
             process.send_signal(signal.SIGINT)
             finish(process, 130, 0)
         else:
-            with filled(self._out.parent, luck.randrange(200_000)):
+            with filled(self._out.parent, stream.randrange(200_000)):
                 finish(process, 2, 0)
 
     def complete(self) -> None:
@@ -173,10 +173,10 @@ def children(pid: int) -> list[int]:
         return []
 
 
-def kill_one_of(pids: list[int], luck: random.Random) -> None:
+def kill_one_of(pids: list[int], stream: random.Random) -> None:
     if pids:
         try:
-            os.kill(luck.choice(pids), signal.SIGKILL)
+            os.kill(stream.choice(pids), signal.SIGKILL)
         except ProcessLookupError:
             return
 

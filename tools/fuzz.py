@@ -150,8 +150,8 @@ class Case:
     """One case: ``folder`` is a copy of the template's, and the current one; ``log`` has what was
     done, ``mine`` the texts of foreign files."""
 
-    def __init__(self, template: Template, folder: Path, luck: random.Random) -> None:
-        self.template, self.folder, self.luck = template, folder, luck
+    def __init__(self, template: Template, folder: Path, stream: random.Random) -> None:
+        self.template, self.folder, self.stream = template, folder, stream
         self.log: list[str] = []
         self.mine: set[str] = set()
 
@@ -184,10 +184,10 @@ Kind = Callable[[Case], None]
 
 def scenario(case: Case) -> None:
     """Change a text or a value in a scenario."""
-    text = case.luck.choice([SCENARIO, case.template.resolved])
+    text = case.stream.choice([SCENARIO, case.template.resolved])
     (case.folder / "s.yaml").write_bytes(mutated(text, case))
     case.run_command("run", "s.yaml", "--quiet", "--out", "out", *(
-        ["--until", "20 ms"] if case.luck.random() < 0.7 else []))
+        ["--until", "20 ms"] if case.stream.random() < 0.7 else []))
 
 
 def design(case: Case) -> None:
@@ -202,10 +202,10 @@ def design(case: Case) -> None:
 def run_folder(case: Case) -> None:
     """Damage a finished run's folder, read it, and make it again."""
     run = next((case.folder / "results" / "small").iterdir())
-    for _ in range(case.luck.choice([1, 1, 2, 3])):
+    for _ in range(case.stream.choice([1, 1, 2, 3])):
         harm(case, run.parent, run)
     sound = sorted((case.folder / "campaign" / "runs" / "small").iterdir())[0]
-    command = case.luck.choice([("trace", str(run), "--message", "1"), ("figure", str(run)),
+    command = case.stream.choice([("trace", str(run), "--message", "1"), ("figure", str(run)),
                                 ("diff", str(run), str(sound)), ("diff", str(run), str(run)),
                                 ("graph", str(run)), ("diff", str(sound), str(run))])
     case.run_command(*command)
@@ -218,11 +218,11 @@ def campaign_folder(case: Case) -> None:
     out = case.folder / "campaign"
     runs = {path: (path / "manifest.json").stat().st_mtime_ns
             for path in (out / "runs" / "small").iterdir()}
-    for _ in range(case.luck.choice([1, 1, 2, 3])):
-        touched = harm(case, out, case.luck.choice(sorted(runs)))
+    for _ in range(case.stream.choice([1, 1, 2, 3])):
+        touched = harm(case, out, case.stream.choice(sorted(runs)))
         runs = {path: time_ns for path, time_ns in runs.items()
                 if touched != path and touched not in path.parents and path not in touched.parents}
-    if case.luck.random() < 0.2:
+    if case.stream.random() < 0.2:
         case.run_command("report", str(out), "--quiet")
     case.run_command("sweep", "design.yaml", "--dry-run", "--out", str(out))
     code = case.run_command("sweep", "design.yaml", "--quiet", "--out", str(out))
@@ -248,9 +248,9 @@ TEXTS = ["\0", "\t", "\ufeff", "&a [*a]", "*b", "!!python/object:os.system x", "
 
 def mutated(text: str, case: Case) -> bytes:
     """Change ``text`` as text, as bytes, or by its values."""
-    luck = case.luck
-    for _ in range(luck.choice([1, 1, 1, 2, 4])):
-        how = luck.randrange(5)
+    stream = case.stream
+    for _ in range(stream.choice([1, 1, 1, 2, 4])):
+        how = stream.randrange(5)
         if how < 3:
             try:
                 data = yaml.safe_load(text)
@@ -259,34 +259,34 @@ def mutated(text: str, case: Case) -> bytes:
             except (yaml.YAMLError, UnicodeError, TypeError, ValueError, RecursionError):
                 how = 3
         lines = text.splitlines(keepends=True) or [""]
-        at = luck.randrange(len(lines))
+        at = stream.randrange(len(lines))
         if how == 3:
-            lines[at:at + 1] = luck.choice([[], [lines[at]] * 2, [lines[at][::-1]],
-                                            [" " + lines[at]], [luck.choice(lines)]])
+            lines[at:at + 1] = stream.choice([[], [lines[at]] * 2, [lines[at][::-1]],
+                                            [" " + lines[at]], [stream.choice(lines)]])
             text = "".join(lines)
         else:
-            at = luck.randrange(len(text) + 1)
-            text = text[:at] + luck.choice(TEXTS) + text[at + luck.choice([0, 0, 1, 30]):]
+            at = stream.randrange(len(text) + 1)
+            text = text[:at] + stream.choice(TEXTS) + text[at + stream.choice([0, 0, 1, 30]):]
     raw = text.encode(errors="surrogatepass")
-    if luck.random() < 0.05:
-        at = luck.randrange(len(raw) + 1)
-        raw = raw[:at] + bytes([luck.randrange(256)]) + raw[at + 1:]
+    if stream.random() < 0.05:
+        at = stream.randrange(len(raw) + 1)
+        raw = raw[:at] + bytes([stream.randrange(256)]) + raw[at + 1:]
     case.log.append(f"{raw[:1500]!r}")
     return raw
 
 
 def _changed(data: Any, case: Case) -> Any:
     """The data with another value, key or item somewhere."""
-    luck = case.luck
-    if isinstance(data, dict) and data and luck.random() < 0.85:
-        key = luck.choice(list(data))
+    stream = case.stream
+    if isinstance(data, dict) and data and stream.random() < 0.85:
+        key = stream.choice(list(data))
         return {**data, key: _changed(data[key], case)}
-    if isinstance(data, list) and data and luck.random() < 0.85:
-        at = luck.randrange(len(data))
+    if isinstance(data, list) and data and stream.random() < 0.85:
+        at = stream.randrange(len(data))
         return [*data[:at], _changed(data[at], case), *data[at + 1:]]
-    if isinstance(data, dict) and luck.random() < 0.5:
-        return {**data, str(luck.choice(VALUES))[:40]: luck.choice(VALUES)}
-    return luck.choice(VALUES)
+    if isinstance(data, dict) and stream.random() < 0.5:
+        return {**data, str(stream.choice(VALUES))[:40]: stream.choice(VALUES)}
+    return stream.choice(VALUES)
 
 
 FOREIGN = ["mine.txt", "figure.png", ".DS_Store", "map/mine.txt", "summary.json.bak",
@@ -296,21 +296,21 @@ FOREIGN = ["mine.txt", "figure.png", ".DS_Store", "map/mine.txt", "summary.json.
 def harm(case: Case, top: Path, run: Path) -> Path:
     """Something below ``top`` is damaged; ``run`` is one of its runs, which it often is. What was
     touched."""
-    luck = case.luck
-    if luck.random() < 0.3:
-        path = luck.choice([top, run, run.parent, run.parent.parent]) / luck.choice(FOREIGN)
+    stream = case.stream
+    if stream.random() < 0.3:
+        path = stream.choice([top, run, run.parent, run.parent.parent]) / stream.choice(FOREIGN)
         case.put(path)
         return case.folder / "nothing that was whole"
-    if luck.random() < 0.15:
+    if stream.random() < 0.15:
         return _beside(case, run)
     places = [path for path in sorted(top.rglob("*")) if ".lock" not in path.name or
-              luck.random() < 0.3]
+              stream.random() < 0.3]
     inside = [path for path in places if run in path.parents] or [run]
-    path = luck.choice(inside if luck.random() < 0.6 else places or [run])
-    how = luck.choice(HARMS)
+    path = stream.choice(inside if stream.random() < 0.6 else places or [run])
+    how = stream.choice(HARMS)
     if path.is_dir() and not path.is_symlink():
-        if any(run in (path, *path.parents) for run in [run]) or luck.random() < 0.3:
-            how = luck.choice([_gone, _a_file, _a_link, _a_pipe])
+        if any(run in (path, *path.parents) for run in [run]) or stream.random() < 0.3:
+            how = stream.choice([_gone, _a_file, _a_link, _a_pipe])
         else:
             return case.folder / "nothing that was whole"
     if case.mine & _texts(path):
@@ -323,16 +323,16 @@ def harm(case: Case, top: Path, run: Path) -> Path:
 
 def _beside(case: Case, run: Path) -> Path:
     """Put something where desim itself will want to write."""
-    place = run.with_name(run.name + case.luck.choice([".partial", ".old"]))
+    place = run.with_name(run.name + case.stream.choice([".partial", ".old"]))
     if not os.path.lexists(place):
-        how = case.luck.choice(["folder", "link", "file", "pipe"])
+        how = case.stream.choice(["folder", "link", "file", "pipe"])
         case.log.append(f"{how} {place.relative_to(case.folder)}")
         if how == "folder":
             place.mkdir()
             case.put(place / "mine.txt")
             (place / "samples.parquet").write_text("half")
         elif how == "link":
-            place.symlink_to(case.luck.choice(["../../../../outside", "/nowhere"]))
+            place.symlink_to(case.stream.choice(["../../../../outside", "/nowhere"]))
         elif how == "file":
             case.put(place)
         else:
@@ -357,28 +357,28 @@ def _emptied(case: Case, path: Path) -> None:
 
 def _cut(case: Case, path: Path) -> None:
     raw = path.read_bytes() if path.is_file() else b""
-    _replaced(path, raw[:case.luck.randrange(len(raw) + 1)])
+    _replaced(path, raw[:case.stream.randrange(len(raw) + 1)])
 
 
 def _turned(case: Case, path: Path) -> None:
     raw = bytearray(path.read_bytes() if path.is_file() else b"x") or bytearray(b"x")
-    raw[case.luck.randrange(len(raw))] ^= 1 << case.luck.randrange(8)
+    raw[case.stream.randrange(len(raw))] ^= 1 << case.stream.randrange(8)
     _replaced(path, bytes(raw))
 
 
 def _garbage(case: Case, path: Path) -> None:
-    _replaced(path, case.luck.randbytes(case.luck.randrange(2000)))
+    _replaced(path, case.stream.randbytes(case.stream.randrange(2000)))
 
 
 def _json(case: Case, path: Path) -> None:
     """JSON of another shape, or with another value."""
     try:
         lines = path.read_text().split("\n") if path.suffix == ".jsonl" else [path.read_text()]
-        at = case.luck.randrange(len(lines))
+        at = case.stream.randrange(len(lines))
         lines[at] = json.dumps(_changed(json.loads(lines[at]), case))
         _replaced(path, "\n".join(lines).encode())
     except (OSError, ValueError):
-        _replaced(path, case.luck.choice([b"[]", b"{}", b"null", b"[" * 100_000, b'{"a": NaN}']))
+        _replaced(path, case.stream.choice([b"[]", b"{}", b"null", b"[" * 100_000, b'{"a": NaN}']))
 
 
 def _a_file(case: Case, path: Path) -> None:
@@ -400,14 +400,14 @@ def _a_pipe(case: Case, path: Path) -> None:
 def _a_link(case: Case, path: Path) -> None:
     _remove(path)
     outside = case.folder.parent / "outside"
-    path.symlink_to(case.luck.choice([outside, outside / "file.txt", "/dev/zero", "/nowhere",
+    path.symlink_to(case.stream.choice([outside, outside / "file.txt", "/dev/zero", "/nowhere",
                                       path.parent, path.name]))
 
 
 def _another(case: Case, path: Path) -> None:
     """Replace it by another file of the campaign."""
     others = [other for other in sorted(case.folder.rglob("*")) if other.is_file()]
-    _replaced(path, case.luck.choice(others).read_bytes())
+    _replaced(path, case.stream.choice(others).read_bytes())
 
 
 def _replaced(path: Path, raw: bytes) -> None:

@@ -5,8 +5,10 @@
 The first line of a docstring is a sentence with a subject and a verb, or a noun phrase of the
 field, or a question. In a module's docstring it ends with a full stop, a question mark or an
 exclamation mark. It does not open with a relative clause that has no head ("What is sent later
-..."). Words of a private dialect are not used at all. A name in the code has no word that
-docs/glossary.md rules out in its last column. Exit code 1 if anything is found.
+..."). Words of a private dialect are not used at all. No name that the code gives (to a module, a
+class, a function, a parameter, an attribute, a variable) has a word that docs/glossary.md rules out
+in its last column, in the singular or the plural. Only the name of a test is a sentence, in which
+verbs may end in s. Exit code 1 if anything is found.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
 GLOSSARY = ROOT / "docs" / "glossary.md"
-WORD = re.compile(r"[A-Z]?[a-z]+")
+WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 EVERYTHING = ("desim", "netmodels", "tools", "tests", "docs", "README.md", "CONTRIBUTING.md")
 
 # No docstring opens with these, unless it asks a question.
@@ -56,16 +58,41 @@ def ruled_out() -> dict[str, str]:
     return found
 
 
+def names(file: Path, tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Line and name of all that a file names: itself, its package, and what it defines."""
+    home = file.resolve()
+    yield 1, home.parent.name if home.stem == "__init__" else home.stem
+    for node in ast.walk(tree):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store()) | ast.Attribute(attr=name, ctx=ast.Store()):
+                yield node.lineno, name
+            case (ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name)
+                  | ast.ClassDef(name=name) | ast.arg(arg=name) | ast.alias(asname=str(name))
+                  | ast.ExceptHandler(name=str(name)) | ast.MatchAs(name=str(name))
+                  | ast.MatchStar(name=str(name)) | ast.MatchMapping(rest=str(name))):
+                yield node.lineno, name
+
+
+def in_names(file: Path, tree: ast.Module) -> Iterator[Finding]:
+    """Findings in the names of a Python file, each name once."""
+    first: dict[str, int] = {}
+    for line, name in names(file, tree):
+        first.setdefault(name, line)
+    for name, line in first.items():
+        for word in map(str.lower, WORD.findall(name)):
+            one = word if name.startswith("test_") else word.removesuffix("s")
+            if instead := ruled_out().get(word) or ruled_out().get(one):
+                yield Finding(file, line, f"the name {name}: the glossary says {instead!r}")
+
+
 def in_python(file: Path) -> Iterator[Finding]:
     """Findings in the names and docstrings of a Python file."""
-    for node in ast.walk(ast.parse(file.read_text())):
-        if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+    tree = ast.parse(file.read_text())
+    yield from in_names(file, tree)
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef
+                          | ast.AsyncFunctionDef):
             continue
-        if not isinstance(node, ast.Module):
-            for word in WORD.findall(node.name):
-                if word.lower() in ruled_out():
-                    yield Finding(file, node.lineno, f"the name {node.name}: the glossary says "
-                                                     f"{ruled_out()[word.lower()]!r}")
         text = ast.get_docstring(node)
         if text is None:
             continue

@@ -11,11 +11,16 @@ from __future__ import annotations
 
 import argparse
 import ast
+import io
+import re
 import sys
+import tokenize
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+IGNORE = re.compile(r"#\s*type: ignore(\[[^]]*\])?")
 
 # The story of the house, from the ground up: a room imports only rooms that stand before it.
 STORY = ["units", "errors", "files", "ports", "plugins", "engine", "statistics", "scenario",
@@ -54,8 +59,8 @@ def packages(name: str) -> list[Path]:
     return found
 
 
-def counts() -> list[str]:
-    """A line a room of desim, one for netmodels, and their sum."""
+def counts_by_room() -> dict[str, Counter[str]]:
+    """The counts of each room of desim, of netmodels, and their sum as ``all``."""
     by_room: dict[str, Counter[str]] = {}
     for package in ("desim", "netmodels"):
         for file in sorted((ROOT / package).rglob("*.py")):
@@ -63,10 +68,15 @@ def counts() -> list[str]:
             room = package if package == "netmodels" else parts[1]
             by_room.setdefault(room, Counter()).update(counted(file.read_text()))
     by_room["all"] = sum(by_room.values(), Counter())
+    return by_room
+
+
+def counts() -> list[str]:
+    """A line a room of desim, one for netmodels, and their sum."""
     kinds = ("statements", "Any", "casts")
     return [f"{'':16}" + "".join(f"{kind:>12}" for kind in kinds),
             *(f"{room:16}" + "".join(f"{count[kind]:12}" for kind in kinds)
-              for room, count in by_room.items())]
+              for room, count in counts_by_room().items())]
 
 
 def counted(text: str) -> Counter[str]:
@@ -74,10 +84,31 @@ def counted(text: str) -> Counter[str]:
     nodes = list(ast.walk(ast.parse(text)))
     return Counter(
         statements=sum(isinstance(node, ast.stmt) for node in nodes),
-        Any=sum(isinstance(node, ast.Name) and node.id == "Any" for node in nodes),
-        casts=text.count("type: ignore") + sum(
-            isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
-            and node.func.id == "cast" for node in nodes))
+        Any=sum(map(_any_in, nodes)),
+        casts=len(list(casts_and_ignores(text))))
+
+
+def _any_in(node: ast.AST) -> int:
+    """The number of ``Any`` that a node writes; an annotation may be a string."""
+    if isinstance(node, ast.arg | ast.AnnAssign) and isinstance(node.annotation, ast.Constant):
+        return len(re.findall(r"\bAny\b", str(node.annotation.value)))
+    return isinstance(node, ast.Name | ast.Attribute) and ast.unparse(node) in ("Any", "typing.Any")
+
+
+def casts_and_ignores(text: str) -> Iterator[tuple[int, bool]]:
+    """Line of each cast and ``type: ignore``, and whether a comment there or on the line above
+    gives a reason."""
+    comments = {token.start[0]: token.string
+                for token in tokenize.generate_tokens(io.StringIO(text).readline)
+                if token.type == tokenize.COMMENT}
+    reasons = {line for line, comment in comments.items() if IGNORE.sub("", comment).strip("# ")}
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("cast", "typing.cast"):
+            lines = range(node.lineno - 1, (node.end_lineno or node.lineno) + 1)
+            yield node.lineno, not reasons.isdisjoint(lines)
+    for line, comment in comments.items():
+        if IGNORE.search(comment):
+            yield line, not reasons.isdisjoint((line - 1, line))
 
 
 def main() -> None:

@@ -12,7 +12,8 @@ from typer.core import TyperGroup
 from desim.commands.exit_codes import TRACEBACK
 from desim.commands.output import say
 
-# The base of all such errors, of click or of typer's own copy of it; it has all that is used here.
+# The base of all such errors, of click or of typer's own copy of it. mypy takes any base for
+# ``type | None``; this one has all of a ``BadParameter`` that is used here.
 _UsageError: type[typer.BadParameter] = typer.BadParameter.__base__  # type: ignore[assignment]
 
 

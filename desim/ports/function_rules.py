@@ -59,6 +59,7 @@ def function_rule(function: RuleFunction) -> type[Rule]:
 
 def rule_of(rule: Rule | RuleFunction) -> Rule:
     """``rule`` as an object: a function is wrapped in a ``FunctionRule``."""
+    # ``isfunction`` says nothing of what is no function.
     return function_rule(rule)() if isfunction(rule) else cast(Rule, rule)
 
 

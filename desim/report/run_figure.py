@@ -25,7 +25,7 @@ from desim.results.status import RunStatus
 NAMED = 10  # up to so many robots have a line each in the legend, more share a colour bar
 
 _UNKNOWN, _FREE, _SOLID, _WRONG = "#c9cdd2", "#ffffff", "#2b2f36", "#d62728"
-_DOOR, _MOVER, _SPLIT = "#f2b705", "#000000", "#b8a3d9"
+_DOOR, _MOVER, _APART = "#f2b705", "#000000", "#b8a3d9"
 _BENDS = 12  # straight pieces that a robot's way of one second is drawn with
 _PREFIX = "bytes_per_s:"
 
@@ -195,7 +195,7 @@ def _partitions(axes: Axes, run: Run) -> None:
     found = run.metrics["partitions"]
     times = "once" if found["count"] == 1 else f"{found['count']} times"
     for i, (begin_s, end_s) in enumerate(found["episodes_s"]):
-        axes.axvspan(begin_s, end_s, color=_SPLIT, alpha=0.4, linewidth=0, zorder=0, label=None if i
+        axes.axvspan(begin_s, end_s, color=_APART, alpha=0.4, linewidth=0, zorder=0, label=None if i
                      else f"fleet split, {times}, {found['total_s']:.0f} s in all")
 
 

@@ -14,11 +14,12 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-import desim
 from desim import plugins
 from desim.scenario import expression
 from desim.scenario.resolved import scenario_id
 from desim.scenario.schema.scenario import Scenario
+
+_DESIM = Path(__file__).parent.parent
 
 # The packages that compute results. Others (pyarrow, rich, typer, ...) only carry them.
 PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx", "pydantic")
@@ -94,9 +95,8 @@ def _files(modules: tuple[str, ...]) -> tuple[str, ...]:
     """The files whose code may affect results, in an order that does not depend on where they are
     installed: desim's, those of the modules' packages, and those that a module without a package
     imports from its own folder."""
-    files = [file for file in _package(Path(desim.__file__).parent)
-             if file.relative_to(Path(desim.__file__).parent).parts[0] in _COMPUTES]
-    for top in sorted({module.partition(".")[0] for module in modules} - {desim.__name__}):
+    files = [file for file in _package(_DESIM) if file.relative_to(_DESIM).parts[0] in _COMPUTES]
+    for top in sorted({module.partition(".")[0] for module in modules} - {_DESIM.name}):
         place = getattr(sys.modules[top], "__file__", None)
         if place is not None:
             path = Path(place)
@@ -114,7 +114,7 @@ def _beside(module: Path) -> list[Path]:
     while agenda:
         for name in _imported(agenda.pop()):
             file, package = folder / f"{name}.py", folder / name / "__init__.py"
-            if package.is_file() and name != desim.__name__:
+            if package.is_file() and name != _DESIM.name:
                 files.update(dict.fromkeys(_package(package.parent)))
             elif file.is_file() and file not in files:
                 files[file] = None

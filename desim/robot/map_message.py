@@ -61,6 +61,7 @@ class MapFormat(NamedTuple):
     @classmethod
     def of(cls, spec: GridSpec, exchange: Exchange) -> MapFormat:
         """The form that a complete scenario names."""
+        # A complete scenario leaves neither of them None.
         return cls(spec, cast(str, exchange.content), cast(str, exchange.encoding))
 
     def size_bytes(self, layer: LayerSnapshot) -> int:

@@ -27,9 +27,9 @@ Found = Iterator[tuple[Path, str]]
 def complaints(scenario: Scenario, folder: Folder, wrong: tuple[Path, ...]) -> list[Complaint]:
     """All that is wrong. Checks that read one of the ``wrong`` paths are left out: there stands a
     default now, and not what the user meant."""
-    return [Complaint(path, text) for looks_at, check in _CHECKS
+    return [Complaint(path, text) for families, check in _CHECKS
             if not any(all(a == b for a, b in zip(path, family, strict=False))
-                       for path in wrong for family in looks_at)
+                       for path in wrong for family in families)
             for path, text in check(scenario, folder)]
 
 

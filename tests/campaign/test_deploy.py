@@ -153,17 +153,17 @@ def test_one_of_each(tmp_path, repository):
     file = tmp_path / "design.yaml"
     file.write_text(DESIGN.format(base=repository / "scenarios" / "maze_8.yaml").replace(
         "[1, 6, 3]", "[1]"))
-    told = CliRunner().invoke(app, ["deploy", str(file), "--image", "20 MB"])
-    assert "deployed: 1 node for 1 virtual machine, up to 4 on a node" in told.output
+    shown = CliRunner().invoke(app, ["deploy", str(file), "--image", "20 MB"])
+    assert "deployed: 1 node for 1 virtual machine, up to 4 on a node" in shown.output
 
 
 def test_the_command(design):
-    told = CliRunner().invoke(app, ["deploy", str(design), "--image", "20 MB"])
-    assert told.exit_code == 0, told.output
+    shown = CliRunner().invoke(app, ["deploy", str(design), "--image", "20 MB"])
+    assert shown.exit_code == 0, shown.output
     for line in ("deployed: 2 nodes for 6 virtual machines, up to 4 on a node",
                  "node_1  robot_4, robot_5", "Copies of an image of 20 MB over switch, 1 Gb/s:",
                  "server to node_0", "6 to 15 runs in real time"):
-        assert line in told.output
+        assert line in shown.output
     answer = json.loads(CliRunner().invoke(
         app, ["deploy", str(design), "--image", "20 MB", "--json"]).stdout)
     assert answer["nodes"]["node_1"] == ["robot_4", "robot_5"]
@@ -182,5 +182,5 @@ def test_the_command(design):
     (["--model", "radio", "--rate", "54 Mb/s", "--image", "5 MB"], "the network loses every part"),
 ])
 def test_wrong_options(design, words, says):
-    told = CliRunner().invoke(app, ["deploy", str(design), *words])
-    assert told.exit_code == 2 and says in told.output
+    shown = CliRunner().invoke(app, ["deploy", str(design), *words])
+    assert shown.exit_code == 2 and says in shown.output

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-LOOK = "import os, desim; print(os.environ['NUMBA_CACHE_DIR'])"
+PRINT_FOLDER = "import os, desim; print(os.environ['NUMBA_CACHE_DIR'])"
 
 
 def chosen(**environment):
-    return subprocess.run([sys.executable, "-c", LOOK], env=environment, text=True,
+    return subprocess.run([sys.executable, "-c", PRINT_FOLDER], env=environment, text=True,
                           capture_output=True, check=True).stdout.strip()
 
 

@@ -49,7 +49,7 @@ def test_discovery_bytes_are_those_that_were_measured():
 def test_of_endpoints_that_take_a_tenth_less_they_are_not(monkeypatch):
     whole = wire.RtpsDialect.built_in_endpoints
     monkeypatch.setattr(wire.RtpsDialect, "built_in_endpoints", lambda self, *which: [
-        told._replace(size_bytes=told.size_bytes * 9 // 10) for told in whole(self, *which)])
+        each._replace(size_bytes=each.size_bytes * 9 // 10) for each in whole(self, *which)])
     with pytest.raises(AssertionError):
         assert_bytes_are_those_that_were_measured()
 
@@ -103,8 +103,8 @@ def test_single_messages_are_as_long_as_those_on_the_wire():
     assert CYCLONE.acknacks(1).size_bytes - 4 == 106
     assert CYCLONE.heartbeat_to_all().size_bytes - 4 == 94
     assert CYCLONE.liveliness().size_bytes - 4 == 158
-    told = CYCLONE.built_in_endpoints((1, 1), "robot_1")
-    assert [each.size_bytes for each in told][:5] == [276, 316, 260, 272, 300]
+    announced = CYCLONE.built_in_endpoints((1, 1), "robot_1")
+    assert [each.size_bytes for each in announced][:5] == [276, 316, 260, 272, 300]
     services = ["get_parameters", "set_parameters", "list_parameters", "describe_parameters",
                 "get_parameter_types", "set_parameters_atomically"]
     kind = "rcl_interfaces::srv::dds_::GetParameters_"
@@ -112,7 +112,7 @@ def test_single_messages_are_as_long_as_those_on_the_wire():
             for name in services] == [324, 324, 324, 328, 328, 332]
     assert [CYCLONE.writer_bytes(f"rr/robot_1/{name}Reply", f"{kind}Response_", wire.QUEUED)
             for name in services] == [292, 292, 292, 296, 296, 304]
-    apart = CYCLONE.new_endpoints(told[:2], False)
+    apart = CYCLONE.new_endpoints(announced[:2], False)
     assert [letter.chunk.size_bytes - 4 for letter in apart] == [350, 390]
     again = CYCLONE.known_endpoints([
         wire.Item((1, 1), wire.ItemKind.WRITER, "", size) for size in (276, 260, 272, 292, 292)],
@@ -129,14 +129,14 @@ def test_those_of_fast_dds_too():
     assert (FAST.heartbeats(1).size_bytes - 4, FAST.heartbeats(3)) == (170, (3 * 174, 3))
     assert FAST.acknacks(1).size_bytes - 4 == 166
     assert FAST.acknacks(1, 9).size_bytes - 4 == 170
-    told = FAST.built_in_endpoints((1, 1), "robot_1")
-    in_order = sorted(told, key=wire.is_reader)
-    assert sorted(each.size_bytes for each in told) == sorted([
+    announced = FAST.built_in_endpoints((1, 1), "robot_1")
+    in_order = sorted(announced, key=wire.is_reader)
+    assert sorted(each.size_bytes for each in announced) == sorted([
         412, 384, 404, 424, 424, 424, 432, 432, 448, 412, 404, 428, 428, 428, 436, 436, 444])
     assert [(letter.chunk.size_bytes - 4 * letter.chunk.packets, letter.chunk.packets, letter.items)
             for letter in FAST.known_endpoints(in_order, 65_500, False)] == [
         (4098, 3, 9), (3718, 3, 8)]
-    assert [letter.chunk.size_bytes - 4 for letter in FAST.new_endpoints(told[:3], True)] == [
+    assert [letter.chunk.size_bytes - 4 for letter in FAST.new_endpoints(announced[:3], True)] == [
         562, 562, 534]
     (sample,) = FAST.trains(1000, 65_324, 1, (True,))
     assert sample.chunk.size_bytes - 4 == 1210

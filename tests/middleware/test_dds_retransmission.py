@@ -129,5 +129,5 @@ def test_after_congestion_everything_arrives_and_then_there_is_silence():
 def test_of_what_is_repeated_without_a_pause_most_is_there_already():
     """So that the network carries the same things again and again, three times as much for less."""
     net, heard = crowded(50, nack_suppression="0 ns")
-    calm, told = crowded(50)
-    assert heard < told and net.medium.frames > 3 * calm.medium.frames
+    calm, announced = crowded(50)
+    assert heard < announced and net.medium.frames > 3 * calm.medium.frames

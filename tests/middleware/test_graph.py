@@ -383,11 +383,11 @@ def test_software_may_differ_from_host_to_host():
 
 
 def test_a_model_that_follows_hosts_is_notified_of_stops_and_starts():
-    told = []
+    notices = []
 
     class Listening(Ideal):
         def switched(self, host, up):
-            told.append((host, up))
+            notices.append((host, up))
 
     net = Net({"a": lambda node: None, "b": lambda node: None}, Listening(Ideal.Params()))
     host = net.graph.host("b")
@@ -395,4 +395,4 @@ def test_a_model_that_follows_hosts_is_notified_of_stops_and_starts():
     net.at(2 * MS, host.stop)
     net.at(3 * MS, host.start)
     net.run(S)
-    assert told == [(0, True), (1, True), (1, False), (1, True)]
+    assert notices == [(0, True), (1, True), (1, False), (1, True)]

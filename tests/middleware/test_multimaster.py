@@ -264,13 +264,13 @@ def test_a_reconnect_tears_all_links_down_and_builds_them_anew():
     """Apart from 20.1 s to 40.1 s: offline at 28 s, online with the beat of 40.5 s. b forgets a and
     copies it afresh; the link of 1 s, which had outlived the cut, is closed and made again."""
     def check(expected, **params):
-        split = net({"a": talker([]), "b": listener([])}, GROOVY,
+        parted = net({"a": talker([]), "b": listener([])}, GROOVY,
                     [apart("a", start="20.1 s", until="40.1 s")], **params)
-        split.run(60 * S)
-        assert seen(split) == [(0.15, "a", "online"), (28, "a", "offline"),
+        parted.run(60 * S)
+        assert seen(parted) == [(0.15, "a", "online"), (28, "a", "offline"),
                                (40.51, "a", "online")]
-        assert [row[0] for row in beliefs(split) if row[1] == "b"] == expected
-        links = [row[0] for row in control(split, "tcpros") if row[1] == "b" and row[-1] == 78]
+        assert [row[0] for row in beliefs(parted) if row[1] == "b"] == expected
+        links = [row[0] for row in control(parted, "tcpros") if row[1] == "b" and row[-1] == 78]
         assert len(links) == 1 + (len(expected) > 1)
 
     # Forgotten 2 ms after the beat; the call is a round trip and the answer's way to the nodes.

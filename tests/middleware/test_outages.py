@@ -104,11 +104,11 @@ class Lossy:
         self.share = 0.3
 
     def start(self, context, hosts):
-        self._luck = context.stream("losses")
+        self._stream = context.stream("losses")
 
     def judge(self, frame, receivers):
-        return [Drop("lost") if luck < self.share else PASS
-                for luck in self._luck.random(len(receivers))]
+        return [Drop("lost") if draw < self.share else PASS
+                for draw in self._stream.random(len(receivers))]
 
 
 class RoughWalk(Walk):

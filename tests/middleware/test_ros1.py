@@ -106,13 +106,13 @@ def test_updates_are_not_blocked_where_no_worker_waits(monkeypatch):
 def test_updates_are_one_at_a_time_for_each_node():
     """The second task for a node waits, while those for others overtake it."""
     calls, done = [], []
-    told = Master(IdleThreads(0, [0, 0, 0], int, None), lambda task, over: (
+    rosmaster = Master(IdleThreads(0, [0, 0, 0], int, None), lambda task, over: (
         calls.append((task.topic, task.uri.host)), done.append(over)))
     for topic in ("/one", "/two"):
         for host in (1, 2):
-            told.register_subscriber(topic, Uri(host, 1))
-    told.register_publisher("/one", Uri(0, 1))
-    told.register_publisher("/two", Uri(0, 1))
+            rosmaster.register_subscriber(topic, Uri(host, 1))
+    rosmaster.register_publisher("/one", Uri(0, 1))
+    rosmaster.register_publisher("/two", Uri(0, 1))
     assert calls == [("/one", 1), ("/one", 2)]
     done[1]()
     assert calls[2:] == [("/two", 2)]
@@ -181,10 +181,10 @@ def test_a_thread_of_the_master_looks_every_100_ms():
     comes then until 200."""
     calls, agenda, now = [], [], 130
     threads = IdleThreads(100, [0, 20, 50], lambda: now, lambda time, fn: agenda.append((time, fn)))
-    told = Master(threads, lambda task, over: calls.append((now, task.uri.host)))
+    rosmaster = Master(threads, lambda task, over: calls.append((now, task.uri.host)))
     for host in (1, 2):
-        told.register_subscriber("/one", Uri(host, 1))
-    told.register_publisher("/one", Uri(0, 1))
+        rosmaster.register_subscriber("/one", Uri(host, 1))
+    rosmaster.register_publisher("/one", Uri(0, 1))
     while agenda:
         now, fn = agenda.pop(0)
         fn()

@@ -69,8 +69,8 @@ def test_what_was_declared_in_an_earlier_life_is_void():
         def knows(self, *belief):
             said.append(belief)
 
-        def sees(self, *sight):
-            said.append(sight)
+        def sees(self, *seen):
+            said.append(seen)
 
     registry = DeclarationRegistry(0, 1, Context())
     registry.publishes("/talk")

@@ -168,7 +168,7 @@ def test_several_hops_are_as_busy_as_their_radio():
     *(lambda mode=mode: Bus(Bus.Params(arbitration=mode)) for mode in ("csma", "csma_cd", "fifo")),
 ], ids=["radio", "link", "switch", "short", "csma", "csma_cd", "fifo"])
 def test_reading_changes_nothing_and_no_time_is_busy_twice(make):
-    def played(looks):
+    def played(instants_ns):
         model, draw = make(), random.Random(3)
         bench = Bench(model, {f"host_{k}": (4.0 * k, 0.0) for k in range(1, 6)})
         for _ in range(600):
@@ -177,13 +177,13 @@ def test_reading_changes_nothing_and_no_time_is_busy_twice(make):
             bench.send(draw.randrange(S), source, receiver, segments * draw.randint(64, 1518),
                        segments)
         seen = []
-        for time_ns in looks:
+        for time_ns in instants_ns:
             bench.kernel.at(time_ns, Phase.WORLD, 0, lambda now: seen.append(
                 (now, model.busy_ns(range(5)))), time_ns)
         return bench.run(2 * S), seen
 
-    looks = range(0, 2 * S, 7_654_321)
-    log, seen = played(looks)
+    instants_ns = range(0, 2 * S, 7_654_321)
+    log, seen = played(instants_ns)
     assert log == played(())[0]
     steps = [(now - before, new - old) for (before, olds), (now, news) in pairwise(seen)
              for old, new in zip(olds, news, strict=True)]

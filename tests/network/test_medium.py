@@ -121,13 +121,13 @@ class Recorder(Carrier):
         self.log.append((token, receiver, reason))
 
 
-@pytest.mark.parametrize("rules, down, due_ns, told", [
+@pytest.mark.parametrize("rules, down, due_ns, notices", [
     ((), None, 5_000_528, []),
     ((rule(Latency, delay="2 ms"),), None, None, [("ack", 1, "arrived")]),
     ((rule(Loss, probability=1.0),), None, None, [("ack", 1, "random_loss")]),
     ((), 1, None, [("ack", 1, "host_down")]),
 ])
-def test_a_posted_packet_needs_no_event_where_its_fate_is_known(rules, down, due_ns, told):
+def test_a_posted_packet_needs_no_event_where_its_fate_is_known(rules, down, due_ns, notices):
     bench = Bench(rule(AccessLink, rate="1 Gb/s", latency="5 ms"), 2, rules=rules)
     carrier = Recorder()
     if down is not None:
@@ -136,8 +136,8 @@ def test_a_posted_packet_needs_no_event_where_its_fate_is_known(rules, down, due
     settled = bench.medium.delivered + sum(bench.medium.dropped.values())
     assert bench.medium.intended == 1 == settled + bench.medium.in_flight()
     bench.run()
-    assert carrier.log == told
-    assert bench.medium.rx_bytes[1] == (0 if told and told[0][2] != "arrived" else 66)
+    assert carrier.log == notices
+    assert bench.medium.rx_bytes[1] == (0 if notices and notices[0][2] != "arrived" else 66)
 
 
 def test_a_packet_whose_fate_is_not_known_yet_is_not_posted():

@@ -145,15 +145,15 @@ def test_walls_can_be_left_out():
 
 
 def test_what_is_sent_in_one_instant_is_foreseen_once(monkeypatch):
-    looks = []
+    searches = []
     foresee = Stations.next_ns.fget
     monkeypatch.setattr(Stations, "next_ns", property(
-        lambda self: looks.append(self._next_ns is None) or foresee(self)))
+        lambda self: searches.append(self._next_ns is None) or foresee(self)))
     bench = Bench(radio(path_loss={"model": "fixed", "total": "60 dB"}), 30)
     for number in range(2, 31):
         bench.send(MS, f"host_{number}", "host_1", UDP)
     bench.run(MS)
-    assert sum(looks) <= 2
+    assert sum(searches) <= 2
 
 
 class Saturated(Bench):

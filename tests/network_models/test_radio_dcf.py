@@ -452,11 +452,11 @@ def test_who_is_out_of_reach_changes_nothing():
 def test_looking_changes_nothing(times_ns):
     """The future is foreseen anew after each look; it stays the same."""
     logs = []
-    for looks in ([], sorted(times_ns)):
+    for queries_ns in ([], sorted(times_ns)):
         stations, log = air(A, same_power(4), limit=20), []
         for k in range(45):
             stations.enqueue(0, k % 3, 3, 264, A.rate(24))
-        for time_ns in looks:
+        for time_ns in queries_ns:
             while stations.next_ns <= time_ns:
                 log += stations.advance(time_ns)
             stations.counts(time_ns)

@@ -48,9 +48,9 @@ def test_ways_are_bent_as_robots_turn():
 def test_a_partition_is_shaded_and_named(run, tmp_path, monkeypatch):
     found = []
     monkeypatch.setattr(run_figure, "save", lambda drawn, path: found.append(drawn))
-    split = {"count": 2, "total_s": 3.0, "longest_s": 2.0, "most_parts": 2,
+    partitions = {"count": 2, "total_s": 3.0, "longest_s": 2.0, "most_parts": 2,
              "episodes_s": [[1.0, 3.0], [5.0, 6.0]]}
-    monkeypatch.setitem(run.metrics, "partitions", split)
+    monkeypatch.setitem(run.metrics, "partitions", partitions)
     run_figure.draw(run, tmp_path / "figure.png")
     *_, explored, traffic = found[0].axes
     for axes in explored, traffic:

@@ -125,8 +125,8 @@ def test_values_far_from_normal_are_pointed_at_where_runs_are_few(tmp_path):
         folder = tmp_path / name
         folder.mkdir()
         study = study_of(folder, robots, 5, outcome)
-        told = warnings.about_few(study, Estimates(study), ["exploration_time_s"])
-        assert ("are not near normal" in told) == said
+        printed = warnings.about_few(study, Estimates(study), ["exploration_time_s"])
+        assert ("are not near normal" in printed) == said
 
 
 def test_many_small_vectors_of_normal_values_are_not_pointed_at():

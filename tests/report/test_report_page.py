@@ -62,9 +62,9 @@ def made(folder, chosen: Design) -> Page:
 def bent(levels, iteration):
     """Slow below 10 Mb/s, and the far strategy 20 s later, but for the luck of a seed."""
     decades = np.log10(float(levels["rate"].split()[0]))
-    luck = np.random.default_rng(iteration).normal(0.0, 5.0)
+    noise_s = np.random.default_rng(iteration).normal(0.0, 5.0)
     own = np.random.default_rng([iteration, int(100 * decades), len(levels["strategy"])])
-    time_s = 200.0 + 300.0 * max(0.0, 1.0 - decades) + luck + own.normal(0.0, 1.0)
+    time_s = 200.0 + 300.0 * max(0.0, 1.0 - decades) + noise_s + own.normal(0.0, 1.0)
     return timed(time_s + 20.0 * (levels["strategy"] == "far"), collisions=iteration)
 
 

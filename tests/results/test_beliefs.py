@@ -140,8 +140,8 @@ def test_a_partitioned_fleet_whose_matches_are_all_known():
         "6 pairs of hosts: 6 seen online; in truth 2 in reach, 4 mistaken",
         "in truth apart: robot_0, robot_2 | robot_1"]
     assert "  robot_0, robot_2 take robot_1 for online, which is out of reach" in lines
-    told = report.json_object(known)
-    assert (told["mistaken"], told["parts"]) == (4, known.parts)
+    answer = report.json_object(known)
+    assert (answer["mistaken"], answer["parts"]) == (4, known.parts)
     # One way is not enough.
     assert two.at(3.0, linked=apart | {("robot_0", "robot_1"): True}).parts == known.parts
 
@@ -253,10 +253,10 @@ def test_a_run_keeps_who_can_reach_whom(repository, tmp_path):
 
 
 def test_json(runs):
-    told = json.loads(graph(runs[0], "--json", "--at", "4 s"))
-    assert told["at_s"] == 4.0 and told["informed"] == "publisher"
-    assert told["ghosts"] == sum(len(view["ghosts"]) for view in told["views"]) > 0
-    assert told["up"]["robot_1"] is False
+    answer = json.loads(graph(runs[0], "--json", "--at", "4 s"))
+    assert answer["at_s"] == 4.0 and answer["informed"] == "publisher"
+    assert answer["ghosts"] == sum(len(view["ghosts"]) for view in answer["views"]) > 0
+    assert answer["up"]["robot_1"] is False
     assert json.loads(graph(runs[0], "--json"))["at_s"] == 6.0
 
 

@@ -188,11 +188,11 @@ BOTH = pytest.mark.parametrize("content", ["full", "changed_tiles"])
 
 def test_a_robot_tells_the_others_what_is_new_and_then_falls_silent():
     fleet = Fleet(exchange(), [{1}, set(), set()]).run(29)
-    told = fleet.log[0][0]
-    assert 1 <= told <= 6  # its phase is random
+    instant = fleet.log[0][0]
+    assert 1 <= instant <= 6  # its phase is random
     assert sorted(fleet.log) == [
-        (told, "robot_2", "map", "robot_2"), (told, "robot_2", "peer", "robot_1"),
-        (told, "robot_3", "map", "robot_3"), (told, "robot_3", "peer", "robot_1")]
+        (instant, "robot_2", "map", "robot_2"), (instant, "robot_2", "peer", "robot_1"),
+        (instant, "robot_3", "map", "robot_3"), (instant, "robot_3", "peer", "robot_1")]
     assert fleet.alike() == [True] * 3
 
 

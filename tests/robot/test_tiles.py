@@ -40,11 +40,11 @@ def scan(ranges, field_of_view_rad=math.pi, range_max_m=26.0):
 
 
 poses = st.tuples(st.floats(0.5, 13.5), st.floats(0.5, 9.5), st.floats(-4.0, 4.0))
-sights = st.tuples(poses, st.lists(st.floats(0.1, 26.0), min_size=2, max_size=6).map(scan))
+readings = st.tuples(poses, st.lists(st.floats(0.1, 26.0), min_size=2, max_size=6).map(scan))
 
 
-def see(robot_map, sight, usable_m=25.0):
-    pose, what = sight
+def see(robot_map, reading, usable_m=25.0):
+    pose, what = reading
     robot_map.integrate_scan(*pose, what, usable_m)
 
 
@@ -60,10 +60,10 @@ def conversations(draw):
     updates, last = [], []
     for source in ("robot_1", "robot_2", "robot_3"):
         teller, sent = RobotMap(SPEC, pool), None
-        history = draw(st.lists(st.lists(sights, min_size=1, max_size=3), min_size=1, max_size=4))
+        history = draw(st.lists(st.lists(readings, min_size=1, max_size=3), min_size=1, max_size=4))
         for version, seen in enumerate(history):
-            for sight in seen:
-                see(teller, sight)
+            for reading in seen:
+                see(teller, reading)
             known = teller.own.snapshot()
             complete = sent is None or version == len(history) - 1 or draw(st.booleans())
             update = known if complete else known.only(teller.own.changed_since(sent))
@@ -85,7 +85,7 @@ def test_any_order_with_duplicates_and_gaps_gives_the_same_sum(talk):
     assert np.array_equal(straight.fused, crooked.fused)
 
 
-@given(conversations(), st.lists(sights, max_size=5))
+@given(conversations(), st.lists(readings, max_size=5))
 def test_the_incremental_sum_is_the_recomputed_one(talk, seen):
     pool, _, as_it_came = talk
     robot_map = RobotMap(SPEC, pool)
@@ -109,13 +109,13 @@ def test_a_repetition_changes_nothing_and_says_so(talk):
     assert (robot_map.version, len(heard)) == (version, before)
 
 
-@given(st.lists(sights, min_size=1, max_size=8))
+@given(st.lists(readings, min_size=1, max_size=8))
 def test_observers_hear_exactly_the_tiles_where_cells_became_something_else(seen):
     robot_map, log, expected = RobotMap(SPEC, TilePool()), [], []
     robot_map.observers.append(lambda who, changed: log.append((who.version, sorted(changed))))
-    for sight in seen:
+    for reading in seen:
         before = states(robot_map.fused)
-        see(robot_map, sight)
+        see(robot_map, reading)
         tiles = np.flatnonzero((states(robot_map.fused) != before).any(axis=1))
         if len(tiles):
             expected.append((len(expected) + 1, tiles.tolist()))
@@ -165,23 +165,23 @@ def test_raster_and_tiles_are_inverse(width, height, data):
 # ---- sharing ------------------------------------------------------------------------------------
 
 
-@given(st.lists(sights, min_size=2, max_size=8))
+@given(st.lists(readings, min_size=2, max_size=8))
 def test_a_snapshot_stays_as_it_was(seen):
     robot_map = RobotMap(SPEC, TilePool())
     taken: list[tuple[LayerSnapshot, np.ndarray]] = []
-    for sight in seen:
-        see(robot_map, sight)
+    for reading in seen:
+        see(robot_map, reading)
         taken.append((robot_map.own.snapshot(), robot_map.own.snapshot().cells()))
     for snapshot, cells in taken:
         assert np.array_equal(snapshot.cells(), cells)
 
 
-@given(st.lists(sights, min_size=2, max_size=8))
+@given(st.lists(readings, min_size=2, max_size=8))
 def test_tiles_that_did_not_change_are_shared(seen):
     robot_map = RobotMap(SPEC, TilePool())
-    for sight in seen:
+    for reading in seen:
         before = robot_map.own.snapshot()
-        see(robot_map, sight)
+        see(robot_map, reading)
         after = robot_map.own.snapshot()
         changed = robot_map.own.changed_since(before)
         differ = np.flatnonzero((before.cells() != after.cells()).any(axis=1))
@@ -221,9 +221,9 @@ def test_the_pool_grows_and_nobody_notices(capacity):
     rng = np.random.default_rng(2)
     kept = []
     for _ in range(30):
-        sight = ((rng.uniform(1, 13), rng.uniform(1, 9), 0.0), scan(rng.uniform(0.1, 26.0, 8)))
+        reading = ((rng.uniform(1, 13), rng.uniform(1, 9), 0.0), scan(rng.uniform(0.1, 26.0, 8)))
         for robot_map in (large, small):
-            see(robot_map, sight)
+            see(robot_map, reading)
             kept.append(robot_map.own.snapshot())
     assert np.array_equal(large.fused, small.fused)
     assert len(small.pool.arrays.data) >= in_use(small.pool) > 30

@@ -21,14 +21,14 @@ def test_ties():
     assert kendall([1], [1]) == (None, None)
 
 
-def measured(means, seeds=10, noise=0.5, luck=1):
-    draw = np.random.default_rng(luck)
+def measured(means, seeds=10, noise=0.5, seed=1):
+    draw = np.random.default_rng(seed)
     shared = draw.normal(0.0, 3.0, seeds)  # common random numbers
     return np.array(means)[:, None] + shared + draw.normal(0.0, noise, (len(means), seeds))
 
 
 def test_a_flip_is_found_and_significant():
-    found = flips(measured([1.0, 3.0, 5.0]), measured([3.0, 1.0, 5.0], luck=2))
+    found = flips(measured([1.0, 3.0, 5.0]), measured([3.0, 1.0, 5.0], seed=2))
     assert [(flip.i, flip.j, flip.significant) for flip in found] == [(0, 1, True)]
     assert found[0].first.difference.high < 0 < found[0].second.difference.low
     assert found[0].p < 0.05
@@ -42,7 +42,7 @@ def test_a_flip_on_one_side_only_is_chance():
 
 
 def test_no_flip_without_a_turn():
-    assert flips(measured([1.0, 3.0, 5.0]), measured([1.0, 2.0, 9.0], luck=2)) == []
+    assert flips(measured([1.0, 3.0, 5.0]), measured([1.0, 2.0, 9.0], seed=2)) == []
     same = np.ones((2, 5))
     assert flips(same, measured([1.0, 3.0])) == []
     # A single seed turns over, and proves nothing.

@@ -55,8 +55,8 @@ def test_bends_that_are_alike():
 
 def test_blocks_are_taken_out():
     seeds = np.tile(np.arange(10), 10)
-    luck = np.random.default_rng(1).normal(size=10)[seeds] * 5.0
-    plain, blocked = (knees_of(LOADS, stepped(0) + add, blocks=seeds) for add in (0.0, luck))
+    shifts = np.random.default_rng(1).normal(size=10)[seeds] * 5.0
+    plain, blocked = (knees_of(LOADS, stepped(0) + add, blocks=seeds) for add in (0.0, shifts))
     for one, other in zip(plain, blocked, strict=True):
         assert one == pytest.approx(other)
 

@@ -92,10 +92,10 @@ def test_payloads_read_when_needed_at_birth_or_at_delivery(case):
 
 def test_looking_on_changes_nothing():
     unseen, seen = built(ROUGH), built(ROUGH)
-    looks = []
-    call_often(seen, lambda: looks.append((seen.monitor.quantities(), seen.world.snapshot())))
+    samples = []
+    call_often(seen, lambda: samples.append((seen.monitor.quantities(), seen.world.snapshot())))
     alone, watched = unseen.run(), seen.run()
-    assert len(looks) == 301
+    assert len(samples) == 301
     assert (watched.digest, watched.digest_by_entity) == (alone.digest, alone.digest_by_entity)
 
 

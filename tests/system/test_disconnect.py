@@ -7,11 +7,11 @@ from runs import SCENARIOS, audited, built
 from desim.monitor.summary import samples_table, summarize
 
 DIRECT = ("middleware=null", "middleware.model=direct")
-SPLIT = ("network.media.air.rules.0.from=5 s", "network.media.air.rules.0.until=10 s")
+PARTITION = ("network.media.air.rules.0.from=5 s", "network.media.air.rules.0.until=10 s")
 
 
 def test_the_two_halves_meet_again():
-    simulation = built(SCENARIOS / "multimaster_disconnect.yaml", *DIRECT, *SPLIT,
+    simulation = built(SCENARIOS / "multimaster_disconnect.yaml", *DIRECT, *PARTITION,
                        "stop.elapsed=25 s")
     outcome = simulation.run()
     summary = summarize(simulation.monitor, outcome.simulated_ns)

@@ -63,12 +63,12 @@ def check_graph(run, trace, folder):
         known = folded(trace, at_ns, informed, linked_at(links, at_ns))
         console = Console(file=StringIO(), width=200)
         report.show(known, console)
-        told = report.json_object(known)
-        assert sum(told["seen"].values()) == (sum(known.up.values()) * (len(known.up) - 1))
+        shown = report.json_object(known)
+        assert sum(shown["seen"].values()) == (sum(known.up.values()) * (len(known.up) - 1))
         if at_s == 20:
-            assert told["parts"] == [["base", "robot_0"], ["robot_1", "robot_2"]]
+            assert shown["parts"] == [["base", "robot_0"], ["robot_1", "robot_2"]]
             draw(known, folder / "graph.png")
     beliefs = run.graph.context.beliefs
     assert (known.missing, known.ghosts) == (beliefs.missing, beliefs.ghosts)
-    assert told["parts"] == [["base", "robot_0", "robot_1", "robot_2"]]
+    assert shown["parts"] == [["base", "robot_0", "robot_1", "robot_2"]]
     assert known.missing == 0 or type(run.graph.middleware).__name__ == "Ros1"
