@@ -13,12 +13,13 @@ run: $(VENV)/.installed
 test: check
 	$(BIN)/pytest -n 2 -m "not validation"
 
-# The linter, the type checker, and the words of the code and of the pages.
+# The linter, the type checker, the words of the code and of the pages, and the rules of the design.
 check: $(VENV)/.installed-test
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/python tools/prose.py
 	$(BIN)/codespell desim netmodels tools docs tests scenarios *.md
+	$(BIN)/pytest tests/test_architecture.py -k "not help"
 
 # What a change is tried with while it is written: under a minute.
 quick: $(VENV)/.installed-test

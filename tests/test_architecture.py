@@ -73,7 +73,7 @@ class Source(NamedTuple):
         package = self.module.split(".")
         if self.path.name != "__init__.py":
             package = package[:-1]
-        for node in ast.walk(self.tree):
+        for node in nodes(self.tree):
             if isinstance(node, ast.Import):
                 yield from ((node.lineno, alias.name) for alias in node.names)
             elif isinstance(node, ast.ImportFrom):
@@ -83,9 +83,15 @@ class Source(NamedTuple):
 
     def calls(self) -> Iterator[tuple[int, str, ast.Call]]:
         """Line, dotted name and node of every call whose function has a dotted name."""
-        for node in ast.walk(self.tree):
+        for node in nodes(self.tree):
             if isinstance(node, ast.Call) and (name := dotted(node.func)):
                 yield node.lineno, name, node
+
+
+@cache
+def nodes(tree: ast.Module) -> list[ast.AST]:
+    """All nodes of a syntax tree."""
+    return list(ast.walk(tree))
 
 
 def dotted(node: ast.expr) -> str:
@@ -179,7 +185,7 @@ def rooms_import_downwards(source: Source) -> Complaints:
 
 def rooms_do_not_hold_the_whole_house(source: Source) -> Complaints:
     """With the name ``desim``, all that anybody has imported is at hand: ``desim.world``."""
-    for node in ast.walk(source.tree):
+    for node in nodes(source.tree):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 if alias.name == "desim" or inside(alias.name, "desim") and not alias.asname:
@@ -195,7 +201,7 @@ def only_listed_files_import_by_name(source: Source) -> Complaints:
 
 def imports_by_name(source: Source) -> Complaints:
     """Every use of a function that imports a module whose name is a value."""
-    for node in ast.walk(source.tree):
+    for node in nodes(source.tree):
         match node:
             case ast.Name(id=name) | ast.Attribute(attr=name) | ast.alias(name=name):
                 whole = dotted(node) if isinstance(node, ast.expr) else name
@@ -223,7 +229,7 @@ def is_kernels(source: Source) -> bool:
 
 
 def kernels_are_compiled_at_import_cached_and_exact(source: Source) -> Complaints:
-    for node in ast.walk(source.tree):
+    for node in nodes(source.tree):
         if not isinstance(node, ast.FunctionDef):
             continue
         for decorator in node.decorator_list:
@@ -287,7 +293,7 @@ def nothing_depends_on_the_process(source: Source) -> Complaints:
 
 def sets_are_never_iterated(source: Source) -> Complaints:
     known = {name for name, value in assignments(source.tree) if is_set(value, set())}
-    for node in ast.walk(source.tree):
+    for node in nodes(source.tree):
         over = []
         if isinstance(node, ast.For | ast.comprehension):
             over = [node.iter]
@@ -303,7 +309,7 @@ def sets_are_never_iterated(source: Source) -> Complaints:
 
 def assignments(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
     """Dotted name and value, or annotation, of every simple assignment."""
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if isinstance(node, ast.Assign):
             for target in node.targets:
                 yield dotted(target), node.value

@@ -92,18 +92,28 @@ def _any_in(node: ast.AST) -> int:
     """The number of ``Any`` that a node writes; an annotation may be a string."""
     if isinstance(node, ast.arg | ast.AnnAssign) and isinstance(node.annotation, ast.Constant):
         return len(re.findall(r"\bAny\b", str(node.annotation.value)))
-    return isinstance(node, ast.Name | ast.Attribute) and ast.unparse(node) in ("Any", "typing.Any")
+    return _is_typings(node, "Any")
+
+
+def _is_typings(node: ast.AST, name: str) -> bool:
+    """Whether a node is ``name`` or ``typing.name``."""
+    if isinstance(node, ast.Attribute):
+        return (node.attr == name and isinstance(node.value, ast.Name)
+                and node.value.id == "typing")
+    return isinstance(node, ast.Name) and node.id == name
 
 
 def casts_and_ignores(text: str) -> Iterator[tuple[int, bool]]:
     """Line of each cast and ``type: ignore``, and whether a comment there or on the line above
     gives a reason."""
+    if "cast(" not in text and "type: ignore" not in text:
+        return  # most files: reading their tokens takes long
     comments = {token.start[0]: token.string
                 for token in tokenize.generate_tokens(io.StringIO(text).readline)
                 if token.type == tokenize.COMMENT}
     reasons = {line for line, comment in comments.items() if IGNORE.sub("", comment).strip("# ")}
     for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("cast", "typing.cast"):
+        if isinstance(node, ast.Call) and _is_typings(node.func, "cast"):
             lines = range(node.lineno - 1, (node.end_lineno or node.lineno) + 1)
             yield node.lineno, not reasons.isdisjoint(lines)
     for line, comment in comments.items():
