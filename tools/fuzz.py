@@ -173,7 +173,7 @@ class Case:
     def put(self, path: Path) -> None:
         """Write a foreign file."""
         if path.parent.is_dir() and not path.parent.is_symlink() and not os.path.lexists(path):
-            text = f"{MINE} {self.luck.random()}"
+            text = f"{MINE} {self.stream.random()}"
             path.write_text(text)
             self.mine.add(text)
             self.log.append(f"put {path.relative_to(self.folder)}")
