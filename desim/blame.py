@@ -52,12 +52,15 @@ def cause_of(line: str) -> str:
 
 
 def _plugin(frames: list[tuple[FrameType, int]]) -> tuple[type | None, int]:
-    """The class of the innermost plug-in whose own code was running, and where it stands."""
+    """The class of the innermost plug-in whose own code was running, and where it stands. A rule
+    function runs below the frame of the class that wraps it."""
+    files = [frame.f_code.co_filename for frame, _ in frames]
     for depth in range(len(frames) - 1, -1, -1):
-        frame = frames[depth][0]
-        cls = type(frame.f_locals.get("self"))
-        if cls in plugins.LOADED and frame.f_code.co_filename == inspect.getfile(cls):
-            return cls, depth
+        cls = type(frames[depth][0].f_locals.get("self"))
+        if cls in plugins.LOADED:
+            code = files[depth:] if hasattr(cls, "__wrapped__") else files[depth:depth + 1]
+            if inspect.getfile(cls) in code:
+                return cls, depth
     return None, -1
 
 

@@ -1,9 +1,10 @@
 """Checks that plug-in authors run: one function says whether a class keeps its contract.
 
 ``check_network(MyModel, rate="1 Mb/s")`` builds the plug-in from keywords as a scenario would,
-plays it a small seeded load and raises ``AssertionError`` with what to change. ``Bench`` is the
-place where that load runs, ``Fleet`` the hosts that a middleware is tried on, and where a plug-in's
-own tests can run theirs.
+plays it a small seeded load and raises ``AssertionError`` with what to change (``ModelError`` for a
+verdict that is none, ``InputError`` for wrong parameters). ``Bench`` is the place where that load
+runs, ``Fleet`` the hosts that a middleware is tried on, and where a plug-in's own tests can run
+theirs.
 """
 
 from desim.testing.checks import check_case, check_network, check_rule, check_strategy

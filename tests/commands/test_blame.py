@@ -35,6 +35,10 @@ RULE = HEAD + """
         def judge(self, frame, receivers):
             {body}
 """
+FUNCTION = """
+    def Plugin(frame, receivers, context):
+        {body}
+"""
 SCENARIO = """
 name: bad
 environment: {terrain: loop}
@@ -50,6 +54,7 @@ MIDDLEWARE = HEAD.replace("context, hosts", "context") + """
 PLACES = {MIDDLEWARE: "middleware: {model: 'NAME:Plugin'}",
           STRATEGY: "coordination: {strategy: 'NAME:Plugin'}",
           NETWORK: "network: {media: {lan: {model: 'NAME:Plugin'}}}",
+          FUNCTION: "network: {media: {lan: {model: ideal, rules: [{rule: 'NAME:Plugin'}]}}}",
           RULE: "network: {media: {lan: {model: ideal, rules: [{rule: 'NAME:Plugin'}]}}}"}
 
 
@@ -71,6 +76,8 @@ def desim(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name, template, body, says", [
+    ("f_raises", FUNCTION, "return 1 / 0", "rule f_raises:Plugin raised ZeroDivisionError: "
+     "division by zero at f_raises.py:3 (medium lan, "),
     ("s_raises", STRATEGY, "return 1 / 0", "strategy s_raises:Plugin raised ZeroDivisionError: "
      "division by zero at s_raises.py:12 (robot_"),
     ("s_wall", STRATEGY, "return ports.Frontier(900.0, 0.0, 1.0, 9)",
@@ -183,3 +190,13 @@ def test_what_a_middleware_gives_is_looked_at(desim, name, body, says):
     assert code == 1
     assert output.startswith(says), output
     assert "Traceback" not in output
+
+
+def test_a_rule_function_is_described(tmp_path, monkeypatch):
+    (tmp_path / "f_says.py").write_text("def storm(frame, receivers):\n    'A storm.'\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    done = CliRunner().invoke(app, ["describe", "f_says:storm"])
+    assert done.exit_code == 0
+    assert done.output == ("f_says:storm (rule): f_says:storm\n\nA storm.\n\ndrops for: storm\n\n"
+                           "no parameters\n")

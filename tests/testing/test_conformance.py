@@ -353,6 +353,22 @@ def test_the_kit_names_what_is_wrong_with_a_strategy(cls, says):
         check_strategy(cls)
 
 
+def test_a_strategy_that_fails_without_a_frontier_or_draws_globally_is_refused():
+    class Empty(NearestFrontier):
+        def choose(self, view):
+            return view.frontiers()[0]
+
+    class Global(NearestFrontier):
+        def choose(self, view):
+            return random.choice([None])
+
+    with pytest.raises(AssertionError, match="must return None when there is no frontier; choose "
+                                             "raised IndexError: list index out of range$"):
+        check_strategy(Empty)
+    with pytest.raises(AssertionError, match="not from random or numpy.random$"):
+        check_strategy(Global)
+
+
 def test_a_rule_that_miscounts_or_turns_back_time_is_refused():
     class Short(Curfew):
         def judge(self, frame, receivers):

@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
-from desim.ports import Params
+from desim.ports import Params, function_rule
 
 _LONG = 120  # characters of a sentence in a list
 
@@ -34,6 +34,8 @@ def description(name: str) -> str:
     kinds = [kind for kind in plugins.GROUPS if name in plugins.available(kind)]
     if not kinds and ":" in name:
         cls = plugins.imported("plug-in", name)
+        if inspect.isfunction(cls):
+            return _about(name, "rule", function_rule(cls))
         if not inspect.isclass(cls):
             raise InputError(f"{name!r} is not a plug-in: it names a {type(cls).__name__}, and "
                              "a plug-in is a class")
