@@ -7,14 +7,16 @@ import os
 import re
 from pathlib import Path
 from traceback import walk_tb
-from types import FrameType
+from types import FrameType, MethodType
 from typing import NamedTuple
 
 from desim import plugins
+from desim.engine.kernel import Kernel
 from desim.errors import DesimError, ModelError, first_line, place_of
 from desim.units import NS_PER_S
 
-_OURS = Path(__file__).resolve().parent.parent
+_ROOT = Path(__file__).resolve().parent.parent  # where other packages may be installed, too
+_OURS = {_ROOT / "desim", _ROOT / "netmodels"}
 _PLACE = re.compile(r" \((?:[^()]*, )?[\d.]+ s\)$")
 
 
@@ -31,19 +33,17 @@ def blame(error: BaseException) -> Blame:
     """An error of a run in one line: ``strategy bad:Raises raised ZeroDivisionError:
     division by zero at bad.py:7 (robot_3, 2.35 s)``."""
     frames = list(walk_tb(error.__traceback__))
-    plugin, depth = _plugin(frames)
+    plugin, line = _plugin(frames)
     when = _place(frames)
     kind, text = type(error).__name__, first_line(error)
     words = text if isinstance(error, DesimError) else kind if text == kind else f"{kind}: {text}"
     if plugin is None:
         where = "" if isinstance(error, DesimError) else f" at {_line(*frames[-1])}"
         return Blame(f"{words}{where}{when}", isinstance(error, ModelError))
-    file = inspect.getfile(plugin)
-    own = [frame for frame in frames[depth:] if frame[0].f_code.co_filename == file]
     named = f"{place_of(inspect.unwrap(plugin))} "  # as complaints about what it returned begin
     does = words.removeprefix(named) if words.startswith(named) else f"raised {words}"
-    line = f"{plugins.LOADED[plugin]} {does} at {_line(*own[-1])}{when}"
-    return Blame(line, _OURS not in Path(file).resolve().parents)
+    return Blame(f"{plugins.LOADED[plugin]} {does} at {line}{when}",
+                 not _is_ours(Path(inspect.getfile(plugin))))
 
 
 def cause_of(line: str) -> str:
@@ -51,17 +51,24 @@ def cause_of(line: str) -> str:
     return _PLACE.sub("", line)
 
 
-def _plugin(frames: list[tuple[FrameType, int]]) -> tuple[type | None, int]:
-    """The class of the innermost plug-in whose own code was running, and where it stands. A rule
-    function runs below the frame of the class that wraps it."""
-    files = [frame.f_code.co_filename for frame, _ in frames]
+def _plugin(frames: list[tuple[FrameType, int]]) -> tuple[type | None, str]:
+    """The class of the innermost plug-in whose own code was running, and its line. A rule function
+    runs below the frame of the class that wraps it. A callback that takes other arguments never
+    ran: its line is its first."""
+    last = frames[-1][0]
+    callback = last.f_locals.get("fn") if last.f_code is Kernel._loop.__code__ else None
+    if isinstance(callback, MethodType) and type(callback.__self__) in plugins.LOADED:
+        code = callback.__code__
+        return type(callback.__self__), f"{Path(code.co_filename).name}:{code.co_firstlineno}"
     for depth in range(len(frames) - 1, -1, -1):
         cls = type(frames[depth][0].f_locals.get("self"))
         if cls in plugins.LOADED:
-            code = files[depth:] if hasattr(cls, "__wrapped__") else files[depth:depth + 1]
-            if inspect.getfile(cls) in code:
-                return cls, depth
-    return None, -1
+            file = inspect.getfile(cls)
+            below = frames[depth:] if hasattr(cls, "__wrapped__") else frames[depth:depth + 1]
+            if any(frame.f_code.co_filename == file for frame, _ in below):
+                return cls, [_line(*frame) for frame in frames[depth:]
+                             if frame[0].f_code.co_filename == file][-1]
+    return None, ""
 
 
 def _place(frames: list[tuple[FrameType, int]]) -> str:
@@ -94,5 +101,9 @@ def _host(owner: object) -> str | None:
 def _line(frame: FrameType, number: int) -> str:
     """``bad.py:7``, or ``desim/engine/kernel.py:217`` of ours."""
     file = Path(frame.f_code.co_filename)
-    name = os.path.relpath(file, _OURS) if _OURS in file.resolve().parents else file.name
+    name = os.path.relpath(file, _ROOT) if _is_ours(file) else file.name
     return f"{name}:{number}"
+
+
+def _is_ours(file: Path) -> bool:
+    return not _OURS.isdisjoint(file.resolve().parents)

@@ -10,6 +10,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from inspect import Parameter, Signature, getattr_static, isfunction, signature
 from operator import attrgetter
+from traceback import walk_tb
 from types import ModuleType
 from typing import Any
 
@@ -187,13 +188,31 @@ def imported(kind: str, path: str) -> Any:
     """
     place, _, attribute = path.rpartition(":")
     try:
-        return attrgetter(attribute)(_module(*os.path.split(place)))
+        module = _module(*os.path.split(place))
     except (Exception, SystemExit) as error:  # a user's module may fail in any way
-        reason = first_line(error) if isinstance(error, Exception) else repr(error)
-        if isinstance(error, ModuleNotFoundError) and f"{place}.".startswith(f"{error.name}."):
-            reason += ("; looked beside the file that names it, where Python finds modules, and in "
-                       "the current directory")
-        raise InputError(f"cannot load {kind} {bare(path)!r}: {reason}") from error
+        raise InputError(f"cannot load {kind} {bare(path)!r}: {_why(error, place)}") from error
+    try:
+        return attrgetter(attribute)(module)
+    except AttributeError as error:
+        own = [name for name, one in vars(module).items() if not name.startswith("_")
+               and getattr(one, "__module__", None) == module.__name__]
+        raise InputError(f"cannot load {kind} {bare(path)!r}: {first_line(error)}"
+                         f"{did_you_mean(attribute, own)}; it defines: "
+                         f"{', '.join(own) or 'nothing'}") from error
+
+
+def _why(error: BaseException, place: str) -> str:
+    """The reason why a module could not be imported, with its line of a user's file."""
+    if isinstance(error, SyntaxError):
+        return f"{error.msg} at {os.path.basename(error.filename or '')}:{error.lineno}"
+    reason = first_line(error) if isinstance(error, Exception) else repr(error)
+    if isinstance(error, ModuleNotFoundError) and f"{place}.".startswith(f"{error.name}."):
+        return (f"{reason}; looked beside the file that names it, where Python finds modules, and "
+                "in the current directory")
+    file = _file(os.path.abspath(place)) or ""
+    lines = [line for frame, line in walk_tb(error.__traceback__)
+             if frame.f_code.co_filename == file]
+    return f"{reason} at {os.path.basename(file)}:{lines[-1]}" if lines else reason
 
 
 def _module(folder: str, name: str) -> ModuleType:

@@ -232,3 +232,11 @@ def test_a_module_that_exits_does_not_end_desim(tmp_path, monkeypatch):
     with pytest.raises(InputError) as caught:
         plugins.load("strategy", "exits_at_once:Any")
     assert str(caught.value) == "cannot load strategy 'exits_at_once:Any': SystemExit(0)"
+
+
+def test_a_module_that_fails_names_its_line(tmp_path):
+    (tmp_path / "lacks.py").write_text("import os\nimport no_such_module\n")
+    with pytest.raises(InputError) as caught:
+        plugins.load("strategy", f"{tmp_path}/lacks:Any")
+    assert str(caught.value) == ("cannot load strategy 'lacks:Any': No module named "
+                                 "'no_such_module' at lacks.py:2")

@@ -39,7 +39,7 @@ def no_verdicts(rule: Rule, given: object, receivers: int) -> ModelError:
         text = f"{len(given)} verdicts for {receivers} receivers"
     else:
         wrong = (one for one in given if not isinstance(one, Verdict))
-        text = f"{next(wrong)!r}, which is no verdict"
+        text = f"{next(wrong)!r}, which is no verdict; wanted: PASS, Drop, Deliver or Duplicate"
     return ModelError(f"{class_of(rule)} gave {text}")
 
 
@@ -52,6 +52,9 @@ def check_packets(plugin: Plugin, packets: Iterable[object], segments: int) -> N
 
 def undeclared(plugin: Plugin, reason: str) -> ModelError:
     """The error about a reason that the plug-in's class does not declare."""
+    if not reason:
+        return ModelError(f"{class_of(plugin)} dropped without a reason; write Drop('...') with "
+                          f"one of its reasons = {plugin.reasons!r}")
     return ModelError(f"{class_of(plugin)} dropped for {reason!r}, which its class does not "
                       f"declare (reasons = {plugin.reasons!r})")
 

@@ -110,7 +110,10 @@ class Medium(Account):
         return self._place.obstacles
 
     def at(self, time_ns: int, fn: Callable[[T], object], arg: T | None = None) -> Call:
-        return self._after(time_ns - self._kernel.now_ns, _NETWORK, self.id, fn, arg)
+        try:
+            return self._after(time_ns - self._kernel.now_ns, _NETWORK, self.id, fn, arg)
+        except KernelError:
+            return self._kernel.at(time_ns, _NETWORK, self.id, fn, arg)  # names the time
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._streams("medium", self.name, *name)

@@ -187,9 +187,9 @@ PARAMETERS = {
         "4:10: fleet.size: must be a whole number, got nan"),
     "function not there": (P + "vectors: {function: 'bad_functions:gone'}",
         "4:10: vectors: cannot load function 'bad_functions:gone': module 'bad_functions' has no "
-        "attribute 'gone'"),
+        "attribute 'gone'; it defines: raises, number, endless, odd, ..."),
     "module raises": (P + "vectors: {function: 'bad_module:f'}",
-        "4:10: vectors: cannot load function 'bad_module:f': first"),
+        "4:10: vectors: cannot load function 'bad_module:f': first at bad_module.py:1"),
     "function no colon": (P + "vectors: {function: 'bad_functions'}",
         "4:10: vectors: function: 'bad_functions' is not 'package.module:function'"),
     "sobol 0": (P + "vectors: {sobol: 0}",

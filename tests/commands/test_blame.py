@@ -10,7 +10,8 @@ import textwrap
 import pytest
 from typer.testing import CliRunner
 
-from desim.blame import cause_of
+from desim import plugins
+from desim.blame import blame, cause_of
 from desim.cli import app
 
 HEAD = """
@@ -106,8 +107,13 @@ def desim(tmp_path, monkeypatch):
      "n_raises.py:12 (medium lan, "),
     ("n_past", NETWORK, "self.context.settle(frame, frame.receivers[0], ports.Deliver(-5))",
      "network n_past:Plugin raised "),
-    ("n_late", NETWORK, "self.context.at(-1, print)", "network n_late:Plugin raised delay_ns must "
-     "be an int >= 0, got -1 for print at n_late.py:12 (medium lan, 0 s)"),
+    ("n_late", NETWORK, "self.context.at(-1, print)", "network n_late:Plugin raised time_ns must "
+     "be an int >= now (0), got -1 for print at n_late.py:12 (medium lan, 0 s)"),
+    ("n_callback", NETWORK, "self.context.at(self.context.now_ns + 7, self.start, frame)",
+     "network n_callback:Plugin raised TypeError: Plugin.start() missing 1 required positional "
+     "argument: 'hosts' at n_callback.py:9 (7e-09 s)"),
+    ("r_bare", RULE, "return [ports.Drop('')] * len(receivers)", "r_bare.Plugin (r_bare.py:4) "
+     "dropped without a reason; write Drop('...') with one of its reasons = ('said',) (medium "),
     ("n_reason", NETWORK, "self.context.settle(frame, frame.receivers[0], ports.Drop('other'))",
      "network n_reason:Plugin dropped for 'other', which its class does not declare (reasons = "
      "('said',)) at n_reason.py:12 (medium lan, "),
@@ -119,7 +125,7 @@ def desim(tmp_path, monkeypatch):
     ("r_raises", RULE, "raise RuntimeError", "rule r_raises:Plugin raised RuntimeError at "
      "r_raises.py:12 (medium lan, "),
     ("r_text", RULE, "return ['no'] * len(receivers)", "r_text.Plugin (r_text.py:4) gave 'no', "
-     "which is no verdict (medium lan, "),
+     "which is no verdict; wanted: PASS, Drop, Deliver or Duplicate (medium lan, "),
     *((f"r_one_{name}", RULE, f"return ports.{verdict}", f"r_one_{name}.Plugin (r_one_{name}.py:4) "
        f"gave the one verdict {shown}; wanted: None, or a list with one for each receiver (medium "
        "lan, ") for name, verdict, shown in (
@@ -200,3 +206,17 @@ def test_a_rule_function_is_described(tmp_path, monkeypatch):
     assert done.exit_code == 0
     assert done.output == ("f_says:storm (rule): f_says:storm\n\nA storm.\n\ndrops for: storm\n\n"
                            "no parameters\n")
+
+
+def test_a_plug_in_installed_beside_desim_is_foreign(monkeypatch):
+    class Neighbour:
+        def choose(self, view):
+            return 1 / view
+
+    monkeypatch.setitem(plugins.LOADED, Neighbour, "strategy neighbour")
+    with pytest.raises(ZeroDivisionError) as caught:
+        Neighbour().choose(0)
+    found = blame(caught.value)
+    assert found.foreign
+    assert found.line.startswith("strategy neighbour raised ZeroDivisionError: division by zero at "
+                                 "test_blame.py:")

@@ -90,7 +90,8 @@ def too_few(frame, receivers):
 @pytest.mark.parametrize("function, says", [
     (named_otherwise, rf"\.named_otherwise \({HERE}\) dropped for 'rain'; the drops of a function "
                       r"carry its name, 'named_otherwise': write Drop\(\)$"),
-    (no_verdict, rf"\.no_verdict \({HERE}\) gave True, which is no verdict$"),
+    (no_verdict, rf"\.no_verdict \({HERE}\) gave True, which is no verdict; wanted: "
+                 "PASS, Drop, Deliver or Duplicate$"),
     (too_few, rf"\.too_few \({HERE}\) gave 0 verdicts for 1 receivers$"),
     (lambda frame, receivers: 1, rf"<lambda> \({HERE}\) gave 1; wanted: None, or a list of one "
                                  "verdict for each receiver$")])

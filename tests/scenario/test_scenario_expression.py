@@ -97,9 +97,12 @@ def test_a_function_of_the_users(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
     assert condition("my_stops:enough", VALUES).evaluate(VALUES) is True
-    with pytest.raises(InputError, match="cannot load function 'my_stops:enoug'"):
+    with pytest.raises(InputError, match="cannot load function 'my_stops:enoug': module "
+                       r"'my_stops' has no attribute 'enoug' \(did you mean 'enough'\?\); it "
+                       "defines: enough$"):
         condition("my_stops:enoug", VALUES)
-    with pytest.raises(InputError, match="cannot load function 'my_mistake:f': invalid syntax"):
+    with pytest.raises(InputError, match="cannot load function 'my_mistake:f': invalid syntax "
+                       "at my_mistake.py:1$"):
         condition("my_mistake:f", VALUES)
 
 
