@@ -297,9 +297,15 @@ def test_describe_says_what_a_plugin_does_and_takes():
     assert "did you mean 'switch'?" in desim_("describe", "swich", code=2)
 
 
-@pytest.mark.parametrize("path", ["os:path", "os:path.join", "os:sep"])
-def test_describe_refuses_what_is_no_class(path):
-    assert "is not a plug-in" in desim_("describe", path, code=2)
+@pytest.mark.parametrize("path, says", [
+    ("os:path", "'os:path' is not a plug-in: it names a module, and a plug-in is a class"),
+    ("os:sep", "'os:sep' is not a plug-in: it names a str, and a plug-in is a class"),
+    ("os:fspath", "'os:fspath' is not a plug-in: it names a builtin_function_or_method, and a "
+                  "plug-in is a class"),
+    ("shlex:join", "a function that is a rule takes (frame, receivers) or (frame, receivers, "
+                   "context)")])
+def test_describe_refuses_what_is_neither_a_class_nor_a_rule(path, says):
+    assert desim_("describe", path, code=2).rstrip().endswith(says)
 
 
 def test_schema_is_json_schema():
@@ -326,6 +332,7 @@ def twice(x):
 
 def test_only_what_is_compiled_is_announced_and_once(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))  # numba may read it once more
     monkeypatch.syspath_prepend(tmp_path)
     for name in "chilly", "frozen":
         (tmp_path / f"{name}.py").write_text(KERNEL)
