@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
-from desim.scenario import expression, plugin_choices
+from desim.scenario import expression, generated_terrain, plugin_choices
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.complete import media
 from desim.scenario.names import WORKSTATION, host_names, robot_names
@@ -39,6 +39,9 @@ def _terrain(scenario: Scenario, folder: Folder) -> Found:
     if isinstance(terrain, Shape):
         yield from _shape(path, terrain)
         return
+    if not isinstance(terrain, str | MapFile):
+        yield from generated_terrain.complaints(path, terrain)
+        return
     is_map = isinstance(terrain, MapFile)
     name = terrain.map if isinstance(terrain, MapFile) else terrain
     if is_map or name.endswith((".yaml", ".yml")):
@@ -47,8 +50,22 @@ def _terrain(scenario: Scenario, folder: Folder) -> Found:
             yield (*path, "map") if is_map else path, f"no such map: {file}"
     elif name not in BUILT_IN_TERRAINS:
         yield path, (f"unknown terrain {name!r}{did_you_mean(name, BUILT_IN_TERRAINS)}; "
-                     f"allowed: {', '.join(BUILT_IN_TERRAINS)}, a map_server file (*.yaml), or a "
-                     "shape")
+                     f"allowed: {', '.join(BUILT_IN_TERRAINS)}, a map_server file (*.yaml), a "
+                     "shape, or a generated maze, office or warehouse")
+
+
+def _passages(scenario: Scenario, _: Folder) -> Found:
+    terrain, fleet = scenario.environment.terrain, scenario.fleet
+    if isinstance(terrain, str | MapFile | Shape):
+        return
+    types = {**BUILT_IN_TYPES, **fleet.types}
+    used = [fleet.robots] if isinstance(fleet.robots, str) else [
+        group.type for group in fleet.robots]
+    widest = max((name for name in used if name in types),
+                 key=lambda name: types[name].radius_m, default=None)
+    if widest is not None:
+        yield from generated_terrain.narrow(("environment", "terrain"), terrain,
+                                            2 * types[widest].radius_m, widest)
 
 
 def _shape(path: Path, shape: Shape) -> Found:
@@ -227,6 +244,7 @@ def _world(scenario: Scenario, _: Folder) -> Found:
 
 _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...] = (
     ((("environment", "terrain"),), _terrain),
+    ((("environment", "terrain"), ("fleet",)), _passages),
     ((("environment", "doors"),), _doors),
     ((("fleet",),), _fleet),
     ((("fleet",), ("hosts",), ("deployment",)), _hosts),

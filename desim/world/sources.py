@@ -1,4 +1,4 @@
-"""The sources of terrain: built-in names, maps and shapes, each read into a ``Terrain``."""
+"""The sources of terrain: names, maps, shapes and generated ones, each read into a ``Terrain``."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import numpy as np
 
 from desim.errors import InputError
 from desim.scenario.schema.environment import MapFile, Shape
+from desim.scenario.schema.generated import Generated
 from desim.world import map_server, materials, paper_terrains
 from desim.world.drawn_terrain import draw
+from desim.world.generated import generator
 from desim.world.geometry import TOUCH_M, Row, merge_collinear, rectangle, segments
 from desim.world.obstacles import BLOCK_M, FACE_M, Matter, crossing, of_cells
 from desim.world.terrain import Terrain
@@ -31,10 +33,10 @@ class Kind(NamedTuple):
     block: bool = False  # the face of a block
 
 
-def load(source: str | MapFile | Shape) -> Terrain:
+def load(source: str | MapFile | Shape | Generated) -> Terrain:
     """The terrain that ``environment.terrain`` names, with maps by their absolute paths.
 
-    Raises ``InputError`` for a map or a shape that is wrong.
+    Raises ``InputError`` for a map, a shape or a plan that is wrong.
     """
     if isinstance(source, Shape):
         terrain = from_shape("shape", source)
@@ -44,11 +46,14 @@ def load(source: str | MapFile | Shape) -> Terrain:
             terrain = map_server.load(source, other)
         except InputError as error:
             raise InputError(*(f"{WHERE}: {line}" for line in error.args)) from None
-    else:
+    elif isinstance(source, str):
         terrain = from_shape(source, paper_terrains.shape(source))
+    else:
+        terrain = from_shape(*generator.shape_of(source))
     x0, y0, x1, y1 = terrain.bounds
     if max(x1 - x0, y1 - y0) > MAX_SIDE_M:
-        where = f"{WHERE}.size" if isinstance(source, Shape) else WHERE
+        where = (f"{WHERE}.size" if isinstance(source, Shape) else
+                 WHERE if isinstance(source, str | MapFile) else f"{WHERE}.{terrain.name}.size")
         raise InputError(f"{where}: the terrain is {x1 - x0:g} m by {y1 - y0:g} m; allowed: at "
                          f"most {MAX_SIDE_M:g} m a side")
     return terrain

@@ -94,14 +94,51 @@ WRONG = {
         "^[A-Za-z][A-Za-z0-9_]*$"]),
     "unknown terrain": ("environment: {terrain: mase}", [
         "2:24: environment.terrain: unknown terrain 'mase' (did you mean 'maze'?); allowed: loop, "
-        "cross, zigzag, maze, a map_server file (*.yaml), or a shape"]),
+        "cross, zigzag, maze, a map_server file (*.yaml), a shape, or a generated maze, office or "
+        "warehouse"]),
+    "no generator of terrains": ("environment: {terrain: {warehous: {size: [9 m, 9 m]}}}", [
+        "2:25: environment.terrain.warehous: unknown key (did you mean 'warehouse'?); allowed: "
+        "warehouse"]),
+    "a warehouse without a size": ("environment: {terrain: {warehouse: {seed: 2}}}", [
+        "2:25: environment.terrain.warehouse: the key 'size' is missing: width and depth, centred "
+        "on the origin"]),
+    "a maze without a cell": ("environment: {terrain: {maze: {size: [9 m, 7 m]}}}", [
+        "2:38: environment.terrain.maze.size: has no space for one cell, got 9 m x 7 m; allowed: "
+        "at least 8 m x 8 m"]),
+    "a maze of too many cells": (
+        "environment: {terrain: {maze: {size: [5 km, 5 km], cell: 1 m}}}", [
+            "2:38: environment.terrain.maze.size: has space for 25000000 cells; allowed: 100000"]),
+    "a warehouse without a rack": ("environment: {terrain: {warehouse: {size: [9 m, 30 m]}}}", [
+        "2:43: environment.terrain.warehouse.size: has no space for one rack with its aisles, got "
+        "9 m x 30 m; allowed: at least 8.4 m x 34 m"]),
+    "racks without length": (
+        "environment: {terrain: {warehouse: {size: [9 m, 30 m], rack: [1 m, 0 m]}}}", [
+            "2:62: environment.terrain.warehouse.rack: must be above zero, got 1 m x 0 m"]),
+    "an office without a corridor": ("environment: {terrain: {office: {size: [9 m, 30 m]}}}", [
+        "2:40: environment.terrain.office.size: has no space for a corridor between two rooms, got "
+        "9 m x 30 m; allowed: both sides at least 10.4 m, the longer one above 10 m"]),
+    "rooms that cannot be cut": (
+        "environment: {terrain: {office: {size: [9 m, 9 m], room: [3 m, 5 m]}}}", [
+            "2:58: environment.terrain.office.room: the largest side must be at least twice the "
+            "least, which is above zero, got 3 m to 5 m"]),
+    "a door wider than a room": (
+        "environment: {terrain: {office: {size: [20 m, 20 m], door: 5 m}}}", [
+            "2:60: environment.terrain.office.door: must be at most the least side of a room, "
+            "4 m, got 5 m"]),
+    "doors too narrow for the widest robot": (
+        "environment: {terrain: {office: {size: [20 m, 20 m], door: 0.8 m}}}\n"
+        "fleet: {robots: [{type: pioneer3dx, count: 1}, {type: truck, count: 1}], "
+        "types: {truck: {radius: 0.5 m}}}", [
+            "2:60: environment.terrain.office.door: 0.8 m is too narrow for truck; allowed: at "
+            "least its width of 1 m"]),
     "missing map": ("environment: {terrain: no/map.yaml}", [
         "2:24: environment.terrain: no such map: no/map.yaml"]),
     "missing map with parameters": ("environment: {terrain: {map: no.yaml, offset: [1 m, 1 m]}}", [
         "2:30: environment.terrain.map: no such map: no.yaml"]),
     "no shape of terrain": ("environment: {terrain: 3}", [
         "2:24: environment.terrain: must be text, or a mapping with map, image, offset, material, "
-        "or a mapping with size, rectangles, walls, drawing, got 3"]),
+        "or a mapping with size, rectangles, walls, drawing, or a mapping with maze, or a mapping "
+        "with office, or a mapping with warehouse, got 3"]),
     "one complaint for a union": ("environment: {terrain: {size: [1 m, 1 m], wals: []}}", [
         "2:43: environment.terrain.wals: unknown key (did you mean 'walls'?); allowed: size, "
         "rectangles, walls, drawing"]),

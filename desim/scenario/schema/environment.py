@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from desim.ports import Params
+from desim.scenario.schema.generated import GeneratedMaze, GeneratedOffice, GeneratedWarehouse
 from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import Duration, Length, Position, Speed
 
@@ -92,7 +93,9 @@ class MovingObstacle(Params):
 class Environment(Params):
     """The surroundings of the fleet."""
 
-    terrain: Annotated[str | MapFile | Shape, BY_SHAPE] = Field("maze", description=(
-        "loop, cross, zigzag, maze (the paper's four), a map_server YAML, or a shape written out"))
+    terrain: Annotated[str | MapFile | Shape | GeneratedMaze | GeneratedOffice
+                       | GeneratedWarehouse, BY_SHAPE] = Field("maze", description=(
+        "loop, cross, zigzag, maze (the paper's four), a map_server YAML, a shape written out, or "
+        "a maze, office or warehouse by seed and size"))
     doors: tuple[Door, ...] = ()
     moving_obstacles: tuple[MovingObstacle, ...] = ()

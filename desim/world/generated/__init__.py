@@ -1,0 +1,1 @@
+"""Terrains that are generated from a size and a seed."""
