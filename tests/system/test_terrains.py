@@ -49,3 +49,14 @@ def test_bodies_in_each_other_are_seen():
     bodies[2, 0] = -39.9
     ticks.note(bodies)
     assert ticks.deepest().wall_m == pytest.approx(0.16)
+
+
+@pytest.mark.parametrize("terrain", [
+    "{maze: {size: [40 m, 40 m], cell: 4 m, seed: 2}}", "{office: {size: [40 m, 30 m], seed: 2}}",
+    "{warehouse: {size: [40 m, 50 m], seed: 2}}"])
+def test_robots_explore_a_generated_terrain(terrain):
+    """No door is too narrow, and no aisle: three robots that start at the lower side see it all."""
+    simulation = built(MAZE_30, f"environment.terrain={terrain}", "fleet.size=3",
+                       "fleet.start={apart: 1 m, within: [[-20 m, -25 m], [20 m, -10 m]]}")
+    outcome = finished(simulation)
+    assert outcome.stop_reason == "explored"

@@ -151,7 +151,7 @@ def test_a_maze_of_loops_has_no_dead_end(seed):
 @settings(max_examples=30, deadline=None)
 @given(SEEDS)
 def test_rooms_are_neither_smaller_nor_larger_than_wanted(seed):
-    """Where a body fits that is too wide for the doors, the regions are the rooms and, all
+    """A body too wide for the doors fits into regions that are the rooms and, all
     together, the corridors, which alone are longer than a room may be."""
     terrain = terrain_of("office", size=["40 m", "30 m"], room=["4 m", "9 m"], door="0.9 m",
                          corridor="2 m", seed=seed)

@@ -13,7 +13,7 @@ def fitting(space_m: float, part_m: float) -> int:
     return max(int((space_m + 1e-6) / part_m), 0)
 
 
-class Plan(Params):
+class FloorPlan(Params):
     """A terrain's size and seed, the same whatever is generated."""
 
     size_m: tuple[Length, Length] = Field(description="width and depth, centred on the origin")
@@ -22,7 +22,7 @@ class Plan(Params):
     material: str = Field("concrete", description="what it is made of, for the radio")
 
 
-class Maze(Plan):
+class Maze(FloorPlan):
     """A maze of square cells between thin walls: a spanning tree by recursive backtracking, a
     depth-first search in random order (Buck 2015, Mazes for Programmers), some of whose dead ends
     are opened."""
@@ -44,7 +44,7 @@ class Maze(Plan):
         return fitting(width, self.cell_m), fitting(depth, self.cell_m)
 
 
-class Office(Plan):
+class Office(FloorPlan):
     """An office: binary space partitioning (Shaker, Togelius and Nelson 2016, Procedural Content
     Generation in Games, chapter 3) with corridors, and rooms with a door along them."""
 
@@ -58,7 +58,7 @@ class Office(Plan):
         "of the walls inside, for the radio; bodies and beams meet lines (a stud wall: DIN 18183)"))
 
 
-class Warehouse(Plan):
+class Warehouse(FloorPlan):
     """A warehouse with parallel aisles and several cross aisles (Roodbergen and De Koster 2001,
     International Journal of Production Research 39): racks, which are solid blocks, and a free
     strip at the docks on the lower side."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from desim.engine.streams import Streams
 from desim.scenario.schema.environment import Shape
-from desim.scenario.schema.generated import Generated, GeneratedMaze, GeneratedOffice, Plan
+from desim.scenario.schema.generated import FloorPlan, Generated, GeneratedMaze, GeneratedOffice
 from desim.world import materials
 from desim.world.generated import maze, office, warehouse
 
@@ -23,6 +23,6 @@ def shape_of(source: Generated) -> tuple[str, Shape]:
     return "warehouse", warehouse.shape(source.warehouse, _numbers(source.warehouse, "warehouse"))
 
 
-def _numbers(plan: Plan, name: str) -> np.random.Generator:
+def _numbers(plan: FloorPlan, name: str) -> np.random.Generator:
     materials.index(plan.material, f"environment.terrain.{name}.material")
     return Streams(plan.seed)("terrain", name)

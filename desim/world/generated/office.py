@@ -18,7 +18,7 @@ LEAST_M = 1e-5  # of a piece of wall that is drawn: positions are to the microme
 Span = tuple[float, float]  # from, to in m
 
 
-class Part(NamedTuple):
+class Wing(NamedTuple):
     """A part of the floor beside a corridor, which runs in the direction ``along`` at ``front``,
     the first or the last value of ``away``.
 
@@ -37,55 +37,55 @@ def shape(plan: Office, rng: np.random.Generator) -> Shape:
     width, depth = plan.size_m
     x, y = (-width / 2, width / 2), (-depth / 2, depth / 2)
     # The first corridor runs along the longer side, as if from one outside.
-    parts = [Part(y, x, x[0], True) if width >= depth else Part(x, y, y[0], False)]
+    wings = [Wing(y, x, x[0], True) if width >= depth else Wing(x, y, y[0], False)]
     walls: list[Wall] = []
-    while parts:
-        part = parts.pop()
-        split = _split(part, plan, rng)
-        parts += split
-        if not split:
-            walls += _Rooms(part, plan, rng).walls()
+    while wings:
+        wing = wings.pop()
+        halves = _cut_by_corridor(wing, plan, rng)
+        wings += halves
+        if not halves:
+            walls += _Rooms(wing, plan, rng).walls()
     return Shape(size=(length(width), length(depth)), walls=tuple(walls))
 
 
-def _split(part: Part, plan: Office, rng: np.random.Generator) -> list[Part]:
-    """The two parts beside a new corridor, which leads away from the old one; none where one row of
+def _cut_by_corridor(wing: Wing, plan: Office, rng: np.random.Generator) -> list[Wing]:
+    """The two wings beside a new corridor, which leads away from the old one; none where one row of
     rooms is enough or where there is no space for a corridor."""
-    (start, end), least = part.along, plan.room_m[0]
+    (start, end), least = wing.along, plan.room_m[0]
     space = end - start - 2 * least - plan.corridor_m
-    if part.away[1] - part.away[0] <= plan.room_m[1] or space < 0:
+    if wing.away[1] - wing.away[0] <= plan.room_m[1] or space < 0:
         return []
     left = start + least + space * float(rng.random())
     right = left + plan.corridor_m
-    return [Part(part.away, (start, left), left, not part.turned),
-            Part(part.away, (right, end), right, not part.turned)]
+    return [Wing(wing.away, (start, left), left, not wing.turned),
+            Wing(wing.away, (right, end), right, not wing.turned)]
 
 
 class _Rooms:
-    """The rooms of a part: columns along the corridor, and in each of them rooms one behind the
+    """The rooms of a wing: columns along the corridor, and in each of them rooms one behind the
     other, where they would be too deep."""
 
-    def __init__(self, part: Part, plan: Office, rng: np.random.Generator) -> None:
-        self._part, self._plan, self._rng = part, plan, rng
+    def __init__(self, wing: Wing, plan: Office, rng: np.random.Generator) -> None:
+        self._part, self._plan, self._rng = wing, plan, rng
         width, depth = plan.size_m
         self._edges = {False: (-depth / 2, depth / 2), True: (-width / 2, width / 2)}
 
     def walls(self) -> Iterator[Wall]:
         """The walls around the rooms and between them. What lies on the bounds is there already."""
-        part = self._part
-        columns = self._cuts(*part.along)
+        wing = self._part
+        columns = self._cuts(*wing.along)
         for at in columns:
-            if at not in self._edges[not part.turned]:
-                yield from self._wall(part.away, at, not part.turned, door=False)
+            if at not in self._edges[not wing.turned]:
+                yield from self._wall(wing.away, at, not wing.turned, door=False)
         for column in pairwise(columns):
-            for at in self._cuts(*part.away):
-                if at not in self._edges[part.turned]:
-                    yield from self._wall(column, at, part.turned,
-                                          door=at == part.front or at not in part.away)
+            for at in self._cuts(*wing.away):
+                if at not in self._edges[wing.turned]:
+                    yield from self._wall(column, at, wing.turned,
+                                          door=at == wing.front or at not in wing.away)
 
     def _cuts(self, start: float, end: float) -> list[float]:
-        """Where rooms begin and end, by binary partitioning: none is longer than the largest, and
-        none shorter than the least."""
+        """The places where rooms begin and end, by binary partitioning: none is longer than the
+        largest, and none shorter than the least."""
         least, largest = self._plan.room_m
         if end - start <= largest:
             return [start, end]
