@@ -33,15 +33,14 @@ class _Scans:
     def __init__(self, spec: GridSpec) -> None:
         self._spec, count = spec, math.prod(tiles_across(spec)) * CELLS
         self._scan = np.zeros(1, evidence.SCAN)
-        self._sheet = evidence.Sheet(cell_numbers(spec), np.zeros(count, np.uint8),
-                                     np.empty(count + 1, np.uint32))
-        self._stamp = 0  # that of the last scan; no cell is marked with the next one
+        self._sheet = evidence.Sheet(cell_numbers(spec), np.zeros(count, np.uint8))
+        self._stamp = -1  # that of the last scan's hits; no cell has that of the next one's
 
     def integrate(self, x_m: float, y_m: float, yaw_rad: float, scan: LaserScan,
                   usable_range_m: float, robot_map: RobotMap) -> int:
         """See ``RobotMap.integrate_scan``. Returns the number of changed tiles."""
         spec = self._spec
-        self._stamp = self._stamp % 255 + 1
+        self._stamp = (self._stamp + 2) % 254
         if self._stamp == 1:
             self._sheet.marks[:] = 0
         per_m = 1.0 / spec.resolution_m
