@@ -32,18 +32,22 @@ ENTRY = 4  # the last offset in a function's code at which it has only just begu
 PARTS = [
     ("desim/world/lidar", "laser"),
     ("desim/world", "world"),
-    ("desim/drivers", "drivers"),
-    ("desim/worldclock", "drivers"),
-    ("desim/robot/mapsharing", "sharing"),
+    ("desim/simulation/drivers", "drivers"),
+    ("desim/simulation/world_clock", "drivers"),
+    ("desim/robot/map_sharing", "sharing"),
+    ("desim/robot/map_message", "sharing"),
+    ("desim/robot/robot_map.py:RobotMap.receive", "sharing"),
+    ("desim/robot/robot_map", "grids"),
     ("desim/robot/tiles", "grids"),
     ("desim/robot/navigation", "navigation"),
     ("desim/robot/exploration", "exploration"),
-    ("desim/robot/coordination", "exploration"),
+    ("desim/robot/strategies", "exploration"),
     ("desim/robot", "mapping"),
     ("desim/middleware", "middleware"),
     ("desim/engine/kernel.py", "kernel"),
     ("desim/engine/trace.py", "trace"),
-    ("desim/experiment", "monitor"),
+    ("desim/monitor", "monitor"),
+    ("desim/network", "network"),
     ("netmodels", "network"),
     ("desim", "other"),
 ]
@@ -68,10 +72,11 @@ class Profile:
         while frame is not None:
             code = frame.f_code
             path = code.co_filename.removeprefix(f"{ROOT}/")
+            function = f"{path}:{code.co_qualname}"
             for prefix, part in PARTS:
-                if path.startswith(prefix):
+                if function.startswith(prefix):
                     self.parts[part] += spent_s
-                    self.functions[f"{path}:{code.co_qualname}"] += spent_s
+                    self.functions[function] += spent_s
                     return
             frame = frame.f_back
         self.parts["other"] += spent_s

@@ -7,6 +7,7 @@ image; the result is the same.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -23,6 +24,8 @@ FACE_M = 0.2  # a block's face, as thick as a wall of the paper's maps
 # Solid cells that are separated by less than this many cells (and by less than 1 m) are one wall:
 # such gaps are the steps of a slanting wall, not doors.
 GAP_CELLS = 2.0
+
+_WORTH_TILES = 1 << 15  # tests of a line against a wall that take longer than an index (0.1 ms)
 
 
 class Matter(NamedTuple):
@@ -43,12 +46,50 @@ def crossing(walls: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """[c, 2] rows (pair, wall), sorted: the crossings of the straight lines ``pairs`` [k, 4] with
     ``walls`` [n, 4]."""
     pairs = np.ascontiguousarray(pairs, dtype=np.float64).reshape(-1, 4)
-    return _all_found(kernels.crossings, len(pairs), walls, pairs)
+    if not len(walls) or not len(pairs):
+        return np.empty((0, 2), dtype=np.int64)
+    tiles = len(walls) if len(walls) * len(pairs) > _WORTH_TILES else 1
+    return _all_found(_find, len(pairs), walls, _tiled(walls, tiles), pairs)
+
+
+def _find(walls: np.ndarray, index: TileIndex, pairs: np.ndarray, out: np.ndarray) -> int:
+    return kernels.crossings(walls, index.frame, index.start, index.items, pairs,
+                             np.full(len(walls), -1), np.empty(len(walls), np.int64), out)
+
+
+class TileIndex(NamedTuple):
+    """As in ``kernels.crossings``."""
+
+    frame: np.ndarray
+    start: np.ndarray
+    items: np.ndarray
+
+
+def _tiled(walls: np.ndarray, tiles: int) -> TileIndex:
+    """An index of about ``tiles`` tiles over ``walls``: each lists the walls whose bounding boxes
+    come into it."""
+    low, high = (pick(walls[:, :2], walls[:, 2:]) for pick in (np.minimum, np.maximum))
+    corner_m = low.min(axis=0)
+    extent_m = np.maximum(high.max(axis=0) - corner_m, 1e-3)
+    edge_m = math.sqrt(extent_m.prod() / tiles)
+    cols, rows = count = np.clip(np.rint(extent_m / edge_m), 1, tiles).astype(int)
+    per_m = count / extent_m
+    first, last = (np.clip(np.floor((ends - corner_m) * per_m), 0, count - 1).astype(int)
+                   for ends in (low, high))
+    wide, deep = (last - first + 1).T
+    wall = np.repeat(np.arange(len(walls)), wide * deep)
+    number = np.arange(len(wall)) - np.repeat(np.cumsum(wide * deep) - wide * deep, wide * deep)
+    tile = (first[wall, 1] + number // wide[wall]) * cols + first[wall, 0] + number % wide[wall]
+    order = np.argsort(tile, kind="stable")
+    bounds = np.searchsorted(tile[order], np.arange(rows * cols + 1))
+    start = np.column_stack([bounds[:-1].reshape(rows, cols), bounds[cols::cols]])
+    return TileIndex(np.concatenate([corner_m, per_m]), start.astype(np.int32),
+                     wall[order].astype(np.int32))
 
 
 def _all_found(kernel: Callable[..., int], lines: int, *given: object) -> np.ndarray:
     """The rows that ``kernel`` writes into its last argument; it returns their number."""
-    out = np.empty((max(64, 8 * lines), 2), dtype=np.int64)
+    out = np.empty((max(64, 32 * lines), 2), dtype=np.int64)  # of which only the rows found count
     found = kernel(*given, out)
     if found > len(out):
         out = np.empty((found, 2), dtype=np.int64)

@@ -1,6 +1,7 @@
 """The plane as a whole: odometry, what the network sees, and building from a scenario."""
 
 from fractions import Fraction
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from desim.scenario.schema.environment import Environment, Shape
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Laser, Odometry
 from desim.units import NS_PER_S
+from desim.world import obstacles as matter
 from desim.world.fleet import RobotSpec
 from desim.world.plane import Plane
 
@@ -128,12 +130,14 @@ def crosses(wall, pair):
             and side(x1, y1, x2, y2, px, py) * side(x1, y1, x2, y2, qx, qy) <= 0)
 
 
+@pytest.mark.parametrize("worth_tiles", [0, 1 << 60])
 @settings(max_examples=100, deadline=None)
-@given(st.lists(row.filter(lambda r: r[:2] != r[2:]), min_size=1, max_size=20),
-       st.lists(row, max_size=20))
-def test_crossings_are_exact(walls, pairs):
-    obstacles = world(Odometry()).obstacles()
-    found = obstacles.crossing(np.array(walls, float), np.array(pairs, float).reshape(-1, 4))
+@given(walls=st.lists(row.filter(lambda r: r[:2] != r[2:]), min_size=1, max_size=20),
+       pairs=st.lists(row, max_size=20))
+def test_crossings_are_exact(worth_tiles, walls, pairs):
+    """With an index of walls and without."""
+    with patch.object(matter, "_WORTH_TILES", worth_tiles):
+        found = matter.crossing(np.array(walls, float), np.array(pairs, float).reshape(-1, 4))
     assert found.tolist() == [[k, w] for k, pair in enumerate(pairs)
                               for w, wall in enumerate(walls) if crosses(wall, pair)]
 
