@@ -17,14 +17,15 @@ from desim.robot.tiles import (
     CELLS,
     Layer,
     LayerSnapshot,
-    ReceivedLayer,
+    Received,
     TilePool,
     cell_numbers,
+    step,
     tiles_across,
 )
 
 _integrate = compiled_function(evidence.integrate)
-_replace = compiled_function(kernels.replace)
+_exchange = compiled_function(kernels.exchange_all)
 
 
 class _Scans:
@@ -75,7 +76,7 @@ class RobotMap:
         self.tile_version = np.zeros(len(self.tiles), np.int64)
         self.observers: list[Callable[[RobotMap, np.ndarray], None]] = []
         self.own = Layer(pool, self.tiles)
-        self.received: dict[str, ReceivedLayer] = {}
+        self.received: dict[str, Received] = {}
         self.sum = kernels.Fused(self.fused, self.tile_version,
                                   np.empty(len(self.tiles), np.int32))
         self._scans = _scans(spec)
@@ -92,18 +93,16 @@ class RobotMap:
         """Take in ``source``'s evidence as of ``version``: each tile of ``snapshot`` replaces an
         older one. The newest of each tile wins, so order, duplicates and gaps do not matter. True
         if that changed the knowledge."""
-        layer = self.received.get(source)
-        if layer is None:
-            layer = self.received[source] = ReceivedLayer(self.pool, self.tiles)
-        layer.receiving(version, snapshot)
-        count = _replace(version, snapshot.tiles, snapshot.indices, self.version + 1,
-                                layer.indices, layer.sent, self.pool.arrays, self.sum)
+        taken = step(self.received.get(source), self.tiles, version, snapshot)
+        self.received[source] = taken.after
+        count = _exchange(taken.tiles, taken.old, taken.new, self.version + 1, self.pool.arrays,
+                          self.sum)
         self._note(count)
         return count > 0
 
     def layers(self) -> tuple[LayerSnapshot, ...]:
         """Snapshots of all layers, own first: the map as it is now, immutable."""
-        return (self.own.snapshot(), *(layer.snapshot() for layer in self.received.values()))
+        return (self.own.snapshot(), *self.received.values())
 
     def _note(self, count: int) -> None:
         if count:

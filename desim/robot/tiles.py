@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -82,11 +83,12 @@ class LayerSnapshot:
     reference to the snapshot goes.
     """
 
-    __slots__ = ("pool", "tiles", "indices", "complete")
+    __slots__ = ("pool", "tiles", "indices", "complete", "steps")
 
     def __init__(self, pool: TilePool, tiles: np.ndarray, indices: np.ndarray,
                  complete: bool) -> None:
         self.pool, self.tiles, self.indices, self.complete = pool, tiles, indices, complete
+        self.steps: dict[tuple[int, int], Step] | None = None  # of those who receive it
         _hold_all(indices, pool.arrays.refs)
 
     def __del__(self, drop_all: Callable[..., None] = _drop_all,
@@ -139,22 +141,65 @@ class Layer:
         return self.tiles[self.indices != before.indices]
 
 
-class ReceivedLayer(Layer):
-    """The evidence received from another source: ``sent`` [tiles] has the version that each tile
-    was sent with, -1 for none, ``newest`` the newest of them."""
+class Received(LayerSnapshot):
+    """The evidence received from another source, of all its tiles: ``sent`` [tiles] has the version
+    that each was sent with, -1 for none, ``newest`` the newest of them.
+
+    It is immutable, and robots that took in the same updates share it: so a fleet of n robots that
+    hear each other needs memory for n of them and not for n^2.
+    """
 
     __slots__ = ("sent", "newest")
 
-    def __init__(self, pool: TilePool, tiles: np.ndarray) -> None:
-        super().__init__(pool, tiles)
-        self.sent = np.full(len(tiles), -1)
-        self.newest = -1
+    def __init__(self, pool: TilePool, tiles: np.ndarray, indices: np.ndarray, sent: np.ndarray,
+                 newest: int) -> None:
+        super().__init__(pool, tiles, indices, True)
+        self.sent, self.newest = sent, newest
 
-    def receiving(self, version: int, snapshot: LayerSnapshot) -> None:
-        """Keep ``snapshot`` as that of the layer if it is complete and the newest. To be called
-        before tiles are replaced."""
-        self._latest = snapshot if snapshot.complete and version > self.newest else None
-        self.newest = max(self.newest, version)
+
+class Step(NamedTuple):
+    """From the evidence ``before`` an update to that ``after`` it: in ``tiles`` [k], tile ``new``
+    [k] of the pool comes in the place of ``old`` [k]."""
+
+    before: Received | None
+    after: Received
+    tiles: np.ndarray
+    old: np.ndarray
+    new: np.ndarray
+
+
+def step(before: Received | None, tiles: np.ndarray, version: int, update: LayerSnapshot) -> Step:
+    """The step that ``update``, sent with ``version``, is for evidence of all ``tiles``: each of
+    its tiles replaces an older one. ``before`` None: nothing was received yet. The update keeps its
+    steps for the other robots that it comes to."""
+    key = id(before), version  # the step holds ``before``, so that its id stays its own
+    if update.steps is None:
+        update.steps = {}
+    found = update.steps.get(key)
+    if found is None:
+        found = update.steps[key] = _step(before, tiles, version, update)
+    return found
+
+
+def _step(before: Received | None, tiles: np.ndarray, version: int,
+          update: LayerSnapshot) -> Step:
+    if before is None:
+        indices, sent = np.zeros(len(tiles), np.int32), np.full(len(tiles), -1)
+    else:
+        indices, sent = before.indices.copy(), before.sent.copy()
+    newer = version > sent[update.tiles]
+    replaced = update.tiles[newer]
+    old, new = indices[replaced], update.indices[newer]
+    indices[replaced], sent[replaced] = new, version
+    if before is not None and not len(replaced):
+        after = before
+    elif before is not None and update.complete and version > before.newest:
+        after = step(None, tiles, version, update).after  # whatever was before is forgotten
+    else:
+        newest = version if before is None else max(version, before.newest)
+        after = Received(update.pool, tiles, indices, sent, newest)
+    differ = old != new
+    return Step(before, after, replaced[differ], old[differ], new[differ])
 
 
 def fuse(layers: tuple[LayerSnapshot, ...]) -> np.ndarray:

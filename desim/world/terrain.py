@@ -119,9 +119,8 @@ class Terrain:
             col = np.floor((x - cells.x_m) / cells.resolution_m).astype(int).clip(0, cols - 1)
             row = np.floor((y - cells.y_m) / cells.resolution_m).astype(int).clip(0, rows - 1)
             return inside | cells.solid[row, col]
-        for sx0, sy0, sx1, sy1 in self.solids.tolist():
-            inside |= (x > sx0) & (x < sx1) & (y > sy0) & (y < sy1)
-        return inside
+        left, low, right, high = self.solids.T[:, :, None]
+        return inside | ((x > left) & (x < right) & (y > low) & (y < high)).any(axis=0)
 
 
 def from_raster(name: str, raster: Raster, material: np.ndarray | int, height_m: float) -> Terrain:

@@ -133,6 +133,30 @@ def test_a_source_that_starts_again_replaces_what_it_said_before():
     assert np.array_equal(listener.fused, second.fused)
 
 
+def test_robots_that_took_in_the_same_updates_share_what_they_received():
+    """One that missed an update has its own, until a complete one makes them equal again."""
+    pool = TilePool()
+    teller, first, second, third = (RobotMap(SPEC, pool) for _ in range(4))
+
+    def said(version, to, complete):
+        before = teller.own.snapshot()
+        see(teller, ((2.0 + 2.0 * version, 5.0, 0.5 * version), scan([3.0, 2.0, 4.0])))
+        known = teller.own.snapshot()
+        update = known if complete else known.only(teller.own.changed_since(before))
+        for listener in to:
+            listener.receive("teller", version, update)
+
+    said(0, (first, second, third), complete=True)
+    said(1, (first, second), complete=False)
+    said(2, (first, second, third), complete=False)
+    of = [one.received["teller"] for one in (first, second, third)]
+    assert of[0] is of[1] and of[0] is not of[2]
+    assert not np.array_equal(first.fused, third.fused)
+    said(3, (first, second, third), complete=True)
+    assert first.received["teller"] is second.received["teller"] is third.received["teller"]
+    assert np.array_equal(first.fused, third.fused)
+
+
 # ---- cells --------------------------------------------------------------------------------------
 
 
@@ -203,13 +227,16 @@ def test_no_tile_leaks_and_none_is_freed_twice():
                 listener.receive(f"robot_{turn % 4}", turn, held[-1].only(held[-1].filled()))
         if turn % 3 == 0:
             held.pop(turn % len(held))
-    layers = [layer for one in maps for layer in (one.own, *one.received.values())]
-    snapshots = {id(s): s for s in held + [layer._latest for layer in layers] if s is not None}
+    layers = [one.own for one in maps]
+    received = [one for robot_map in maps for one in robot_map.received.values()]
+    steps = [step for update in held for step in (update.steps or {}).values()]
+    snapshots = {id(s): s for s in (*held, *received, *(one._latest for one in layers),
+                                    *(end for step in steps for end in step[:2])) if s is not None}
     points = np.concatenate([one.indices for one in (*layers, *snapshots.values())])
     _, refs, free, free_count = pool.arrays
     assert np.array_equal(np.bincount(points[points > 0], minlength=len(refs)), refs)
     assert sorted(free[:free_count[0]]) == [t for t in range(1, len(refs)) if refs[t] == 0]
-    del maps, layers, snapshots, held, teller, listener
+    del maps, layers, snapshots, held, teller, listener, received, steps
     gc.collect()
     assert in_use(pool) == 0
     assert not pool.arrays.refs.any()

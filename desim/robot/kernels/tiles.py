@@ -98,26 +98,15 @@ def exchange(tile, old, new, data, fused):
     return turned != 0
 
 
-@lean(types.int64(_i8, _i4x1, _i4x1, _i8, _i4x1, _i8x1, POOL, FUSED))
-def replace(sent, tiles, incoming, version, indices, indices_sent, pool, total):
-    """Put ``incoming`` [k] in the place of ``tiles`` [k] of a layer where ``sent`` is newer than
-    the version there, and bring the sum up to date as of ``version``. Returns the number of tiles
-    in ``total.changed``."""
+@lean(types.int64(_i4x1, _i4x1, _i4x1, _i8, POOL, FUSED))
+def exchange_all(tiles, old, new, version, pool, total):
+    """Put the evidence ``new`` [k] of ``tiles`` [k] in the place of ``old`` [k] in the sum, which
+    is of ``version`` then. Returns the number of tiles in ``total.changed``."""
     count = 0
     for k in range(len(tiles)):
         tile = tiles[k]
-        if sent <= indices_sent[tile]:
-            continue
-        indices_sent[tile] = sent
-        new, old = incoming[k], indices[tile]
-        if new == old:
-            continue
-        if exchange(tile, old, new, pool.data, total.fused):
+        if exchange(tile, old[k], new[k], pool.data, total.fused):
             total.tile_version[tile] = version
             total.changed[count] = tile
             count += 1
-        if new != 0:
-            pool.refs[new] += 1
-        drop(old, pool)
-        indices[tile] = new
     return count
