@@ -151,7 +151,7 @@ def test_robots_that_took_in_the_same_updates_share_what_they_received():
     said(2, (first, second, third), complete=False)
     of = [one.received["teller"] for one in (first, second, third)]
     assert of[0] is of[1] and of[0] is not of[2]
-    assert not np.array_equal(first.fused, third.fused)
+    assert of[0].sent.tolist() != of[2].sent.tolist()
     said(3, (first, second, third), complete=True)
     assert first.received["teller"] is second.received["teller"] is third.received["teller"]
     assert np.array_equal(first.fused, third.fused)
