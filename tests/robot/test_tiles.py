@@ -140,7 +140,7 @@ def test_robots_that_took_in_the_same_updates_share_what_they_received():
 
     def said(version, to, complete):
         before = teller.own.snapshot()
-        see(teller, ((2.0 + 2.0 * version, 5.0, 0.5 * version), scan([3.0, 2.0, 4.0])))
+        see(teller, ((2.0 + 9.0 * (version % 2), 2.0, 0.5 * version), scan([1.0, 1.5, 1.0])))
         known = teller.own.snapshot()
         update = known if complete else known.only(teller.own.changed_since(before))
         for listener in to:
