@@ -20,7 +20,7 @@ from desim.robot.tiles import (
     Received,
     TilePool,
     cell_numbers,
-    step,
+    replacement,
     tiles_across,
 )
 
@@ -93,7 +93,7 @@ class RobotMap:
         """Take in ``source``'s evidence as of ``version``: each tile of ``snapshot`` replaces an
         older one. The newest of each tile wins, so order, duplicates and gaps do not matter. True
         if that changed the knowledge."""
-        taken = step(self.received.get(source), self.tiles, version, snapshot)
+        taken = replacement(self.received.get(source), self.tiles, version, snapshot)
         self.received[source] = taken.after
         count = _exchange(taken.tiles, taken.old, taken.new, self.version + 1, self.pool.arrays,
                           self.sum)

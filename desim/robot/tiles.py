@@ -83,12 +83,12 @@ class LayerSnapshot:
     reference to the snapshot goes.
     """
 
-    __slots__ = ("pool", "tiles", "indices", "complete", "steps")
+    __slots__ = ("pool", "tiles", "indices", "complete", "changes")
 
     def __init__(self, pool: TilePool, tiles: np.ndarray, indices: np.ndarray,
                  complete: bool) -> None:
         self.pool, self.tiles, self.indices, self.complete = pool, tiles, indices, complete
-        self.steps: dict[tuple[int, int], Step] | None = None  # of those who receive it
+        self.changes: dict[tuple[int, int], Replacement] | None = None  # at receivers
         _hold_all(indices, pool.arrays.refs)
 
     def __del__(self, drop_all: Callable[..., None] = _drop_all,
@@ -157,9 +157,9 @@ class Received(LayerSnapshot):
         self.sent, self.newest = sent, newest
 
 
-class Step(NamedTuple):
-    """From the evidence ``before`` an update to that ``after`` it: in ``tiles`` [k], tile ``new``
-    [k] of the pool comes in the place of ``old`` [k]."""
+class Replacement(NamedTuple):
+    """The evidence ``before`` an update and ``after`` it: in ``tiles`` [k], tile ``new`` [k] of the
+    pool comes in the place of ``old`` [k]."""
 
     before: Received | None
     after: Received
@@ -168,21 +168,22 @@ class Step(NamedTuple):
     new: np.ndarray
 
 
-def step(before: Received | None, tiles: np.ndarray, version: int, update: LayerSnapshot) -> Step:
-    """The step that ``update``, sent with ``version``, is for evidence of all ``tiles``: each of
-    its tiles replaces an older one. ``before`` None: nothing was received yet. The update keeps its
-    steps for the other robots that it comes to."""
-    key = id(before), version  # the step holds ``before``, so that its id stays its own
-    if update.steps is None:
-        update.steps = {}
-    found = update.steps.get(key)
+def replacement(before: Received | None, tiles: np.ndarray, version: int,
+                update: LayerSnapshot) -> Replacement:
+    """The change that ``update``, sent with ``version``, makes of evidence of all ``tiles``: each
+    of its tiles replaces an older one. ``before`` None: nothing was received yet. The update keeps
+    what it changes for the other robots that it comes to."""
+    key = id(before), version  # the change holds ``before``, so that its id stays its own
+    if update.changes is None:
+        update.changes = {}
+    found = update.changes.get(key)
     if found is None:
-        found = update.steps[key] = _step(before, tiles, version, update)
+        found = update.changes[key] = _replaced(before, tiles, version, update)
     return found
 
 
-def _step(before: Received | None, tiles: np.ndarray, version: int,
-          update: LayerSnapshot) -> Step:
+def _replaced(before: Received | None, tiles: np.ndarray, version: int,
+              update: LayerSnapshot) -> Replacement:
     if before is None:
         indices, sent = np.zeros(len(tiles), np.int32), np.full(len(tiles), -1)
     else:
@@ -194,12 +195,12 @@ def _step(before: Received | None, tiles: np.ndarray, version: int,
     if before is not None and not len(replaced):
         after = before
     elif before is not None and update.complete and version > before.newest:
-        after = step(None, tiles, version, update).after  # whatever was before is forgotten
+        after = replacement(None, tiles, version, update).after  # whatever was before is forgotten
     else:
         newest = version if before is None else max(version, before.newest)
         after = Received(update.pool, tiles, indices, sent, newest)
     differ = old != new
-    return Step(before, after, replaced[differ], old[differ], new[differ])
+    return Replacement(before, after, replaced[differ], old[differ], new[differ])
 
 
 def fuse(layers: tuple[LayerSnapshot, ...]) -> np.ndarray:

@@ -7,7 +7,6 @@ image; the result is the same.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,6 +16,7 @@ from scipy.ndimage import binary_closing, distance_transform_edt, maximum_filter
 
 from desim.world.centre_lines import centre_lines
 from desim.world.kernels import crossings as kernels
+from desim.world.wall_index import TileIndex, box_index
 
 BLOCK_M = 1.0  # a castle's wall; the outer walls of houses are 0.2 to 0.5 m thick
 FACE_M = 0.2  # a block's face, as thick as a wall of the paper's maps
@@ -49,42 +49,12 @@ def crossing(walls: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     if not len(walls) or not len(pairs):
         return np.empty((0, 2), dtype=np.int64)
     tiles = len(walls) if len(walls) * len(pairs) > _WORTH_TILES else 1
-    return _all_found(_find, len(pairs), walls, _tiled(walls, tiles), pairs)
+    return _all_found(_find, len(pairs), walls, box_index(walls, tiles), pairs)
 
 
 def _find(walls: np.ndarray, index: TileIndex, pairs: np.ndarray, out: np.ndarray) -> int:
     return kernels.crossings(walls, index.frame, index.start, index.items, pairs,
                              np.full(len(walls), -1), np.empty(len(walls), np.int64), out)
-
-
-class TileIndex(NamedTuple):
-    """As in ``kernels.crossings``."""
-
-    frame: np.ndarray
-    start: np.ndarray
-    items: np.ndarray
-
-
-def _tiled(walls: np.ndarray, tiles: int) -> TileIndex:
-    """An index of about ``tiles`` tiles over ``walls``: each lists the walls whose bounding boxes
-    come into it."""
-    low, high = (pick(walls[:, :2], walls[:, 2:]) for pick in (np.minimum, np.maximum))
-    corner_m = low.min(axis=0)
-    extent_m = np.maximum(high.max(axis=0) - corner_m, 1e-3)
-    edge_m = math.sqrt(extent_m.prod() / tiles)
-    cols, rows = count = np.clip(np.rint(extent_m / edge_m), 1, tiles).astype(int)
-    per_m = count / extent_m
-    first, last = (np.clip(np.floor((ends - corner_m) * per_m), 0, count - 1).astype(int)
-                   for ends in (low, high))
-    wide, deep = (last - first + 1).T
-    wall = np.repeat(np.arange(len(walls)), wide * deep)
-    number = np.arange(len(wall)) - np.repeat(np.cumsum(wide * deep) - wide * deep, wide * deep)
-    tile = (first[wall, 1] + number // wide[wall]) * cols + first[wall, 0] + number % wide[wall]
-    order = np.argsort(tile, kind="stable")
-    bounds = np.searchsorted(tile[order], np.arange(rows * cols + 1))
-    start = np.column_stack([bounds[:-1].reshape(rows, cols), bounds[cols::cols]])
-    return TileIndex(np.concatenate([corner_m, per_m]), start.astype(np.int32),
-                     wall[order].astype(np.int32))
 
 
 def _all_found(kernel: Callable[..., int], lines: int, *given: object) -> np.ndarray:

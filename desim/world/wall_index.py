@@ -1,5 +1,6 @@
 """An index of walls: a grid of tiles, each with a list of the walls within its reach."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from desim.world.geometry import point_distance
 class TileIndex(NamedTuple):
     """``start`` [rows, cols + 1]: the walls of tile (row, col) are
     ``items[start[row, col]:start[row, col + 1]]``, ascending | ``frame`` x0 m, y0 m and
-    tiles per m."""
+    tiles per m (of ``box_index`` in x and in y)."""
 
     start: np.ndarray
     items: np.ndarray
@@ -36,3 +37,24 @@ def tile_index(walls: np.ndarray, bounds: tuple[float, float, float, float], til
         items.append(wall)
     return TileIndex(start, np.concatenate(items).astype(np.int64),
                      np.array([x0, y0, 1.0 / tile_m]))
+
+
+def box_index(walls: np.ndarray, tiles: int) -> TileIndex:
+    """An index of about so many tiles over ``walls`` [n, 4]: for each tile, all of them whose
+    bounding boxes come into it. Tiles need not be squares."""
+    low, high = (pick(walls[:, :2], walls[:, 2:]) for pick in (np.minimum, np.maximum))
+    corner_m = low.min(axis=0)
+    extent_m = np.maximum(high.max(axis=0) - corner_m, 1e-3)
+    edge_m = math.sqrt(extent_m.prod() / tiles)
+    cols, rows = count = np.clip(np.rint(extent_m / edge_m), 1, tiles).astype(int)
+    per_m = count / extent_m
+    first, last = (np.clip(np.floor((ends - corner_m) * per_m), 0, count - 1).astype(int)
+                   for ends in (low, high))
+    wide, deep = (last - first + 1).T
+    wall = np.repeat(np.arange(len(walls)), wide * deep)
+    number = np.arange(len(wall)) - np.repeat(np.cumsum(wide * deep) - wide * deep, wide * deep)
+    tile = (first[wall, 1] + number // wide[wall]) * cols + first[wall, 0] + number % wide[wall]
+    order = np.argsort(tile, kind="stable")
+    bounds = np.searchsorted(tile[order], np.arange(rows * cols + 1))
+    start = np.column_stack([bounds[:-1].reshape(rows, cols), bounds[cols::cols]])
+    return TileIndex(start, wall[order], np.concatenate([corner_m, per_m]))

@@ -229,14 +229,15 @@ def test_no_tile_leaks_and_none_is_freed_twice():
             held.pop(turn % len(held))
     layers = [one.own for one in maps]
     received = [one for robot_map in maps for one in robot_map.received.values()]
-    steps = [step for update in held for step in (update.steps or {}).values()]
-    snapshots = {id(s): s for s in (*held, *received, *(one._latest for one in layers),
-                                    *(end for step in steps for end in step[:2])) if s is not None}
+    changes = [change for update in held for change in (update.changes or {}).values()]
+    ends = [end for change in changes for end in (change.before, change.after)]
+    snapshots = {id(s): s for s in (*held, *received, *ends, *(one._latest for one in layers))
+                 if s is not None}
     points = np.concatenate([one.indices for one in (*layers, *snapshots.values())])
     _, refs, free, free_count = pool.arrays
     assert np.array_equal(np.bincount(points[points > 0], minlength=len(refs)), refs)
     assert sorted(free[:free_count[0]]) == [t for t in range(1, len(refs)) if refs[t] == 0]
-    del maps, layers, snapshots, held, teller, listener, received, steps
+    del maps, layers, snapshots, held, teller, listener, received, changes, ends
     gc.collect()
     assert in_use(pool) == 0
     assert not pool.arrays.refs.any()

@@ -20,7 +20,7 @@ def _within_tiles(count, at, hair):
     return int(max(0.0, min(count - 1.0, math.floor(at + hair))))
 
 
-@lean(types.int64(_FIXED, types.float64[::1], types.int32[:, ::1], types.int32[::1], _FIXED,
+@lean(types.int64(_FIXED, types.float64[::1], types.int64[:, ::1], types.int64[::1], _FIXED,
                   types.int64[::1], types.int64[::1], _OUT))
 def crossings(walls, frame, start, items, pairs, seen, hits, out):
     """Find the walls that the straight lines between antennas cross, touching included.
