@@ -8,7 +8,7 @@ campaign's folder.
 from importlib import import_module
 from typing import Any
 
-from desim.engine import compiled
+from desim.compiler.folder import choose_folder
 
 __version__ = "0.1.0"
 __all__ = ["Campaign", "Run", "from_mapping", "load", "run"]
@@ -16,7 +16,7 @@ __all__ = ["Campaign", "Run", "from_mapping", "load", "run"]
 _WHERE = {"Campaign": "desim.campaign.folder.campaign", "Run": "desim.results.run",
           "from_mapping": "desim.scenario.load", "load": "desim.scenario.load", "run": "desim.api"}
 
-compiled.choose_folder()  # before anything imports numba
+choose_folder()  # before anything imports numba
 
 
 def __getattr__(name: str) -> Any:

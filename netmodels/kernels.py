@@ -12,8 +12,8 @@ from __future__ import annotations
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
-from numba import int64, types
-from numba.extending import intrinsic
+
+from desim.ports.kernels import intrinsic, types
 
 State = TypeVar("State", bound=NamedTuple)
 
@@ -40,5 +40,5 @@ class Addresses(Generic[State]):
 def pointer(typing_context, address):
     """The memory at an address."""
     def code(context, builder, signature, arguments):
-        return builder.inttoptr(arguments[0], context.get_value_type(types.voidptr))
-    return types.voidptr(int64), code
+        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+    return types.voidptr(types.int64), code

@@ -31,7 +31,8 @@ GLOBAL_GENERATORS = {"desim/engine/streams.py", "desim/testing/checks.py"}
 # Who may reach a module by a name that is a value: no rule sees such an import.
 BY_NAME = {"desim/__init__.py": "what it exports is imported when it is first used",
            "desim/plugins.py": "plug-ins are found by entry point or by dotted path",
-           "desim/engine/compiled.py": "numba's settings, if numba is imported already",
+           "desim/compiler/folder.py": "numba's settings, if numba is imported already",
+           "desim/compiler/store.py": "machine code depends on the files of the kernels in it",
            "desim/results/identity.py": "a run's id depends on the files of its plug-ins",
            "desim/campaign/running/schedulers.py": "dask-jobqueue is an extra"}
 IMPORTERS = {"import_module", "__import__", "reload", "exec_module", "load_module", "find_loader",
@@ -40,6 +41,8 @@ IMPORTERS = {"import_module", "__import__", "reload", "exec_module", "load_modul
 TRANSCENDENTAL = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "arcsin", "arccos",
                   "arctan", "arctan2", "sinh", "cosh", "tanh", "exp", "exp2", "expm1", "log",
                   "log2", "log10", "log1p", "pow", "power", "hypot"}
+
+KERNELS = ("kernel", "lean", "inner")  # the decorators of compiled functions
 
 EXPORTS: dict[str, str] = desim._WHERE  # the names of desim/__init__.py, and their modules
 
@@ -216,11 +219,18 @@ def simpy_is_behind_the_kernel(source: Source) -> Complaints:
                 yield line, "imports simpy; only desim/engine/kernel.py may"
 
 
-def numba_is_in_kernels_files(source: Source) -> Complaints:
-    if not is_kernels(source) and str(source.path) != "desim/engine/compiled.py":
+def numba_is_behind_the_compiler(source: Source) -> Complaints:
+    if not inside(source.module, "desim.compiler"):
         for line, name in source.imports():
             if inside(name, "numba"):
-                yield line, "imports numba; only kernels.py and files in kernels/ may"
+                yield line, "imports numba; take what declares kernels from desim/ports/kernels.py"
+
+
+def kernels_are_in_kernels_files(source: Source) -> Complaints:
+    if not is_kernels(source) and not inside(source.module, "desim.compiler"):
+        for line, name in source.imports():
+            if name in {f"desim.ports.kernels.{each}" for each in KERNELS}:
+                yield line, f"imports {name}; only kernels.py and files in kernels/ may"
 
 
 def is_kernels(source: Source) -> bool:
@@ -228,20 +238,15 @@ def is_kernels(source: Source) -> bool:
     return source.path.name == "kernels.py" or source.path.parent.name == "kernels"
 
 
-def kernels_are_compiled_at_import_cached_and_exact(source: Source) -> Complaints:
+def kernels_have_signatures(source: Source) -> Complaints:
     for node in nodes(source.tree):
         if not isinstance(node, ast.FunctionDef):
             continue
         for decorator in node.decorator_list:
             call = decorator if isinstance(decorator, ast.Call) else None
-            if dotted(call.func if call else decorator).split(".")[-1] not in ("njit", "jit"):
-                continue
-            options = {word.arg: ast.unparse(word.value) for word in call.keywords} if call else {}
-            if not call or not call.args or options.get("cache") != "True":
-                yield node.lineno, f"{node.name}: a signature and cache=True are missing"
-            for option in ("fastmath", "parallel"):
-                if options.get(option, "False") != "False":
-                    yield node.lineno, f"{node.name}: {option} reorders floating point"
+            name = dotted(call.func if call else decorator).split(".")[-1]
+            if name in KERNELS and (not call or not call.args):
+                yield node.lineno, f"{node.name}: a signature is missing"
 
 
 def kernels_take_transcendentals_from_one_module(source: Source) -> Complaints:
@@ -353,8 +358,9 @@ RULES: list[Callable[[Source], Complaints]] = [
     rooms_do_not_hold_the_whole_house,
     only_listed_files_import_by_name,
     simpy_is_behind_the_kernel,
-    numba_is_in_kernels_files,
-    kernels_are_compiled_at_import_cached_and_exact,
+    numba_is_behind_the_compiler,
+    kernels_are_in_kernels_files,
+    kernels_have_signatures,
     kernels_take_transcendentals_from_one_module,
     only_the_surface_prints,
     random_numbers_come_by_name,
@@ -400,11 +406,10 @@ TWINS = [
     (only_listed_files_import_by_name, "desim/world/a.py", "__import__('desim.api')"),
     (only_listed_files_import_by_name, "desim/world/a.py", "import sys\nsys.modules['desim.api']"),
     (simpy_is_behind_the_kernel, "netmodels/a.py", "from simpy import Store"),
-    (numba_is_in_kernels_files, "desim/world/a.py", "import numba"),
-    (kernels_are_compiled_at_import_cached_and_exact, "desim/ports/kernels.py",
-     "@njit\ndef f(x):\n    return x"),
-    (kernels_are_compiled_at_import_cached_and_exact, "desim/ports/kernels.py",
-     "@numba.njit('f8(f8)', cache=True, fastmath=True)\ndef f(x):\n    return x"),
+    (numba_is_behind_the_compiler, "desim/world/kernels/a.py", "from numba import njit"),
+    (kernels_are_in_kernels_files, "desim/world/a.py", "from desim.ports.kernels import lean"),
+    (kernels_have_signatures, "desim/ports/kernels.py", "@kernel\ndef f(x):\n    return x"),
+    (kernels_have_signatures, "desim/ports/kernels.py", "@lean()\ndef f(x):\n    return x"),
     (kernels_take_transcendentals_from_one_module, "desim/world/kernels/lidar.py",
      "y = math.sin(x)"),
     (kernels_take_transcendentals_from_one_module, "netmodels/radio/kernels.py",

@@ -13,7 +13,7 @@ from desim.errors import InputError
 def compiling_inside(quiet: bool) -> AbstractContextManager[None]:
     """Announce kernels that are compiled while a simulation is built, as those of a radio are. That
     takes half a minute."""
-    from desim.engine.compiled import announced
+    from desim.compiler.store import announced
 
     return announced(lambda: None if quiet else say(
         "compiling numerical kernels (first run with these models only)...", err=True))
@@ -22,7 +22,7 @@ def compiling_inside(quiet: bool) -> AbstractContextManager[None]:
 @contextmanager
 def compiling(quiet: bool) -> Iterator[None]:
     """Announce kernels that are compiled at their first import, and the time that it took."""
-    from desim.engine.compiled import announced
+    from desim.compiler.store import announced
     from desim.engine.garbage import rare_collections
 
     begin_s = None

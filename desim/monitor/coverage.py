@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from desim.engine.compiled import compiled_function
+from desim.compiler.kernel import compiled_function
 from desim.monitor import kernels
 from desim.ports import GridSpec
 from desim.robot.robot_map import RobotMap

@@ -1,8 +1,8 @@
 """Functions that all compiled kernels share: transcendental ones, and noise by counter.
 
 Kernels of desim and of plug-ins take sin, cos, exp, log and atan2 from here and nowhere else, so
-that portable versions can replace the platform's libm in one place. Kernels are compiled when
-their module is imported (explicit signatures) and cached on disk.
+that portable versions can replace the platform's libm in one place. A kernel's signature is one of
+numba's, as are ``types``, ``from_dtype`` and ``carray`` (``desim.compiler.deferred``).
 """
 
 from __future__ import annotations
@@ -11,12 +11,16 @@ import math
 from functools import partial
 
 import numpy as np
-from numba import njit
 
-# ``lean`` compiles a kernel that allocates no arrays. It switches off numba's reference counting
-# (two atomic instructions per array and call) and its check for division by zero (the result is inf
-# or NaN, as in numpy).
-lean = partial(njit, cache=True, _nrt=False, error_model="numpy")
+from desim.compiler.deferred import carray, from_dtype, intrinsic, types
+from desim.compiler.kernel import compiled_function, kernel
+
+__all__ = ["TWO_PI", "atan2", "carray", "compiled_function", "cos", "exp", "from_dtype", "inner",
+           "intrinsic", "kernel", "lean", "log", "mix", "normal", "sin", "types", "uniform",
+           "uniform_half_open"]
+
+lean = partial(kernel, allocates=False)  # makes no arrays
+inner = partial(lean, inner=True)  # and other kernels alone call it
 
 TWO_PI = 2.0 * math.pi
 
@@ -29,32 +33,32 @@ _MIX_2 = np.uint64(0x94D049BB133111EB)
 _S11, _S12, _S27, _S30, _S31 = (np.uint64(bits) for bits in (11, 12, 27, 30, 31))
 
 
-@njit("f8(f8)", cache=True, inline="always")
+@kernel("f8(f8)")
 def sin(x):
     return math.sin(x)
 
 
-@njit("f8(f8)", cache=True, inline="always")
+@kernel("f8(f8)")
 def cos(x):
     return math.cos(x)
 
 
-@njit("f8(f8)", cache=True, inline="always")
+@kernel("f8(f8)")
 def exp(x):
     return math.exp(x)
 
 
-@njit("f8(f8)", cache=True, inline="always")
+@kernel("f8(f8)")
 def log(x):
     return math.log(x)
 
 
-@njit("f8(f8, f8)", cache=True, inline="always")
+@kernel("f8(f8, f8)")
 def atan2(y, x):
     return math.atan2(y, x)
 
 
-@njit("u8(u8, u8)", cache=True, inline="always")
+@kernel("u8(u8, u8)")
 def mix(key, counter):
     """64 well-mixed bits of (key, counter): splitmix64's finalizer (Steele, Lea, Flood 2014) over
     a Weyl sequence that starts at the key."""

@@ -148,7 +148,7 @@ def _hash(file: str, _modified_ns: int, _size_bytes: int) -> bytes:
 def machine() -> dict[str, str]:
     """The machine and its libraries, which sin, cos, exp and log come from: equal digests are
     promised for equal ones."""
-    import llvmlite.binding as llvm  # type: ignore[import-untyped]  # it has no types
+    import llvmlite.binding as llvm
 
     libc, version = platform.libc_ver()
     return {"platform": platform.platform(), "machine": platform.machine(),

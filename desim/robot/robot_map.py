@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from desim.engine.compiled import compiled_function
+from desim.compiler.kernel import compiled_function
 from desim.middleware.contents import LaserScan
 from desim.ports import GridSpec
 from desim.robot.kernels import evidence

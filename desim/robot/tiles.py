@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.engine.compiled import compiled_function
+from desim.compiler.kernel import compiled_function
 from desim.ports import GridSpec
 from desim.robot.kernels import tiles as kernels
 

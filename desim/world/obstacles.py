@@ -12,9 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import binary_closing, distance_transform_edt, maximum_filter
 
-from desim.world.centre_lines import centre_lines
 from desim.world.kernels import crossings as kernels
 from desim.world.wall_index import TileIndex, box_index
 
@@ -101,6 +99,11 @@ def of_cells(solid: np.ndarray, material: np.ndarray | int, edge_m: float,
     """The matter of ``solid`` [rows, cols] cells of ``edge_m``, all of one material or each of
     ``material`` [rows, cols], with the corner of cell (0, 0) at ``corner_m``: the faces of blocks
     and posts, and the centre lines of walls."""
+    # 0.1 s, which runs without solid cells do not need
+    from scipy.ndimage import binary_closing, distance_transform_edt, maximum_filter
+
+    from desim.world.centre_lines import centre_lines
+
     away_m = distance_transform_edt(solid) * edge_m if not solid.all() else np.full(solid.shape,
                                                                                     np.inf)
     block = _blocks(solid, away_m, edge_m)
@@ -138,6 +141,8 @@ def _blocks(solid: np.ndarray, away_m: np.ndarray, edge_m: float) -> np.ndarray:
     deep = away_m > (BLOCK_M + edge_m) / 2
     if not deep.any():
         return deep
+    from scipy.ndimage import distance_transform_edt
+
     reach_m = np.sqrt(2) * (BLOCK_M / 2 + edge_m)
     return solid & (distance_transform_edt(~deep) * edge_m <= reach_m)
 

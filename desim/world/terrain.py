@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.ndimage import label
 
 from desim.errors import InputError
 from desim.ports import GridSpec
 from desim.world.geometry import TOUCH_M, outline, point_distance, rows_of
+from desim.world.kernels.flood import flood
 from desim.world.obstacles import Matter, of_cells
 
 FREE, WALL = 0, 1
@@ -89,9 +89,11 @@ class Terrain:
         Raises ``InputError`` if there is no such cell.
         """
         truth = self.truth(spec)
-        regions, _ = label(truth == FREE)
-        found = sorted({int(regions[_free_cell(truth, spec, x, y)]) for x, y in starts.tolist()})
-        reachable = np.isin(regions, [region for region in found if region > 0])
+        reachable = np.zeros(truth.shape, bool)
+        cells = [np.ravel_multi_index(_free_cell(truth, spec, x, y), truth.shape)
+                 for x, y in starts.tolist()]
+        flood(truth == FREE, np.array(cells, np.int64), reachable.ravel(),
+              np.empty(truth.size, np.int32))
         if not reachable.any():
             raise InputError(f"environment.terrain: no free cell of {spec.resolution_m} m of "
                              f"{self.name!r} can be reached from the start positions; use a finer "

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import float64, int64, uint64, void
 
-from desim.ports.kernels import cos, lean, log, uniform_half_open
+from desim.ports.kernels import cos, lean, log, types, uniform_half_open
+
+float64, int64, uint64, void = types.float64, types.int64, types.uint64, types.void
 
 _TWO_PI = 2 * math.pi
 _ONE, _TWO = np.uint64(1), np.uint64(2)

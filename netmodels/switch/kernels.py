@@ -8,10 +8,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import boolean, carray, from_dtype, int64, njit, types, void
 
-from desim.ports.kernels import lean
+from desim.ports.kernels import carray, from_dtype, inner, kernel, lean, types
 from netmodels.kernels import pointer
+
+boolean, int64, void = types.boolean, types.int64, types.void
 
 QUANTUM_BYTES = 1514  # fq_codel: MTU and Ethernet header
 NEVER = 1 << 62
@@ -58,7 +59,7 @@ _queues = types.NamedTuple((_interface[::1], _flows, _frame[::1], from_dtype(EXI
 _rows = _i8[:, :, ::1]  # ``Addresses.rows`` of the queues, and of copies to try out
 
 
-@njit(_queues(_i8[:, ::1]), cache=True)
+@kernel(_queues(_i8[:, ::1]), inner=True)
 def _arrays_at(rows):
     """The state whose addresses are in ``rows``, those of one of ``Addresses.states``."""
     return Queues(carray(pointer(rows[0, 0]), (rows[0, 1],), INTERFACE),
@@ -68,7 +69,7 @@ def _arrays_at(rows):
                   carray(pointer(rows[4, 0]), (rows[4, 1],), NOTE))
 
 
-@lean([void(from_dtype(LIST), records, _i8) for records in (_flows, _frame[::1])])
+@inner([void(from_dtype(LIST), records, _i8) for records in (_flows, _frame[::1])])
 def _append(queue, records, k):
     """Append record k, a flow or a frame, to a list of such."""
     records[k].next = -1
@@ -79,7 +80,7 @@ def _append(queue, records, k):
     queue.last = k
 
 
-@lean(_i8(_queues, _interface))
+@inner(_i8(_queues, _interface))
 def _take(queues, line):
     """Take the next packet to send. Returns its frame; -1: nothing waits."""
     flows, frames = queues.flows, queues.frames
@@ -108,13 +109,13 @@ def _take(queues, line):
             flow.listed = 0
 
 
-@lean(_i8(_frame))
+@inner(_i8(_frame))
 def _wire_ns(frame):
     """Time on the wire of the packet that began last."""
     return frame.long_ns if frame.begun <= frame.longer else frame.short_ns
 
 
-@lean(void(_queues, _interface, _i8))
+@inner(void(_queues, _interface, _i8))
 def _next(queues, line, begin_ns):
     """Begin the next packet on the free line."""
     line.sending = _take(queues, line)
@@ -137,7 +138,7 @@ def put(rows, port, begin_ns, k, f):
         _next(queues, line, begin_ns)
 
 
-@lean(_i8(_queues, _i8, _i8, _i8, _i8))
+@inner(_i8(_queues, _i8, _i8, _i8, _i8))
 def _cross(queues, noted, f, at_ns, limit_ns):
     """A packet of frame f is in the switch, and joins the queue of each of its exits. Returns how
     many notes there are."""
@@ -184,7 +185,7 @@ def run(rows, noted, now_ns, hop_ns, limit_ns):
         _next(queues, line, end_ns)
 
 
-@lean(boolean(_interface, _flows))
+@inner(boolean(_interface, _flows))
 def _alone(line, flows):
     """Whether at most one flow waits."""
     new, old = line.new.first, line.old.first

@@ -21,7 +21,7 @@ from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes
 from desim.commands.views import progress
 from desim.commands.views.rows import story
-from desim.engine import compiled
+from desim.compiler.store import announced
 from desim.engine.kernel import Phase
 from desim.results.traces import kept
 
@@ -337,12 +337,12 @@ def test_only_what_is_compiled_is_announced_and_once(tmp_path, monkeypatch):
     for name in "chilly", "frozen":
         (tmp_path / f"{name}.py").write_text(KERNEL)
     said = []
-    with compiled.announced(lambda: said.append("compiling")):
+    with announced(lambda: said.append("compiling")):
         importlib.import_module("chilly")
         importlib.import_module("frozen")
     assert said == ["compiling"]
     del sys.modules["chilly"]
-    with compiled.announced(lambda: said.append("again")):
+    with announced(lambda: said.append("again")):
         importlib.import_module("chilly")  # from the cache
     assert said == ["compiling"]
 

@@ -2,8 +2,5 @@
 
 State comes to a loop in one way. Arrays that belong together are a NamedTuple of arrays, made once.
 Settings and results that are numbers are one record of a dtype. Values of a single call are plain
-arguments. numba's dispatcher takes some microseconds to recognize a NamedTuple: loops that run for
-each robot at its control rate take plain arrays, or are called as ``compiled_function`` returns
-them (``desim/engine/compiled.py``).
-Modules import the loops of their own name ``as kernels``.
+arguments. Modules import the loops of their own name ``as kernels``.
 """

@@ -6,9 +6,8 @@ A cell is one number: ``tile * 1024 + (row % 32) * 32 + (column % 32)``.
 from typing import NamedTuple
 
 import numpy as np
-from numba import from_dtype, njit, types
 
-from desim.ports.kernels import cos, lean, sin
+from desim.ports.kernels import cos, from_dtype, inner, kernel, sin, types
 from desim.robot.kernels.tiles import FREE, FUSED, HIT, MISS, OCCUPIED, POOL, make_own
 
 # Evidence is clamped to log-odds of -2.0 .. 3.5, in units of 0.05 nat (OctoMap, as ``HIT``).
@@ -38,7 +37,7 @@ _sheet = types.NamedTuple([types.uint32[::1], types.uint8[::1]], Sheet)
 _f8, _i8, _f8x2 = types.float64, types.int64, types.float64[:, ::1]
 
 
-@lean("f8(f8, f8, i8)")
+@inner("f8(f8, f8, i8)")
 def rim(x, along_x, width):
     """The length of a line in this direction until it leaves [0, width)."""
     if along_x > 0.0:
@@ -46,7 +45,7 @@ def rim(x, along_x, width):
     return x / -along_x if along_x < 0.0 else np.inf
 
 
-@lean(types.void(*[_f8] * 5, _i8, _i8, types.uint8, _sheet))
+@inner(types.void(*[_f8] * 5, _i8, _i8, types.uint8, _sheet))
 def walk(x, y, along_x, along_y, length, width, height, stamp, sheet):
     """Stamp the cells on a line of ``length`` from (x, y) along a unit vector, up to the rim of the
     grid.
@@ -78,7 +77,7 @@ def walk(x, y, along_x, along_y, length, width, height, stamp, sheet):
     marks[numbers[at] + numbers[rows + int(y + along_y * length)]] = stamp
 
 
-@lean(types.void(_f8x2, _f8x2, _scan, _sheet))
+@inner(types.void(_f8x2, _f8x2, _scan, _sheet))
 def keep_walls(ray, end, scan, sheet):
     """Clear the cells where a wall seems to go on: the line through the returns of two neighbouring
     beams, as far as the next beam. That beam, if it grazes the wall, runs through the wall's own
@@ -107,7 +106,7 @@ def keep_walls(ray, end, scan, sheet):
                      height, np.uint8(0), sheet)
 
 
-@lean("UniTuple(i8, 2)(f8, f8, f8, f8, i8)")
+@inner("UniTuple(i8, 2)(f8, f8, f8, f8, i8)")
 def reach(at, low, high, usable, size):
     """The first and the last of the columns (or rows) within ``usable`` of a sensor ``at``, and
     within the ends ``low`` and ``high`` of its beams, or one beside them."""
@@ -116,7 +115,7 @@ def reach(at, low, high, usable, size):
     return int(max(first, 0.0)), int(min(last, size - 1.0))
 
 
-@njit(types.UniTuple(_i8, 4)(types.float32[::1], _scan, _sheet), cache=True)
+@kernel(types.UniTuple(_i8, 4)(types.float32[::1], _scan, _sheet), inner=True)
 def sweep(ranges, scan, sheet):
     """Stamp the cells that a scan found occupied (its stamp) and free (one more). Returns the first
     and the last column and row with such cells, or a little more; ``ranges`` in m.
@@ -154,7 +153,7 @@ def sweep(ranges, scan, sheet):
     return first, last, bottom, top
 
 
-@lean("i1(i1, u1, u1)")
+@inner("i1(i1, u1, u1)")
 def revised(old, mark, hit):
     """The evidence of a cell after a scan with this stamp of hits. Without a branch: it becomes
     vector instructions."""
@@ -165,7 +164,7 @@ def revised(old, mark, hit):
     return new if new < np.int8(CLAMP_HIGH) else np.int8(CLAMP_HIGH)
 
 
-@lean("u8(u1[::1], u1, u8, i1[:,::1], u8)")
+@inner("u8(u1[::1], u1, u8, i1[:,::1], u8)")
 def news(marks, hit, tile, data, index):
     """The rows of a tile in which a scan changes evidence, a bit each. A cell at its clamp stays as
     it is."""
@@ -179,7 +178,7 @@ def news(marks, hit, tile, data, index):
     return rows
 
 
-@lean("b1(u1[::1], u1, u8, u8, i1[:,::1], u8, i2[:,::1])")
+@inner("b1(u1[::1], u1, u8, u8, i1[:,::1], u8, i2[:,::1])")
 def revise(marks, hit, tile, row, data, index, fused):
     """Change the evidence of a tile's row, and the sum. Whether a cell became free, occupied or
     unknown."""
@@ -196,8 +195,7 @@ def revise(marks, hit, tile, row, data, index, fused):
     return turned != 0
 
 
-@njit(types.int64(types.float32[::1], _scan, _sheet, types.int64, types.int32[::1], POOL, FUSED),
-      cache=True)
+@kernel(types.int64(types.float32[::1], _scan, _sheet, types.int64, types.int32[::1], POOL, FUSED))
 def integrate(ranges, scan, sheet, version, indices, pool, total):
     """Add the evidence of a scan to the layer ``indices`` and to the sum, whose version this is.
     Returns the number of tiles in ``total.changed``."""

@@ -8,9 +8,8 @@ between them.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, types
 
-from desim.ports.kernels import lean
+from desim.ports.kernels import inner, kernel, lean, types
 
 # Log-odds in units of 0.05 nat: hit 0.85, miss -0.4 (OctoMap, Hornung et al. 2013, section 5).
 HIT, MISS = 17, -8
@@ -45,7 +44,7 @@ POOL = types.NamedTuple([types.int8[:, ::1], _i4x1, _i4x1, _i8x1], Pool)
 FUSED = types.NamedTuple([types.int16[:, ::1], _i8x1, _i4x1], Fused)
 
 
-@lean(types.void(types.int32, POOL))
+@inner(types.void(types.int32, POOL))
 def drop(index, pool):
     """One reference less to a tile; at zero it is free."""
     if index != 0:
@@ -70,7 +69,7 @@ def drop_all(indices, pool):
         drop(indices[k], pool)
 
 
-@njit(types.void(_i8, _i4x1, POOL), cache=True)
+@kernel(types.void(_i8, _i4x1, POOL), inner=True)
 def make_own(tile, indices, pool):
     """Copy on write: afterwards no other layer points to this layer's ``tile``."""
     index = indices[tile]
@@ -78,13 +77,14 @@ def make_own(tile, indices, pool):
         return
     pool.free_count[0] -= 1
     fresh = pool.free[pool.free_count[0]]
-    pool.data[fresh] = pool.data[index]
+    for c in range(1024):
+        pool.data[fresh, c] = pool.data[index, c]
     pool.refs[fresh] = 1
     drop(index, pool)
     indices[tile] = fresh
 
 
-@lean("b1(i8, i8, i8, i1[:,::1], i2[:,::1])")
+@inner("b1(i8, i8, i8, i1[:,::1], i2[:,::1])")
 def exchange(tile, old, new, data, fused):
     """Put a tile's ``new`` evidence in the place of ``old`` in the sum. Whether a cell became free,
     occupied or unknown. A plain loop, which becomes vector instructions."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from desim.engine.compiled import compiled_function
+from desim.compiler.kernel import compiled_function
 from desim.middleware.contents import Pose
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.kernels import local_planner as kernels

@@ -2,9 +2,7 @@
 
 import math
 
-from numba import njit, types
-
-from desim.ports.kernels import TWO_PI, cos, lean, sin
+from desim.ports.kernels import TWO_PI, cos, inner, kernel, lean, sin, types
 from desim.world.kernels.contact import RASTER, TILES, deepest
 
 _ROWS = types.Array(types.float64, 2, "C", readonly=True)
@@ -25,7 +23,7 @@ _PUSHES = 3  # away from walls, in a round: one for each wall of a corner, and o
 _STRAIGHT_RAD = 1e-6  # a smaller turn in a tick is none: sin and 1 - cos would lose digits
 
 
-@lean("void(f8[::1], f8, f8, f8, f8)")
+@inner("void(f8[::1], f8, f8, f8, f8)")
 def move(pose, v, u, w, dt_s):
     """Move one pose [3] for dt_s at constant v forward, u left, w turning: an arc, exactly.
 
@@ -53,7 +51,7 @@ def move_all(poses, velocities, dt_s):
             move(poses[r], v, u, w, dt_s)
 
 
-@lean("void(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, f8)")
+@inner("void(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, f8)")
 def drive(velocities, commands, limits, clocks, now_ns, dt_s):
     """Bring velocities nearer to the commands, as fast as the motors can. A command that is older
     than its timeout counts as a stop.
@@ -81,7 +79,7 @@ def drive(velocities, commands, limits, clocks, now_ns, dt_s):
         velocities[r, 0], velocities[r, 1], velocities[r, 2] = v, u, w
 
 
-@lean("i8(f8[:,::1], f8[:,::1], i8[::1], i8[:,::1])")
+@inner("i8(f8[:,::1], f8[:,::1], i8[::1], i8[:,::1])")
 def near_pairs(poses, limits, order, pairs):
     """Find robots that may touch, and write them to pairs [.., 2], robot < other. Returns the
     number of pairs. It sweeps along x over ``order`` [n], which stays sorted from tick to tick.
@@ -111,7 +109,7 @@ def near_pairs(poses, limits, order, pairs):
     return found
 
 
-@lean("i8(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, i8[:,::1], i8, i8, i8[:,::1], i8)")
+@inner("i8(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, i8[:,::1], i8, i8, i8[:,::1], i8)")
 def part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, episodes, found):
     """Push overlapping robots apart, each by half, and note the episodes that begin.
 
@@ -140,14 +138,14 @@ def part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, ep
     return found if acted else -1 - found
 
 
-@lean("void(f8[:,::1], f8[:,::1], i8)")
+@inner("void(f8[:,::1], f8[:,::1], i8)")
 def put_back(poses, before, robot):
     """Put a robot back to where the tick began: a place that was free."""
     poses[robot, 0], poses[robot, 1] = before[robot, X], before[robot, Y]
     before[robot, MARK] = _PUT_BACK
 
 
-@lean("void(f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8)")
+@inner("void(f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8)")
 def settle(poses, velocities, before, travelled, dt_s):
     """Reduce the velocity of bodies that were pushed or put back to that of their actual way.
 
@@ -164,10 +162,10 @@ def settle(poses, velocities, before, travelled, dt_s):
             velocities[r, 1] = min(max(c * y - s * x, min(u, 0.0)), max(u, 0.0))
 
 
-@njit(types.int64(*[types.float64[:, ::1]] * 4, types.int64[:, ::1], types.int64[::1],
-                  types.int64[:, ::1], types.float64[:, ::1], types.int64[:, ::1],
-                  types.float64[::1], _ROWS, types.int64, TILES, RASTER, _ROWS,
-                  types.int64, types.float64, types.int64, types.int64[:, ::1]), cache=True)
+@kernel(types.int64(*[types.float64[:, ::1]] * 4, types.int64[:, ::1], types.int64[::1],
+                    types.int64[:, ::1], types.float64[:, ::1], types.int64[:, ::1],
+                    types.float64[::1], _ROWS, types.int64, TILES, RASTER, _ROWS,
+                    types.int64, types.float64, types.int64, types.int64[:, ::1]))
 def advance(poses, velocities, commands, limits, clocks, order, pairs, before, last, travelled,
             walls, indexed, tiles, raster, discs, now_ns, dt_s, episode_ns, episodes):
     """Make one tick of the fleet, ending at ``now_ns``. Returns the number of contact episodes that
@@ -177,8 +175,9 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
     ends up in a wall. Robots far away have no part in it, neither in a sum nor in the order.
     """
     n = poses.shape[0]
-    before[:, :MARK] = poses
-    before[:, MARK] = _UNTOUCHED
+    for r in range(n):
+        before[r, X], before[r, Y], before[r, YAW] = poses[r, 0], poses[r, 1], poses[r, 2]
+        before[r, MARK] = _UNTOUCHED
     drive(velocities, commands, limits, clocks, now_ns, dt_s)
     move_all(poses, velocities, dt_s)
     count = near_pairs(poses, limits, order, pairs)

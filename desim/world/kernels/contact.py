@@ -2,9 +2,7 @@
 
 import math
 
-from numba import njit, types
-
-from desim.ports.kernels import lean
+from desim.ports.kernels import inner, kernel, types
 from desim.world.wall_index import TileIndex
 
 _ROWS = types.Array(types.float64, 2, "C", readonly=True)
@@ -14,7 +12,7 @@ TILES = types.NamedTuple([types.int64[:, ::1], types.int64[::1], types.float64[:
 RASTER = types.Tuple([types.uint8[:, ::1], types.float64[::1]])
 
 
-@njit(_DEPTH(types.float64, types.float64, types.float64, _DEPTH), cache=True, inline="always")
+@kernel(_DEPTH(types.float64, types.float64, types.float64, _DEPTH), inner=True)
 def deeper(dx, dy, radius, worst):
     """The deeper of ``worst`` and a point of matter from which the disc's centre is (dx, dy) away.
 
@@ -28,7 +26,7 @@ def deeper(dx, dy, radius, worst):
     return radius - distance, dx / distance, dy / distance
 
 
-@lean(_DEPTH(types.float64, types.float64, types.float64, _ROWS, types.int64, _DEPTH))
+@inner(_DEPTH(types.float64, types.float64, types.float64, _ROWS, types.int64, _DEPTH))
 def against_wall(x, y, radius, walls, w, worst):
     """The deeper of ``worst`` and the contact with wall w of walls [n, 4]."""
     x1, y1 = walls[w, 0], walls[w, 1]
@@ -38,7 +36,7 @@ def against_wall(x, y, radius, walls, w, worst):
     return deeper(x - x1 - along * ex, y - y1 - along * ey, radius, worst)
 
 
-@lean(_DEPTH(types.float64, types.float64, types.float64, RASTER, _DEPTH))
+@inner(_DEPTH(types.float64, types.float64, types.float64, RASTER, _DEPTH))
 def against_raster(x, y, radius, raster, worst):
     """The deeper of ``worst`` and the contacts with solid cells."""
     near, frame = raster
@@ -57,7 +55,7 @@ def against_raster(x, y, radius, raster, worst):
     return worst
 
 
-@lean(_DEPTH(*[types.float64] * 3, _ROWS, types.int64, TILES, RASTER, _ROWS))
+@inner(_DEPTH(*[types.float64] * 3, _ROWS, types.int64, TILES, RASTER, _ROWS))
 def deepest(x, y, radius, walls, indexed, tiles, raster, discs):
     """The deepest contact of a disc with fixed matter and ``discs``; depth 0 if there is none.
 

@@ -2,9 +2,7 @@
 
 import math
 
-from numba import types
-
-from desim.ports.kernels import lean
+from desim.ports.kernels import inner, lean, types
 
 _FIXED = types.Array(types.float64, 2, "C", readonly=True)  # accepts writable arrays too
 
@@ -14,7 +12,7 @@ _OUT = types.Array(types.int64, 2, "C")
 _HAIR = 1e-6
 
 
-@lean(types.int64(types.int64, types.float64, types.float64))
+@inner(types.int64(types.int64, types.float64, types.float64))
 def _within_tiles(count, at, hair):
     """The tile, of ``count`` in a row, at a place in tiles; of those outside the nearest one."""
     return int(max(0.0, min(count - 1.0, math.floor(at + hair))))
@@ -88,7 +86,7 @@ def crossings(walls, frame, start, items, pairs, seen, hits, out):
     return found
 
 
-@lean(types.int64(_OUT, types.int64, types.int64, types.int64, types.int64, types.int64))
+@inner(types.int64(_OUT, types.int64, types.int64, types.int64, types.int64, types.int64))
 def _crossed(out, found, line, kind, way_in, way_out):
     """Note a stretch of ``kind`` on ``line``: a block's two faces, one of a post's; -1 is none."""
     for face in (way_in, way_out):
@@ -102,7 +100,7 @@ def _crossed(out, found, line, kind, way_in, way_out):
     return found
 
 
-@lean(types.UniTuple(types.float64, 2)(types.float64, types.float64, types.float64, types.float64,
+@inner(types.UniTuple(types.float64, 2)(types.float64, types.float64, types.float64, types.float64,
                                        types.float64))
 def _within(start, way, width, first, last):
     """The part of [first, last] of a line in which ``start`` + part * ``way`` is in [0, width]."""

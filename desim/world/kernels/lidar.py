@@ -9,9 +9,8 @@ two products. Beams of one sweep have ascending angles, hence a wall or disc cov
 import math
 
 import numpy as np
-from numba import njit, types
 
-from desim.ports.kernels import TWO_PI, atan2, cos, lean, normal, sin
+from desim.ports.kernels import TWO_PI, atan2, cos, inner, kernel, lean, normal, sin, types
 
 _FIXED = types.Array(types.float64, 2, "C", readonly=True)
 _RADII = types.Array(types.float64, 1, "A", readonly=True)
@@ -26,8 +25,8 @@ _NEVER = 1e300  # the way to the faces beside a beam that runs along an axis: in
 _WIDE, _NARROW = 0.5 * math.pi, 1.05
 
 
-@lean(types.void(_FIXED, types.int64[::1], types.float64, types.float64, types.float64,
-                 types.float64, types.float64[::1], types.float64[:, ::1], types.float64[::1]))
+@inner(types.void(_FIXED, types.int64[::1], types.float64, types.float64, types.float64,
+                  types.float64, types.float64[::1], types.float64[:, ::1], types.float64[::1]))
 def cover_walls(walls, listed, x, y, c, s, laser, directions, inverse):
     """Write the ``listed`` rows of walls [n, 4] into the beams that they cover.
 
@@ -61,9 +60,9 @@ def cover_walls(walls, listed, x, y, c, s, laser, directions, inverse):
             end -= TWO_PI
 
 
-@lean(types.void(_FIXED, _RADII, types.int64, types.float64, types.float64,
-                 types.float64, types.float64, types.float64[::1], types.float64[:, ::1],
-                 types.float64[::1]))
+@inner(types.void(_FIXED, _RADII, types.int64, types.float64, types.float64,
+                  types.float64, types.float64, types.float64[::1], types.float64[:, ::1],
+                  types.float64[::1]))
 def cover_discs(centres, radii, without, x, y, c, s, laser, directions, inverse):
     """Write discs into the beams that they cover. With b = u . centre, the range is
     b - sqrt(b^2 - (d^2 - r^2)).
@@ -120,7 +119,7 @@ def free_squares(solid, squares):
                     squares[k, row, col] = min(least, 254) + 1
 
 
-@lean("f8(f8, f8, f8, f8, f8, u1[:,:,::1])")
+@inner("f8(f8, f8, f8, f8, f8, u1[:,:,::1])")
 def leap(x, y, ux, uy, limit, squares):
     """Range to the first solid cell along a beam, exact, in cells; ``limit`` if there is none.
 
@@ -153,7 +152,7 @@ def leap(x, y, ux, uy, limit, squares):
     return min(t, limit)
 
 
-@lean("void(f8, f8, f8, f8, f8, f8[:,::1], u1[:,:,::1], f8[::1], f8[::1])")
+@inner("void(f8, f8, f8, f8, f8, f8[:,::1], u1[:,:,::1], f8[::1], f8[::1])")
 def cover_raster(x, y, c, s, reach, directions, squares, frame, inverse):
     """Cast all beams over a raster terrain; frame x0 m, y0 m, cells per m."""
     col, row = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2]
@@ -166,7 +165,7 @@ def cover_raster(x, y, c, s, reach, directions, squares, frame, inverse):
             inverse[i] = frame[2] / max(t, _EDGE_ON)
 
 
-@lean("void(f8[::1], f8, f8, u8, u8, f4[::1])")
+@inner("void(f8[::1], f8, f8, u8, u8, f4[::1])")
 def read_ranges(inverse, reach, noise_m, key, first, out):
     """Turn inverse ranges into readings [beams]. A beam that met nothing reads ``reach``, without
     noise."""
@@ -180,10 +179,10 @@ def read_ranges(inverse, reach, noise_m, key, first, out):
                 out[i] = min(max(noisy, 0.0), reach)
 
 
-@njit(types.void(_FIXED, types.int64[::1], types.int64, types.float64[::1], _FIXED,
-                 types.float64[:, ::1], types.int64[:, ::1], types.int64[::1], types.float64[::1],
-                 types.uint8[:, :, ::1], types.float64[::1], _FIXED, types.float64[::1],
-                 types.uint64[::1], types.float64[::1], types.float32[:, ::1]), cache=True)
+@kernel(types.void(_FIXED, types.int64[::1], types.int64, types.float64[::1], _FIXED,
+                   types.float64[:, ::1], types.int64[:, ::1], types.int64[::1], types.float64[::1],
+                   types.uint8[:, :, ::1], types.float64[::1], _FIXED, types.float64[::1],
+                   types.uint64[::1], types.float64[::1], types.float32[:, ::1]))
 def scan(poses, robots, tick, radii, walls, directions, tile_start, tile_items, tile_frame,
          squares, squares_frame, discs, laser, keys, inverse, out):
     """Cast sweep number ``tick`` of each of ``robots`` [k].

@@ -1,9 +1,8 @@
 """Readings of wheel odometers: true poses with counter-based noise."""
 
 import numpy as np
-from numba import types
 
-from desim.ports.kernels import cos, lean, normal, sin
+from desim.ports.kernels import cos, lean, normal, sin, types
 
 _FIXED = types.Array(types.float64, 2, "C", readonly=True)  # accepts writable arrays too
 

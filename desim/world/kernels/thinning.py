@@ -1,8 +1,6 @@
 """Thinning of the solid cells of a map to lines one cell wide."""
 
-from numba import types
-
-from desim.ports.kernels import lean
+from desim.ports.kernels import lean, types
 
 
 @lean(types.void(types.Array(types.uint8, 1, "C"), types.int64, types.Array(types.int64, 1, "C"),

@@ -7,9 +7,8 @@ A cell is its place in ``flat``, whose rows are ``across`` cells long.
 """
 
 import numpy as np
-from numba import from_dtype, njit, types
 
-from desim.ports.kernels import lean
+from desim.ports.kernels import from_dtype, inner, kernel, lean, types
 from desim.robot.kernels.tiles import FREE, OCCUPIED
 
 TILE = 32
@@ -21,7 +20,7 @@ FRAME = np.dtype([(name, "f8") for name in ("x_m", "y_m", "cell_m", "across", "r
 FRAME_ARRAY = types.Array(from_dtype(FRAME), 1, "C")
 
 
-@lean(types.int64(types.float64, types.float64, FRAME_ARRAY))
+@inner(types.int64(types.float64, types.float64, FRAME_ARRAY))
 def place(x, y, frame):
     """The cell of a point, or -1 outside."""
     f = frame[0]
@@ -31,7 +30,7 @@ def place(x, y, frame):
     return -1
 
 
-@lean("b1(i2[::1], u1[::1])")
+@inner("b1(i2[::1], u1[::1])")
 def same(values, costs):
     """Whether a row of cells is free, occupied and unknown where its costs say so. Without a
     branch, so that it takes a fraction of the time of a test of each."""
@@ -104,7 +103,7 @@ def inflate(boxes, count, stencil, reach, cost):
                         cost[y, x] = stencil[k, 2]
 
 
-@njit("b1(u1[::1], i8, i8)", cache=True, inline="always")
+@kernel("b1(u1[::1], i8, i8)", inner=True)
 def beside_unknown(flat, across, cell):
     """Whether one of the four neighbours is unknown."""
     return (flat[cell - 1] == UNKNOWN or flat[cell + 1] == UNKNOWN

@@ -7,9 +7,8 @@ cost of a step (straight, diagonal) into a cell by its cost, 0 = impassable.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, types
 
-from desim.ports.kernels import lean
+from desim.ports.kernels import inner, kernel, lean, types
 from desim.robot.navigation.kernels.global_costmap import beside_unknown, dearest
 
 BUCKETS = 64  # more than the dearest step of any toll
@@ -35,7 +34,7 @@ SEARCH = types.NamedTuple([types.int32[::1], types.uint8[::1], types.int32[::1],
                            types.int32[:, ::1], _i8[::1], _i8[:, ::1]], Search)
 
 
-@lean("b1(u1[::1], i8, i4[:,::1], i8, i8[:,::1])")
+@inner("b1(u1[::1], i8, i4[:,::1], i8, i8[:,::1])")
 def is_frontier(flat, across, toll, cell, discs):
     """Passable, with an unknown neighbour at one of its four sides, and in none of ``discs``
     [k, 3] row, column, squared radius in cells."""
@@ -48,7 +47,7 @@ def is_frontier(flat, across, toll, cell, discs):
     return True
 
 
-@lean("i8(u1[::1], i8, i4[:,::1], i8, i8[:,::1], u1[::1], i4[::1])")
+@inner("i8(u1[::1], i8, i4[:,::1], i8, i8[:,::1], u1[::1], i4[::1])")
 def cluster(flat, across, toll, seed, discs, seen, queue):
     """Write the frontier cells that hang together (8 neighbours) with ``seed`` to ``queue``, in the
     order of their number of steps from it, and mark them in ``seen``. Returns their number."""
@@ -66,8 +65,8 @@ def cluster(flat, across, toll, seed, discs, seen, queue):
     return size
 
 
-@njit(types.UniTuple(_i8, 2)(types.uint8[::1], _i8, types.int32[:, ::1], *[_i8] * 5,
-                             types.int64[:, ::1], SEARCH), cache=True)
+@kernel(types.UniTuple(_i8, 2)(types.uint8[::1], _i8, types.int32[:, ::1], *[_i8] * 5,
+                               types.int64[:, ::1], SEARCH))
 def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, search):
     """Dijkstra from ``start`` with integer costs in circular buckets (Dial 1969), in order of cost
     until ``goal`` is settled, or ``limit`` frontier clusters, or all there is.
@@ -82,7 +81,7 @@ def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, sear
     used[0], used[1] = start, start + 1
     filled = np.zeros(BUCKETS, np.int64)
     straight, diagonal, least = toll[0], toll[1], toll[0, 0]
-    around = np.array([-across, -1, 1, across, -across - 1, 1 - across, across - 1, across + 1])
+    around = -across, -1, 1, across, -across - 1, 1 - across, across - 1, across + 1
     distance[start], buckets[0, 0], filled[0] = 0, start, 1
     waiting, far, count, open_ = 1, 0, 0, 0
     while waiting > 0:
@@ -94,8 +93,8 @@ def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, sear
             if count < limit and beside_unknown(flat, across, cell) and seen[cell] == 0 \
                     and is_frontier(flat, across, toll, cell, discs):
                 size = cluster(flat, across, toll, cell, discs, seen, queue)
-                used[0] = min(used[0], queue[:size].min())
-                used[1] = max(used[1], queue[:size].max() + 1)
+                for met in queue[:size]:
+                    used[0], used[1] = min(used[0], met), max(used[1], met + 1)
                 if size >= smallest:
                     aim = queue[min(inward, size // 2)]
                     found[count, 0], found[count, 1] = aim, size

@@ -12,9 +12,8 @@ takes 2 to 3 us more for two NamedTuples, twice the present overhead of a call.
 import math
 
 import numpy as np
-from numba import from_dtype, njit, types
 
-from desim.ports.kernels import cos, lean, sin
+from desim.ports.kernels import cos, from_dtype, inner, kernel, lean, sin, types
 from desim.robot.navigation.kernels.global_costmap import FRAME_ARRAY, LETHAL, place
 
 # The last scan: the robot's pose on the map then, its instant, and the range from which on a beam
@@ -38,7 +37,7 @@ _f4x1, _f4x2 = types.float32[::1], types.float32[:, ::1]
 _f8x2, _u1x1 = types.float64[:, ::1], types.uint8[::1]
 
 
-@lean("b1(f8, f8, f8, f8, f4[:,::1], f4[::1])")
+@inner("b1(f8, f8, f8, f8, f4[:,::1], f4[::1])")
 def stamp(x, y, cell_m, reach_m, near2, dx2):
     """Mark a point in the layer; False if it is too far away to matter. dx2 [n]: to work in."""
     size = near2.shape[0]
@@ -61,7 +60,7 @@ def stamp(x, y, cell_m, reach_m, near2, dx2):
     return True
 
 
-@njit(types.void(_f4x1, _f8x2, SCAN_ARRAY, LAYER_ARRAY, _f4x2), cache=True)
+@kernel(types.void(_f4x1, _f8x2, SCAN_ARRAY, LAYER_ARRAY, _f4x2), inner=True)
 def mark(ranges, beams, scan, layer, near2):
     """Mark the points of a scan in the empty layer; distances above ``reach_m`` stay far."""
     no_return_m, cell_m, reach_m = scan[0].no_return_m, layer[0].cell_m, layer[0].reach_m
@@ -78,7 +77,7 @@ def mark(ranges, beams, scan, layer, near2):
             last_x, last_y = x, y
 
 
-@njit(types.void(_f4x1, _f8x2, SCAN_ARRAY, LAYER_ARRAY, _f8x2, _f4x2), cache=True)
+@kernel(types.void(_f4x1, _f8x2, SCAN_ARRAY, LAYER_ARRAY, _f8x2, _f4x2), inner=True)
 def remember(ranges, beams, scan, layer, memory, near2):
     """Mark the points that were near by a moment ago and are out of view now: a robot that turns
     must not forget what it turned away from. memory [most, 3] x, y on the map and the instant."""
@@ -91,7 +90,8 @@ def remember(ranges, beams, scan, layer, memory, near2):
         r2 = x * x + y * y
         if now_s - memory[k, 2] < _MEMORY_S and r2 < _MEMORY_M**2 and x < widest * math.sqrt(r2):
             stamp(x, y, cell_m, reach_m, near2, dx2)
-            memory[kept] = memory[k]
+            for i in range(3):
+                memory[kept, i] = memory[k, i]
             kept += 1
     for b in range(0, len(ranges), 2):
         r = float(ranges[b])
@@ -104,7 +104,7 @@ def remember(ranges, beams, scan, layer, memory, near2):
     layer[0].remembered = kept
 
 
-@lean(types.float64(_f4x1, _f8x2, SCAN_ARRAY, types.float64, _u1x1, FRAME_ARRAY))
+@inner(types.float64(_f4x1, _f8x2, SCAN_ARRAY, types.float64, _u1x1, FRAME_ARRAY))
 def yield_to(ranges, beams, scan, within_m, flat, frame):
     """Distance in m, at most ``within_m``, to the nearest thing that perhaps moves and has the
     right of way: it is on no known obstacle, and ahead or to the right."""
@@ -135,7 +135,7 @@ def observe(ranges, beams, scan, layer, flat, frame, memory, near2):
     layer[0].yield_m = yield_to(ranges, beams, scan, layer[0].within_m, flat, frame)
 
 
-@lean("f8(f4[:,::1], f8, f8, f8)")
+@inner("f8(f4[:,::1], f8, f8, f8)")
 def clearance2(near2, cell_m, x, y):
     """Squared distance in m^2 to the nearest point seen; ``FAR2`` outside of the layer."""
     size = near2.shape[0]

@@ -8,9 +8,8 @@ costmap's frame where nothing else is said. Arrays are plain arguments for the r
 import math
 
 import numpy as np
-from numba import from_dtype, njit, types
 
-from desim.ports.kernels import atan2, cos, exp, lean, sin
+from desim.ports.kernels import atan2, cos, exp, from_dtype, inner, kernel, lean, sin, types
 from desim.robot.navigation.kernels.global_costmap import FRAME_ARRAY, INSCRIBED, LETHAL, place
 from desim.robot.navigation.kernels.local_costmap import LAYER_ARRAY, SCAN_ARRAY, clearance2
 
@@ -55,7 +54,7 @@ _f8, _f4x2, _u1x1 = types.float64, types.float32[:, ::1], types.uint8[::1]
 _f8x1, _f8x2 = _f8[::1], _f8[:, ::1]
 
 
-@lean(_f8(_f8x2, _state))
+@inner(_f8(_f8x2, _state))
 def locate(way, state):
     """Move on to the leg of ``way`` [n, 2] that is nearest to the robot, among the present one and
     the next few. Returns the share of it that lies behind."""
@@ -72,7 +71,7 @@ def locate(way, state):
     return along
 
 
-@lean("UniTuple(f8, 3)(f8[:,::1], i8, f8, f8, f8)")
+@inner("UniTuple(f8, 3)(f8[:,::1], i8, f8, f8, f8)")
 def ahead(way, leg, along, ahead_m, right_m):
     """The point of ``way`` that is ``ahead_m`` further on, moved to the right by ``right_m``; near
     the end of the way, the end itself. And the length still to go."""
@@ -90,7 +89,7 @@ def ahead(way, leg, along, ahead_m, right_m):
     return px, py, togo
 
 
-@lean(types.boolean(_u1x1, FRAME_ARRAY, _f8, _f8, _f8, _f8))
+@inner(types.boolean(_u1x1, FRAME_ARRAY, _f8, _f8, _f8, _f8))
 def clear_line(flat, frame, x, y, px, py):
     """Whether no known obstacle is on the line from one point of the map to another, nor its
     margin, unless the line begins in one."""
@@ -104,7 +103,7 @@ def clear_line(flat, frame, x, y, px, py):
     return True
 
 
-@lean(types.UniTuple(_f8, 3)(_f8x2, _state, _setup, _u1x1, FRAME_ARRAY))
+@inner(types.UniTuple(_f8, 3)(_f8x2, _state, _setup, _u1x1, FRAME_ARRAY))
 def aim(way, state, setup, flat, frame):
     """The point of the map to steer for, as far ahead and to the right as the line to it is clear;
     and the length still to go."""
@@ -118,14 +117,14 @@ def aim(way, state, setup, flat, frame):
     return px, py, togo
 
 
-@lean("f8(f4[:,::1], f8, f8, f8, f8)")
+@inner("f8(f4[:,::1], f8, f8, f8, f8)")
 def bar2(near2, cell_m, safe_m, x, y):
     """The squared distance that a robot at (x, y) has to keep for a start: where it is too near to
     something already, it may come no nearer than the layer resolves."""
     return min(safe_m, math.sqrt(clearance2(near2, cell_m, x, y)) - 0.5 * cell_m)**2
 
 
-@lean("f8(f4[:,::1], f8, f8, f8, f8, f8, f8, f8, f8)")
+@inner("f8(f4[:,::1], f8, f8, f8, f8, f8, f8, f8, f8)")
 def free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, length_m):
     """The distance that the robot could go straight, up to ``length_m``, keeping the root of
     ``first2`` at first and ``safe_m`` from there on."""
@@ -136,7 +135,7 @@ def free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, length_m):
     return length_m
 
 
-@lean("UniTuple(f8, 3)(f4[:,::1], f8, f8, f8, f8, f8, f8)")
+@inner("UniTuple(f8, 3)(f4[:,::1], f8, f8, f8, f8, f8, f8)")
 def around(near2, cell_m, safe_m, x, y, dx, dy):
     """The offset (dx, dy) from the robot to its aim, or where something is in the way, the straight
     move that brings it forward most, on the right side rather than on the left; if none does, the
@@ -161,7 +160,7 @@ def around(near2, cell_m, safe_m, x, y, dx, dy):
     return best_x, best_y, 1.0 if best == 0.0 else 0.0
 
 
-@lean(types.void(_setup, *[_f8] * 3, _f8x2))
+@inner(types.void(_setup, *[_f8] * 3, _f8x2))
 def fan(setup, yaw, low_w, high_w, arcs):
     """Fill in the properties that an arc has at any speed, for turn rates within reach: arcs
     [turns + 1, 6], out: turn rate | chord over arc length | direction of the chord | direction of
@@ -175,7 +174,7 @@ def fan(setup, yaw, low_w, high_w, arcs):
         arcs[j, 4], arcs[j, 5] = cos(yaw + 2.0 * half), sin(yaw + 2.0 * half)
 
 
-@lean(_f8(_setup, _f8, _f8x1, _f8, _f8))
+@inner(_f8(_setup, _f8, _f8x1, _f8, _f8))
 def detour(setup, v, arc, lx, ly):
     """The cost of an arc of speed v on open ground: by the distance of its end from the straight
     line to the aim, (lx, ly) from here, and of the point ahead of its end from the aim."""
@@ -187,7 +186,7 @@ def detour(setup, v, arc, lx, ly):
     return s.path_weight * off_m + s.goal_weight * math.sqrt(fx * fx + fy * fy)
 
 
-@lean(_f8(_f4x2, _setup, *[_f8] * 6))
+@inner(_f8(_f4x2, _setup, *[_f8] * 6))
 def danger(near2, setup, x, y, yaw, v, w, first2):
     """The cost of an arc's nearness to obstacles, as in costmap_2d's inflation. Infinite if it
     comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
@@ -209,7 +208,7 @@ def danger(near2, setup, x, y, yaw, v, w, first2):
     return s.obstacle_weight * 252.0 * min(near, 1.0)
 
 
-@njit(types.void(_f4x2, _setup, _state, *[_f8] * 6), cache=True)
+@kernel(types.void(_f4x2, _setup, _state, *[_f8] * 6), inner=True)
 def window(near2, setup, state, x, y, yaw, top_v, aim_x, aim_y):
     """The dynamic window (Fox, Burgard, Thrun 1997): of the velocities within reach in one control
     period the one with the cheapest rollout; braking straight ahead if none is clear."""

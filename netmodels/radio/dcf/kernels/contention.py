@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import int64, void
 
-from desim.ports.kernels import lean, uniform_half_open
+from desim.ports.kernels import inner, types, uniform_half_open
 from netmodels.radio.dcf.kernels.records import (
     IDLE,
     KINDS,
@@ -17,10 +16,12 @@ from netmodels.radio.dcf.kernels.records import (
     schedule,
 )
 
+int64, void = types.int64, types.void
+
 _i8 = int64
 
 
-@lean(void(a_station))
+@inner(void(a_station))
 def draw_backoff(s):
     """Draw a new backoff, uniform in 0..window slots."""
     s.no_backoff = 0
@@ -28,7 +29,7 @@ def draw_backoff(s):
     s.draws += 1
 
 
-@lean(void(a_setup, all_due, a_station))
+@inner(void(a_setup, all_due, a_station))
 def plan_start(setup, due, s):
     """Plan the start of station s's transmission if the medium stays idle."""
     if s.role != IDLE:
@@ -41,7 +42,7 @@ def plan_start(setup, due, s):
         schedule(due, s)
 
 
-@lean(void(a_setup, a_station, _i8))
+@inner(void(a_setup, a_station, _i8))
 def start_slots(setup, s, now_ns):
     """Set when slots begin to count on the idle medium: DIFS after the reservation, or EIFS after a
     frame with errors, without regard to the reservation (802.11-2016, 10.3.2.3.7; in ns-3 EIFS
@@ -51,7 +52,7 @@ def start_slots(setup, s, now_ns):
     s.slots_from_ns = max(max(now_ns, s.nav_ns) + setup.difs_ns, s.eifs_ends_ns)
 
 
-@lean(void(a_setup, all_due, a_station, _i8))
+@inner(void(a_setup, all_due, a_station, _i8))
 def sense_carrier(setup, due, s, now_ns):
     """Station s senses the medium. If it has become busy, the backoff stops; only whole idle slots
     count, and a station that begins at this very instant does not notice. A station that was to

@@ -7,9 +7,7 @@ one slot comes first.
 
 from __future__ import annotations
 
-from numba import boolean, int64, void
-
-from desim.ports.kernels import lean
+from desim.ports.kernels import inner, types
 from netmodels.radio.dcf.kernels.contention import (
     draw_backoff,
     plan_start,
@@ -50,10 +48,12 @@ from netmodels.radio.dcf.kernels.records import (
     set_rate,
 )
 
+boolean, int64, void = types.boolean, types.int64, types.void
+
 _i8 = int64
 
 
-@lean(void(a_dcf, a_station, _i8))
+@inner(void(a_dcf, a_station, _i8))
 def transmit(d, s, now_ns):
     """Station s goes on the air, and loses the frame that it was receiving."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
@@ -74,7 +74,7 @@ def transmit(d, s, now_ns):
         r.signals += 1
 
 
-@lean(void(a_dcf, a_station, _i8, _i8))
+@inner(void(a_dcf, a_station, _i8, _i8))
 def send(d, s, now_ns, kind):
     """Station s transmits a frame of the exchange that it or its peer began."""
     setup = d.setup[0]
@@ -99,7 +99,7 @@ def send(d, s, now_ns, kind):
     transmit(d, s, now_ns)
 
 
-@lean(void(a_dcf, a_station, _i8))
+@inner(void(a_dcf, a_station, _i8))
 def detect(d, s, now_ns):
     """The beginning of station s's preamble is over. Stations that hear it well enough, and were
     not sending when it came, receive the frame; only now do they know that the medium is busy."""
@@ -125,7 +125,7 @@ def detect(d, s, now_ns):
         sense_carrier(setup, due, r, now_ns)
 
 
-@lean(void(a_dcf, a_station, _i8))
+@inner(void(a_dcf, a_station, _i8))
 def read_header(d, s, now_ns):
     """The header of station s's frame is over. If it has errors, a receiver of ns-3 gives up the
     frame, and takes the medium for idle until a new signal comes."""
@@ -144,7 +144,7 @@ def read_header(d, s, now_ns):
                 sense_carrier(setup, due, r, now_ns)
 
 
-@lean(void(a_dcf, _i8, _i8, a_station, _i8))
+@inner(void(a_dcf, _i8, _i8, a_station, _i8))
 def note(d, now_ns, what, s, receiver):
     """Note an outcome of the first frame of station s's queue."""
     outcome = d.outcomes[d.setup[0].outcomes]
@@ -153,7 +153,7 @@ def note(d, now_ns, what, s, receiver):
     d.setup[0].outcomes += 1
 
 
-@lean(void(a_dcf, _i8, _i8, a_station))
+@inner(void(a_dcf, _i8, _i8, a_station))
 def note_attempt(d, now_ns, what, s):
     """Note whether an attempt of station s was acknowledged, if rates adapt."""
     dest = d.frames[s.index, s.queue_head].dest
@@ -161,7 +161,7 @@ def note_attempt(d, now_ns, what, s):
         note(d, now_ns, what, s, dest)
 
 
-@lean(void(a_setup, all_due, a_station, _i8))
+@inner(void(a_setup, all_due, a_station, _i8))
 def next_packet(setup, due, s, now_ns):
     """Prepare station s for its next packet: the present one has arrived, or was given up."""
     s.role, s.tries, s.delivered, s.ready_ns = IDLE, 0, 0, now_ns
@@ -169,7 +169,7 @@ def next_packet(setup, due, s, now_ns):
     plan_start(setup, due, s)
 
 
-@lean(void(a_dcf, a_station))
+@inner(void(a_dcf, a_station))
 def dequeue(d, s):
     """Take the first frame out of station s's queue."""
     s.queue_head = (s.queue_head + 1) % d.frames.shape[1]
@@ -177,7 +177,7 @@ def dequeue(d, s):
     s.packet = 0
 
 
-@lean(void(a_dcf, a_station))
+@inner(void(a_dcf, a_station))
 def end_packet(d, s):
     """Go on to the next packet of station s's queue."""
     s.packet += 1
@@ -185,7 +185,7 @@ def end_packet(d, s):
         dequeue(d, s)
 
 
-@lean(void(a_dcf, a_station, _i8))
+@inner(void(a_dcf, a_station, _i8))
 def succeed(d, s, now_ns):
     """The packet of station s was acknowledged, or needs no acknowledgement."""
     frame = d.frames[s.index, s.queue_head]
@@ -197,7 +197,7 @@ def succeed(d, s, now_ns):
     next_packet(d.setup[0], d.due, s, now_ns)
 
 
-@lean(void(a_dcf, a_station, _i8))
+@inner(void(a_dcf, a_station, _i8))
 def fail(d, s, now_ns):
     """Station s got no reply. The window doubles up to its largest. It is reset by a success and by
     the station's ``reset_at``-th failure in a row, but not where a packet is given up."""
@@ -224,7 +224,7 @@ def fail(d, s, now_ns):
     next_packet(setup, d.due, s, now_ns)
 
 
-@lean(void(a_setup, all_due, a_station, a_station, _i8, _i8))
+@inner(void(a_setup, all_due, a_station, a_station, _i8, _i8))
 def answer(setup, due, r, peer, now_ns, kind):
     """Station r will send ``kind`` to ``peer`` after a short interframe space."""
     r.answer_to, r.reply_kind = peer.index, kind
@@ -232,7 +232,7 @@ def answer(setup, due, r, peer, now_ns, kind):
     schedule(due, r)
 
 
-@lean(void(a_dcf, a_station, a_station, _i8))
+@inner(void(a_dcf, a_station, a_station, _i8))
 def set_nav(d, r, s, now_ns):
     """Station r sets its NAV as station s's frame says; after an RTS it is reset if the exchange
     does not go on (802.11-2016, 10.3.2.4)."""
@@ -246,14 +246,14 @@ def set_nav(d, r, s, now_ns):
     r.nav_ns = max(r.nav_ns, until_ns)
 
 
-@lean(void(a_dcf, a_station, a_station, _i8))
+@inner(void(a_dcf, a_station, a_station, _i8))
 def acknowledge(d, r, s, now_ns):
     """Station r has received the present packet of station s, and will acknowledge it."""
     answer(d.setup[0], d.due, r, s, now_ns, ACK)
     s.delivered = 1
 
 
-@lean(void(a_dcf, a_station, a_station, _i8))
+@inner(void(a_dcf, a_station, a_station, _i8))
 def receive(d, r, s, now_ns):
     """Station r has received station s's frame without errors."""
     setup, due = d.setup[0], d.due
@@ -280,7 +280,7 @@ def receive(d, r, s, now_ns):
             succeed(d, r, now_ns)
 
 
-@lean(void(a_dcf, a_station, _i8))
+@inner(void(a_dcf, a_station, _i8))
 def end_transmission(d, s, now_ns):
     """Station s's transmission ends. A receiver that finds errors waits for EIFS, or until it
     decodes another frame. A station that awaits a reply has failed if this was none."""
@@ -318,7 +318,7 @@ def end_transmission(d, s, now_ns):
     sense_carrier(setup, due, s, now_ns)
 
 
-@lean(void(a_dcf, a_station, _i8))
+@inner(void(a_dcf, a_station, _i8))
 def expire(d, s, now_ns):
     """Drop the first frame of station s's queue, which has waited too long."""
     note(d, now_ns, EXPIRED, s, -1)
@@ -327,7 +327,7 @@ def expire(d, s, now_ns):
     plan_start(d.setup[0], d.due, s)
 
 
-@lean(boolean(a_dcf, a_station, _i8))
+@inner(boolean(a_dcf, a_station, _i8))
 def reply_has_begun(d, s, now_ns):
     """Whether station s has received the header of a frame that may be the reply (802.11-2016,
     10.3.2.9)."""
@@ -337,7 +337,7 @@ def reply_has_begun(d, s, now_ns):
     return source.begun_ns + d.rates[source.rate].payload_ns <= now_ns
 
 
-@lean(void(a_dcf, a_station, _i8, _i8))
+@inner(void(a_dcf, a_station, _i8, _i8))
 def carry_out(d, s, now_ns, what):
     """Carry out the event ``what`` of station s, there and at the stations that hear it."""
     mark_changed(d, s)

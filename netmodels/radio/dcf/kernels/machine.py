@@ -6,9 +6,7 @@ only the stations that hear it: the work for a frame hardly grows with the stati
 
 from __future__ import annotations
 
-from numba import boolean, int64, void
-
-from desim.ports.kernels import lean
+from desim.ports.kernels import inner, lean, types
 from netmodels.radio.dcf.kernels.contention import (
     draw_backoff,
     plan_start,
@@ -34,11 +32,13 @@ from netmodels.radio.dcf.kernels.records import (
     station_due,
 )
 
+boolean, int64, void = types.boolean, types.int64, types.void
+
 _i8 = int64
 _rows = int64[:, :, ::1]  # ``Addresses.rows``
 
 
-@lean(void(a_dcf, a_station, _i8))
+@inner(void(a_dcf, a_station, _i8))
 def spoil(d, r, now_ns):
     """Lose a frame that station r had decoded."""
     r.eifs_ends_ns = NEVER
@@ -47,7 +47,7 @@ def spoil(d, r, now_ns):
         plan_start(d.setup[0], d.due, r)
 
 
-@lean(void(a_dcf, _i8))
+@inner(void(a_dcf, _i8))
 def run(d, until_ns):
     """Carry out all events up to ``until_ns``, or up to the first instant with an outcome."""
     d.setup[0].outcomes = 0

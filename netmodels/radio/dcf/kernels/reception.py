@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import boolean, float64, from_dtype, int64, void
 
-from desim.ports.kernels import exp, lean, log, uniform_half_open
+from desim.ports.kernels import exp, from_dtype, inner, log, types, uniform_half_open
 from netmodels.radio.dcf.kernels.records import LINK, a_dcf, a_setup, a_station, a_table, all_rates
+
+boolean, float64, int64, void = types.boolean, types.float64, types.int64, types.void
 
 _i8, _f8, _b1, _a_link = int64, float64, boolean, from_dtype(LINK)
 
 
-@lean(_f8(a_setup, a_table, _i8, _f8))
+@inner(_f8(a_setup, a_table, _i8, _f8))
 def log_success(setup, table, rate, ratio):
     """The log of the chance that a bit at ``rate`` has no error at this signal to noise ratio."""
     at = (10.0 / 2.302585092994046 * log(ratio) - setup.table_first_db) / setup.table_step_db
@@ -22,7 +23,7 @@ def log_success(setup, table, rate, ratio):
     return -exp(table[rate, j] + part * (table[rate, j + 1] - table[rate, j]))
 
 
-@lean(void(a_setup, all_rates, a_table, a_station, a_station, _i8))
+@inner(void(a_setup, all_rates, a_table, a_station, a_station, _i8))
 def add_errors(setup, rates, table, r, source, now_ns):
     """Account for errors in the frame that station r receives since its interference changed last.
     """
@@ -44,7 +45,7 @@ def add_errors(setup, rates, table, r, source, now_ns):
         r.log_chance += bits * log_success(setup, table, source.rate, ratio)
 
 
-@lean(void(a_dcf, a_station, a_station, _i8, _a_link))
+@inner(void(a_dcf, a_station, a_station, _i8, _a_link))
 def arrive(d, r, s, now_ns, link):
     """Station s's signal comes to station r, which receives nothing yet, as ns-3 counts it.
 
@@ -68,7 +69,7 @@ def arrive(d, r, s, now_ns, link):
         r.unaware_mw = r.unaware_mw + link.power_mw if first else 0.0
 
 
-@lean(_b1(a_station, a_station))
+@inner(_b1(a_station, a_station))
 def is_intact(r, source):
     """Whether the part of the frame that station r has received so far has no error. The whole
     frame is intact only if each earlier part was."""

@@ -8,10 +8,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import carray, float64, from_dtype, int8, int64, njit, types, void
 
-from desim.ports.kernels import lean, uniform_half_open
+from desim.ports.kernels import carray, from_dtype, inner, kernel, types, uniform_half_open
 from netmodels.kernels import pointer
+
+float64, int8, int64, void = types.float64, types.int8, types.int64, types.void
 
 NEVER = 1 << 62
 
@@ -140,7 +141,7 @@ a_dcf = types.NamedTuple((a_station[::1], all_due, _i8[:, ::1], _frame[:, ::1],
                          from_dtype(OUTCOME)[::1], int8[:, ::1]), Dcf)
 
 
-@njit(a_dcf(_i8[:, ::1]), cache=True)
+@kernel(a_dcf(_i8[:, ::1]), inner=True)
 def arrays_at(rows):
     """The state whose addresses are in ``rows``, those of one of ``Addresses.states``."""
     return Dcf(carray(pointer(rows[0, 0]), (rows[0, 1],), STATION),
@@ -155,7 +156,7 @@ def arrays_at(rows):
                carray(pointer(rows[9, 0]), (rows[9, 1], rows[9, 2]), np.int8))
 
 
-@lean(_i8(_rate, _i8))
+@inner(_i8(_rate, _i8))
 def airtime_ns(how, size_bytes):
     """The same as ``Standard.airtime_ns``. OFDM: whole symbols; DSSS: whole us."""
     if how.symbol_ns > 0:
@@ -164,7 +165,7 @@ def airtime_ns(how, size_bytes):
     return how.payload_ns - 1000 * (-8 * size_bytes * 1_000_000 // np.int64(how.bps))
 
 
-@lean(void(all_rates, _frame, _i8, _i8))
+@inner(void(all_rates, _frame, _i8, _i8))
 def set_rate(rates, frame, rate, rts):
     """Set a frame's rate and airtimes; with ``rts`` 1 an RTS goes first. Control frames that begin
     an exchange go at the lowest rate of the modulation."""
@@ -176,7 +177,7 @@ def set_rate(rates, frame, rate, rts):
     frame.rts_ns, frame.cts_ns = (how.rts_ns, how.cts_ns) if rts == 1 else (0, 0)
 
 
-@lean(void(a_dcf, a_station))
+@inner(void(a_dcf, a_station))
 def mark_changed(d, s):
     """Remember that station s may have changed."""
     touched = d.touched
@@ -186,7 +187,7 @@ def mark_changed(d, s):
         touched[touched[0, 0], 0] = s.index
 
 
-@lean(void(all_due, a_station))
+@inner(void(all_due, a_station))
 def schedule(due, s):
     """Enter the next event of station s, which has changed, among those of its block."""
     b, place = s.index // BLOCK, due.size // (1 + BLOCK) + s.index
@@ -198,7 +199,7 @@ def schedule(due, s):
         due[b] = -1
 
 
-@lean(_i8(all_due))
+@inner(_i8(all_due))
 def first_block(due):
     """The block of stations with the first event."""
     first, blocks = 0, due.size // (1 + BLOCK)
@@ -213,7 +214,7 @@ def first_block(due):
     return first
 
 
-@lean(_i8(all_due, _i8))
+@inner(_i8(all_due, _i8))
 def station_due(due, b):
     """The station of block b with the first event. Of several in one instant it is the first or the
     last one, by chance, so that no station always goes first."""

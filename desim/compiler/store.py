@@ -1,0 +1,166 @@
+"""Compiled kernels in files: a file for each module of kernels, loaded without numba.
+
+A file begins with a line of JSON: the SHA-256 of the machine code behind it, and the symbols that
+this needs from the process. Its name contains a hash of what the machine code depends on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+import sysconfig
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from functools import cache
+from importlib.abc import MetaPathFinder
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from desim.compiler import machine_code
+from desim.compiler.kernel import CompiledKernel
+from desim.errors import InputError
+
+_listeners: list[Callable[[], object]] = []  # called before kernels are compiled
+
+
+def functions(kernels: Sequence[CompiledKernel], keep: bool) -> list[Callable[..., object]]:
+    """The compiled functions of kernels of one module. With ``keep`` they are all of it that Python
+    calls: they are taken from the file, or compiled and written there."""
+    path = _path(kernels[0].__module__) if keep else None
+    code = None if path is None else _read(path)
+    if code is None:
+        for listener in _listeners:
+            listener()
+        from desim.compiler.units import Unit
+
+        code, symbols = (Unit(kernels[0].__module__).compile(kernels)
+                         if machine_code.IS_KNOWN else (b"", []))
+        if path is not None:
+            _write(path, code, symbols)
+    if not code:
+        from desim.compiler.units import dispatcher
+
+        return [dispatcher(kernel) for kernel in kernels]
+    return machine_code.functions(code, [(symbol_of(kernel), kernel.__name__)
+                                         for kernel in kernels])
+
+
+def symbol_of(kernel: CompiledKernel) -> str:
+    """The name of a kernel's function in the machine code."""
+    return f"{kernel.__module__}.{kernel.__name__}"
+
+
+@contextmanager
+def announced(say: Callable[[], object]) -> Iterator[None]:
+    """Call ``say`` before the first kernel that is compiled inside, desim's or a plug-in's own."""
+    said = False
+
+    def first() -> None:
+        nonlocal said
+        if not said:
+            said = True
+            say()
+
+    finder = _OfNumba(first)
+    _listeners.append(first)
+    sys.meta_path.insert(0, finder)
+    try:
+        if "numba.core.event" in sys.modules:
+            finder.listen()
+        yield
+    finally:
+        sys.meta_path.remove(finder)
+        finder.listening.close()
+        _listeners.remove(first)
+
+
+class _OfNumba(MetaPathFinder):
+    """Finds nothing: it is asked for numba's compiler when that is imported, and hears of what it
+    compiles from then on. desim itself imports numba where it compiles only."""
+
+    def __init__(self, heard: Callable[[], object]) -> None:
+        self._heard, self.listening = heard, ExitStack()
+
+    def find_spec(self, name: str, *_: object) -> None:
+        if name == "numba.core.dispatcher":
+            self.listen()
+
+    def listen(self) -> None:
+        from numba.core.event import Event, Listener, install_listener
+
+        heard = self._heard
+
+        class Compilations(Listener):
+            def on_start(self, event: Event) -> None:
+                heard()
+
+            def on_end(self, event: Event) -> None:
+                pass
+
+        self.listening.enter_context(install_listener("numba:compile", Compilations()))
+
+
+def _path(module: str) -> Path:
+    digest = hashlib.sha256(_surroundings())
+    for each in _modules_called(sys.modules[module], {}).values():
+        with suppress(OSError, TypeError):  # a module without a file has no more than its name
+            digest.update(Path(str(each.__file__)).read_bytes())
+        for name, value in sorted(vars(each).items()):
+            if isinstance(value, (int, float, np.generic, np.dtype)):  # compiled in, as constants
+                digest.update(f"{name}={value!r}\n".encode())
+            elif isinstance(value, type) and issubclass(value, tuple):
+                digest.update(f"{name}={getattr(value, '_fields', ())}\n".encode())
+    return Path(os.environ["NUMBA_CACHE_DIR"]) / f"{module}-{digest.hexdigest()[:16]}.o"
+
+
+def _modules_called(module: ModuleType, known: dict[str, ModuleType]) -> dict[str, ModuleType]:
+    """A module of kernels and, into ``known``, those whose kernels it calls."""
+    known[module.__name__] = module
+    for value in list(vars(module).values()):
+        if isinstance(value, CompiledKernel) and value.__module__ not in known:
+            _modules_called(sys.modules[value.__module__], known)
+    return known
+
+
+@cache
+def _surroundings() -> bytes:
+    """All that machine code depends on beside its sources: versions, the processor, settings."""
+    parts = [str(sysconfig.get_config_var("SOABI")), np.__version__, machine_code.cpu()]
+    for package in "numba", "llvmlite":
+        spec = find_spec(package)  # without importing it
+        if spec is not None and spec.origin is not None:
+            parts.append((Path(spec.origin).parent / "_version.py").read_text())
+    parts += sorted(f"{name}={value}" for name, value in os.environ.items()
+                    if name.startswith("NUMBA_") and name != "NUMBA_CACHE_DIR")
+    return "\n".join(parts).encode()
+
+
+def _read(path: Path) -> bytes | None:
+    """The machine code in a file; None where there is none, or none that is whole."""
+    try:
+        line, _, code = path.read_bytes().partition(b"\n")
+        head = json.loads(line)
+    except (OSError, ValueError):
+        return None
+    whole = isinstance(head, dict) and head.get("sha256") == hashlib.sha256(code).hexdigest()
+    if not whole or (code and machine_code.missing(head["symbols"])):
+        return None
+    return code
+
+
+def _write(path: Path, code: bytes, symbols: list[str]) -> None:
+    head = {"sha256": hashlib.sha256(code).hexdigest(), "symbols": symbols}
+    part = path.with_suffix(f".{os.getpid()}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_bytes(json.dumps(head).encode() + b"\n" + code)
+        part.replace(path)
+    except OSError as error:
+        raise InputError(f"compiled kernels cannot be kept in {path.parent} "
+                         f"({error.strerror}); set NUMBA_CACHE_DIR to a folder that can be "
+                         "written") from error

@@ -1,0 +1,334 @@
+"""Compiled kernels: what they compute, what they refuse, and how they are kept."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numba import njit
+
+from desim.compiler import folder, store
+from desim.compiler.kernel import compiled_function, kernels_of
+from desim.errors import InputError
+from desim.ports.kernels import kernel, lean, types, uniform
+from desim.robot.kernels.tiles import drop, hold_all, make_own
+from desim.world.kernels.contact import deeper
+
+# ------------------------------------------------------------------------------- what they compute
+
+_triple = types.UniTuple(types.float64, 3)
+
+
+@lean(_triple(types.int64, types.uint64, types.float64))
+def numbers(a, b, c):
+    return a, b, c
+
+
+@lean("b1(b1, i4, f4)")
+def small(flag, whole, part):
+    return flag and whole == -7 and part == np.float32(0.1)
+
+
+@kernel("f8(f8[:, ::1], i8)")
+def by_rows(values, times):
+    """The sum of ``values``, over arrays that the kernel makes itself."""
+    total = 0.0
+    for _ in range(times):
+        sums = np.zeros(values.shape[0] + 100_000)
+        for r in range(values.shape[0]):
+            for c in range(values.shape[1]):
+                sums[r] += values[r, c]
+        total += sums.sum()
+    return total
+
+
+@lean("f8(f8, f8)")
+def quotient(a, b):
+    return a / b
+
+
+@kernel("i8(i8, i8)")
+def whole_quotient(a, b):
+    return a // b
+
+
+@lean("i8(i8[:])")
+def last(values):
+    return values[-1]
+
+
+@kernel("i8(i8)")
+def digits(x):
+    """It needs numba's own library for text."""
+    return len(str(x))
+
+
+@given(st.integers(-2**63, 2**63 - 1), st.integers(0, 2**64 - 1), st.floats(allow_nan=False))
+def test_numbers_arrive_as_they_are(a, b, c):
+    assert numbers(a, b, c) == (float(a), float(b), c)
+    assert numbers(np.int64(a), np.uint64(b), np.float64(c)) == (float(a), float(b), c)
+
+
+def test_narrow_numbers_and_truths():
+    assert small(True, -7, 0.1) is True
+    assert small(1, np.int32(-7), np.float32(0.1)) is True
+    assert small(False, -7, 0.1) is False
+
+
+@given(st.integers(1, 6), st.integers(1, 6))
+def test_an_array_is_read_where_it_lies(rows, columns):
+    values = np.arange(float(rows * columns)).reshape(rows, columns)
+    assert by_rows(values, 1) == values.sum()
+
+
+def test_a_kernel_can_be_called_inside_numbas_functions():
+    """As plug-ins that compile by themselves do."""
+    @njit
+    def twice(key, counter):
+        return 2.0 * uniform(key, counter)
+
+    key, counter = np.uint64(7), np.uint64(11)
+    assert twice(key, counter) == 2.0 * uniform(key, counter)
+
+
+def test_memory_of_a_call_is_given_back():
+    before_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    by_rows(np.ones((3, 3)), 2000)  # 1.6 GB in all
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kb < 100_000
+
+
+def test_a_kernel_of_kernels_can_be_called_too():
+    assert drop.is_inner and make_own.is_inner
+    assert deeper(0.3, 0.4, 1.0, (0.0, 0.0, 0.0)) == (0.5, 0.6, 0.8)
+
+
+def test_what_numba_needs_its_library_for_runs_with_it():
+    assert digits(12345) == 5
+
+
+# ------------------------------------------------------------------------------- what they refuse
+
+
+def test_division_by_zero_is_an_error_or_infinite():
+    assert quotient(1.0, 0.0) == float("inf")
+    with pytest.raises(ArithmeticError, match="^whole_quotient divided by zero, or found no"):
+        whole_quotient(1, 0)
+
+
+@pytest.mark.parametrize("arguments, error", [
+    ((1, 2), "numbers takes 3 arguments"),
+    ((1.5, 2, 3.0), "'float' object cannot be interpreted as an integer"),
+    ((1, 2.5, 3.0), "'float' object cannot be interpreted as an integer"),
+    ((1, 2, "3"), "must be real number, not str")])
+def test_wrong_numbers_are_refused(arguments, error):
+    with pytest.raises(TypeError, match=f"^{error}$"):
+        numbers(*arguments)
+
+
+@pytest.mark.parametrize("arguments", [(2**63, 2, 3.0), (1, -1, 3.0), (1, 2**64, 3.0)])
+def test_numbers_that_do_not_fit_are_refused(arguments):
+    with pytest.raises(OverflowError):
+        numbers(*arguments)
+
+
+@pytest.mark.parametrize("values", [
+    [[1.0]], np.ones(3), np.ones((2, 2), np.float32), np.ones((2, 2), np.int64),
+    np.ones((4, 4))[::2], np.ones((2, 2)).astype(">f8").byteswap()[:, ::-1]])
+def test_another_array_is_refused(values):
+    with pytest.raises(TypeError, match=r"^by_rows: argument 1 is not a numpy array of 2 dimensions"
+                                        r" of float64, contiguous$|dimensions of float64$"):
+        by_rows(values, 1)
+
+
+def test_strides_are_followed_where_they_are_allowed():
+    assert last(np.arange(10)[::-3]) == 0
+
+
+def test_long_and_long_long_are_one():
+    assert last(np.arange(3, dtype=np.longlong)) == 2
+
+
+def test_a_tuple_of_another_length_is_refused():
+    with pytest.raises(TypeError, match="^drop: argument 2 is not a tuple of 4$"):
+        drop(1, (np.zeros((1, 1024), np.int8),))
+
+
+def test_a_kernel_is_called_without_a_way_over_its_object():
+    refs = np.zeros(4, np.int32)
+    compiled_function(hold_all)(np.array([0, 2, 2], np.int32), refs)
+    assert refs.tolist() == [0, 0, 2, 0]
+    with pytest.raises(TypeError):
+        compiled_function(hold_all)(np.array([0, 2, 2], np.int64), refs)
+    assert compiled_function(abs) is abs  # what a kernel is with NUMBA_DISABLE_JIT: a function
+
+
+# ------------------------------------------------------------------------------ how they are kept
+
+PRINT_FOLDER = "import os, desim; print(os.environ['NUMBA_CACHE_DIR'])"
+
+
+def output_of(code, *arguments, **environment):
+    return subprocess.run([sys.executable, "-c", code, *arguments], env=environment, text=True,
+                          capture_output=True, check=True).stdout.strip()
+
+
+def test_the_folder_is_the_users_and_named_by_the_sources(tmp_path):
+    chosen = output_of(PRINT_FOLDER, XDG_CACHE_HOME=str(tmp_path))
+    assert chosen.startswith(f"{tmp_path}/desim/kernels-")
+    assert chosen == output_of(PRINT_FOLDER, XDG_CACHE_HOME=str(tmp_path))
+
+
+def test_a_folder_that_the_user_names_is_taken(tmp_path):
+    assert output_of(PRINT_FOLDER, NUMBA_CACHE_DIR=str(tmp_path)) == str(tmp_path)
+
+
+def test_without_a_writable_home_there_are_the_temporary_files(tmp_path):
+    nowhere = tmp_path / "file"
+    nowhere.write_text("")
+    chosen = output_of(PRINT_FOLDER, XDG_CACHE_HOME=str(nowhere), TMPDIR=str(tmp_path))
+    assert chosen.startswith(f"{tmp_path}/desim-")
+
+
+def test_the_name_changes_with_any_kernel_file(tmp_path, monkeypatch):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "kernels.py").write_text("x = 1")
+    monkeypatch.setattr(folder, "find_spec",
+                        lambda package: SimpleNamespace(origin=str(tmp_path / "__init__.py")))
+    before = folder._fingerprint()
+    (tmp_path / "a" / "kernels.py").write_text("x = 2")
+    assert folder._fingerprint() != before
+
+
+KERNELS = """
+from desim.ports.kernels import inner, lean
+from lengths import FOOT_M
+from more_kernels import doubled
+
+@lean("f8(f8)")
+def two_feet(x):
+    return doubled(x) * FOOT_M
+
+@lean("f8(f8[::1])")
+def first(values):
+    return values[0]
+"""
+MORE = """
+from desim.ports.kernels import inner
+
+@inner("f8(f8)")
+def doubled(x):
+    return 2.0 * x
+"""
+# Prints what the kernel says, whether it was compiled, and whether numba was imported.
+CALL = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+import desim
+from desim.compiler.store import announced
+said = []
+with announced(lambda: said.append(True)):
+    import some_kernels
+    found = some_kernels.two_feet(1.0)
+try:
+    some_kernels.first([found])
+except TypeError as error:
+    assert str(error).startswith("first: argument 1 is not a numpy array"), error
+print(json.dumps([found, bool(said), "numba" in sys.modules]))
+"""
+
+
+@pytest.fixture
+def somebodys(tmp_path):
+    """Calls somebody's kernel in a process of its own; ``changes`` of the process's environment."""
+    (tmp_path / "some_kernels.py").write_text(KERNELS)
+    (tmp_path / "more_kernels.py").write_text(MORE)
+    (tmp_path / "lengths.py").write_text("FOOT_M = 0.25\n")
+
+    def call(**changes):
+        return json.loads(output_of(CALL, str(tmp_path), **{
+            **os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), **changes}))
+    return call
+
+
+def kept(tmp_path):
+    return sorted((tmp_path / "cache").glob("*.o"))
+
+
+def test_a_module_is_compiled_once_and_then_loaded_without_numba(somebodys, tmp_path):
+    assert somebodys() == [0.5, True, True]
+    assert [path.name.split("-")[0] for path in kept(tmp_path)] == ["some_kernels"]
+    assert somebodys() == [0.5, False, False]
+
+
+@pytest.mark.parametrize("file, old, new, found", [
+    ("some_kernels.py", "* FOOT_M", "* 3.0 * FOOT_M", 1.5),
+    ("more_kernels.py", "2.0 * x", "4.0 * x", 1.0),
+    ("lengths.py", "0.25", "0.5", 1.0)])
+def test_what_a_kernel_calls_and_its_constants_are_part_of_its_name(somebodys, tmp_path, file, old,
+                                                                   new, found):
+    assert somebodys() == [0.5, True, True]
+    text = (tmp_path / file).read_text()
+    (tmp_path / file).write_text(text.replace(old, new))
+    assert somebodys() == [found, True, True]
+    (tmp_path / file).write_text(text)
+    assert somebodys() == [0.5, False, False]
+    assert len(kept(tmp_path)) == 2
+
+
+def test_another_processor_has_other_machine_code(somebodys, tmp_path):
+    assert somebodys() == [0.5, True, True]
+    assert somebodys(NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="") == [0.5, True, True]
+    assert len(kept(tmp_path)) == 2
+
+
+@pytest.mark.parametrize("spoil", [
+    lambda whole: whole[:-1], lambda whole: b"", lambda whole: b"[1]\n", lambda whole: b"\xff\n",
+    lambda whole: whole.replace(b"PyFloat_AsDouble", b"PyFloat_AsDoublf", 1)])
+def test_a_file_that_is_not_whole_is_compiled_again(somebodys, tmp_path, spoil):
+    somebodys()
+    [path] = kept(tmp_path)
+    path.write_bytes(spoil(whole := path.read_bytes()))
+    assert somebodys() == [0.5, True, True]
+    assert path.read_bytes() == whole
+
+
+def test_where_nothing_can_be_written_one_line_says_so(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "cache"))
+    fresh = [one for one in kernels_of(__name__).values() if one.__name__ == "quotient"]
+    with pytest.raises(InputError) as refused:
+        store.functions(fresh, keep=True)
+    assert str(refused.value) == (
+        f"compiled kernels cannot be kept in {tmp_path}/file/cache (Not a directory); set "
+        "NUMBA_CACHE_DIR to a folder that can be written")
+
+
+HELLO = ("import sys, desim.cli\n"
+         "desim.cli.app(sys.argv[1:], standalone_mode=False)\n"
+         "print(*sys.modules)")
+
+
+def test_a_run_with_kept_kernels_imports_nothing_heavy(repository, tmp_path):
+    command = ["run", str(repository / "scenarios" / "hello.yaml"), "--quiet", "--out",
+               str(tmp_path)]
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    output_of(HELLO, *command, **environment)
+    # No kernels of radios, of odometers, of what is not there.
+    assert [path.name.rpartition("-")[0] for path in kept(tmp_path)] == [
+        "desim.monitor.kernels", "desim.ports.kernels", "desim.robot.kernels.evidence",
+        "desim.robot.kernels.tiles", "desim.robot.navigation.kernels.global_costmap",
+        "desim.robot.navigation.kernels.global_planner",
+        "desim.robot.navigation.kernels.local_costmap",
+        "desim.robot.navigation.kernels.local_planner", "desim.world.kernels.bodies",
+        "desim.world.kernels.flood", "desim.world.kernels.lidar", "netmodels.switch.kernels"]
+    loaded = {name.split(".")[0] for name in output_of(HELLO, *command, **environment).split()}
+    assert "llvmlite" in loaded
+    assert not loaded & {"numba", "scipy", "networkx", "matplotlib"}
