@@ -67,6 +67,7 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
             "status": RunStatus.INTERRUPTED if interrupted else RunStatus.FINISHED,
             "digest": simulation.trace.digest(),
             "digest_by_entity": simulation.trace.digest_by_entity(),
+            "digest_by_kind": simulation.trace.digest_by_kind(),
             "events": simulation.kernel.events, "command": command,
             **_costs(begin_s, simulation.kernel.now_ns)})
     except (InputError, KeyboardInterrupt):

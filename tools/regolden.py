@@ -15,16 +15,13 @@ from __future__ import annotations
 
 import argparse
 import csv
-import hashlib
 import json
 import sys
 import zlib
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
-from desim.engine.trace import Names
+from desim.engine.trace import together
 from desim.results import identity
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
@@ -57,39 +54,20 @@ class Fingerprint(NamedTuple):
         """The same run with the digests that it has now."""
         overrides = [part for part in self.overrides.split(" ; ") if part]
         loaded = load(ROOT / self.scenario, [*overrides, f"stop.elapsed={self.until}"])
-        layers = Layers()
-        simulation = Simulation(loaded.scenario, trace_sink=layers.add)
-        layers.names = simulation.names
+        simulation = Simulation(loaded.scenario)
         digest = simulation.run().digest
-        return self._replace(digest=digest, **layers.digests())
+        return self._replace(digest=digest, **layers(simulation.trace.digest_by_kind()))
 
     def moved(self, before: Fingerprint) -> str:
         """The layers whose digests are not as they were."""
         return ", ".join(name for name in LAYERS if getattr(self, name) != getattr(before, name))
 
 
-class Layers:
-    """Trace rows, hashed by layer."""
-
-    names: Names
-
-    def __init__(self) -> None:
-        self._hashes = {name: hashlib.sha256() for name in LAYERS}
-        self._layer_of_kind: dict[int, str] = {}
-
-    def add(self, rows: np.ndarray) -> None:
-        """Take a batch of rows."""
-        for kind in sorted(set(rows["kind"].tolist()) - self._layer_of_kind.keys()):
-            self._layer_of_kind[kind] = next(
-                (layer for layer, kinds in LAYERS.items() if self.names[kind] in kinds),
-                "middleware")
-        for layer, hasher in self._hashes.items():
-            kinds = [kind for kind, of in self._layer_of_kind.items() if of == layer]
-            hasher.update(rows[np.isin(rows["kind"], kinds)].tobytes())
-
-    def digests(self) -> dict[str, str]:
-        """Layer to 12 hex digits."""
-        return {layer: hasher.hexdigest()[:12] for layer, hasher in self._hashes.items()}
+def layers(by_kind: dict[str, str]) -> dict[str, str]:
+    """Layer to 12 hex digits of the digest of its kinds of rows."""
+    of = {kind: layer for layer, kinds in LAYERS.items() for kind in kinds}
+    return {layer: together(digest for kind, digest in by_kind.items()
+                            if of.get(kind, "middleware") == layer)[:12] for layer in LAYERS}
 
 
 def here() -> dict[str, str]:

@@ -1,7 +1,9 @@
 """A run's log: typed rows of fixed size, and their digest.
 
-Anything that is not in the digest did not happen. Rows are always hashed, in batches; they are kept
-only where somebody wants to read them. Names (of hosts, kinds, topics, reasons) appear in rows as
+Anything that is not in the digest did not happen. A row's hash covers all of its fields, its time
+among them, and a digest is the sum of such hashes: so it does not depend on the order in which rows
+are written, and parts of a run may write theirs late, many at once. Rows are always hashed, in
+batches; they are kept only where somebody wants to read them. Names (of hosts, kinds, topics, reasons) appear in rows as
 32-bit ids derived from the name alone, so that one more robot changes nobody else's rows.
 """
 
@@ -9,18 +11,18 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Callable
-from itertools import pairwise
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from desim.engine import kernels
 from desim.errors import InputError
 
 ROW = np.dtype([("t_ns", "<i8"), ("kind", "<u4"), ("entity", "<u4"),
                 ("a", "<i8"), ("b", "<i8"), ("c", "<i8")])
 pack = struct.Struct("<qIIqqq").pack  # one ROW
 _BATCH = 1 << 12
-_DIGITS = 32
+_HALF = 64  # bits of a digest; both halves are summed apart
 
 
 class Names:
@@ -61,12 +63,12 @@ def real(value: int) -> float:
 
 
 class Trace:
-    """Append-only rows with two digests: of the whole log, and of each entity's own rows.
+    """Append-only rows, with the digest of each kind of each entity.
 
     ``sink`` receives every full batch as an array of ``ROW``; None keeps nothing.
 
     ``put(pack(t_ns, kind, entity, a, b, c))`` is ``row`` without ``flush_if_full``, which is called
-    once after several rows.
+    once after several rows; it takes the bytes of several rows, too.
     """
 
     def __init__(self, names: Names, sink: Callable[[np.ndarray], None] | None = None) -> None:
@@ -75,8 +77,7 @@ class Trace:
         self._sink = sink
         self._buffer: list[bytes] = []
         self.put = self._buffer.append
-        self._whole = hashlib.sha256()
-        self._by_entity: dict[int, hashlib._Hash] = {}
+        self._keys, self._sums = _table(1 << 8)
 
     def row(self, t_ns: int, kind: int, entity: int, a: int = 0, b: int = 0, c: int = 0) -> None:
         """Note that at ``t_ns`` a thing of ``kind`` happened to ``entity`` (both name ids).
@@ -95,33 +96,60 @@ class Trace:
         """Hash the rows that have gathered, and hand them to the sink."""
         if not self._buffer:
             return
-        packed = b"".join(self._buffer)
+        rows = np.frombuffer(bytearray().join(self._buffer), dtype=ROW)
         self._buffer.clear()
-        self._whole.update(packed)
-        rows = np.frombuffer(packed, dtype=ROW)
         self.rows_written += len(rows)
-        entities = rows["entity"]
-        order = np.argsort(entities, kind="stable")
-        own = rows.view(np.int64).reshape(-1, 5).take(order, axis=0)  # plain ints move faster
-        entities = entities[order]
-        starts = [0, *(np.flatnonzero(entities[1:] != entities[:-1]) + 1).tolist(), len(rows)]
-        for start, end in pairwise(starts):
-            entity = int(entities[start])
-            hasher = self._by_entity.get(entity)
-            if hasher is None:
-                hasher = self._by_entity[entity] = hashlib.sha256()
-            hasher.update(own[start:end].data)
+        self._hash(rows.view(np.uint64).reshape(-1, 5))
         if self._sink is not None:
             self._sink(rows)
 
-    def digest(self) -> str:
-        """32 hex digits over all rows in order: half of their SHA-256, for which processors have
-        instructions."""
+    def _hash(self, words: np.ndarray) -> None:
+        """Add the hashes of rows to the sums. At most half of the table's places are taken."""
+        while len(words):
+            keys, sums = self._keys, self._sums
+            free = len(keys) // 2 - int(np.count_nonzero(sums[:, 0]))
+            words = words[kernels.add(words, keys, sums, free):]
+            if len(words):
+                self._keys, self._sums = _table(2 * len(keys))
+                kernels.copy(keys, sums, self._keys, self._sums)
+
+    def digests(self) -> dict[tuple[int, int], str]:
+        """Ids of kind and entity to the digest of these rows: 32 hex digits. ``together`` makes one
+        of several."""
         self.flush()
-        return self._whole.hexdigest()[:_DIGITS]
+        taken = self._sums[:, 0] > 0
+        return {(key & 0xFFFFFFFF, key >> 32): f"{first:016x}{second:016x}"
+                for key, (_, first, second) in zip(self._keys[taken].tolist(),
+                                                   self._sums[taken].tolist(), strict=True)}
+
+    def digest(self) -> str:
+        """The digest of all rows."""
+        return together(self.digests().values())
 
     def digest_by_entity(self) -> dict[str, str]:
         """Entity name to the digest of its own rows, sorted by name."""
-        self.flush()
-        return dict(sorted((self.names[entity], hasher.hexdigest()[:_DIGITS])
-                           for entity, hasher in self._by_entity.items()))
+        return self._grouped(lambda kind, entity: self.names[entity])
+
+    def digest_by_kind(self) -> dict[str, str]:
+        """Kind to the digest of its rows, sorted by name."""
+        return self._grouped(lambda kind, entity: self.names[kind])
+
+    def _grouped(self, group: Callable[[int, int], str]) -> dict[str, str]:
+        digests: dict[str, list[str]] = {}
+        for key, digest in self.digests().items():
+            digests.setdefault(group(*key), []).append(digest)
+        return {name: together(digests[name]) for name in sorted(digests)}
+
+
+def together(digests: Iterable[str]) -> str:
+    """The digest of all rows of which ``digests`` are: their sum."""
+    first = second = 0
+    for digest in digests:
+        first += int(digest[:16], 16)
+        second += int(digest[16:], 16)
+    return f"{first % (1 << _HALF):016x}{second % (1 << _HALF):016x}"
+
+
+def _table(size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Keys and sums of an empty hash table (``kernels.fold``)."""
+    return np.zeros(size, np.uint64), np.zeros((size, 3), np.uint64)
