@@ -145,6 +145,7 @@ class Kernel:
         self._agenda = cast(list[Entry], env._queue)  # its entries are checked when they fire
         self._numbers = env._eid
         self._stopping: Call | None = None
+        self._complete_ns = -1  # the instant at which ``run`` ended last
         self._shared: dict[str, object] = {}
 
     def shared(self, name: str, make: Callable[[], T]) -> T:
@@ -219,6 +220,15 @@ class Kernel:
             raise
         finally:
             end.cancel()
+        self._complete_ns = self.now_ns
+
+    def over(self, time_ns: int, phase: Phase) -> bool:
+        """Whether what was booked for ``phase`` of the instant ``time_ns`` has fired: it is no
+        later than now, and what runs now belongs to a later phase."""
+        now_ns = self.now_ns
+        return (time_ns < now_ns or time_ns <= self._complete_ns
+                or time_ns == now_ns and (self._fired[0] != now_ns
+                                          or self._fired[1] & _PHASE_MASK > phase))
 
     def _loop(self) -> None:
         """Like ``env.run()``, but it calls the function directly. SimPy's ``step`` and callback

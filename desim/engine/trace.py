@@ -77,6 +77,7 @@ class Trace:
         self._sink = sink
         self._buffer: list[bytes] = []
         self.put = self._buffer.append
+        self.before_flush: Callable[[], object] = _nothing  # writes rows that are late
         self._keys, self._sums = _table(1 << 8)
 
     def row(self, t_ns: int, kind: int, entity: int, a: int = 0, b: int = 0, c: int = 0) -> None:
@@ -93,7 +94,8 @@ class Trace:
             self.flush()
 
     def flush(self) -> None:
-        """Hash the rows that have gathered, and hand them to the sink."""
+        """Hash the rows that have gathered, and hand them to the sink, sorted by time."""
+        self.before_flush()
         if not self._buffer:
             return
         rows = np.frombuffer(bytearray().join(self._buffer), dtype=ROW)
@@ -101,6 +103,9 @@ class Trace:
         self.rows_written += len(rows)
         self._hash(rows.view(np.uint64).reshape(-1, 5))
         if self._sink is not None:
+            times = rows["t_ns"]
+            if (times[1:] < times[:-1]).any():
+                rows = rows[np.argsort(times, kind="stable")]
             self._sink(rows)
 
     def _hash(self, words: np.ndarray) -> None:
@@ -139,6 +144,10 @@ class Trace:
         for key, digest in self.digests().items():
             digests.setdefault(group(*key), []).append(digest)
         return {name: together(digests[name]) for name in sorted(digests)}
+
+
+def _nothing() -> None:
+    pass
 
 
 def together(digests: Iterable[str]) -> str:

@@ -26,7 +26,7 @@ from desim.errors import InputError, below, did_you_mean
 from desim.middleware.context import GraphContext
 from desim.middleware.host import Host
 from desim.middleware.message import Message
-from desim.middleware.topics import Topic
+from desim.middleware.topics import Latest, Topic
 from desim.ports import natural_key
 from desim.ports.middleware import Middleware
 
@@ -60,10 +60,12 @@ class Graph:
         self._on_fate = on_fate
         self.SENT, self.FRAME, self.LOST = map(names.id, ("sent", "frame", "lost"))
         self.DELIVERED, self.DROPPED = names.id("delivered"), names.id("dropped")
-        self.CALLBACK, self.OVERWRITTEN = names.id("callback"), names.id("overwritten")
+        self.CALLBACK, self.READ = names.id("callback"), names.id("read")
+        self.OVERWRITTEN = names.id("overwritten")
         self.listeners: dict[str, Callable[[str], object]] = {}  # kind of row to fn(host name)
         self.topics: dict[str, Topic] = {}
         self.media: list[Medium] = []
+        self.expecting: dict[Latest, None] = {}  # with messages on their way
         self.messages = 0  # between hosts, so far
         self.hosts = [Host(self, name, index)
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
@@ -71,6 +73,7 @@ class Graph:
         for host in self.hosts:
             host.received_ns = [0] * len(self.hosts)
         self._by_name = {host.name: host for host in self.hosts}
+        trace.before_flush = self.catch_up
         self.context = GraphContext(self, middleware)
         with below("middleware"):
             middleware.start(self.context)
@@ -145,21 +148,42 @@ class Graph:
         if self._read_at_delivery:
             message.content  # noqa: B018 - reading computes it
         host = self.hosts[receiver]
-        if not host.receive(message):
+        if host.receive(message):
+            self.arrive(message, host, self.kernel.now_ns, first_ns, last_ns)
+        else:
             self.drop(message, receiver, "no_subscriber", first_ns, last_ns)
-            return
-        now_ns = self.kernel.now_ns
-        latency_ns = now_ns - message.born_ns
+
+    def arrive(self, message: Message, host: Host, time_ns: int, first_ns: int, last_ns: int
+               ) -> None:
+        """``host`` has ``message`` since ``time_ns``: enter it in the account."""
+        latency_ns = time_ns - message.born_ns
         counts = message.about.counts
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
         source = message.origin.index
-        host.received_ns[source] = now_ns
+        host.received_ns[source] = time_ns
         if host.awaited and source in host.awaited:
-            host.awaited.pop(source)()
-        self.put(pack(now_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns))
+            host.awaited.pop(source)(time_ns)
+        self.put(pack(time_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns))
         if self._on_fate is not None:
-            self._on_fate(message, receiver, now_ns, None, first_ns, last_ns)
+            self._on_fate(message, host.index, time_ns, None, first_ns, last_ns)
+
+    def land(self, message: Message, host: Host, time_ns: int, first_ns: int, last_ns: int) -> None:
+        """``message`` is at ``host``, which keeps the latest, since ``time_ns``."""
+        if self._read_at_delivery:
+            message.content  # noqa: B018 - reading computes it
+        host.receive(message)
+        self.arrive(message, host, time_ns, first_ns, last_ns)
+
+    def catch_up(self) -> None:
+        """Enter in the account what has arrived by now at those who were not waiting for it."""
+        for latest in tuple(self.expecting):
+            latest.catch_up()
+
+    def book_expected(self) -> None:
+        """Make events of all arrivals to come: what follows may change them."""
+        for latest in tuple(self.expecting):
+            latest.book()
 
     def repeat(self, message: Message, receiver: int) -> None:
         """A copy of ``message`` has arrived at host ``receiver``, which has had it."""

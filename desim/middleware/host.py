@@ -10,7 +10,7 @@ from desim.engine.kernel import Phase
 from desim.engine.trace import pack
 from desim.errors import InputError, KernelError
 from desim.middleware.message import Message
-from desim.middleware.topics import Latest, Publisher, Subscription
+from desim.middleware.topics import Latest, Publisher, Subscription, WaitSet
 from desim.ports.middleware import Addressing, Endpoint, Offer, TransportKind
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ MAX_CALLBACKS = 100_000  # on one host in one instant
 _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
 Ends = tuple[Latest | None, list[Subscription]]  # of one topic on one host
+_NOBODY: Ends = None, []
 
 
 class Host:
@@ -30,7 +31,7 @@ class Host:
 
     ``software`` makes the nodes, afresh at every start. ``received_ns`` has by host index the time
     of the last message of each other host since its start (0: none); the function in ``awaited``,
-    by host index too, is called once, when the next message of that host arrives.
+    by host index too, is called once, with the time of the next message of that host.
     """
 
     __slots__ = ("graph", "name", "index", "id", "media", "software", "nodes", "published",
@@ -46,7 +47,7 @@ class Host:
         self.nodes: list[Node] = []
         self.published = 0
         self.received_ns: list[int] = []
-        self.awaited: dict[int, Callable[[], object]] = {}
+        self.awaited: dict[int, Callable[[int], object]] = {}
         self._publishers: list[Publisher] = []
         self._ends: dict[str, Ends] = {}
         self._inbox: deque[tuple[Subscription, Message]] = deque()
@@ -64,6 +65,7 @@ class Host:
     @property
     def rx_bytes(self) -> int:
         """Bytes of frames that its interfaces received, with headers."""
+        self.graph.catch_up()
         return sum(medium.rx_bytes[self.index] for medium in self.media)
 
     def start(self) -> None:
@@ -71,6 +73,7 @@ class Host:
         if self.up:
             return
         graph = self.graph
+        graph.book_expected()
         graph.up[self.index] = True
         self._notify_media(True)
         graph.trace.row(graph.kernel.now_ns, graph.names.id("host_started"), self.id)
@@ -85,6 +88,7 @@ class Host:
         if not self.up:
             return
         graph = self.graph
+        graph.book_expected()
         graph.up[self.index] = False
         self._notify_media(False)
         graph.trace.row(graph.kernel.now_ns, graph.names.id("host_stopped"), self.id)
@@ -132,20 +136,28 @@ class Host:
                   queue: int) -> None:
         """See ``Node.subscribe``."""
         about = self.graph.topic(self.absolute(topic))
-        self._ends_of(about.name)[1].append(Subscription(about, callback, queue))
+        latest, subscriptions = self._ends_of(about.name)
+        if latest is not None:
+            latest.book()
+        subscriptions.append(Subscription(about, callback, queue))
         about.listens(self.index, True)
         self.graph.context.subscribed(Endpoint(self.index, node, about.name))
 
-    def latest(self, node: str, topic: str) -> Latest:
+    def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
         """See ``Node.latest``."""
         name = self.absolute(topic)
         latest, subscriptions = self._ends_of(name)
         if latest is None:
-            latest = Latest()
+            latest = Latest(self, wait_set)
             self._ends[name] = latest, subscriptions
             self.graph.topic(name).listens(self.index, True)
         self.graph.context.subscribed(Endpoint(self.index, node, name))
         return latest
+
+    def awaits_nothing(self, topic: str) -> Latest | None:
+        """The place for the messages of ``topic`` if no callback waits for them."""
+        latest, subscriptions = self._ends.get(topic, _NOBODY)
+        return None if subscriptions else latest
 
     def _ends_of(self, topic: str) -> Ends:
         return self._ends.setdefault(topic, (None, []))
@@ -158,7 +170,7 @@ class Host:
             return False
         latest, subscriptions = ends
         if latest is not None:
-            latest.message = message
+            latest.put(message)
             if not subscriptions:
                 return True
         if not self._awake:

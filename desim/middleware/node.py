@@ -12,7 +12,7 @@ from desim.engine.kernel import Call, Phase, Ticker
 from desim.errors import InputError
 from desim.middleware.contents import Content
 from desim.middleware.message import Message
-from desim.middleware.topics import Latest, Publisher
+from desim.middleware.topics import Latest, Publisher, WaitSet
 from desim.units import NS_PER_S
 
 if TYPE_CHECKING:
@@ -72,10 +72,10 @@ class Node:
         of them may wait, then the oldest goes (0: no bound)."""
         self.host.subscribe(self.name, topic, callback, queue)
 
-    def latest(self, topic: str) -> Latest:
+    def latest(self, topic: str, wait_set: WaitSet | None = None) -> Latest:
         """Subscribe to ``topic`` without a callback: ``.message`` of the result is the last one
-        that has arrived, or None."""
-        return self.host.latest(self.name, topic)
+        that has arrived, or None. ``wait_set`` finds it where there is news."""
+        return self.host.latest(self.name, topic, wait_set)
 
     def timer(self, frequency_hz: Fraction | int, callback: Callable[[int], object],
               start: str = "random") -> Ticker:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Protocol
 
 from desim.engine.kernel import Phase
+from desim.engine.trace import pack
 from desim.middleware.answer_checks import subscribers_of
 from desim.middleware.contents import Content
 from desim.middleware.counts import TopicCounts
@@ -53,14 +54,122 @@ class Subscription:
         self.waiting = 0
 
 
+class Expected(Protocol):
+    """A link with a message on its way that nobody waits for: its arrival is no event."""
+
+    @property
+    def due_ns(self) -> int:
+        """The time of the arrival."""
+
+    def land(self) -> object:
+        """The message has arrived: ``put`` it. No longer called once it has."""
+
+    def book(self) -> object:
+        """Somebody waits for the message now: make an event of its arrival."""
+
+
 class Latest:
     """A subscription without a callback: the newest message waits here until its node reads it, as
-    in a node that spins at its own rate (ros::spinOnce with a queue of one)."""
+    in a node that spins at its own rate (ros::spinOnce with a queue of one).
 
-    __slots__ = ("message",)
+    When the message of another host is read first, that is a trace row ``read``, with the fields of
+    a ``callback``. ``wait_set`` is told of news.
+    """
+
+    __slots__ = ("_host", "_message", "_unread", "_expected", "_wait_set")
+
+    def __init__(self, host: Host | None = None, wait_set: WaitSet | None = None) -> None:
+        self._host = host
+        self._message: Message | None = None
+        self._unread = False
+        self._expected: list[Expected] = []
+        self._wait_set = wait_set
+
+    @property
+    def message(self) -> Message | None:
+        """The last message that has arrived, or None."""
+        if self._expected:
+            self.catch_up()
+        if self._unread:
+            self._unread = False
+            self._record()
+        return self._message
+
+    def news(self) -> Message | None:
+        """The last message that has arrived, if it has not been read yet."""
+        if self._expected:
+            self.catch_up()
+        return self.message if self._unread else None
+
+    def put(self, message: Message) -> None:
+        """``message`` has arrived."""
+        self._message = message
+        self._unread = True
+        if self._wait_set is not None:
+            self._wait_set.add(self)
+
+    def expect(self, link: Expected) -> None:
+        """A message is on its way over ``link``."""
+        self._expected.append(link)
+        self._host.graph.expecting[self] = None
+        if self._wait_set is not None:
+            self._wait_set.add(self)
+
+    def catch_up(self) -> None:
+        """Take what has arrived by now, in order of arrival."""
+        over = self._host.graph.kernel.over
+        for link in sorted(self._expected, key=lambda link: link.due_ns):
+            if over(link.due_ns, Phase.DELIVER):
+                self.forget(link)
+                link.land()
+
+    def book(self) -> None:
+        """Somebody waits now: make events of the arrivals that are still to come."""
+        self.catch_up()
+        for link in tuple(self._expected):
+            self.forget(link)
+            link.book()
+
+    def forget(self, link: Expected) -> None:
+        """The message of ``link`` is not expected any more."""
+        self._expected.remove(link)
+        if not self._expected:
+            del self._host.graph.expecting[self]
+
+    @property
+    def expects(self) -> bool:
+        """Whether messages are on their way that have not been taken."""
+        return bool(self._expected)
+
+    def _record(self) -> None:
+        host, message = self._host, self._message
+        if message.number:
+            graph = host.graph
+            graph.put(pack(graph.kernel.now_ns, graph.READ, host.id, message.origin.id,
+                           message.seq, message.about.id))
+
+
+class WaitSet:
+    """The subscriptions of a node that may have something new, as rclcpp's of this name: it need
+    not look at all of them."""
+
+    __slots__ = ("_ready",)
 
     def __init__(self) -> None:
-        self.message: Message | None = None
+        self._ready: dict[Latest, None] = {}
+
+    def add(self, latest: Latest) -> None:
+        self._ready[latest] = None
+
+    def news(self) -> Iterator[tuple[Latest, Message]]:
+        """The subscriptions with a message that has arrived and was not read, and that message."""
+        ready, self._ready = self._ready, {}
+        for latest in ready:
+            message = latest.news()
+            if latest.expects:
+                self._ready[latest] = None
+            if message is not None:
+                yield latest, message
 
 
 class Publisher:

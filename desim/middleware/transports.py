@@ -22,6 +22,7 @@ from desim.ports import packet_sizes
 if TYPE_CHECKING:
     from desim.middleware.host import Host
     from desim.middleware.message import Message
+    from desim.middleware.topics import Latest
     from desim.network.medium import Medium
     from desim.ports.networks import Handle
 
@@ -141,16 +142,18 @@ class StreamLink(Carrier["Message"]):
     estimated as twice the shortest frame delay.
     """
 
-    __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_send", "_record_loss",
-                 "_limit", "_outbox", "_wire", "_train", "_trip_ns", "_tries", "_first_ns",
-                 "_sent_ns", "_timer", "_closed", "_entity")
+    __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_medium", "_send",
+                 "_record_loss", "_limit", "_outbox", "_wire", "_train", "_trip_ns", "_tries",
+                 "_first_ns", "_sent_ns", "_timer", "_closed", "_entity", "ahead", "_latest",
+                 "due_ns")
 
     def __init__(self, source: Host, destination: Host, medium: Medium, limit: int) -> None:
         self._graph = source.graph
         self._from, self._from_id = source.index, source.id
         self._host = destination
         self._to, self._to_id = (destination.index,), destination.id
-        self._send, self._record_loss = medium.transmit, source.graph.context.record_loss
+        self._medium, self._send = medium, medium.transmit
+        self._record_loss = source.graph.context.record_loss
         self._limit = limit
         self._outbox: deque[Message] = deque()
         self._wire: Message | None = None
@@ -161,21 +164,53 @@ class StreamLink(Carrier["Message"]):
         self._timer: Handle | None = None
         self._closed: str | None = None
         self._entity = pair(source.id, destination.id)
+        self.ahead = False
+        self._latest: Latest | None = None  # expects the message on the wire
+        self.due_ns = 0
 
     def offer(self, message: Message) -> None:
+        if self._latest is not None:
+            self._latest.catch_up()
         if self._wire is None:
             self._first_ns = message.born_ns  # which is now
             self._transmit(message, message.born_ns)
             return
+        if self._latest is not None:  # what waits shall set out when that has arrived
+            self._latest.book()
         outbox = self._outbox
         outbox.append(message)
         if 0 < self._limit < len(outbox):
             self._graph.drop(outbox.popleft(), self._host.index, "outbox_full")
 
+    def expected(self, message: Message, receiver: int, arrival_ns: int) -> None:
+        """The message will arrive at a host that keeps the latest of its topic."""
+        latest = self._host.awaits_nothing(message.about.name)
+        if latest is None or self._outbox or self._closed is not None:
+            self._await(message, arrival_ns)
+            return
+        self._latest, self.due_ns = latest, arrival_ns
+        latest.expect(self)
+
+    def land(self) -> None:
+        """The message has arrived, at ``due_ns``."""
+        message, host, due_ns = self._wire, self._host, self.due_ns
+        self._latest = self._wire = None
+        self._medium.landed(host.index, *self._train)
+        self._note_arrival(due_ns)
+        self._graph.land(message, host, due_ns, self._first_ns, self._sent_ns)
+
+    def book(self) -> None:
+        """The arrival shall be an event."""
+        self._latest = None
+        self._await(self._wire, self.due_ns)
+
+    def _await(self, message: Message, arrival_ns: int) -> None:
+        self._medium.book(self._from, self._host.index, *self._train, self, message, arrival_ns)
+
     def arrived(self, message: Message, receiver: int) -> None:
         """The medium delivered the frame."""
         self._wire = None
-        self._note_arrival()
+        self._note_arrival(self._graph.kernel.now_ns)
         if self._closed == "link_closed":
             self._graph.drop(message, receiver, self._closed, self._first_ns, self._sent_ns)
             return
@@ -189,8 +224,8 @@ class StreamLink(Carrier["Message"]):
         if self._closed is not None:
             self.lost(message, receiver, next(iter(lost.values())))
             return
-        self._note_arrival()
         now_ns = self._graph.kernel.now_ns
+        self._note_arrival(now_ns)
         for reason in dict.fromkeys(lost.values()):
             self._record_loss(self._from, receiver, message.seq, reason)
         sizes = packet_sizes(*self._train)
@@ -217,6 +252,8 @@ class StreamLink(Carrier["Message"]):
 
     def close(self, reason: str) -> None:
         """Drop all messages that wait. A frame on its way meets its own fate."""
+        if self._latest is not None:
+            self._latest.book()
         self._closed = reason
         graph, receiver = self._graph, self._host.index
         if self._timer is not None and self._wire is not None:
@@ -232,10 +269,10 @@ class StreamLink(Carrier["Message"]):
     def waiting(self) -> int:
         return len(self._outbox) + (self._wire is not None)
 
-    def _note_arrival(self) -> None:
-        """Some of the segments that were sent last have arrived."""
+    def _note_arrival(self, time_ns: int) -> None:
+        """Some of the segments that were sent last arrived at ``time_ns``."""
         self._tries = 0
-        trip_ns = self._graph.kernel.now_ns - self._sent_ns
+        trip_ns = time_ns - self._sent_ns
         if self._trip_ns < 0 or trip_ns < self._trip_ns:
             self._trip_ns = trip_ns
 
@@ -265,6 +302,7 @@ class StreamLink(Carrier["Message"]):
         self._sent_ns = now_ns
         size_bytes, segments = self._train
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq, size_bytes))
+        self.ahead = self._host.awaits_nothing(message.about.name) is not None
         self._send(self._from, self._to, size_bytes, segments, False, self, message)
 
 

@@ -92,8 +92,8 @@ class BeliefMetrics:
                 self._heard, self._graph.kernel.now_ns)
         self._met[believer, other] = True
 
-    def _heard(self, since_ns: int) -> None:
-        self._resynced_ns.append(self._graph.kernel.now_ns - since_ns)
+    def _heard(self, since_ns: int, time_ns: int) -> None:
+        self._resynced_ns.append(time_ns - since_ns)
 
     def _switched(self, host: int, up: bool) -> None:
         place = self._place.get(host)

@@ -21,6 +21,15 @@ class Carrier(Generic[T_contra]):
 
     __slots__ = ()
 
+    ahead = False
+    """Whether it wants to be told of an arrival ahead of time (``expected``), because nobody waits
+    for it: the medium then books no event. It may change from frame to frame."""
+
+    def expected(self, token: T_contra, receiver: int, arrival_ns: int) -> object:
+        """A frame will be at ``receiver`` at ``arrival_ns``. When that is over, the carrier calls
+        ``Medium.landed``; if somebody waits for it meanwhile, ``Medium.book``, and will be called
+        at that time."""
+
     @property
     def socket(self) -> object:
         """Equal for carriers that send by the same socket; the carrier itself, unless its class

@@ -128,7 +128,11 @@ class Medium(Account):
         if type(verdict) is Deliver:
             self._flying += 1
             if claim[5] is PLAIN:
-                self._after(verdict.delay_ns, _DELIVER,
+                delay_ns = verdict.delay_ns
+                if claim[0].ahead and type(delay_ns) is int and delay_ns > 0:
+                    claim[0].expected(claim[1], receiver, self._kernel.now_ns + delay_ns)
+                    return
+                self._after(delay_ns, _DELIVER,
                             self._sources[frame.source] | self._ids[receiver], self._arrives, claim)
             else:
                 self._fly_on_terms(frame, claim, verdict.delay_ns)
@@ -212,6 +216,10 @@ class Medium(Account):
             self.rx_bytes[receiver] += size_bytes
             return self._kernel.now_ns + delay_ns
         self._flying += 1
+        if carrier.ahead and delay_ns:
+            arrival_ns = self._kernel.now_ns + arrival_of(self.model, delay_ns)
+            carrier.expected(token, receiver, arrival_ns)
+            return arrival_ns
         after = self._after
         try:
             after(delay_ns, _DELIVER, self._sources[source] | self._ids[receiver], self._arrives,
@@ -230,6 +238,19 @@ class Medium(Account):
         Use it for frames whose arrival triggers nothing, such as acknowledgements. Such a frame
         counts as delivered at once, even if its receiver should stop while it is on its way."""
         return self.transmit(source, receivers, size_bytes, 1, False, carrier, token, True)
+
+    def landed(self, receiver: int, size_bytes: int, segments: int) -> None:
+        """Count a frame as delivered that its carrier expected."""
+        self._flying -= 1
+        self.delivered += 1
+        self.packets_delivered += segments
+        self.rx_bytes[receiver] += size_bytes
+
+    def book(self, source: int, receiver: int, size_bytes: int, segments: int, carrier: Carrier[T],
+             token: T, arrival_ns: int) -> None:
+        """Call ``carrier`` when a frame arrives that it expected."""
+        self._kernel.at(arrival_ns, _DELIVER, self._sources[source] | self._ids[receiver],
+                        self._arrives, (carrier, token, receiver, size_bytes, segments, PLAIN))
 
     # For those who watch.
 

@@ -16,7 +16,7 @@ from desim.middleware.contents import ODOMETRY_BYTES, LaserScan, Lazy, Pose, las
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Publisher
+from desim.middleware.topics import Latest, Publisher, WaitSet
 from desim.ports import Snapshot, World
 from desim.scenario.schema.robot import Laser
 
@@ -34,6 +34,8 @@ class Driver(Node):
         self._alone = {i: np.array([i]) for i in self.robots}
         self._scans: list[tuple[int, Publisher]] = []
         self._poses: list[tuple[Publisher, Callable[[Snapshot, int], Pose]]] = []
+        self._motors: dict[Latest, int] = {}  # the robot of each topic of velocities
+        self._commands = WaitSet()
 
     def start(self) -> None:
         for robot in self.robots:
@@ -41,7 +43,7 @@ class Driver(Node):
             self._scans.append((robot, self.advertise(f"{prefix}/scan")))
             self._poses.append((self.advertise(f"{prefix}/odom"), partial(self._odometry, robot)))
             self._poses.append((self.advertise(f"{prefix}/true_pose"), partial(_true_pose, robot)))
-            self.subscribe(f"{prefix}/cmd_vel", partial(self._on_command, robot))
+            self._motors[self.latest(f"{prefix}/cmd_vel", self._commands)] = robot
 
     def sense_scan(self, snapshot: Snapshot, tick: int) -> None:
         """Publish scan number ``tick`` of every robot; the beams are cast when somebody reads."""
@@ -65,9 +67,12 @@ class Driver(Node):
         x_m, y_m, yaw_rad = self._world.odometry(snapshot, robot, tick)
         return Pose(snapshot.time_ns, float(x_m), float(y_m), float(yaw_rad))
 
-    def _on_command(self, robot: int, message: Message) -> None:
-        twist = message.content
-        self._world.command(robot, twist.forward_mps, twist.left_mps, twist.turn_radps)
+    def drive(self) -> None:
+        """Pass on the velocities that have come since the last call."""
+        for latest, message in self._commands.news():
+            twist = message.content
+            self._world.command(self._motors[latest], twist.forward_mps, twist.left_mps,
+                                twist.turn_radps)
 
 
 class MonitorNode(Node):

@@ -43,6 +43,8 @@ class WorldClock:
         if tick == 0:  # the start poses
             return
         now_ns = self._kernel.now_ns
+        for driver in self._drivers():
+            driver.drive()
         self._world.advance(now_ns)
         for robot, other in self._world.contacts():
             self._trace.row(now_ns, self._collision, self._ids[robot],
