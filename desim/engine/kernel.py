@@ -225,10 +225,13 @@ class Kernel:
     def over(self, time_ns: int, phase: Phase) -> bool:
         """Whether what was booked for ``phase`` of the instant ``time_ns`` has fired: it is no
         later than now, and what runs now belongs to a later phase."""
+        return time_ns < self.now_ns or time_ns <= self.last_over_ns(phase)
+
+    def last_over_ns(self, phase: Phase) -> int:
+        """The last instant of which ``phase`` is over."""
         now_ns = self.now_ns
-        return (time_ns < now_ns or time_ns <= self._complete_ns
-                or time_ns == now_ns and (self._fired[0] != now_ns
-                                          or self._fired[1] & _PHASE_MASK > phase))
+        running = now_ns == self._fired[0] and now_ns != self._complete_ns
+        return now_ns - (running and self._fired[1] & _PHASE_MASK <= phase)
 
     def _loop(self) -> None:
         """Like ``env.run()``, but it calls the function directly. SimPy's ``step`` and callback

@@ -88,6 +88,10 @@ class Trace:
         self.put(pack(t_ns, kind, entity, a, b, c))
         self.flush_if_full()
 
+    def put_rows(self, rows: np.ndarray) -> None:
+        """Write rows that may be late: of dtype ``ROW``. Like ``put``, it flushes nothing."""
+        self.put(rows.tobytes())
+
     def flush_if_full(self) -> None:
         """Flush if a batch is full."""
         if len(self._buffer) >= _BATCH:

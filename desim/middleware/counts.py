@@ -16,16 +16,16 @@ EDGES_NS = np.unique(np.ceil(10.0 ** (np.arange(1, _DECADES * BINS_PER_DECADE + 
 class LatencyHistogram:
     """Latencies in bins of a twentieth of a decade; bin i is [EDGES_NS[i-1], EDGES_NS[i]).
 
-    ``add(latency_ns)`` only appends; call ``flush`` now and then to empty the list.
+    ``add(latency_ns)`` and ``extend`` only append; call ``flush`` now and then to empty the list.
     """
 
-    __slots__ = ("add", "_bins", "_new", "_folded")
+    __slots__ = ("add", "extend", "_bins", "_new", "_folded")
 
     def __init__(self) -> None:
         self._bins = np.zeros(len(EDGES_NS) + 1, np.int64)
         self._new: list[int] = []
         self._folded = 0  # latencies in bins
-        self.add = self._new.append
+        self.add, self.extend = self._new.append, self._new.extend
 
     @property
     def count(self) -> int:

@@ -23,6 +23,7 @@ from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, pack
 from desim.errors import InputError, below, did_you_mean
+from desim.middleware.batches import Arrivals, BatchPublisher
 from desim.middleware.context import GraphContext
 from desim.middleware.host import Host
 from desim.middleware.message import Message
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 
 _SELDOM = (1 << 8) - 1  # rows and latencies are flushed after so many messages: a mask
 
+OnArrivals = Callable[[Arrivals], object]
 OnFate = Callable[[Message, int, int, "str | None", int, int], object]
 
 
@@ -45,19 +47,21 @@ class Graph:
     lazy content is read: ``lazy`` (by the callback that wants it), ``birth`` or ``delivery``; no
     result depends on it. ``on_fate(message, receiver, time_ns, reason, first_ns, last_ns)`` is
     called with each message's fate at each receiving host: ``reason`` None for delivered, the
-    instants of its first and last frame, -1 for a message that never became a frame."""
+    instants of its first and last frame, -1 for a message that never became a frame.
+    ``on_arrivals``, where given, is called instead with many at once that were delivered."""
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, payloads: str = "lazy",
-                 on_fate: OnFate | None = None) -> None:
+                 on_fate: OnFate | None = None, on_arrivals: OnArrivals | None = None) -> None:
         if payloads not in ("lazy", "birth", "delivery"):
             raise InputError(f"payloads are read lazy, at birth or at delivery, not {payloads!r}")
         self.kernel, self.names, self.trace, self.streams = kernel, names, trace, streams
         self.put = trace.put
         self.middleware = middleware
+        self.payloads = payloads
         self.read_at_birth = payloads == "birth"
         self._read_at_delivery = payloads == "delivery"
-        self._on_fate = on_fate
+        self.on_fate, self.on_arrivals = on_fate, on_arrivals
         self.SENT, self.FRAME, self.LOST = map(names.id, ("sent", "frame", "lost"))
         self.DELIVERED, self.DROPPED = names.id("delivered"), names.id("dropped")
         self.CALLBACK, self.READ = names.id("callback"), names.id("read")
@@ -66,6 +70,8 @@ class Graph:
         self.topics: dict[str, Topic] = {}
         self.media: list[Medium] = []
         self.expecting: dict[Latest, None] = {}  # with messages on their way
+        self.batches: list[BatchPublisher] = []
+        self.connections = 0  # grows when a publisher may have other receivers, or these wait
         self.messages = 0  # between hosts, so far
         self.hosts = [Host(self, name, index)
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
@@ -160,13 +166,10 @@ class Graph:
         counts = message.about.counts
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
-        source = message.origin.index
-        host.received_ns[source] = time_ns
-        if host.awaited and source in host.awaited:
-            host.awaited.pop(source)(time_ns)
+        host.hear(message.origin.index, time_ns, time_ns)
         self.put(pack(time_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns))
-        if self._on_fate is not None:
-            self._on_fate(message, host.index, time_ns, None, first_ns, last_ns)
+        if self.on_fate is not None:
+            self.on_fate(message, host.index, time_ns, None, first_ns, last_ns)
 
     def land(self, message: Message, host: Host, time_ns: int, first_ns: int, last_ns: int) -> None:
         """``message`` is at ``host``, which keeps the latest, since ``time_ns``."""
@@ -179,11 +182,16 @@ class Graph:
         """Enter in the account what has arrived by now at those who were not waiting for it."""
         for latest in tuple(self.expecting):
             latest.catch_up()
+        for batches in self.batches:
+            batches.catch_up()
 
     def book_expected(self) -> None:
         """Make events of all arrivals to come: what follows may change them."""
+        self.connections += 1
         for latest in tuple(self.expecting):
             latest.book()
+        for batches in self.batches:
+            batches.release()
 
     def repeat(self, message: Message, receiver: int) -> None:
         """A copy of ``message`` has arrived at host ``receiver``, which has had it."""
@@ -198,8 +206,8 @@ class Graph:
         message.about.counts.drop(reason)
         self.trace.row(now_ns, self.DROPPED, self.hosts[receiver].id, message.origin.id,
                        message.seq, self.names.id(reason))
-        if self._on_fate is not None:
-            self._on_fate(message, receiver, now_ns, reason, first_ns, last_ns)
+        if self.on_fate is not None:
+            self.on_fate(message, receiver, now_ns, reason, first_ns, last_ns)
 
     def miss(self, message: Message, receivers: Collection[int], reason: str,
              medium: Medium) -> None:
@@ -208,9 +216,9 @@ class Graph:
         message.about.counts.drop(reason, len(receivers))
         self.trace.row(now_ns, self.names.id(reason), medium.id, message.origin.id, message.seq,
                        len(receivers))
-        if self._on_fate is not None:
+        if self.on_fate is not None:
             for receiver in receivers:
-                self._on_fate(message, receiver, now_ns, reason, message.born_ns, message.born_ns)
+                self.on_fate(message, receiver, now_ns, reason, message.born_ns, message.born_ns)
 
     def changed(self, topic: str) -> None:
         """The registries answer differently now for publishers of ``topic``."""

@@ -65,7 +65,6 @@ class Host:
     @property
     def rx_bytes(self) -> int:
         """Bytes of frames that its interfaces received, with headers."""
-        self.graph.catch_up()
         return sum(medium.rx_bytes[self.index] for medium in self.media)
 
     def start(self) -> None:
@@ -126,6 +125,7 @@ class Host:
         except ValueError:
             raise InputError(f"topic {about.name}: no transport {transport!r} via {via!r}; "
                              "allowed: stream or datagram, unicast or broadcast") from None
+        self.graph.connections += 1
         publisher = Publisher(self, about, offer)
         about.publishers.append(publisher)
         self._publishers.append(publisher)
@@ -136,6 +136,7 @@ class Host:
                   queue: int) -> None:
         """See ``Node.subscribe``."""
         about = self.graph.topic(self.absolute(topic))
+        self.graph.connections += 1
         latest, subscriptions = self._ends_of(about.name)
         if latest is not None:
             latest.book()
@@ -146,6 +147,7 @@ class Host:
     def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
         """See ``Node.latest``."""
         name = self.absolute(topic)
+        self.graph.connections += 1
         latest, subscriptions = self._ends_of(name)
         if latest is None:
             latest = Latest(self, wait_set)
@@ -183,6 +185,13 @@ class Host:
             self._inbox.append((subscription, message))
         about.counts.queued += len(subscriptions)
         return True
+
+    def hear(self, source: int, first_ns: int, last_ns: int) -> None:
+        """Messages of host ``source`` have arrived, the first at ``first_ns``, the last at
+        ``last_ns``."""
+        self.received_ns[source] = last_ns
+        if self.awaited and source in self.awaited:
+            self.awaited.pop(source)(first_ns)
 
     def _overwrite(self, subscription: Subscription) -> None:
         """Drop the oldest message of a full queue."""

@@ -11,6 +11,7 @@ from desim.middleware.answer_checks import subscribers_of
 from desim.middleware.contents import Content
 from desim.middleware.counts import TopicCounts
 from desim.middleware.message import Message
+from desim.middleware.transports import Link, Stream
 from desim.ports.middleware import Offer
 
 if TYPE_CHECKING:
@@ -68,27 +69,36 @@ class Expected(Protocol):
         """Somebody waits for the message now: make an event of its arrival."""
 
 
+class Feed(Protocol):
+    """A publisher whose messages are made when they are read."""
+
+    def newer(self, known: Message | None) -> Message | None:
+        """Its last message that has arrived, unless it is ``known`` or older."""
+
+
 class Latest:
     """A subscription without a callback: the newest message waits here until its node reads it, as
-    in a node that spins at its own rate (ros::spinOnce with a queue of one).
+    in a node that spins at its own rate (ros::spinOnce with a queue of one). Messages are put here
+    when they arrive, or taken from the ``feed`` at a reading.
 
     When the message of another host is read first, that is a trace row ``read``, with the fields of
     a ``callback``. ``wait_set`` is told of news.
     """
 
-    __slots__ = ("_host", "_message", "_unread", "_expected", "_wait_set")
+    __slots__ = ("feed", "_host", "_message", "_unread", "_expected", "_wait_set")
 
     def __init__(self, host: Host | None = None, wait_set: WaitSet | None = None) -> None:
         self._host = host
         self._message: Message | None = None
         self._unread = False
+        self.feed: Feed | None = None
         self._expected: list[Expected] = []
         self._wait_set = wait_set
 
     @property
     def message(self) -> Message | None:
         """The last message that has arrived, or None."""
-        if self._expected:
+        if self._expected or self.feed is not None:
             self.catch_up()
         if self._unread:
             self._unread = False
@@ -117,6 +127,10 @@ class Latest:
 
     def catch_up(self) -> None:
         """Take what has arrived by now, in order of arrival."""
+        if self.feed is not None:
+            message = self.feed.newer(self._message)
+            if message is not None:
+                self._message, self._unread = message, True
         over = self._host.graph.kernel.over
         for link in sorted(self._expected, key=lambda link: link.due_ns):
             if over(link.due_ns, Phase.DELIVER):
@@ -135,6 +149,11 @@ class Latest:
         self._expected.remove(link)
         if not self._expected:
             del self._host.graph.expecting[self]
+
+    @property
+    def wakes(self) -> bool:
+        """Whether a node waits for news."""
+        return self._wait_set is not None
 
     @property
     def expects(self) -> bool:
@@ -195,6 +214,13 @@ class Publisher:
         self._owed: list[int] = []  # those of them that miss a latched topic's last message
         self.count_unmatched()
 
+    def only_link(self) -> Link | None:
+        """The link to its one receiver; None if it has several, or the topic is not its own alone,
+        or it also publishes to its own host, or what it publishes is missed or latched."""
+        one = (len(self._receivers) == len(self.topic.publishers) == 1
+               and not (self._local or self.latch or self._unmatched or self._stale))
+        return self.transport.only_link() if one and isinstance(self.transport, Stream) else None
+
     def publish(self, content: Content) -> None:
         if self._stale:
             self._refresh()
@@ -224,6 +250,7 @@ class Publisher:
 
     def changed(self) -> None:
         """The registries answer differently now: ask them again in this host's own turn."""
+        self.host.graph.connections += 1
         if not self._stale:
             self._stale = True
             self.host.graph.kernel.after(0, Phase.CONTROL, self.host.id, self._refresh_if_stale)
@@ -231,6 +258,7 @@ class Publisher:
     def count_unmatched(self) -> None:
         """The hosts that listen have changed, or those that are known to."""
         own, receivers = self.host.index, self._receivers
+        self.host.graph.connections += 1
         self._unmatched = [host for host in self.topic.listening
                            if host not in receivers and host != own]
 

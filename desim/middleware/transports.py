@@ -100,6 +100,11 @@ class LinkedTransport(Generic[L]):
                 link.close("link_closed")
         return [receiver for receiver, link in self._links.items() if old.get(receiver) is not link]
 
+    def only_link(self) -> L | None:
+        """The link, if there is just one and a way to each receiver."""
+        links = self._links
+        return next(iter(links.values())) if len(links) == 1 and not self._unrouted else None
+
     def send(self, message: Message, only: list[int] | None = None) -> None:
         for receiver in self._links if only is None else only:
             self._links[receiver].offer(message)
@@ -168,6 +173,30 @@ class StreamLink(Carrier["Message"]):
         self._latest: Latest | None = None  # expects the message on the wire
         self.due_ns = 0
 
+    @property
+    def host(self) -> Host:
+        """The host at its end."""
+        return self._host
+
+    @property
+    def message(self) -> Message:
+        """The message on the wire."""
+        return self._wire
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing is on the wire, and nothing waits."""
+        if self._latest is not None:
+            self._latest.catch_up()
+        return self._wire is None
+
+    def take(self, message: Message) -> None:
+        """``message`` was sent at its birth, by somebody else, and is on the wire."""
+        self._wire = message
+        self._train = stream_frame(message.size_bytes)
+        self._first_ns = self._sent_ns = message.born_ns
+        self.ahead = False
+
     def offer(self, message: Message) -> None:
         if self._latest is not None:
             self._latest.catch_up()
@@ -186,7 +215,7 @@ class StreamLink(Carrier["Message"]):
         """The message will arrive at a host that keeps the latest of its topic."""
         latest = self._host.awaits_nothing(message.about.name)
         if latest is None or self._outbox or self._closed is not None:
-            self._await(message, arrival_ns)
+            self.await_(message, arrival_ns)
             return
         self._latest, self.due_ns = latest, arrival_ns
         latest.expect(self)
@@ -196,21 +225,22 @@ class StreamLink(Carrier["Message"]):
         message, host, due_ns = self._wire, self._host, self.due_ns
         self._latest = self._wire = None
         self._medium.landed(host.index, *self._train)
-        self._note_arrival(due_ns)
+        self.note_trip(due_ns - self._sent_ns)
         self._graph.land(message, host, due_ns, self._first_ns, self._sent_ns)
 
     def book(self) -> None:
         """The arrival shall be an event."""
         self._latest = None
-        self._await(self._wire, self.due_ns)
+        self.await_(self._wire, self.due_ns)
 
-    def _await(self, message: Message, arrival_ns: int) -> None:
+    def await_(self, message: Message, arrival_ns: int) -> None:
+        """The arrival of the message on the wire is an event."""
         self._medium.book(self._from, self._host.index, *self._train, self, message, arrival_ns)
 
     def arrived(self, message: Message, receiver: int) -> None:
         """The medium delivered the frame."""
         self._wire = None
-        self._note_arrival(self._graph.kernel.now_ns)
+        self.note_trip(self._graph.kernel.now_ns - self._sent_ns)
         if self._closed == "link_closed":
             self._graph.drop(message, receiver, self._closed, self._first_ns, self._sent_ns)
             return
@@ -225,7 +255,7 @@ class StreamLink(Carrier["Message"]):
             self.lost(message, receiver, next(iter(lost.values())))
             return
         now_ns = self._graph.kernel.now_ns
-        self._note_arrival(now_ns)
+        self.note_trip(now_ns - self._sent_ns)
         for reason in dict.fromkeys(lost.values()):
             self._record_loss(self._from, receiver, message.seq, reason)
         sizes = packet_sizes(*self._train)
@@ -269,10 +299,9 @@ class StreamLink(Carrier["Message"]):
     def waiting(self) -> int:
         return len(self._outbox) + (self._wire is not None)
 
-    def _note_arrival(self, time_ns: int) -> None:
-        """Some of the segments that were sent last arrived at ``time_ns``."""
+    def note_trip(self, trip_ns: int) -> None:
+        """Some of the segments that were sent last arrived ``trip_ns`` later."""
         self._tries = 0
-        trip_ns = time_ns - self._sent_ns
         if self._trip_ns < 0 or trip_ns < self._trip_ns:
             self._trip_ns = trip_ns
 

@@ -176,6 +176,7 @@ class Monitor:
 
     def quantities(self) -> dict[str, float]:
         """The present values of ``QUANTITIES``, as expressions see them."""
+        self.graph.catch_up()
         coverage, traffic = self.coverage, totals(self.graph)
         return {
             "time_s": self._kernel.now_ns / NS_PER_S,
@@ -235,6 +236,7 @@ class Monitor:
         self._kernel.stop()
 
     def _each_second(self, _: int) -> None:
+        self.graph.catch_up()
         now_ns, row, pose_kind = self._kernel.now_ns, self.trace.row, self._kind["pose"]
         poses, travelled_m = self._poses().copy(), self.travelled_m().copy()
         as_bits = poses.view(np.int64).tolist()

@@ -18,10 +18,12 @@ from desim.ports import (
     Drop,
     Duplicate,
     Frame,
+    Frames,
     JudgesTransmissions,
     NetworkModel,
     Obstacles,
     Pass,
+    PassesMany,
     Retransmits,
     Rule,
     Verdict,
@@ -50,6 +52,13 @@ class Gate:
         self.judge_transmission = self._judge_transmission if self._repeated else None
         self.reasons = {reason for rule in self._repeated for reason in rule.reasons}
         self.open = not self._judges
+        self._all_pass = [rule.all_pass if isinstance(rule, PassesMany) else None
+                          for rule, _ in self._judges]
+
+    def all_pass(self, frames: Frames) -> bool:
+        """Whether all rules let each of ``frames`` pass unchanged, as far as they can tell of many
+        at once."""
+        return all(all_pass is not None and all_pass(frames) for all_pass in self._all_pass)
 
     def admit(self, frame: Frame, carrier: Carrier[T], token: T
               ) -> tuple[Frame, dict[int, Terms] | None]:

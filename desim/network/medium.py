@@ -35,13 +35,21 @@ from desim.ports import (
     Obstacles,
     Refuses,
     Rule,
+    SendsMany,
     packet_sizes,
 )
+
+UNKNOWN_NS = 1 << 62  # the arrival of a frame that the model has not settled yet
 
 T = TypeVar("T")
 
 _NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER  # cheaper than to look them up each time
 _new = tuple.__new__  # a Frame at half the price
+
+
+def _none_of(frames: ports.Frames) -> Sequence[int]:
+    """What a model without ``send_many`` knows of many frames."""
+    return ()
 
 
 class Medium(Account):
@@ -57,7 +65,8 @@ class Medium(Account):
     __slots__ = ("name", "id", "model", "rules", "up", "attached", "frames", "_refuses", "_kernel",
                  "_after", "_send", "_streams", "_place", "positions", "_ids", "_sources",
                  "_arrives", "_open", "_broadcasts", "_awaited", "_flying", "_reasons", "_hosts",
-                 "_control", "_reachability", "judge_transmission", "shared", "_admit", "_passes")
+                 "_control", "_reachability", "judge_transmission", "shared", "_admit", "_passes",
+                 "_all_pass", "_send_many")
 
     def __init__(self, name: str, model: NetworkModel,
                  rules: Sequence[Rule | ports.RuleFunction] = (), *, kernel: Kernel, names: Names,
@@ -91,7 +100,8 @@ class Medium(Account):
             with below(f".rules.{number}"):
                 rule.start(MediumView(self, f"rule {number}"), tuple(hosts))
         gate = Gate(self.rules, model, self)
-        self._admit, self._passes = gate.admit, gate.open
+        self._admit, self._passes, self._all_pass = gate.admit, gate.open, gate.all_pass
+        self._send_many = model.send_many if isinstance(model, SendsMany) else _none_of
         self.judge_transmission = gate.judge_transmission
         self._reasons = gate.reasons.union(model.reasons)
         model.start(self, tuple(hosts))
@@ -198,14 +208,19 @@ class Medium(Account):
             if own.lost:
                 own, frame = own.within(frame)
                 self.barred_bytes += size_bytes - frame.size_bytes
-        self._open[number] = carrier, token, receiver, size_bytes, segments, own
+        return self._offer(frame, (carrier, token, receiver, size_bytes, segments, own), at_once)
+
+    def _offer(self, frame: Frame, claim: Claim, at_once: bool = False) -> int | None:
+        """Hand a unicast frame to the model; see ``transmit``."""
+        self._open[frame.id] = claim
         delay_ns = self._send(frame)
         if delay_ns is None:
             return None
-        claim = self._open.pop(number, None)
+        claim = self._open.pop(frame.id, None)  # type: ignore[assignment] # checked below
         if claim is None:
-            raise self._unexpected(frame, receiver)
-        if claim[5] is not PLAIN:
+            raise self._unexpected(frame, frame.receivers)
+        carrier, token, receiver, size_bytes, segments, own = claim
+        if own is not PLAIN:
             self._flying += 1
             self._fly_on_terms(frame, claim, arrival_of(self.model, delay_ns))
             return None
@@ -222,8 +237,8 @@ class Medium(Account):
             return arrival_ns
         after = self._after
         try:
-            after(delay_ns, _DELIVER, self._sources[source] | self._ids[receiver], self._arrives,
-                  claim)
+            after(delay_ns, _DELIVER, self._sources[frame.source] | self._ids[receiver],
+                  self._arrives, claim)
         except KernelError:
             arrival_of(self.model, delay_ns)
             raise
@@ -239,12 +254,37 @@ class Medium(Account):
         counts as delivered at once, even if its receiver should stop while it is on its way."""
         return self.transmit(source, receivers, size_bytes, 1, False, carrier, token, True)
 
-    def landed(self, receiver: int, size_bytes: int, segments: int) -> None:
-        """Count a frame as delivered that its carrier expected."""
-        self._flying -= 1
-        self.delivered += 1
-        self.packets_delivered += segments
-        self.rx_bytes[receiver] += size_bytes
+    def lets_pass(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int
+                  ) -> bool:
+        """Whether frames that ``transmit_many`` would take now pass all rules unchanged."""
+        return self._passes or self._all_pass(
+            ports.Frames(self.frames + 1, source, receivers, size_bytes, segments))
+
+    def transmit_many(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
+                      carriers: Sequence[Carrier[T]], token: T, arrivals: list[int]) -> None:
+        """Take frames that one host sends now, equal but for their one receiver each: what
+        ``transmit`` does for each of them in turn, where ``lets_pass``. ``carriers[i]`` is
+        ``expected`` to want its frame's arrival ahead."""
+        number, count = self.frames + 1, len(receivers)
+        self.frames += count
+        self.intended += count
+        self.packets_intended += count * segments
+        self.tx_bytes[source] += count * size_bytes
+        known = self._send_many(ports.Frames(number, source, receivers, size_bytes, segments))
+        self._flying += len(known)
+        now_ns = self._kernel.now_ns
+        for carrier, receiver, delay_ns in zip(carriers, receivers, known, strict=False):
+            carrier.expected(token, receiver, now_ns + delay_ns)
+        for i in range(len(known), count):
+            self._offer(Frame(number + i, source, (receivers[i],), size_bytes, segments, False),
+                        (carriers[i], token, receivers[i], size_bytes, segments, PLAIN))
+
+    def landed(self, receiver: int, size_bytes: int, segments: int, frames: int = 1) -> None:
+        """Count frames as delivered that their carrier expected."""
+        self._flying -= frames
+        self.delivered += frames
+        self.packets_delivered += frames * segments
+        self.rx_bytes[receiver] += frames * size_bytes
 
     def book(self, source: int, receiver: int, size_bytes: int, segments: int, carrier: Carrier[T],
              token: T, arrival_ns: int) -> None:

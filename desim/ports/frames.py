@@ -33,6 +33,23 @@ class Frame(NamedTuple):
                 if host <= last and receivers[bisect_left(receivers, host)] == host]
 
 
+class Frames(NamedTuple):
+    """Unicast frames that one host sends in one instant, in this order, equal but for their
+    receiver: the first has the number ``id`` and goes to the first of ``receivers``, the second
+    ``id + 1``, and so on."""
+
+    id: int
+    source: int
+    receivers: tuple[int, ...]
+    size_bytes: int
+    segments: int
+
+    def singly(self) -> list[Frame]:
+        """The same frames, each for itself."""
+        return [Frame(self.id + i, self.source, (receiver,), self.size_bytes, self.segments, False)
+                for i, receiver in enumerate(self.receivers)]
+
+
 FULL_PACKET_BYTES = 1500 + 14 + 4  # Ethernet's MTU, its header and its check sequence
 
 

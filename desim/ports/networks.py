@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 import numpy as np
 
 from desim.ports import parameters
-from desim.ports.frames import Deliver, Drop, Frame, Verdict
+from desim.ports.frames import Deliver, Drop, Frame, Frames, Verdict
 
 T = TypeVar("T")
 
@@ -185,6 +185,25 @@ class JudgesTransmissions(Protocol):
     @property
     def per_transmission(self) -> bool:
         """Whether it does, known as soon as the rule is made."""
+
+
+@runtime_checkable
+class PassesMany(Protocol):
+    """A rule that can tell at once of many frames that it has nothing to say."""
+
+    def all_pass(self, frames: Frames) -> bool:
+        """Whether ``judge`` would let each of the frames pass unchanged now. False: it has to be
+        asked. Changes nothing."""
+
+
+@runtime_checkable
+class SendsMany(Protocol):
+    """A network model that takes many frames at once, and so saves calls."""
+
+    def send_many(self, frames: Frames) -> Sequence[int]:
+        """Take the first of the frames, as many as ``send`` would return delays for one after
+        another, and return these delays. The others will be sent by ``send``. None taken is right,
+        too."""
 
 
 @runtime_checkable

@@ -7,16 +7,17 @@ too.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 
-from desim.middleware.contents import ODOMETRY_BYTES, LaserScan, Lazy, Pose, laser_scan_bytes
+from desim.middleware.batches import BatchPublisher
+from desim.middleware.contents import ODOMETRY_BYTES, LaserScan, Pose, laser_scan_bytes
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest, Publisher, WaitSet
+from desim.middleware.topics import Latest, WaitSet
 from desim.ports import Snapshot, World
 from desim.scenario.schema.robot import Laser
 
@@ -29,43 +30,43 @@ class Driver(Node):
         self.robots = tuple(robots)
         self._world = world
         self._laser = laser
-        self._scan_bytes = laser_scan_bytes(laser.beams)
         self._increment_rad = laser.field_of_view_rad / (laser.beams - 1)
         self._alone = {i: np.array([i]) for i in self.robots}
-        self._scans: list[tuple[int, Publisher]] = []
-        self._poses: list[tuple[Publisher, Callable[[Snapshot, int], Pose]]] = []
         self._motors: dict[Latest, int] = {}  # the robot of each topic of velocities
         self._commands = WaitSet()
 
     def start(self) -> None:
+        scans, poses = [], []
         for robot in self.robots:
             prefix = f"/{self._world.robots[robot]}"
-            self._scans.append((robot, self.advertise(f"{prefix}/scan")))
-            self._poses.append((self.advertise(f"{prefix}/odom"), partial(self._odometry, robot)))
-            self._poses.append((self.advertise(f"{prefix}/true_pose"), partial(_true_pose, robot)))
+            scans.append(self.advertise(f"{prefix}/scan"))
+            poses.append(self.advertise(f"{prefix}/odom"))
+            poses.append(self.advertise(f"{prefix}/true_pose"))
             self._motors[self.latest(f"{prefix}/cmd_vel", self._commands)] = robot
+        self._scans = BatchPublisher(scans, laser_scan_bytes(self._laser.beams))
+        self._poses = BatchPublisher(poses, ODOMETRY_BYTES)
 
     def sense_scan(self, snapshot: Snapshot, tick: int) -> None:
         """Publish scan number ``tick`` of every robot; the beams are cast when somebody reads."""
-        for robot, publisher in self._scans:
-            if publisher.has_subscribers():
-                publisher.publish(Lazy(self._scan_bytes,
-                                       partial(self._scan, snapshot, robot, tick)))
+        self._scans.publish(partial(self._scan, snapshot, tick))
 
     def sense_pose(self, snapshot: Snapshot, tick: int) -> None:
         """Publish odometry reading number ``tick`` and the true pose of every robot."""
-        for publisher, read in self._poses:
-            if publisher.has_subscribers():
-                publisher.publish(Lazy(ODOMETRY_BYTES, partial(read, snapshot, tick)))
+        self._poses.publish(partial(self._pose, snapshot, tick))
 
-    def _scan(self, snapshot: Snapshot, robot: int, tick: int) -> LaserScan:
-        ranges = self._world.scan(snapshot, self._alone[robot], tick)[0]
+    def _scan(self, snapshot: Snapshot, tick: int, number: int) -> LaserScan:
+        ranges = self._world.scan(snapshot, self._alone[self.robots[number]], tick)[0]
         return LaserScan(snapshot.time_ns, ranges, -0.5 * self._laser.field_of_view_rad,
                          self._increment_rad, self._laser.max_range_m)
 
-    def _odometry(self, robot: int, snapshot: Snapshot, tick: int) -> Pose:
-        x_m, y_m, yaw_rad = self._world.odometry(snapshot, robot, tick)
-        return Pose(snapshot.time_ns, float(x_m), float(y_m), float(yaw_rad))
+    def _pose(self, snapshot: Snapshot, tick: int, number: int) -> Pose:
+        """Of each robot its odometer's, then its true one."""
+        robot = self.robots[number // 2]
+        if number % 2:
+            x_m, y_m, yaw_rad = snapshot.poses[robot].tolist()
+        else:
+            x_m, y_m, yaw_rad = map(float, self._world.odometry(snapshot, robot, tick))
+        return Pose(snapshot.time_ns, x_m, y_m, yaw_rad)
 
     def drive(self) -> None:
         """Pass on the velocities that have come since the last call."""
@@ -94,8 +95,3 @@ class MonitorNode(Node):
 
     def _received(self, message: Message) -> None:
         """Do nothing: the arrival is in the trace."""
-
-
-def _true_pose(robot: int, snapshot: Snapshot, tick: int) -> Pose:
-    x_m, y_m, yaw_rad = snapshot.poses[robot].tolist()
-    return Pose(snapshot.time_ns, x_m, y_m, yaw_rad)

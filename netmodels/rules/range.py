@@ -15,7 +15,7 @@ class Range:
     """Drops frames to receivers farther away than ``distance``, measured when a frame is sent,
     through walls. A host without a place is in reach of everybody.
 
-    Capabilities: LimitsReach.
+    Capabilities: LimitsReach, PassesMany.
     """
 
     class Params(ports.Params):
@@ -50,6 +50,13 @@ class Range:
                     verdicts = [ports.PASS] * len(receivers)
                 verdicts[i] = _FAR
         return verdicts
+
+    def all_pass(self, frames: ports.Frames) -> bool:
+        now_ns = self._context.now_ns
+        if now_ns != self._updated_ns:
+            self._update(now_ns)
+        x_m, _ = self._places[frames.source]
+        return x_m != x_m  # NaN
 
     def _update(self, now_ns: int) -> None:
         self._updated_ns = now_ns

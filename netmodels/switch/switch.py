@@ -47,7 +47,7 @@ class Switch:
     Frames that meet no other frame skip the packet queues (``_is_alone``, ``_foresee``); ``_join``
     moves one back into the queues when another frame turns up.
 
-    Capabilities: CountsBusyTime.
+    Capabilities: CountsBusyTime, SendsMany.
     """
 
     class Params(ports.Params):
@@ -131,6 +131,29 @@ class Switch:
                 return out_ns - now_ns
         self._wait((frame, exits, begin_ns, train), port)
         return None
+
+    def send_many(self, frames: ports.Frames) -> list[int]:
+        _, source, receivers, size_bytes, segments = frames
+        port, exits_to = self._port[source], self._exits_to
+        delays: list[int] = []
+        if self._queued[port]:
+            return delays
+        _, total_ns, first_ns = self._cut(size_bytes, segments)
+        now_ns = self._context.now_ns
+        end_ns = max(self._free_ns[port], now_ns)
+        latest_ns = now_ns + self._ahead_ns
+        for receiver in receivers:
+            exit_ = exits_to[receiver][0][0]
+            begin_ns, end_ns = end_ns, end_ns + total_ns
+            out_ns = (None if exit_ == port or end_ns > latest_ns
+                      else self._foresee(exit_, begin_ns, total_ns, first_ns))
+            if out_ns is None:
+                end_ns = begin_ns
+                break
+            delays.append(out_ns - now_ns)
+        self._free_ns[port] = end_ns
+        self._booked_ns[port] += len(delays) * total_ns
+        return delays
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """For how long there was something on the wire, preambles and gaps included, in either

@@ -1,0 +1,350 @@
+"""Batches: what several publishers of one host publish in one instant, handled as one.
+
+A driver publishes the scans of a whole fleet at once. Each would be a message of its own, a frame
+of its own, an arrival of its own; nearly all of them are read much later or never. Here they are
+one ``Batch``: the network model is asked once for all arrivals, a message is made when somebody
+reads it, and trace rows and counts are written later, many batches at once.
+
+Whatever is unusual goes the ordinary way, message by message: publishers with several receivers,
+rules that have something to say, a link whose last message has not arrived, a frame that is lost, a
+host that stops. What happens is the same, row by row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from desim.engine.kernel import Phase, pair
+from desim.engine.trace import ROW
+from desim.middleware.contents import Lazy
+from desim.middleware.message import Message
+from desim.middleware.transports import Stream, StreamLink, stream_frame
+from desim.network.carrier import Carrier
+from desim.network.medium import UNKNOWN_NS
+
+if TYPE_CHECKING:
+    from desim.middleware.host import Host
+    from desim.middleware.topics import Publisher
+    from desim.network.medium import Medium
+
+
+class Batch:
+    """Messages that were born at ``born_ns``. Message i has number ``seq + i`` among its host's and
+    ``number + i`` among the run's, and arrives at ``arrivals[i]`` ns; ``read(k)`` computes the
+    content of publisher k's. ``open`` are those that still have to be counted as delivered."""
+
+    __slots__ = ("born_ns", "seq", "number", "arrivals", "read", "sent", "open")
+
+    def __init__(self, born_ns: int, seq: int, number: int, count: int,
+                 read: Callable[[int], object]) -> None:
+        self.born_ns, self.seq, self.number = born_ns, seq, number
+        self.arrivals = [UNKNOWN_NS] * count
+        self.read = read
+        self.sent = False  # counted as sent
+        self.open = dict.fromkeys(range(count))
+
+
+class Arrivals(NamedTuple):
+    """Messages of one host that were delivered: the host, their size, and arrays of their numbers,
+    trace ids of their topics, receiving hosts, births (when their frames were sent, too) and
+    arrivals."""
+
+    source: int
+    size_bytes: int
+    numbers: np.ndarray
+    topics: np.ndarray
+    receivers: np.ndarray
+    born_ns: np.ndarray
+    arrived_ns: np.ndarray
+
+
+class Member(Carrier[Batch]):
+    """One publisher's place in its batches: the link to its one receiver. ``latest`` keeps the
+    messages there; None: a callback waits for each. It is the carrier of the publisher's frames."""
+
+    __slots__ = ("publisher", "link", "host", "latest", "ahead", "_batches", "_index", "_number",
+                 "_entity")
+
+    def __init__(self, batches: BatchPublisher, index: int, number: int, link: StreamLink,
+                 publisher: Publisher, host: Host) -> None:
+        self.publisher, self.link, self.host = publisher, link, host
+        latest = host.awaits_nothing(publisher.topic.name)
+        self.latest = None if latest is None or latest.wakes else latest
+        self.ahead = True
+        self._batches, self._index, self._number = batches, index, number
+        self._entity = pair(publisher.host.id, host.id)
+
+    @property
+    def socket(self) -> object:
+        return self.link.socket
+
+    def expected(self, batch: Batch, receiver: int, arrival_ns: int) -> None:
+        if self._index in batch.open:
+            batch.arrivals[self._index] = arrival_ns
+            self.await_(batch, arrival_ns)
+        else:
+            self.link.expected(self.link.message, receiver, arrival_ns)
+
+    def await_(self, batch: Batch, arrival_ns: int) -> None:
+        """Book the arrival of a message, if a callback waits for it."""
+        if self.latest is None:
+            self.host.graph.kernel.at(arrival_ns, Phase.DELIVER, self._entity, self._hand_over,
+                                      batch)
+
+    def _hand_over(self, batch: Batch) -> None:
+        if batch.arrivals[self._index] != UNKNOWN_NS:
+            self.host.receive(self.message(batch))
+
+    def message(self, batch: Batch) -> Message:
+        """This publisher's message."""
+        index, size_bytes = self._index, self._batches.size_bytes
+        message = Message(self.publisher.host, self.publisher.topic, batch.seq + index, size_bytes,
+                          batch.born_ns, Lazy(size_bytes, partial(batch.read, self._number)))
+        message.number = batch.number + index
+        return message
+
+    def newer(self, known: Message | None) -> Message | None:
+        """The last message that has arrived, unless it is ``known`` or older."""
+        batch = self._batches.newest(self._index)
+        if batch is None or known is not None and batch.seq + self._index <= known.seq:
+            return None
+        return self.message(batch)
+
+    def give(self, batch: Batch) -> Message:
+        """Leave the message on its way to the link."""
+        if self.latest is not None:
+            self.latest.catch_up()
+        message = self.message(batch)
+        del batch.open[self._index]
+        batch.arrivals[self._index] = UNKNOWN_NS
+        self._batches.mixed = True
+        self.link.take(message)
+        return message
+
+    # Unusual fates.
+
+    def arrived(self, batch: Batch, receiver: int) -> None:
+        self.link.arrived(self._given(batch), receiver)
+
+    def arrived_in_part(self, batch: Batch, receiver: int, lost: dict[int, str]) -> None:
+        self.link.arrived_in_part(self._given(batch), receiver, lost)
+
+    def lost(self, batch: Batch, receiver: int, reason: str) -> None:
+        self.link.lost(self._given(batch), receiver, reason)
+
+    def repeated(self, batch: Batch, receiver: int) -> None:
+        self.link.repeated(self.message(batch), receiver)
+
+    def _given(self, batch: Batch) -> Message:
+        return self.give(batch) if self._index in batch.open else self.link.message
+
+
+class _Route(NamedTuple):
+    """The members and the medium of a batch, and what all its rows have in common."""
+
+    members: list[Member]
+    medium: Medium
+    receivers: tuple[int, ...]
+    topics: np.ndarray  # ids
+    hosts: np.ndarray  # ids of the receivers
+    awaited: bool  # by some callback
+
+
+class BatchPublisher:
+    """Publishers of one host that always publish in one instant, messages of ``size_bytes``."""
+
+    def __init__(self, publishers: Sequence[Publisher], size_bytes: int) -> None:
+        self._publishers = list(publishers)
+        self._host = publishers[0].host
+        self._graph = self._host.graph
+        self.size_bytes = size_bytes
+        self.mixed = False  # links may have messages of their own
+        self._frame = stream_frame(size_bytes)
+        self._connections = -1  # of the graph, when the route was found
+        self._route: _Route | None = None
+        self._batches: list[Batch] = []  # with something that is not counted yet
+        self._before: Batch | None = None
+        self._last: Batch | None = None
+        self._graph.batches.append(self)
+
+    def publish(self, read: Callable[[int], object]) -> None:
+        """Publish one message of each publisher that has subscribers; ``read(k)`` computes the
+        content of publisher k's."""
+        graph, host = self._graph, self._host
+        if self._connections != graph.connections:
+            self._connect()
+        route = self._route
+        if route is None or not self._is_free(route) or not route.medium.lets_pass(
+                host.index, route.receivers, *self._frame):
+            self._publish_singly(read)
+            return
+        count = len(route.members)
+        batch = Batch(graph.kernel.now_ns, host.published + 1, graph.messages + 1, count, read)
+        host.published += count
+        graph.messages += count
+        self._batches.append(batch)
+        self._before, self._last = self._last, batch
+        route.medium.transmit_many(host.index, route.receivers, *self._frame, route.members, batch,
+                                   batch.arrivals)
+
+    def newest(self, index: int) -> Batch | None:
+        """The last batch of which message ``index`` has arrived, if it is one of the last two."""
+        last, before = self._last, self._before
+        if last is not None and self._graph.kernel.over(last.arrivals[index], Phase.DELIVER):
+            return last
+        # A batch sets out when all of the one before has arrived, or links have taken it over.
+        return before if before is not None and before.arrivals[index] != UNKNOWN_NS else None
+
+    def release(self) -> None:
+        """Leave all messages on their way to their links: what follows may change their fate."""
+        last, over = self._last, self._graph.kernel.over
+        if last is None or self._route is None:
+            return
+        for index in tuple(last.open):
+            arrival_ns = last.arrivals[index]
+            if not over(arrival_ns, Phase.DELIVER):
+                member = self._route.members[index]
+                message = member.give(last)
+                if arrival_ns != UNKNOWN_NS:
+                    member.link.await_(message, arrival_ns)
+
+    def catch_up(self) -> None:
+        """Write the rows of what has happened by now, and count it."""
+        route, batches = self._route, self._batches
+        if not batches or route is None:
+            return
+        unsent = [batch for batch in batches if not batch.sent]
+        if unsent:
+            self._count_sent(route, unsent)
+        arrivals = np.array([batch.arrivals for batch in batches])
+        landed = arrivals <= self._graph.kernel.last_over_ns(Phase.DELIVER)
+        for batch, row in zip(batches, landed, strict=True):
+            if len(batch.open) < len(row):
+                row &= np.isin(np.arange(len(row)), list(batch.open))
+            if row.all():
+                batch.open.clear()
+            else:
+                for index in np.flatnonzero(row).tolist():
+                    del batch.open[index]
+        if landed.any():
+            self._count_arrived(route, batches, arrivals, landed)
+        self._batches = [batch for batch in batches if batch.open]
+
+    def _connect(self) -> None:
+        """Find the way of the next batches, which may be none."""
+        self.release()
+        self.catch_up()
+        for member in self._route.members if self._route is not None else ():
+            if member.latest is not None:
+                member.latest.feed = None
+        self._route = self._before = self._last = None
+        self.mixed = True
+        members = self._members()
+        self._connections = self._graph.connections
+        if not members:
+            return
+        media = [self._graph.route(self._host, member.host.index) for member in members]
+        medium = media[0]
+        if medium is None or any(other is not medium for other in media):
+            return
+        names = self._graph.names
+        self._route = _Route(
+            members, medium, tuple(member.host.index for member in members),
+            np.array([member.publisher.topic.id for member in members], np.int64),
+            np.array([member.host.id for member in members], np.int64),
+            any(member.latest is None for member in members))
+        for member in members:
+            if member.latest is not None:
+                member.latest.feed = member
+
+    def _members(self) -> list[Member]:
+        """The publishers with subscribers; none where they cannot publish in batches."""
+        members: list[Member] = []
+        for number, publisher in enumerate(self._publishers):
+            if not publisher.has_subscribers():
+                continue
+            link = publisher.only_link()
+            if not isinstance(link, StreamLink) or self._graph.payloads != "lazy":
+                return []
+            members.append(Member(self, len(members), number, link, publisher, link.host))
+        return members
+
+    def _is_free(self, route: _Route) -> bool:
+        """Whether each link can send at once."""
+        last = self._last
+        if last is not None and last.open:
+            over = self._graph.kernel.over
+            if not all(over(last.arrivals[index], Phase.DELIVER) for index in last.open):
+                return False
+        if self.mixed and not all(member.link.is_idle for member in route.members):
+            return False
+        self.mixed = False
+        return True
+
+    def _publish_singly(self, read: Callable[[int], object]) -> None:
+        self.release()
+        self.mixed = True
+        for number, publisher in enumerate(self._publishers):
+            if publisher.has_subscribers():
+                publisher.publish(Lazy(self.size_bytes, partial(read, number)))
+
+    def _count_sent(self, route: _Route, batches: list[Batch]) -> None:
+        """Write the rows ``sent`` and ``frame`` of batches."""
+        graph, count, own = self._graph, len(route.members), self._host.id
+        seqs, born_ns = _of(batches, "seq")[:, None] + np.arange(count), _of(batches, "born_ns")
+        graph.trace.put_rows(_rows(born_ns[:, None], graph.SENT, own, route.topics, seqs,
+                                   self.size_bytes))
+        graph.trace.put_rows(_rows(born_ns[:, None], graph.FRAME, own, route.hosts, seqs,
+                                   self._frame[0]))
+        for batch in batches:
+            batch.sent = True
+        for member in route.members:
+            member.publisher.topic.counts.intended += len(batches)
+
+    def _count_arrived(self, route: _Route, batches: list[Batch], arrivals: np.ndarray,
+                       landed: np.ndarray) -> None:
+        """Write the rows ``delivered`` of the messages that have ``landed`` [batches, members]."""
+        graph, own = self._graph, self._host
+        born_ns = _of(batches, "born_ns")[:, None]
+        latencies = arrivals - born_ns
+        seqs = _of(batches, "seq")[:, None] + np.arange(len(route.members))
+        graph.trace.put_rows(_rows(arrivals, graph.DELIVERED, route.hosts, own.id, seqs,
+                                   latencies)[landed.ravel()])
+        for index, member in enumerate(route.members):
+            column = landed[:, index]
+            mine = latencies[column, index].tolist()
+            if not mine:
+                continue
+            counts, times = member.publisher.topic.counts, arrivals[column, index]
+            counts.bytes += len(mine) * self.size_bytes
+            counts.latency.extend(mine)
+            member.link.note_trip(min(mine))
+            member.host.hear(own.index, int(times[0]), int(times[-1]))
+            route.medium.landed(member.host.index, *self._frame, len(mine))
+        if graph.on_arrivals is not None:
+            numbers = _of(batches, "number")[:, None] + np.arange(len(route.members))
+            graph.on_arrivals(Arrivals(own.index, self.size_bytes, *(
+                np.broadcast_to(values, landed.shape)[landed] for values in (
+                    numbers, route.topics, np.array(route.receivers), born_ns, arrivals))))
+        elif graph.on_fate is not None:
+            for row, column in np.argwhere(landed).tolist():
+                member, batch = route.members[column], batches[row]
+                graph.on_fate(member.message(batch), member.host.index, batch.arrivals[column],
+                              None, batch.born_ns, batch.born_ns)
+
+
+def _of(batches: list[Batch], field: str) -> np.ndarray:
+    return np.array([getattr(batch, field) for batch in batches], np.int64)
+
+
+def _rows(t_ns: np.ndarray, kind: int, entity: int | np.ndarray, a: int | np.ndarray,
+          b: np.ndarray, c: int | np.ndarray) -> np.ndarray:
+    """Trace rows of all messages of some batches."""
+    rows = np.empty(b.shape, ROW)
+    rows["t_ns"], rows["kind"], rows["entity"] = t_ns, kind, entity
+    rows["a"], rows["b"], rows["c"] = a, b, c
+    return rows.ravel()
