@@ -3,8 +3,9 @@
 Anything that is not in the digest did not happen. A row's hash covers all of its fields, its time
 among them, and a digest is the sum of such hashes: so it does not depend on the order in which rows
 are written, and parts of a run may write theirs late, many at once. Rows are always hashed, in
-batches; they are kept only where somebody wants to read them. Names (of hosts, kinds, topics, reasons) appear in rows as
-32-bit ids derived from the name alone, so that one more robot changes nobody else's rows.
+batches; they are kept only where somebody wants to read them. Names (of hosts, kinds, topics,
+reasons) appear in rows as 32-bit ids derived from the name alone, so that one more robot changes
+nobody else's rows.
 """
 
 from __future__ import annotations
@@ -76,6 +77,7 @@ class Trace:
         self.rows_written = 0
         self._sink = sink
         self._buffer: list[bytes] = []
+        self._late: list[bytes] = []
         self.put = self._buffer.append
         self.before_flush: Callable[[], object] = _nothing  # writes rows that are late
         self._keys, self._sums = _table(1 << 8)
@@ -89,8 +91,9 @@ class Trace:
         self.flush_if_full()
 
     def put_rows(self, rows: np.ndarray) -> None:
-        """Write rows that may be late: of dtype ``ROW``. Like ``put``, it flushes nothing."""
-        self.put(rows.tobytes())
+        """Write rows of dtype ``ROW``, which may be late, of phases before CONTROL: the sink gets
+        them in front of others of their instant. Like ``put``, it flushes nothing."""
+        self._late.append(rows.tobytes())
 
     def flush_if_full(self) -> None:
         """Flush if a batch is full."""
@@ -100,10 +103,11 @@ class Trace:
     def flush(self) -> None:
         """Hash the rows that have gathered, and hand them to the sink, sorted by time."""
         self.before_flush()
-        if not self._buffer:
+        if not self._buffer and not self._late:
             return
-        rows = np.frombuffer(bytearray().join(self._buffer), dtype=ROW)
+        rows = np.frombuffer(bytearray().join(self._late + self._buffer), dtype=ROW)
         self._buffer.clear()
+        self._late.clear()
         self.rows_written += len(rows)
         self._hash(rows.view(np.uint64).reshape(-1, 5))
         if self._sink is not None:

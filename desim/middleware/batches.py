@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from desim.engine.kernel import Phase, pair
 from desim.engine.trace import ROW
 from desim.middleware.contents import Lazy
 from desim.middleware.message import Message
-from desim.middleware.transports import Stream, StreamLink, stream_frame
+from desim.middleware.transports import StreamLink, stream_frame
 from desim.network.carrier import Carrier
 from desim.network.medium import UNKNOWN_NS
 
@@ -48,7 +48,7 @@ class Batch:
         self.open = dict.fromkeys(range(count))
 
 
-class Arrivals(NamedTuple):
+class BatchArrivals(NamedTuple):
     """Messages of one host that were delivered: the host, their size, and arrays of their numbers,
     trace ids of their topics, receiving hosts, births (when their frames were sent, too) and
     arrivals."""
@@ -60,6 +60,14 @@ class Arrivals(NamedTuple):
     receivers: np.ndarray
     born_ns: np.ndarray
     arrived_ns: np.ndarray
+
+
+@runtime_checkable
+class TakesArrivals(Protocol):
+    """A listener to the fates of messages that takes many at once."""
+
+    def arrivals(self, batch: BatchArrivals) -> object:
+        """All of these messages were delivered."""
 
 
 class Member(Carrier[Batch]):
@@ -87,7 +95,7 @@ class Member(Carrier[Batch]):
             batch.arrivals[self._index] = arrival_ns
             self.await_(batch, arrival_ns)
         else:
-            self.link.expected(self.link.message, receiver, arrival_ns)
+            self.link.expected(self.message(batch), receiver, arrival_ns)
 
     def await_(self, batch: Batch, arrival_ns: int) -> None:
         """Book the arrival of a message, if a callback waits for it."""
@@ -140,7 +148,7 @@ class Member(Carrier[Batch]):
         self.link.repeated(self.message(batch), receiver)
 
     def _given(self, batch: Batch) -> Message:
-        return self.give(batch) if self._index in batch.open else self.link.message
+        return self.give(batch) if self._index in batch.open else self.message(batch)
 
 
 class _Route(NamedTuple):
@@ -188,8 +196,7 @@ class BatchPublisher:
         graph.messages += count
         self._batches.append(batch)
         self._before, self._last = self._last, batch
-        route.medium.transmit_many(host.index, route.receivers, *self._frame, route.members, batch,
-                                   batch.arrivals)
+        route.medium.transmit_many(host.index, route.receivers, *self._frame, route.members, batch)
 
     def newest(self, index: int) -> Batch | None:
         """The last batch of which message ``index`` has arrived, if it is one of the last two."""
@@ -222,14 +229,11 @@ class BatchPublisher:
             self._count_sent(route, unsent)
         arrivals = np.array([batch.arrivals for batch in batches])
         landed = arrivals <= self._graph.kernel.last_over_ns(Phase.DELIVER)
-        for batch, row in zip(batches, landed, strict=True):
-            if len(batch.open) < len(row):
-                row &= np.isin(np.arange(len(row)), list(batch.open))
-            if row.all():
-                batch.open.clear()
-            else:
-                for index in np.flatnonzero(row).tolist():
-                    del batch.open[index]
+        for k, batch in enumerate(batches):
+            if len(batch.open) < landed.shape[1]:
+                landed[k] &= np.isin(np.arange(landed.shape[1]), list(batch.open))
+            for index in np.flatnonzero(landed[k]).tolist():
+                del batch.open[index]
         if landed.any():
             self._count_arrived(route, batches, arrivals, landed)
         self._batches = [batch for batch in batches if batch.open]
@@ -240,6 +244,7 @@ class BatchPublisher:
         self.catch_up()
         for member in self._route.members if self._route is not None else ():
             if member.latest is not None:
+                member.latest.catch_up()
                 member.latest.feed = None
         self._route = self._before = self._last = None
         self.mixed = True
@@ -251,7 +256,6 @@ class BatchPublisher:
         medium = media[0]
         if medium is None or any(other is not medium for other in media):
             return
-        names = self._graph.names
         self._route = _Route(
             members, medium, tuple(member.host.index for member in members),
             np.array([member.publisher.topic.id for member in members], np.int64),
@@ -324,16 +328,16 @@ class BatchPublisher:
             counts.latency.extend(mine)
             member.link.note_trip(min(mine))
             member.host.hear(own.index, int(times[0]), int(times[-1]))
-            route.medium.landed(member.host.index, *self._frame, len(mine))
+            route.medium.flights.landed(member.host.index, *self._frame, len(mine))
         if graph.on_arrivals is not None:
             numbers = _of(batches, "number")[:, None] + np.arange(len(route.members))
-            graph.on_arrivals(Arrivals(own.index, self.size_bytes, *(
+            graph.on_arrivals(BatchArrivals(own.index, self.size_bytes, *(
                 np.broadcast_to(values, landed.shape)[landed] for values in (
                     numbers, route.topics, np.array(route.receivers), born_ns, arrivals))))
         elif graph.on_fate is not None:
-            for row, column in np.argwhere(landed).tolist():
-                member, batch = route.members[column], batches[row]
-                graph.on_fate(member.message(batch), member.host.index, batch.arrivals[column],
+            for k, index in np.argwhere(landed).tolist():
+                member, batch = route.members[index], batches[k]
+                graph.on_fate(member.message(batch), member.host.index, batch.arrivals[index],
                               None, batch.born_ns, batch.born_ns)
 
 

@@ -17,7 +17,8 @@ from desim.engine.trace import pack
 from desim.middleware.answer_checks import transport_of
 from desim.middleware.arp import AddressedCarrier, Neighbours
 from desim.middleware.beliefs import Beliefs
-from desim.middleware.transports import Datagram, Stream
+from desim.middleware.datagrams import Datagram
+from desim.middleware.transports import Stream
 from desim.network.carrier import BroadcastCarrier
 from desim.ports.middleware import (
     Addressing,

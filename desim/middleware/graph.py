@@ -23,7 +23,7 @@ from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, pack
 from desim.errors import InputError, below, did_you_mean
-from desim.middleware.batches import Arrivals, BatchPublisher
+from desim.middleware.batches import BatchPublisher, TakesArrivals
 from desim.middleware.context import GraphContext
 from desim.middleware.host import Host
 from desim.middleware.message import Message
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 _SELDOM = (1 << 8) - 1  # rows and latencies are flushed after so many messages: a mask
 
-OnArrivals = Callable[[Arrivals], object]
 OnFate = Callable[[Message, int, int, "str | None", int, int], object]
 
 
@@ -48,11 +47,11 @@ class Graph:
     result depends on it. ``on_fate(message, receiver, time_ns, reason, first_ns, last_ns)`` is
     called with each message's fate at each receiving host: ``reason`` None for delivered, the
     instants of its first and last frame, -1 for a message that never became a frame.
-    ``on_arrivals``, where given, is called instead with many at once that were delivered."""
+    If it ``TakesArrivals``, it gets those of a batch at once."""
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, payloads: str = "lazy",
-                 on_fate: OnFate | None = None, on_arrivals: OnArrivals | None = None) -> None:
+                 on_fate: OnFate | None = None) -> None:
         if payloads not in ("lazy", "birth", "delivery"):
             raise InputError(f"payloads are read lazy, at birth or at delivery, not {payloads!r}")
         self.kernel, self.names, self.trace, self.streams = kernel, names, trace, streams
@@ -61,7 +60,8 @@ class Graph:
         self.payloads = payloads
         self.read_at_birth = payloads == "birth"
         self._read_at_delivery = payloads == "delivery"
-        self.on_fate, self.on_arrivals = on_fate, on_arrivals
+        self.on_fate = on_fate
+        self.on_arrivals = on_fate.arrivals if isinstance(on_fate, TakesArrivals) else None
         self.SENT, self.FRAME, self.LOST = map(names.id, ("sent", "frame", "lost"))
         self.DELIVERED, self.DROPPED = names.id("delivered"), names.id("dropped")
         self.CALLBACK, self.READ = names.id("callback"), names.id("read")
@@ -100,7 +100,7 @@ class Graph:
     def attach(self, medium: Medium, hosts: Iterable[str] | None = None) -> None:
         """Give ``hosts`` (default: all) an interface to ``medium``, after those they have."""
         self.media.append(medium)
-        medium.up = self.up
+        medium.flights.up = self.up
         attached = self.hosts if hosts is None else [self.host(host) for host in hosts]
         medium.attached = sorted(host.index for host in attached)
         for host in attached:

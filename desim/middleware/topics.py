@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from operator import itemgetter
 from typing import TYPE_CHECKING, Protocol
 
 from desim.engine.kernel import Phase
@@ -55,18 +56,14 @@ class Subscription:
         self.waiting = 0
 
 
-class Expected(Protocol):
+class Expecting(Protocol):
     """A link with a message on its way that nobody waits for: its arrival is no event."""
 
-    @property
-    def due_ns(self) -> int:
-        """The time of the arrival."""
+    def land(self, message: Message, due_ns: int) -> object:
+        """``message`` has arrived, at ``due_ns``: ``put`` it."""
 
-    def land(self) -> object:
-        """The message has arrived: ``put`` it. No longer called once it has."""
-
-    def book(self) -> object:
-        """Somebody waits for the message now: make an event of its arrival."""
+    def await_(self, message: Message, due_ns: int) -> object:
+        """Somebody waits for ``message`` now: make an event of its arrival at ``due_ns``."""
 
 
 class Feed(Protocol):
@@ -87,12 +84,12 @@ class Latest:
 
     __slots__ = ("feed", "_host", "_message", "_unread", "_expected", "_wait_set")
 
-    def __init__(self, host: Host | None = None, wait_set: WaitSet | None = None) -> None:
+    def __init__(self, host: Host, wait_set: WaitSet | None = None) -> None:
+        self.feed: Feed | None = None
         self._host = host
         self._message: Message | None = None
         self._unread = False
-        self.feed: Feed | None = None
-        self._expected: list[Expected] = []
+        self._expected: list[tuple[int, Expecting, Message]] = []  # by time of arrival
         self._wait_set = wait_set
 
     @property
@@ -100,15 +97,19 @@ class Latest:
         """The last message that has arrived, or None."""
         if self._expected or self.feed is not None:
             self.catch_up()
-        if self._unread:
+        message = self._message
+        if self._unread and message is not None:
             self._unread = False
-            self._record()
-        return self._message
+            if message.number:
+                host = self._host
+                graph = host.graph
+                graph.put(pack(graph.kernel.now_ns, graph.READ, host.id, message.origin.id,
+                               message.seq, message.about.id))
+        return message
 
     def news(self) -> Message | None:
         """The last message that has arrived, if it has not been read yet."""
-        if self._expected:
-            self.catch_up()
+        self.catch_up()
         return self.message if self._unread else None
 
     def put(self, message: Message) -> None:
@@ -118,9 +119,11 @@ class Latest:
         if self._wait_set is not None:
             self._wait_set.add(self)
 
-    def expect(self, link: Expected) -> None:
-        """A message is on its way over ``link``."""
-        self._expected.append(link)
+    def expect(self, link: Expecting, message: Message, due_ns: int) -> None:
+        """``message`` will arrive over ``link`` at ``due_ns``."""
+        self._expected.append((due_ns, link, message))
+        if len(self._expected) > 1:
+            self._expected.sort(key=itemgetter(0))
         self._host.graph.expecting[self] = None
         if self._wait_set is not None:
             self._wait_set.add(self)
@@ -131,24 +134,17 @@ class Latest:
             message = self.feed.newer(self._message)
             if message is not None:
                 self._message, self._unread = message, True
-        over = self._host.graph.kernel.over
-        for link in sorted(self._expected, key=lambda link: link.due_ns):
-            if over(link.due_ns, Phase.DELIVER):
-                self.forget(link)
-                link.land()
+        expected = self._expected
+        while expected and self._host.graph.kernel.over(expected[0][0], Phase.DELIVER):
+            due_ns, link, message = self._next_expected()
+            link.land(message, due_ns)
 
     def book(self) -> None:
         """Somebody waits now: make events of the arrivals that are still to come."""
         self.catch_up()
-        for link in tuple(self._expected):
-            self.forget(link)
-            link.book()
-
-    def forget(self, link: Expected) -> None:
-        """The message of ``link`` is not expected any more."""
-        self._expected.remove(link)
-        if not self._expected:
-            del self._host.graph.expecting[self]
+        while self._expected:
+            due_ns, link, message = self._next_expected()
+            link.await_(message, due_ns)
 
     @property
     def wakes(self) -> bool:
@@ -157,15 +153,13 @@ class Latest:
 
     @property
     def expects(self) -> bool:
-        """Whether messages are on their way that have not been taken."""
+        """Whether messages are on their way that nobody waits for."""
         return bool(self._expected)
 
-    def _record(self) -> None:
-        host, message = self._host, self._message
-        if message.number:
-            graph = host.graph
-            graph.put(pack(graph.kernel.now_ns, graph.READ, host.id, message.origin.id,
-                           message.seq, message.about.id))
+    def _next_expected(self) -> tuple[int, Expecting, Message]:
+        if len(self._expected) == 1:
+            del self._host.graph.expecting[self]
+        return self._expected.pop(0)
 
 
 class WaitSet:

@@ -1,4 +1,4 @@
-"""The transports of desim: ``Stream`` (TCPROS-like) and ``Datagram`` (UDPROS-like).
+"""The sizes of frames, and the transport ``Stream`` (TCPROS-like).
 
 A transport is one publisher's. It hands frames to media and hears from them, as their carrier,
 what became of each. ``Stream`` simplifies TCP: the sender knows a frame's fate when the medium
@@ -8,15 +8,14 @@ settles it, with no acknowledgement on the air.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from desim.engine.kernel import Phase, pair
 from desim.engine.trace import pack
-from desim.middleware.arp import AddressedCarrier
 from desim.middleware.jiffies import TICK_NS, fires_ns
-from desim.network.carrier import BroadcastCarrier, Carrier
+from desim.network.carrier import Carrier
 from desim.ports import packet_sizes
 
 if TYPE_CHECKING:
@@ -147,17 +146,16 @@ class StreamLink(Carrier["Message"]):
     estimated as twice the shortest frame delay.
     """
 
-    __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_medium", "_send",
+    __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_flights", "_send",
                  "_record_loss", "_limit", "_outbox", "_wire", "_train", "_trip_ns", "_tries",
-                 "_first_ns", "_sent_ns", "_timer", "_closed", "_entity", "ahead", "_latest",
-                 "due_ns")
+                 "_first_ns", "_sent_ns", "_timer", "_closed", "_entity", "ahead", "_latest")
 
     def __init__(self, source: Host, destination: Host, medium: Medium, limit: int) -> None:
         self._graph = source.graph
         self._from, self._from_id = source.index, source.id
         self._host = destination
         self._to, self._to_id = (destination.index,), destination.id
-        self._medium, self._send = medium, medium.transmit
+        self._flights, self._send = medium.flights, medium.transmit
         self._record_loss = source.graph.context.record_loss
         self._limit = limit
         self._outbox: deque[Message] = deque()
@@ -171,17 +169,11 @@ class StreamLink(Carrier["Message"]):
         self._entity = pair(source.id, destination.id)
         self.ahead = False
         self._latest: Latest | None = None  # expects the message on the wire
-        self.due_ns = 0
 
     @property
     def host(self) -> Host:
         """The host at its end."""
         return self._host
-
-    @property
-    def message(self) -> Message:
-        """The message on the wire."""
-        return self._wire
 
     @property
     def is_idle(self) -> bool:
@@ -217,25 +209,21 @@ class StreamLink(Carrier["Message"]):
         if latest is None or self._outbox or self._closed is not None:
             self.await_(message, arrival_ns)
             return
-        self._latest, self.due_ns = latest, arrival_ns
-        latest.expect(self)
+        self._latest = latest
+        latest.expect(self, message, arrival_ns)
 
-    def land(self) -> None:
-        """The message has arrived, at ``due_ns``."""
-        message, host, due_ns = self._wire, self._host, self.due_ns
+    def land(self, message: Message, due_ns: int) -> None:
+        """The message arrived at ``due_ns``."""
+        host = self._host
         self._latest = self._wire = None
-        self._medium.landed(host.index, *self._train)
+        self._flights.landed(host.index, *self._train)
         self.note_trip(due_ns - self._sent_ns)
         self._graph.land(message, host, due_ns, self._first_ns, self._sent_ns)
 
-    def book(self) -> None:
-        """The arrival shall be an event."""
+    def await_(self, message: Message, due_ns: int) -> None:
+        """The arrival of the message on the wire shall be an event."""
         self._latest = None
-        self.await_(self._wire, self.due_ns)
-
-    def await_(self, message: Message, arrival_ns: int) -> None:
-        """The arrival of the message on the wire is an event."""
-        self._medium.book(self._from, self._host.index, *self._train, self, message, arrival_ns)
+        self._flights.book(self._from, self._host.index, *self._train, self, message, due_ns)
 
     def arrived(self, message: Message, receiver: int) -> None:
         """The medium delivered the frame."""
@@ -333,88 +321,3 @@ class StreamLink(Carrier["Message"]):
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq, size_bytes))
         self.ahead = self._host.awaits_nothing(message.about.name) is not None
         self._send(self._from, self._to, size_bytes, segments, False, self, message)
-
-
-class Datagram(AddressedCarrier["Message"], BroadcastCarrier["Message"]):
-    """Fire and forget: a frame per receiving host, or one broadcast frame per medium. Any lost
-    datagram of a message loses the message."""
-
-    __slots__ = ("_graph", "_source", "_broadcast", "_routes", "_known", "_unrouted", "_flying")
-
-    def __init__(self, source: Host, broadcast: bool) -> None:
-        self._graph = source.graph
-        self._source = source
-        self._broadcast = broadcast
-        self._routes: list[tuple[Medium, tuple[int, ...]]] = []
-        self._known: list[int] = []
-        self._unrouted: list[int] = []
-        self._flying = 0
-
-    def connect(self, receivers: list[int]) -> list[int]:
-        """Send to ``receivers`` from now on. Returns the new ones among those that have a way."""
-        by_medium: dict[Medium, list[int]] = {}
-        self._unrouted = []
-        for receiver in receivers:
-            medium = self._graph.route(self._source, receiver)
-            if medium is None:
-                self._unrouted.append(receiver)
-            else:
-                by_medium.setdefault(medium, []).append(receiver)
-        self._routes = self._frames(by_medium)
-        old = self._known
-        self._known = [receiver for group in by_medium.values() for receiver in group]
-        return [receiver for receiver in self._known if receiver not in old]
-
-    def _frames(self, by_medium: dict[Medium, list[int]]) -> list[tuple[Medium, tuple[int, ...]]]:
-        if self._broadcast:
-            return [(medium, tuple(sorted(group))) for medium, group in by_medium.items()]
-        return [(medium, (receiver,)) for medium, group in by_medium.items() for receiver in group]
-
-    def send(self, message: Message, only: list[int] | None = None) -> None:
-        routes, unrouted = self._routes, self._unrouted
-        if only is not None:
-            kept = [(medium, [receiver for receiver in group if receiver in only])
-                    for medium, group in routes]
-            routes, unrouted = [(medium, tuple(group)) for medium, group in kept if group], []
-        graph, source = self._graph, self._source
-        size_bytes, segments = datagram_frame(message.size_bytes)
-        for medium, group in routes:
-            to = medium.id if self._broadcast else graph.hosts[group[0]].id
-            graph.trace.row(graph.kernel.now_ns, graph.FRAME, source.id, to, message.seq,
-                            size_bytes)
-            self._flying += len(group)
-            transmit = medium.transmit if self._broadcast else graph.context.way(
-                medium, source.index, group)
-            transmit(source.index, group, size_bytes, segments, self._broadcast, self, message)
-        for receiver in unrouted:
-            graph.drop(message, receiver, "no_route")
-
-    def arrived(self, message: Message, receiver: int) -> None:
-        self._flying -= 1
-        self._graph.deliver(message, receiver, message.born_ns, message.born_ns)
-
-    def arrived_in_part(self, message: Message, receiver: int, lost: dict[int, str]) -> None:
-        self.lost(message, receiver, next(iter(lost.values())))
-
-    def lost(self, message: Message, receiver: int, reason: str) -> None:
-        self._flying -= 1
-        self._graph.drop(message, receiver, reason, message.born_ns, message.born_ns)
-
-    def repeated(self, message: Message, receiver: int) -> None:
-        """UDP does not recognise copies: the message arrives again."""
-        self._graph.repeat(message, receiver)
-        self._graph.hosts[receiver].receive(message)
-
-    def missed(self, message: Message, receivers: Collection[int], reason: str,
-               medium: Medium) -> None:
-        """A broadcast did not reach several hosts: one row of the medium's for all of them."""
-        self._flying -= len(receivers)
-        self._graph.miss(message, receivers, reason, medium)
-
-    def close(self, reason: str) -> None:
-        """Nothing waits here, and frames on their way go on."""
-        self._routes, self._known, self._unrouted = [], [], []
-
-    def waiting(self) -> int:
-        """Receptions under way."""
-        return self._flying

@@ -27,7 +27,7 @@ from desim.middleware.graph import Graph
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest, Publisher
+from desim.middleware.topics import Latest, Publisher, WaitSet
 from desim.ports import GridSpec
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
@@ -174,6 +174,6 @@ class _Stage(Host):
                   queue: int) -> None:
         self.subscribed.add(self.absolute(topic))
 
-    def latest(self, node: str, topic: str) -> Latest:
+    def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
         self.subscribed.add(self.absolute(topic))
-        return Latest()
+        return Latest(self)

@@ -22,6 +22,7 @@ from desim.network.account import Account
 from desim.network.answer_checks import arrival_of, check_packets, undeclared
 from desim.network.broadcast import Broadcast
 from desim.network.carrier import Carrier
+from desim.network.flights import Flights
 from desim.network.gate import Gate, MediumView
 from desim.network.surroundings import Nowhere, Reachability, Surroundings
 from desim.network.terms import PLAIN, Claim, Terms
@@ -43,12 +44,12 @@ UNKNOWN_NS = 1 << 62  # the arrival of a frame that the model has not settled ye
 
 T = TypeVar("T")
 
-_NETWORK, _DELIVER = Phase.NETWORK, Phase.DELIVER  # cheaper than to look them up each time
+_NETWORK = Phase.NETWORK  # cheaper than to look it up each time
 _new = tuple.__new__  # a Frame at half the price
 
 
 def _none_of(frames: ports.Frames) -> Sequence[int]:
-    """What a model without ``send_many`` knows of many frames."""
+    """The ``send_many`` of a model without one: it takes none."""
     return ()
 
 
@@ -62,9 +63,9 @@ class Medium(Account):
     A frame is open until its model has settled it, then on its way until it is delivered.
     """
 
-    __slots__ = ("name", "id", "model", "rules", "up", "attached", "frames", "_refuses", "_kernel",
-                 "_after", "_send", "_streams", "_place", "positions", "_ids", "_sources",
-                 "_arrives", "_open", "_broadcasts", "_awaited", "_flying", "_reasons", "_hosts",
+    __slots__ = ("name", "id", "model", "rules", "flights", "attached", "frames", "_refuses",
+                 "_kernel", "_after", "_send", "_begin", "_streams", "_place", "positions", "_open",
+                 "_broadcasts", "_awaited", "_reasons", "_hosts",
                  "_control", "_reachability", "judge_transmission", "shared", "_admit", "_passes",
                  "_all_pass", "_send_many")
 
@@ -77,21 +78,19 @@ class Medium(Account):
         self.id = names.id(f"medium/{name}")
         self.model = model
         self.rules = tuple(map(ports.rule_of, rules))
-        self.up = [True] * len(hosts)
         self.attached: Sequence[int] = range(len(hosts))
         self.frames = 0
         self._kernel = kernel
         self._after, self.shared = kernel.after, kernel.shared
-        self._send, self._arrives = model.send, self._deliver  # bound once: 400 instructions each
+        self._send = model.send  # bound once: 400 instructions
         self._streams = streams
         self._place = Nowhere(len(hosts)) if place is None else place
         self.positions = self._place.positions
-        self._ids = [names.id(host) for host in hosts]
-        self._sources = [id_ << 32 for id_ in self._ids]  # in the entity of a delivery
+        self.flights = Flights(self, kernel, [names.id(host) for host in hosts])
+        self._begin = self.flights.begin
         self._open: dict[int, Claim] = {}  # unicast ones, by frame
         self._broadcasts: dict[int, Broadcast] = {}  # open ones, by frame
         self._awaited = 0  # settlements of those
-        self._flying = 0
         self._refuses = frozenset(model.refuses if isinstance(model, Refuses) else ())
         self._hosts = model if isinstance(model, FollowsHosts) else None
         self._control = model if isinstance(model, CountsControl) else None
@@ -136,16 +135,10 @@ class Medium(Account):
         if claim is None or claim[2] != receiver:
             claim = self._settled(frame, (receiver,))[0].claim(receiver)
         if type(verdict) is Deliver:
-            self._flying += 1
             if claim[5] is PLAIN:
-                delay_ns = verdict.delay_ns
-                if claim[0].ahead and type(delay_ns) is int and delay_ns > 0:
-                    claim[0].expected(claim[1], receiver, self._kernel.now_ns + delay_ns)
-                    return
-                self._after(delay_ns, _DELIVER,
-                            self._sources[frame.source] | self._ids[receiver], self._arrives, claim)
+                self._begin(frame.source, claim, verdict.delay_ns)
             else:
-                self._fly_on_terms(frame, claim, verdict.delay_ns)
+                self._begin_on_terms(frame, claim, verdict.delay_ns)
         else:
             reason = self._declared(verdict)
             self._dropped(frame, (receiver,), reason, claim[4] - len(claim[5].lost))
@@ -216,29 +209,21 @@ class Medium(Account):
         delay_ns = self._send(frame)
         if delay_ns is None:
             return None
-        claim = self._open.pop(frame.id, None)  # type: ignore[assignment] # checked below
-        if claim is None:
+        found = self._open.pop(frame.id, None)
+        if found is None:
             raise self._unexpected(frame, frame.receivers)
-        carrier, token, receiver, size_bytes, segments, own = claim
+        carrier, token, receiver, size_bytes, segments, own = claim = found
         if own is not PLAIN:
-            self._flying += 1
-            self._fly_on_terms(frame, claim, arrival_of(self.model, delay_ns))
+            self._begin_on_terms(frame, claim, arrival_of(self.model, delay_ns))
             return None
-        if at_once and self.up[receiver]:
+        if at_once and self.flights.up[receiver]:
             arrival_of(self.model, delay_ns)
             self.delivered += 1
             self.packets_delivered += segments
             self.rx_bytes[receiver] += size_bytes
             return self._kernel.now_ns + delay_ns
-        self._flying += 1
-        if carrier.ahead and delay_ns:
-            arrival_ns = self._kernel.now_ns + arrival_of(self.model, delay_ns)
-            carrier.expected(token, receiver, arrival_ns)
-            return arrival_ns
-        after = self._after
         try:
-            after(delay_ns, _DELIVER, self._sources[frame.source] | self._ids[receiver],
-                  self._arrives, claim)
+            self._begin(frame.source, claim, delay_ns)
         except KernelError:
             arrival_of(self.model, delay_ns)
             raise
@@ -261,36 +246,27 @@ class Medium(Account):
             ports.Frames(self.frames + 1, source, receivers, size_bytes, segments))
 
     def transmit_many(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
-                      carriers: Sequence[Carrier[T]], token: T, arrivals: list[int]) -> None:
-        """Take frames that one host sends now, equal but for their one receiver each: what
-        ``transmit`` does for each of them in turn, where ``lets_pass``. ``carriers[i]`` is
-        ``expected`` to want its frame's arrival ahead."""
+                      carriers: Sequence[Carrier[T]], token: T) -> None:
+        """Take frames that one host sends now, equal but for their one receiver each, where
+        ``lets_pass``: ``transmit`` for each of them in turn. ``carriers[i]`` is notified of the
+        fate of the i-th, or ``expects`` it."""
         number, count = self.frames + 1, len(receivers)
         self.frames += count
         self.intended += count
         self.packets_intended += count * segments
         self.tx_bytes[source] += count * size_bytes
         known = self._send_many(ports.Frames(number, source, receivers, size_bytes, segments))
-        self._flying += len(known)
-        now_ns = self._kernel.now_ns
+        if len(known) > count:
+            raise ModelError(f"{class_of(self.model)} returned {len(known)} delays from send_many "
+                             f"for {count} frames")
+        begin = self._begin
         for carrier, receiver, delay_ns in zip(carriers, receivers, known, strict=False):
-            carrier.expected(token, receiver, now_ns + delay_ns)
+            if type(delay_ns) is not int or delay_ns < 0:
+                arrival_of(self.model, delay_ns)
+            begin(source, (carrier, token, receiver, size_bytes, segments, PLAIN), delay_ns)
         for i in range(len(known), count):
             self._offer(Frame(number + i, source, (receivers[i],), size_bytes, segments, False),
                         (carriers[i], token, receivers[i], size_bytes, segments, PLAIN))
-
-    def landed(self, receiver: int, size_bytes: int, segments: int, frames: int = 1) -> None:
-        """Count frames as delivered that their carrier expected."""
-        self._flying -= frames
-        self.delivered += frames
-        self.packets_delivered += frames * segments
-        self.rx_bytes[receiver] += frames * size_bytes
-
-    def book(self, source: int, receiver: int, size_bytes: int, segments: int, carrier: Carrier[T],
-             token: T, arrival_ns: int) -> None:
-        """Call ``carrier`` when a frame arrives that it expected."""
-        self._kernel.at(arrival_ns, _DELIVER, self._sources[source] | self._ids[receiver],
-                        self._arrives, (carrier, token, receiver, size_bytes, segments, PLAIN))
 
     # For those who watch.
 
@@ -306,7 +282,7 @@ class Medium(Account):
 
     def in_flight(self) -> int:
         """Frames, per receiver, that are not settled yet or on their way."""
-        return len(self._open) + self._awaited + self._flying
+        return len(self._open) + self._awaited + self.flights.count
 
     def _broadcast(self, frame: Frame, carrier: Carrier[T], token: T,
                    terms: dict[int, Terms] | None) -> None:
@@ -336,69 +312,21 @@ class Medium(Account):
     def _fly(self, frame: Frame, broadcast: Broadcast, receivers: Collection[int],
              delay_ns: int) -> None:
         """A broadcast is on its way to ``receivers``."""
-        self._flying += len(receivers)
+        source, begin = frame.source, self._begin
         if broadcast.terms is not None:
             for receiver in receivers:
-                self._fly_on_terms(frame, broadcast.claim(receiver), delay_ns)
+                self._begin_on_terms(frame, broadcast.claim(receiver), delay_ns)
             return
         carrier, token = broadcast.carrier, broadcast.token
         size_bytes, segments = frame.size_bytes, frame.segments
-        ids, after, arrives = self._ids, self._after, self._arrives
-        source = self._sources[frame.source]
         for receiver in receivers:
-            after(delay_ns, _DELIVER, source | ids[receiver], arrives,
-                  (carrier, token, receiver, size_bytes, segments, PLAIN))
+            begin(source, (carrier, token, receiver, size_bytes, segments, PLAIN), delay_ns)
 
-    def _fly_on_terms(self, frame: Frame, claim: Claim, delay_ns: int) -> None:
+    def _begin_on_terms(self, frame: Frame, claim: Claim, delay_ns: int) -> None:
         """A frame that rules may have delayed or copied is on its way to one receiver."""
         if delay_ns < 0:
             raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
-        rules_ns, copies_ns, lost, _ = claim[5]
-        entity = self._sources[frame.source] | self._ids[claim[2]]
-        if copies_ns and not lost:
-            self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver_often, (entity, claim))
-        else:
-            self._after(delay_ns + rules_ns, _DELIVER, entity, self._arrives, claim)
-
-    def _deliver(self, claim: Claim) -> None:
-        """A frame is at one receiver."""
-        carrier, token, receiver, size_bytes, segments, terms = claim
-        self._flying -= 1
-        if not self.up[receiver]:
-            self.count_drops("host_down", 1, segments - len(terms.lost))
-            carrier.lost(token, receiver, "host_down")
-            return
-        self.delivered += 1
-        if terms is not PLAIN and terms.lost:
-            self._deliver_in_part(claim)
-            return
-        self.packets_delivered += segments
-        self.rx_bytes[receiver] += size_bytes
-        carrier.arrived(token, receiver)
-
-    def _deliver_in_part(self, claim: Claim) -> None:
-        """Some packets of a train are at one receiver."""
-        carrier, token, receiver, size_bytes, segments, terms = claim
-        sizes = packet_sizes(size_bytes, segments)
-        self.packets_delivered += segments - len(terms.lost)
-        self.rx_bytes[receiver] += size_bytes - sum(sizes[number] for number in terms.lost)
-        carrier.arrived_in_part(token, receiver, dict(sorted(terms.lost.items())))
-
-    def _deliver_often(self, arrival: tuple[int, Claim]) -> None:
-        """A frame that has copies is at one receiver. They come after it, if it comes."""
-        entity, claim = arrival
-        if self.up[claim[2]]:
-            for after_ns in claim[5].copies_ns:
-                self._after(after_ns, _DELIVER, entity, self._repeat, claim)
-        self._deliver(claim)
-
-    def _repeat(self, claim: Claim) -> None:
-        """A copy is at one receiver."""
-        carrier, token, receiver, size_bytes, *_ = claim
-        if self.up[receiver]:
-            self.copies += 1
-            self.rx_bytes[receiver] += size_bytes
-            carrier.repeated(token, receiver)
+        self.flights.begin_on_terms(frame.source, claim, delay_ns)
 
     def _leaves(self, frame: Frame, receiver: int, verdict: Drop, packets: tuple[int, ...]) -> bool:
         """Take out the ``packets`` that the model has lost at one receiver. Returns whether any are

@@ -55,9 +55,9 @@ from desim.ports.worlds import GridSpec, RandomStreams, Snapshot, World
 __all__ = [
     "FULL_PACKET_BYTES", "PASS", "BesideScenario", "Context", "CountsAttempts", "CountsBusyTime",
     "CountsControl", "Deliver", "Drop", "Duplicate", "ExplorationView", "File", "FollowsHosts",
-    "Frame", "Frames", "Frontier", "GridSpec", "Handle", "JudgesTransmissions", "KnowsLinks", "LimitsReach",
-    "NetworkModel", "Obstacles", "Params", "Pass", "PassesMany", "Peer", "Pose2D", "PredictsSignal", "Preset",
-    "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany", "Separates",
-    "Signal", "Snapshot", "Strategy", "Verdict", "World", "function_rule", "natural_key",
-    "packet_sizes", "rule_of", "with_preset", "yaml_key",
+    "Frame", "Frames", "Frontier", "GridSpec", "Handle", "JudgesTransmissions", "KnowsLinks",
+    "LimitsReach", "NetworkModel", "Obstacles", "Params", "Pass", "PassesMany", "Peer", "Pose2D",
+    "PredictsSignal", "Preset", "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext",
+    "RuleFunction", "SendsMany", "Separates", "Signal", "Snapshot", "Strategy", "Verdict", "World",
+    "function_rule", "natural_key", "packet_sizes", "rule_of", "with_preset", "yaml_key",
 ]

@@ -58,7 +58,7 @@ class RunFolder:
         self._log = MessageLog(self._add_messages) if keep != "none" else None
         self.trace_sink: Callable[[np.ndarray], None] | None = (
             self._add_rows if keep == "all" else None)
-        self.on_fate = self._log.fate if self._log is not None else None
+        self.on_fate = self._log
         with self._writing():
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._lock: int | None = self._claim()

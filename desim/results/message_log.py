@@ -7,6 +7,7 @@ from struct import Struct
 
 import numpy as np
 
+from desim.middleware.batches import BatchArrivals
 from desim.middleware.message import Message
 
 BATCH = 1 << 14  # rows at a time: 1.3 MB, a row group of the table
@@ -19,9 +20,9 @@ _pack = Struct(f"<{len(COLUMNS)}q").pack
 
 
 class MessageLog:
-    """Collects the fates of messages: pass ``fate`` to ``Graph`` as ``on_fate``. ``sink(rows,
-    reasons)`` gets every full batch: int64 [n, 10] in the order of ``COLUMNS``, the topic as its
-    name id, hosts as indices, the reason as an index into ``reasons``."""
+    """Collects the fates of messages: a ``Graph``'s ``on_fate``. ``sink(rows, reasons)`` gets every
+    full batch: int64 [n, 10] in the order of ``COLUMNS``, the topic as its name id, hosts as
+    indices, the reason as an index into ``reasons``."""
 
     def __init__(self, sink: Callable[[np.ndarray, list[str]], None]) -> None:
         self.reasons = [DELIVERED]
@@ -30,8 +31,8 @@ class MessageLog:
         self._rows: list[bytes] = []
         self._before: list[bytes] = []  # the batch before, for ``active_links``
 
-    def fate(self, message: Message, receiver: int, time_ns: int, reason: str | None, first_ns: int,
-             last_ns: int) -> None:
+    def __call__(self, message: Message, receiver: int, time_ns: int, reason: str | None,
+                 first_ns: int, last_ns: int) -> None:
         """``message`` was delivered to host ``receiver`` (reason None) or dropped, at ``time_ns``;
         its first and last frame left at ``first_ns`` and ``last_ns`` (-1: none did)."""
         number = self._reason.get(reason)
@@ -42,6 +43,17 @@ class MessageLog:
         rows.append(_pack(message.number, message.about.id, message.origin.index, receiver,
                           message.size_bytes, message.born_ns, first_ns, last_ns, number, time_ns))
         if len(rows) >= BATCH:
+            self.flush()
+
+    def arrivals(self, batch: BatchArrivals) -> None:
+        """Many messages of one host were delivered."""
+        rows = np.empty((len(batch.numbers), len(COLUMNS)), "<i8")
+        rows[:, 0], rows[:, 1], rows[:, 2] = batch.numbers, batch.topics, batch.source
+        rows[:, 3], rows[:, 4] = batch.receivers, batch.size_bytes
+        rows[:, 5:8] = batch.born_ns[:, None]  # their frames were sent at birth
+        rows[:, 8], rows[:, 9] = 0, batch.arrived_ns
+        self._rows += map(bytes, rows)
+        if len(self._rows) >= BATCH:
             self.flush()
 
     def flush(self) -> None:

@@ -115,11 +115,27 @@ def trace_of(run: Run, spool: Path, until_ns: int | None = None) -> Rows:
 
 def first_difference(first: np.ndarray, second: np.ndarray) -> int | None:
     """The number of the first row in which two traces differ; where one ends, if it is the
-    beginning of the other; None if they are equal."""
-    shorter = min(len(first), len(second))
-    for begin in range(0, shorter, _CHUNK):
+    beginning of the other; None if they are equal. The order of rows inside an instant does not
+    count."""
+    shorter, begin = min(len(first), len(second)), 0
+    while begin < shorter:
         end = min(begin + _CHUNK, shorter)
         unequal = np.asarray(first[begin:end] != second[begin:end])
-        if unequal.any():
-            return begin + int(np.argmax(unequal))
+        if not unequal.any():
+            begin = end
+            continue
+        at = begin + int(np.argmax(unequal))
+        one, other = _instant(first, at), _instant(second, at)
+        if one != other or (np.sort(first[one]) != np.sort(second[other])).any():
+            return at
+        begin = one.stop
     return None if len(first) == len(second) else shorter
+
+
+def _instant(rows: np.ndarray, at: int) -> slice:
+    """The rows of the instant of row ``at``, as far as they are near it."""
+    begin = max(at - _CHUNK, 0)
+    times = rows["t_ns"][begin:at + _CHUNK]
+    first, end = np.searchsorted(times, times[at - begin]), np.searchsorted(
+        times, times[at - begin], side="right")
+    return slice(begin + int(first), begin + int(end))

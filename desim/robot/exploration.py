@@ -62,7 +62,7 @@ class Explore(Node):
         self._exploration, self._strategy = exploration, strategy
         self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.radius_m
         self._view = RobotView(self, host.name, peers)
-        self._pose = Latest()
+        self._pose = Latest(host)
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
         self._mapped = False  # whether the costmap can be used
         # The frontier that the robot drives to, its cell at the unknown's edge, and the highest

@@ -43,7 +43,7 @@ class MapSharing(Node):
         self._exchange = exchange
         self._peers = peers
         self._topic = f"/map_exchange/{host.name}"
-        self._pose = Latest()
+        self._pose = Latest(host)
         self._sent: LayerSnapshot | None = None  # all of the evidence at the last update
         self._complete_at = 0  # the period in which everything was sent last
         self._heard = heard

@@ -25,6 +25,7 @@ from desim.testing.medium_bench import HOUR_NS, Bench, Fate, ImmediateNetwork
 from desim.units import NS_PER_S
 
 _FRAMES = 300
+_BURSTS = 200
 _HOSTS = {"host_1": (0.0, 0.0), "host_2": (5.0, 0.0), "host_3": (60.0, 10.0),
           "host_10": (190.0, -20.0), "host_11": (900.0, 900.0), "nowhere": (np.nan, np.nan)}
 _SILENT = {"host_4": (1.0, 1.0)}  # sorts into the middle, so that it moves the others' indices
@@ -134,6 +135,7 @@ def _check_play(cls: PluginClass[object], make: Callable[[], Bench],
     need(_play(make()) == log, cls, "give the same fates for the same seed: keep state in self, "
                                     "and iterate over no set")
     check_claims(cls, bench)
+    _check_many(cls, make)
     _check_links(cls, make())
     need(_play(make_larger()) == log, cls, "give the same fates when a host is added that says "
                                            "nothing: draw from streams named by host, not index")
@@ -171,6 +173,30 @@ def _play(bench: Bench, sample: Callable[[int], None] | None = None) -> list[Fat
                    else draw.choice(others), segments * draw.randint(64, 1518), segments, label,
                    broadcast)
     return bench.run(2 * NS_PER_S + HOUR_NS)
+
+
+def _check_many(cls: PluginClass[object], make: Callable[[], Bench]) -> None:
+    """Check that many frames at once meet the fates that each of them would meet for itself."""
+    bench = make()
+    if not any(isinstance(part, ports.SendsMany | ports.PassesMany)
+               for part in (bench.medium.model, *bench.medium.rules)):
+        return
+    need(_play_bursts(bench, singly=False) == _play_bursts(make(), singly=True), cls,
+         "treat many frames (send_many, all_pass) as each of them for itself (send, judge)")
+
+
+def _play_bursts(bench: Bench, singly: bool) -> list[Fate]:
+    """Play a seeded load of bursts, some of them close together, with single frames between."""
+    draw = random.Random(1)
+    for label in range(_BURSTS):
+        source, *others = draw.sample(bench.hosts, len(bench.hosts))
+        receivers = others[:draw.randint(1, len(others))]
+        time_ns = draw.randrange(200) * draw.choice([1000, 1_000_000])
+        segments = draw.choice([1, 1, 3, 40])
+        size_bytes = segments * draw.randint(64, 1518)
+        bench.send_burst(time_ns, source, receivers, size_bytes, segments, label, singly)
+        bench.send(time_ns + draw.randrange(100_000), others[-1], source, 1000, 1, -label)
+    return sorted(bench.run(), key=str)
 
 
 @contextmanager

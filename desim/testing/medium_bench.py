@@ -60,6 +60,24 @@ class Bench(BroadcastCarrier[Token]):
 
         self.kernel.at(time_ns, Phase.CONTROL, self.names.id(source), transmit)
 
+    def send_burst(self, time_ns: int, source: str, receivers: Sequence[str], size_bytes: int,
+                   segments: int, label: object, singly: bool) -> None:
+        """Book frames of ``source``, one to each of ``receivers``: ``singly``, or at once, where
+        the rules let all of them pass."""
+        medium, own = self.medium, self.hosts.index(source)
+        indices = tuple(sorted(map(self.hosts.index, receivers)))
+
+        def transmit(_: object) -> None:
+            if singly or not medium.lets_pass(own, indices, size_bytes, segments):
+                for receiver in indices:
+                    medium.transmit(own, (receiver,), size_bytes, segments, False, self,
+                                    (label, source))
+            else:
+                medium.transmit_many(own, indices, size_bytes, segments, [self] * len(indices),
+                                     (label, source))
+
+        self.kernel.at(time_ns, Phase.CONTROL, self.names.id(source), transmit)
+
     def book(self, time_ns: int, fn: Callable[[T], object], arg: T) -> None:
         """Call ``fn(arg)`` at ``time_ns``, before any frame of that instant."""
         self.kernel.at(time_ns, Phase.WORLD, 0, fn, arg)

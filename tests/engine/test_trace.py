@@ -72,13 +72,19 @@ def test_an_entity_digest_feels_nobody_elses_rows(own, others):
 
 
 @given(ROWS, st.integers(1, 10))
-def test_a_sink_gets_every_row_once_and_changes_no_digest(rows, batch):
+def test_a_sink_gets_every_row_once_in_order_of_time(rows, batch):
+    """If none is later than its batch."""
+    rows = sorted(rows, key=lambda row: row[0])
+    late = [rows[i + 1] if i % 2 == 0 else rows[i - 1] for i in range(len(rows) // 2 * 2)]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trace, "_BATCH", batch)
         kept = []
         log = write(rows, kept.append)
         assert log.digest() == write(rows).digest()
         assert b"".join(rows.tobytes() for rows in kept) == packed(log.names, rows)
+    kept.clear()
+    assert write(late, kept.append).digest() == write(rows[:len(late)]).digest()
+    assert (np.diff([t for rows in kept for t in rows["t_ns"]]) >= 0).all()
 
 
 @given(ROWS, st.lists(st.booleans(), min_size=60, max_size=60), st.integers(1, 10))

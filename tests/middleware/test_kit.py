@@ -8,8 +8,9 @@ import random
 import pytest
 from toy_middlewares import Late, Naive
 
+from desim.middleware.datagrams import Datagram
 from desim.middleware.direct import Direct
-from desim.middleware.transports import Datagram, Stream, StreamLink
+from desim.middleware.transports import Stream, StreamLink
 from desim.testing import Patience, check_discovery
 
 S = 10**9

@@ -102,7 +102,7 @@ def test_a_host_that_is_down_receives_nothing():
     bench = Bench(rule(AccessLink, rate="1 Mb/s"), 3)
     bench.send(0, "host_1", "host_2", 125, label="too late")
     bench.send(0, "host_1", "host_3", 125, label="in time")
-    bench.medium.up[1] = False
+    bench.medium.flights.up[1] = False
     assert [(label, fate) for _, label, _, _, fate in bench.run()] == [
         ("too late", "host_down"), ("in time", "arrived")]
     assert bench.medium.rx_bytes == [0, 0, 125]
@@ -131,7 +131,7 @@ def test_a_posted_packet_needs_no_event_where_its_fate_is_known(rules, down, due
     bench = Bench(rule(AccessLink, rate="1 Gb/s", latency="5 ms"), 2, rules=rules)
     carrier = Recorder()
     if down is not None:
-        bench.medium.up[down] = False
+        bench.medium.flights.up[down] = False
     assert bench.medium.post(0, (1,), 66, carrier, "ack") == due_ns
     settled = bench.medium.delivered + sum(bench.medium.dropped.values())
     assert bench.medium.intended == 1 == settled + bench.medium.in_flight()
@@ -288,7 +288,7 @@ def test_frames_are_conserved_at_every_instant(model, traffic, stop_ns, down):
     bench.run(stop_ns)
     assert medium.intended == medium.delivered + sum(medium.dropped.values()) + medium.in_flight()
     assert len(bench.log) == medium.delivered + sum(medium.dropped.values())
-    medium.up[down] = False
+    medium.flights.up[down] = False
     bench.run(3600 * 10**9)
     assert medium.in_flight() == 0
     assert medium.intended == intended == len(bench.log)
@@ -363,7 +363,7 @@ def test_it_serves_a_plain_simpy_program():
     env = simpy.Environment(initial_time=0)
     names, log = Names(), []
 
-    class Sender:
+    class Sender(Carrier):
         def arrived(self, token, receiver):
             log.append((env.now, token, receiver))
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from desim.network.carrier import Carrier
 from netmodels.radio.dcf.stations import DROPPED, NEVER, RECEIVED, Reception, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.standards import Standard
@@ -97,7 +98,7 @@ def heartbeats(stations: Stations, times_ns: list[tuple[int, int]], psdu_bytes: 
     return received / (len(times_ns) * (n - 1))
 
 
-class Flow:
+class Flow(Carrier):
     """Two packets of ``source`` for ``dest`` are in its queue, always."""
 
     def __init__(self, medium, source, dest):

@@ -65,6 +65,59 @@ def test_a_claim_that_is_not_kept_is_seen(name, wrong, advice):
         check_network(type("Claims", (Claims,), {name: wrong}))
 
 
+class Hurries(Claims):
+    """One frame takes a millisecond behind the other, many at once do not."""
+
+    def __init__(self, params):
+        self.free_ns = 0
+
+    def send(self, frame):
+        self.free_ns = max(self.free_ns, self._context.now_ns) + 1_000_000
+        return self.free_ns - self._context.now_ns
+
+    def send_many(self, frames):
+        return [self.send(frame) for frame in frames.singly()[:2]]
+
+
+class Lies:
+    """A rule that drops single frames and lets many pass."""
+
+    Params = ports.Params
+    reasons = ("odd",)
+
+    def __init__(self, params):
+        """There is nothing to set."""
+
+    def start(self, context, hosts):
+        """There is nothing to do."""
+
+    def judge(self, frame, receivers):
+        return [ports.Drop("odd") if frame.size_bytes % 2 else ports.PASS for _ in receivers]
+
+    def all_pass(self, frames):
+        return frames.size_bytes % 2 == 0
+
+
+@pytest.mark.parametrize("wrong, error, advice", [
+    (lambda self, frames: [1_000_000] * len(frames.receivers), AssertionError,
+     r"treat many frames \(send_many, all_pass\) as each of them for itself"),
+    (lambda self, frames: [0] * (len(frames.receivers) + 1), ModelError,
+     r"Hurries .* returned \d+ delays from send_many for \d+ frames"),
+    (lambda self, frames: [0.5], ModelError, "delivers after 0.5; wanted: an int >= 0"),
+    (lambda self, frames: [-3], ModelError, "delivers after -3; wanted: an int >= 0")])
+def test_many_frames_at_once_are_treated_as_single_ones(wrong, error, advice):
+    check_network(type("Sound", (Hurries,), {"judges_transmissions": False}))
+    with pytest.raises(error, match=advice):
+        check_network(type("Hurries", (Hurries,), {"judges_transmissions": False,
+                                                   "send_many": wrong}))
+
+
+def test_a_rule_that_lets_many_pass_lets_each_pass():
+    check_rule(Lies)
+    with pytest.raises(AssertionError, match="treat many frames"):
+        check_rule(type("Lies", (Lies,), {"all_pass": lambda self, frames: True}))
+
+
 def test_a_model_that_forgets_frames_of_hosts_that_stop_is_seen():
     class Forgets(Claims):
         def switched(self, host, up):

@@ -15,14 +15,16 @@ from desim.errors import InputError
 from desim.results.message_log import DELIVERED
 from desim.results.run import Run
 from desim.results.traces import spools, trace_of
+from desim.units import NS_PER_S
 
 _MESSAGES = "messages.parquet"
 _LISTED = 40  # a screen
+_READ_WITHIN_NS = NS_PER_S  # nodes look at what they keep at least so often
 
 
 def message_story(path: Path, number: int) -> str:
     """The story of message ``number`` of the run in ``path``; raises ``InputError`` if there is no
-    such message. Where rows were not kept, the run is repeated up to the message's end."""
+    such message. Where rows were not kept, the run is repeated until the message was read."""
     run = Run(path)
     about, until_ns = _fates(run, number)
     with spools() as folder:
@@ -62,7 +64,8 @@ def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None
 
 
 def _fates(run: Run, number: int) -> tuple[list[str], int | None]:
-    """The parts of the time until each receiver's fate, in words, and the last such instant."""
+    """The parts of the time until each receiver's fate, in words, and an instant when
+    it has been read."""
     if not run.has(_MESSAGES):
         return [], None
     rows = pq.read_table(run.file(_MESSAGES), filters=pc.field("number") == number).to_pylist()
@@ -80,4 +83,4 @@ def _fates(run: Run, number: int) -> tuple[list[str], int | None]:
         where = ", ".join(f"{spent / 1e6:.6f} ms {what}" for spent, what in parts)
         reason = f" ({row['reason']})" if row["reason"] else ""
         lines.append(f"{name}{reason} after {where}")
-    return lines, max((row["end_ns"] for row in rows), default=None)
+    return lines, max((row["end_ns"] + _READ_WITHIN_NS for row in rows), default=None)

@@ -16,7 +16,7 @@ _SMALLEST_ID = 1 << 16  # below it a value is a number, although it might be the
 
 # Rows about a message: its source is the entity, or column a; column b is its number there.
 _AT_SOURCE = ("sent", "frame")
-_AT_OTHERS = ("lost", "delivered", "dropped", "callback", "overwritten", "repeated")
+_AT_OTHERS = ("lost", "delivered", "dropped", "callback", "read", "overwritten", "repeated")
 
 
 def text(row: np.void, names: Mapping[int, str]) -> str:
@@ -47,7 +47,7 @@ def story(rows: np.ndarray, names: Mapping[int, str], number: int) -> list[Step]
     """Every row about message ``number`` (1 is the first of the run), in order; empty if there is
     no such message."""
     ids = Names()
-    sent = np.flatnonzero(rows["kind"] == ids.id("sent"))
+    sent = _in_order(rows, np.flatnonzero(rows["kind"] == ids.id("sent")))
     if not 1 <= number <= len(sent):
         return []
     first = rows[sent[number - 1]]
@@ -63,6 +63,15 @@ def story(rows: np.ndarray, names: Mapping[int, str], number: int) -> list[Step]
     return [_step(row, names, again) for row in found]
 
 
+def _in_order(rows: np.ndarray, sent: np.ndarray) -> np.ndarray:
+    """The places of rows ``sent`` in the order of the messages: those that a host sent in one
+    instant, some of them in batches, by their numbers there."""
+    times, hosts, seqs = (rows[column][sent] for column in ("t_ns", "entity", "b"))
+    ordered = np.empty_like(sent)
+    ordered[np.lexsort((sent, hosts, times))] = sent[np.lexsort((seqs, hosts, times))]
+    return ordered
+
+
 def _step(row: np.void, names: Mapping[int, str], again: str) -> Step:
     """A row as a step. ``again``: the fate of a lost frame, in words."""
     kind, where = names[int(row["kind"])], names[int(row["entity"])]
@@ -74,6 +83,7 @@ def _step(row: np.void, names: Mapping[int, str], again: str) -> Step:
         "delivered": lambda: f"{c / 1e6:.6f} ms after it was sent",
         "dropped": lambda: names[c],
         "callback": lambda: names[c],
+        "read": lambda: names[c],
         "overwritten": lambda: "the queue was full",
         "repeated": lambda: "a copy",
     }.get(kind, lambda: f"{c} receivers")()

@@ -37,7 +37,7 @@ class MoveBase(Node):
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
         self._local = LocalPlanner(navigation, body, costmap)
         self._progress = Progress()
-        self._scan = self._pose = self._map = Latest()
+        self._scan = self._pose = self._map = Latest(host)
         self._mapped = False
         self._goal: Goal | None = None
         self._spin: Spin | None = None

@@ -1,0 +1,108 @@
+"""Frames on their way: the model has said when they will be at a receiver."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from desim.engine.kernel import Kernel, Phase
+from desim.network.account import Account
+from desim.network.carrier import Carrier
+from desim.network.terms import PLAIN, Claim
+from desim.ports import packet_sizes
+
+T = TypeVar("T")
+
+_DELIVER = Phase.DELIVER  # cheaper than to look it up each time
+
+
+class Flights:
+    """Books the arrivals of frames, or tells them to carriers ahead of time; enters what arrives in
+    ``account``. ``ids`` are the trace ids of hosts, ``up`` says which of them run, ``count`` is the
+    number of receptions to come."""
+
+    __slots__ = ("up", "count", "_account", "_kernel", "_after", "_ids", "_sources", "_arrives")
+
+    def __init__(self, account: Account, kernel: Kernel, ids: list[int]) -> None:
+        self.up = [True] * len(ids)
+        self.count = 0
+        self._account, self._kernel = account, kernel
+        self._ids = ids
+        self._sources = [id_ << 32 for id_ in ids]  # in the entity of a delivery
+        self._after, self._arrives = kernel.after, self._deliver  # bound once: 400 instructions
+
+    def begin(self, source: int, claim: Claim, delay_ns: int) -> None:
+        """A frame on which no rule has terms arrives after ``delay_ns``. Raises ``KernelError``
+        for a wrong delay."""
+        self.count += 1
+        carrier, token, receiver = claim[:3]
+        if carrier.ahead and type(delay_ns) is int and delay_ns > 0:
+            carrier.expected(token, receiver, self._kernel.now_ns + delay_ns)
+        else:
+            self._after(delay_ns, _DELIVER, self._sources[source] | self._ids[receiver],
+                        self._arrives, claim)
+
+    def begin_on_terms(self, source: int, claim: Claim, delay_ns: int) -> None:
+        """The same for a frame that rules may have delayed or copied."""
+        self.count += 1
+        rules_ns, copies_ns, lost, _ = claim[5]
+        entity = self._sources[source] | self._ids[claim[2]]
+        if copies_ns and not lost:
+            self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver_often, (entity, claim))
+        else:
+            self._after(delay_ns + rules_ns, _DELIVER, entity, self._arrives, claim)
+
+    def book(self, source: int, receiver: int, size_bytes: int, segments: int, carrier: Carrier[T],
+             token: T, arrival_ns: int) -> None:
+        """Call ``carrier`` when a frame arrives that it has expected so far."""
+        self._kernel.at(arrival_ns, _DELIVER, self._sources[source] | self._ids[receiver],
+                        self._arrives, (carrier, token, receiver, size_bytes, segments, PLAIN))
+
+    def landed(self, receiver: int, size_bytes: int, segments: int, frames: int = 1) -> None:
+        """Enter frames that arrived when their carrier expected them."""
+        self.count -= frames
+        account = self._account
+        account.delivered += frames
+        account.packets_delivered += frames * segments
+        account.rx_bytes[receiver] += frames * size_bytes
+
+    def _deliver(self, claim: Claim) -> None:
+        """A frame is at one receiver."""
+        carrier, token, receiver, size_bytes, segments, terms = claim
+        account = self._account
+        self.count -= 1
+        if not self.up[receiver]:
+            account.count_drops("host_down", 1, segments - len(terms.lost))
+            carrier.lost(token, receiver, "host_down")
+            return
+        account.delivered += 1
+        if terms is not PLAIN and terms.lost:
+            self._deliver_in_part(claim)
+            return
+        account.packets_delivered += segments
+        account.rx_bytes[receiver] += size_bytes
+        carrier.arrived(token, receiver)
+
+    def _deliver_in_part(self, claim: Claim) -> None:
+        """Some packets of a train are at one receiver."""
+        carrier, token, receiver, size_bytes, segments, terms = claim
+        sizes = packet_sizes(size_bytes, segments)
+        account = self._account
+        account.packets_delivered += segments - len(terms.lost)
+        account.rx_bytes[receiver] += size_bytes - sum(sizes[number] for number in terms.lost)
+        carrier.arrived_in_part(token, receiver, dict(sorted(terms.lost.items())))
+
+    def _deliver_often(self, arrival: tuple[int, Claim]) -> None:
+        """A frame that has copies is at one receiver. They come after it, if it comes."""
+        entity, claim = arrival
+        if self.up[claim[2]]:
+            for after_ns in claim[5].copies_ns:
+                self._after(after_ns, _DELIVER, entity, self._repeat, claim)
+        self._deliver(claim)
+
+    def _repeat(self, claim: Claim) -> None:
+        """A copy is at one receiver."""
+        carrier, token, receiver, size_bytes, *_ = claim
+        if self.up[receiver]:
+            self._account.copies += 1
+            self._account.rx_bytes[receiver] += size_bytes
+            carrier.repeated(token, receiver)
