@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from desim.ports.kernels import lean, mix
+from desim.ports.kernels import inner, lean, mix
 
 # Where the two halves of a row's hash begin. Any two different numbers will do: these are the first
 # digits of pi behind the point.
@@ -16,7 +16,7 @@ _FIRST = np.uint64(0x243F6A8885A308D3)
 _SECOND = np.uint64(0x13198A2E03707344)
 
 
-@lean("i8(u8[::1], u8[:, ::1], u8)")
+@inner("i8(u8[::1], u8[:, ::1], u8)")
 def _place(keys, sums, key):
     """The place of a key, or the free one where it belongs."""
     mask = np.uint64(keys.size - 1)
@@ -27,7 +27,7 @@ def _place(keys, sums, key):
 
 
 @lean("i8(u8[:, ::1], u8[::1], u8[:, ::1], i8)")
-def add(rows, keys, sums, free):
+def add(rows: np.ndarray, keys: np.ndarray, sums: np.ndarray, free: int) -> int:
     """Add the hash of each of ``rows`` [n, 5] to the sums of its key, the second word. At most
     ``free`` new keys are taken in. Returns the number of rows that were added."""
     for i in range(rows.shape[0]):
@@ -48,7 +48,8 @@ def add(rows, keys, sums, free):
 
 
 @lean("void(u8[::1], u8[:, ::1], u8[::1], u8[:, ::1])")
-def copy(keys, sums, larger_keys, larger_sums):
+def copy(keys: np.ndarray, sums: np.ndarray, larger_keys: np.ndarray,
+         larger_sums: np.ndarray) -> None:
     """Copy a table into a larger one."""
     for i in range(keys.size):
         if sums[i, 0]:
