@@ -22,6 +22,7 @@ class Drawn:
         self.fused = np.zeros((self.tiles_x * self.tiles_y, 1024), np.int16)
         self.version = 0
         self.tile_version = np.zeros(len(self.fused), np.int64)
+        self.row_version = np.zeros((len(self.fused), 32), np.int32)
         self.know(cells)
 
     def know(self, cells: np.ndarray) -> None:
@@ -31,7 +32,7 @@ class Drawn:
         if changed.any():
             self.version += 1
             self.fused[:] = fused
-            self.tile_version[changed] = self.version
+            self.tile_version[changed] = self.row_version[changed] = self.version
 
 
 def cells(lines: list[str]) -> np.ndarray:

@@ -15,6 +15,7 @@ from desim.robot.kernels import evidence
 from desim.robot.kernels import tiles as kernels
 from desim.robot.tiles import (
     CELLS,
+    TILE,
     Layer,
     LayerSnapshot,
     Received,
@@ -63,8 +64,8 @@ class RobotMap:
 
     ``version`` counts the changes of knowledge: cells that became free, occupied or unknown. More
     evidence for what they are already changes nothing. ``tile_version`` [tiles] has the version of
-    each tile's last change, after which ``observer(robot_map, changed_tiles)`` of all ``observers``
-    are called.
+    each tile's last change, ``row_version`` [tiles, 32] that of each of its rows of cells. After a
+    change ``observer(robot_map, changed_tiles)`` of all ``observers`` are called.
     """
 
     def __init__(self, spec: GridSpec, pool: TilePool) -> None:
@@ -74,11 +75,12 @@ class RobotMap:
         self.fused = np.zeros((len(self.tiles), CELLS), np.int16)
         self.version = 0
         self.tile_version = np.zeros(len(self.tiles), np.int64)
+        self.row_version = np.zeros((len(self.tiles), TILE), np.int32)
         self.observers: list[Callable[[RobotMap, np.ndarray], None]] = []
         self.own = Layer(pool, self.tiles)
         self.received: dict[str, Received] = {}
-        self.sum = kernels.Fused(self.fused, self.tile_version,
-                                  np.empty(len(self.tiles), np.int32))
+        self.sum = kernels.Fused(self.fused, self.tile_version, self.row_version,
+                                 np.empty(len(self.tiles), np.int32))
         self._scans = _scans(spec)
 
     def integrate_scan(self, x_m: float, y_m: float, yaw_rad: float, scan: LaserScan,

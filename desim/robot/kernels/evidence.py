@@ -209,9 +209,10 @@ def integrate(ranges, scan, sheet, version, indices, pool, total):
             make_own(tile, indices, pool)
             turned = False
             for row in range(np.uint64(32)):
-                if rows >> row & np.uint64(1):
-                    turned |= revise(sheet.marks, hit, tile, row, pool.data, indices[tile],
-                                     total.fused)
+                if rows >> row & np.uint64(1) and revise(sheet.marks, hit, tile, row, pool.data,
+                                                         indices[tile], total.fused):
+                    total.row_version[tile, row] = version
+                    turned = True
             if turned:
                 total.tile_version[tile] = version
                 total.changed[count] = tile

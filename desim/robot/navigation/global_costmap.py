@@ -23,7 +23,7 @@ def inflated_cost(distance_m: float, radius_m: float, scaling: float) -> int:
 
 class GlobalCostmap:
     """Costs of a map's cells. ``update`` brings them up to date, before a search and not at each
-    change of the map; it reads only the tiles that changed since the last one.
+    change of the map; it reads only the rows of tiles that changed since the last one.
 
     ``values`` uint8 [height + 2, width + 2] with a lethal rim one cell wide | ``flat`` the same as
     one line: a *cell* is its place there | ``frame`` one record of ``FRAME``
@@ -53,8 +53,9 @@ class GlobalCostmap:
         robot_map = self.robot_map
         if robot_map.version == self.seen:
             return
-        count = kernels.classify(robot_map.fused, robot_map.tile_version, self.seen,
-                                 robot_map.tiles_x, self._reach, self.values, self._boxes)
+        count = kernels.classify(robot_map.fused, robot_map.tile_version, robot_map.row_version,
+                                 self.seen, robot_map.tiles_x, self._reach, self.values,
+                                 self._boxes)
         kernels.inflate(self._boxes, count, self._stencil, self._reach, self.values)
         self.seen = robot_map.version
 

@@ -30,19 +30,8 @@ def place(x, y, frame):
     return -1
 
 
-@inner("b1(i2[::1], u1[::1])")
-def same(values, costs):
-    """Whether a row of cells is free, occupied and unknown where its costs say so. Without a
-    branch, so that it takes a fraction of the time of a test of each."""
-    differing = np.int32(0)
-    for k in range(len(values)):
-        differing += ((values[k] <= FREE) != (costs[k] <= np.uint8(INSCRIBED))) \
-            | ((values[k] >= OCCUPIED) != (costs[k] == np.uint8(LETHAL)))
-    return differing == 0
-
-
-@lean("i8(i2[:,::1], i8[::1], i8, i8, i8, u1[:,::1], i8[:,::1])")
-def classify(fused, tile_version, seen, tiles_x, reach, cost, boxes):
+@lean("i8(i2[:,::1], i8[::1], i4[:,::1], i8, i8, i8, u1[:,::1], i8[:,::1])")
+def classify(fused, tile_version, row_version, seen, tiles_x, reach, cost, boxes):
     """Bring cells of tiles newer than ``seen`` up to date, free ones with cost 0 for now.
 
     fused [tiles, 1024] log-odds | boxes [tiles, 4], out: row, row end, column, column end around
@@ -57,10 +46,10 @@ def classify(fused, tile_version, seen, tiles_x, reach, cost, boxes):
         low_row, end_row, low_column, end_column = rows + 1, 0, columns + 1, 0
         width = min(TILE, columns + 1 - column0)
         for r in range(row0, min(row0 + TILE, rows + 1)):
+            if row_version[tile, r - row0] <= seen:
+                continue
             values = fused[tile, (r - row0) * TILE:(r - row0) * TILE + width]
             costs = cost[r, column0:column0 + width]
-            if same(values, costs):
-                continue
             for c in range(width):
                 value, old = values[c], costs[c]
                 new = 0 if value <= FREE else LETHAL if value >= OCCUPIED else UNKNOWN
