@@ -31,7 +31,6 @@ class LocalPlanner:
         self.speed_mps = 0.0
         self.turn_radps = 0.0
         self._path = np.zeros((1, 2))
-        self._leg = 0
         self._state = np.zeros(1, kernels.STATE)
         self._speed_step_mps = body.acceleration_mps2 * period_s
         self._turn_step_radps = body.turn_acceleration_radps2 * period_s
@@ -48,21 +47,19 @@ class LocalPlanner:
         self.costmap = LocalCostmap(
             navigation.local_size_m, navigation.local_resolution_m,
             max(navigation.inflation_radius_m, body.radius_m + navigation.clearance_m), around)
+        self._seen = (self._setup, self.costmap.near2, self.costmap.layer, self.costmap.scan,
+                      around.flat, around.frame)
 
     def follow(self, path: np.ndarray) -> None:
         """Follow the way points ``path`` [n, 2] in m from now on."""
-        self._path, self._leg = path, 0
+        self._path = path
+        self._state["leg"] = 0
 
     def steer(self, x_m: float, y_m: float, yaw_rad: float) -> tuple[float, float, float]:
         """The next forward speed in m/s and turn rate in rad/s, and the length in m of the rest of
         the path."""
-        costmap, state = self.costmap, self._state
-        state[0] = (x_m, y_m, yaw_rad, self.speed_mps, self.turn_radps, self._leg, 0.0, 0.0, 0.0,
-                    0.0)
-        _steer(state, self._path, self._setup, costmap.near2, costmap.layer, costmap.scan,
-                      costmap.around.flat, costmap.around.frame)
-        *_, self._leg, speed_mps, turn_radps, _, togo_m = state.item()
-        return speed_mps, turn_radps, togo_m
+        return _steer(x_m, y_m, yaw_rad, self.speed_mps, self.turn_radps, self._state, self._path,
+                      *self._seen)
 
     def command(self, speed_mps: float, turn_radps: float) -> None:
         """Note that this velocity was commanded; the motors come as near to it as they can in a
@@ -81,4 +78,6 @@ class LocalPlanner:
 
 
 def _towards(now: float, wanted: float, step: float) -> float:
-    return min(max(wanted, now - step), now + step)
+    if wanted < now - step:
+        return now - step
+    return now + step if wanted > now + step else wanted

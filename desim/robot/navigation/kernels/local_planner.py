@@ -232,8 +232,8 @@ def window(near2, setup, state, x, y, yaw, top_v, aim_x, aim_y):
                 best, out.next_mps, out.next_radps, out.blocked = cost, speed, turn, 0.0
 
 
-@lean(types.void(_state, _f8x2, _setup, _f4x2, LAYER_ARRAY, SCAN_ARRAY, _u1x1, FRAME_ARRAY))
-def steer(state, way, setup, near2, layer, scan, flat, frame):
+@inner(types.void(_state, _f8x2, _setup, _f4x2, LAYER_ARRAY, SCAN_ARRAY, _u1x1, FRAME_ARRAY))
+def find_velocity(state, way, setup, near2, layer, scan, flat, frame):
     """Find the next velocity on ``way``."""
     s, out, seen, v = setup[0], state[0], scan[0], state[0].speed_mps
     px, py, out.togo_m = aim(way, state, setup, flat, frame)
@@ -260,3 +260,15 @@ def steer(state, way, setup, near2, layer, scan, flat, frame):
     arc_v = _ARC_RADPS * math.sqrt(dx * dx + dy * dy) / (2.0 * abs(sin(off)) + 1e-9)
     top_v = max(min(arc_v, (layer[0].yield_m - s.safe_m) / _YIELD_S), _CREEP_MPS)
     window(near2, setup, state, x, y, yaw, top_v, x + beyond * dx, y + beyond * dy)
+
+
+@lean(types.UniTuple(_f8, 3)(*[_f8] * 5, _state, _f8x2, _setup, _f4x2, LAYER_ARRAY, SCAN_ARRAY,
+                             _u1x1, FRAME_ARRAY))
+def steer(x, y, yaw, speed, turn, state, way, setup, near2, layer, scan, flat, frame):
+    """The next velocity on ``way`` for a robot at this pose on the map and this velocity, and the
+    length of the rest of the path. Numbers as arguments and results: to write and read a record
+    from Python takes 1 us."""
+    s = state[0]
+    s.x_m, s.y_m, s.yaw_rad, s.speed_mps, s.turn_radps = x, y, yaw, speed, turn
+    find_velocity(state, way, setup, near2, layer, scan, flat, frame)
+    return s.next_mps, s.next_radps, s.togo_m
