@@ -30,6 +30,28 @@ def place(x, y, frame):
     return -1
 
 
+@inner("UniTuple(u1, 4)(i2[::1], u1[::1])")
+def reclassify(values, costs):
+    """Bring the costs of a row of cells up to date with their log-odds. Returns the first of those
+    that changed, one beyond the last, and the same of those that are or were obstacles; 255 and 0
+    where there are none. Without a branch: it becomes vector instructions."""
+    first, end, first_lethal, end_lethal = np.uint8(255), np.uint8(0), np.uint8(255), np.uint8(0)
+    for c in range(len(values)):
+        value, old = values[c], costs[c]
+        new = old if old <= np.uint8(INSCRIBED) else np.uint8(0)
+        new = new if value <= FREE else np.uint8(UNKNOWN)
+        new = new if value < OCCUPIED else np.uint8(LETHAL)
+        costs[c] = new
+        at, beyond = np.uint8(c), np.uint8(c + 1)
+        low = at if new != old else np.uint8(255)
+        high = beyond if new != old else np.uint8(0)
+        is_lethal = np.uint8(old == np.uint8(LETHAL)) | np.uint8(new == np.uint8(LETHAL))
+        first, end = min(first, low), max(end, high)
+        first_lethal = min(first_lethal, low if is_lethal else np.uint8(255))
+        end_lethal = max(end_lethal, high if is_lethal else np.uint8(0))
+    return first, end, first_lethal, end_lethal
+
+
 @lean("i8(i2[:,::1], i8[::1], i4[:,::1], i8, i8, i8, u1[:,::1], i8[:,::1])")
 def classify(fused, tile_version, row_version, seen, tiles_x, reach, cost, boxes):
     """Bring cells of tiles newer than ``seen`` up to date, free ones with cost 0 for now.
@@ -48,23 +70,31 @@ def classify(fused, tile_version, row_version, seen, tiles_x, reach, cost, boxes
         for r in range(row0, min(row0 + TILE, rows + 1)):
             if row_version[tile, r - row0] <= seen:
                 continue
-            values = fused[tile, (r - row0) * TILE:(r - row0) * TILE + width]
-            costs = cost[r, column0:column0 + width]
-            for c in range(width):
-                value, old = values[c], costs[c]
-                new = 0 if value <= FREE else LETHAL if value >= OCCUPIED else UNKNOWN
-                if new == old or (new == 0 and old <= INSCRIBED):
-                    continue
-                costs[c] = new
-                rim, column = reach if new == LETHAL or old == LETHAL else 0, column0 + c
-                low_row, end_row = min(low_row, r - rim), max(end_row, r + rim + 1)
-                low_column, end_column = min(low_column, column - rim), max(end_column,
-                                                                            column + rim + 1)
+            first, end, first_lethal, end_lethal = reclassify(
+                fused[tile, (r - row0) * TILE:(r - row0) * TILE + width],
+                cost[r, column0:column0 + width])
+            if end > 0:
+                low_row, end_row = min(low_row, r), max(end_row, r + 1)
+                low_column = min(low_column, column0 + np.int64(first))
+                end_column = max(end_column, column0 + np.int64(end))
+            if end_lethal > 0:
+                low_row, end_row = min(low_row, r - reach), max(end_row, r + reach + 1)
+                low_column = min(low_column, column0 + np.int64(first_lethal) - reach)
+                end_column = max(end_column, column0 + np.int64(end_lethal) + reach)
         if end_row > 0:
             boxes[count, 0], boxes[count, 1] = max(low_row, 1), min(end_row, rows + 1)
             boxes[count, 2], boxes[count, 3] = max(low_column, 1), min(end_column, columns + 1)
             count += 1
     return count
+
+
+@inner("b1(u1[::1])")
+def has_obstacle(line):
+    """Whether a cell of the line is lethal."""
+    found = np.uint8(0)
+    for c in range(len(line)):
+        found = np.uint8(found | np.uint8(line[c] == np.uint8(LETHAL)))
+    return found != 0
 
 
 @lean("void(i8[:,::1], i8, i8[:,::1], i8, u1[:,::1])")
@@ -82,6 +112,8 @@ def inflate(boxes, count, stencil, reach, cost):
         left, right = max(column - reach, 1), min(end_column + reach, cost.shape[1] - 1)
         for r in range(max(row - reach, 1), min(end_row + reach, cost.shape[0] - 1)):
             line = cost[r, left:right]
+            if not has_obstacle(line):
+                continue
             for c in range(len(line)):
                 if line[c] != LETHAL:
                     continue
