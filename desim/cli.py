@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 from typing import Annotated
 
 import typer
@@ -36,6 +38,9 @@ for command in (runs.run, runs.trace, runs.diff, runs.figure, runs.graph, campai
                 networks.coverage, networks.validate, plugins.plugins, plugins.describe,
                 plugins.schema):
     app.command(context_settings=_UNREAD if command is networks.net else None)(command)
+
+# Python's end looks for garbage among all that is left: 0.1 s of the 0.7 s of hello.yaml.
+atexit.register(gc.freeze)
 
 if __name__ == "__main__":
     app()

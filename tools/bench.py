@@ -27,6 +27,7 @@ import simpy
 from benchmarks import air, revisions
 from benchmarks.campaign import finished, overhead
 from benchmarks.message import messages
+from benchmarks.startup import startup
 from benchmarks.wander import Wander, build, raster_maze
 from rich.console import Console
 from rich.table import Table
@@ -292,7 +293,8 @@ def output_of(*arguments: str) -> str:
 PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "scenarios": scenarios,
                                              "middleware": middleware,
                                              "message": messages, "laser": laser,
-                                             "w": w, "network": network, "campaign": campaign}
+                                             "w": w, "network": network, "campaign": campaign,
+                                             "startup": startup}
 
 
 def show(title: str, rows: list[Row]) -> None:
