@@ -1,5 +1,6 @@
-"""How long desim takes to start: imports, kernels that are kept, kernels that are compiled, a worker
-of a campaign. Clock time and CPU time of processes of their own, medians."""
+"""How long does desim take to start? Imports, kernels kept or compiled, a worker of a campaign.
+
+Clock time and CPU time of processes of their own, medians. For `tools/bench.py startup`."""
 
 from __future__ import annotations
 
@@ -56,8 +57,9 @@ def python(*arguments: str, folder: str | None = None) -> Seconds:
 def first_run(scratch: str) -> None:
     """A worker is started, makes a run and is ended."""
     loaded = load(SCENARIOS / "hello.yaml", ["stop.elapsed=1 s"])
+    run_id = Identity(loaded.scenario).run_id(loaded.scenario.seed)
     with Crew(1) as crew:
-        crew.begin(Task(Identity(loaded.scenario).run_id, loaded, scratch, ()))
+        crew.begin(Task(run_id, loaded, scratch, ()))
         [(_, outcome)] = crew.finished()
     if isinstance(outcome, Exception):
         raise outcome
