@@ -17,6 +17,7 @@ from functools import cache
 from importlib.abc import MetaPathFinder
 from importlib.util import find_spec
 from pathlib import Path
+from time import perf_counter, process_time
 from types import ModuleType
 
 import numpy as np
@@ -26,6 +27,7 @@ from desim.compiler.kernel import CompiledKernel
 from desim.errors import InputError
 
 _listeners: list[Callable[[], object]] = []  # called before kernels are compiled
+_spent_s = [0.0, 0.0]  # on compiling: clock time, CPU time
 
 
 def functions(kernels: Sequence[CompiledKernel], keep: bool) -> list[Callable[..., object]]:
@@ -36,10 +38,13 @@ def functions(kernels: Sequence[CompiledKernel], keep: bool) -> list[Callable[..
     if code is None:
         for listener in _listeners:
             listener()
+        begin_s = perf_counter(), process_time()
         from desim.compiler.units import Unit
 
         code, symbols = (Unit(kernels[0].__module__).compile(kernels)
                          if machine_code.IS_KNOWN else (b"", []))
+        _spent_s[:] = [spent_s + end_s - start_s for spent_s, start_s, end_s in zip(
+            _spent_s, begin_s, (perf_counter(), process_time()), strict=True)]
         if path is not None:
             _write(path, code, symbols)
     if not code:
@@ -48,6 +53,11 @@ def functions(kernels: Sequence[CompiledKernel], keep: bool) -> list[Callable[..
         return [dispatcher(kernel) for kernel in kernels]
     return machine_code.functions(code, [(symbol_of(kernel), kernel.__name__)
                                          for kernel in kernels])
+
+
+def compiling_s() -> tuple[float, float]:
+    """Clock time and CPU time that this process has spent on compiling kernels."""
+    return _spent_s[0], _spent_s[1]
 
 
 def symbol_of(kernel: CompiledKernel) -> str:
