@@ -1,8 +1,8 @@
 """Refuse to start where the address-space limit (``ulimit -v``) is too small to compile kernels.
 
-numba imports scipy.linalg when it compiles its first kernel. Below that limit OpenBLAS in there waits
-for ever for a buffer, and other libraries abort the process; asking first gives one clear line
-instead.
+numba imports scipy.linalg when it compiles its first kernel. Below that limit OpenBLAS in there
+waits for ever for a buffer, and other libraries abort the process; asking first gives one clear
+line instead.
 """
 
 import os
