@@ -181,18 +181,18 @@ def news(marks, hit, tile, data, index):
 @inner("b1(u1[::1], u1, u8, u8, i1[:,::1], u8, i2[:,::1])")
 def revise(marks, hit, tile, row, data, index, fused):
     """Change the evidence of a tile's row, and the sum. Whether a cell became free, occupied or
-    unknown."""
+    unknown: as in ``tiles.exchange``."""
     turned, first, place = np.int16(0), tile << np.uint64(10), row << np.uint64(5)
     for c in range(place, place + np.uint64(32)):
         old = data[index, c]
         new = revised(old, marks[first + c], hit)
         before = fused[tile, c]
         after = np.int16(before + np.int16(np.int16(new) - np.int16(old)))
-        turned = np.int16(turned | np.int16(((before <= FREE) ^ (after <= FREE))
-                                            | ((before >= OCCUPIED) ^ (after >= OCCUPIED))))
+        turned = np.int16(turned | np.int16(FREE - before) ^ np.int16(FREE - after)
+                          | np.int16(before - OCCUPIED) ^ np.int16(after - OCCUPIED))
         data[index, c] = new
         fused[tile, c] = after
-    return turned != 0
+    return turned < 0
 
 
 @kernel(types.int64(types.float32[::1], _scan, _sheet, types.int64, types.int32[::1], POOL, FUSED))
