@@ -117,8 +117,18 @@ class Member(Carrier[Batch]):
 
     def newer(self, known: Message | None) -> Message | None:
         """The last message that has arrived, unless it is ``known`` or older."""
-        batch = self._batches.newest(self._index)
-        if batch is None or known is not None and batch.seq + self._index <= known.seq:
+        batches, index = self._batches, self._index
+        batch = batches.last
+        if batch is None:
+            return None
+        arrival_ns = batch.arrivals[index]
+        if arrival_ns >= batches.kernel.now_ns and not batches.kernel.over(arrival_ns,
+                                                                           Phase.DELIVER):
+            # A batch sets out when the one before has arrived, or links have taken that over.
+            batch = batches.before
+            if batch is None or batch.arrivals[index] == UNKNOWN_NS:
+                return None
+        if known is not None and batch.seq + index <= known.seq:
             return None
         return self.message(batch)
 
@@ -163,20 +173,22 @@ class _Route(NamedTuple):
 
 
 class BatchPublisher:
-    """Publishers of one host that always publish in one instant, messages of ``size_bytes``."""
+    """Publishers of one host that always publish in one instant, messages of ``size_bytes``.
+    ``last`` and ``before`` are the last two batches."""
 
     def __init__(self, publishers: Sequence[Publisher], size_bytes: int) -> None:
         self._publishers = list(publishers)
         self._host = publishers[0].host
         self._graph = self._host.graph
+        self.kernel = self._graph.kernel
         self.size_bytes = size_bytes
         self.mixed = False  # links may have messages of their own
         self._frame = stream_frame(size_bytes)
         self._connections = -1  # of the graph, when the route was found
         self._route: _Route | None = None
         self._batches: list[Batch] = []  # with something that is not counted yet
-        self._before: Batch | None = None
-        self._last: Batch | None = None
+        self.before: Batch | None = None
+        self.last: Batch | None = None
         self._graph.batches.append(self)
 
     def publish(self, read: Callable[[int], object]) -> None:
@@ -191,24 +203,16 @@ class BatchPublisher:
             self._publish_singly(read)
             return
         count = len(route.members)
-        batch = Batch(graph.kernel.now_ns, host.published + 1, graph.messages + 1, count, read)
+        batch = Batch(self.kernel.now_ns, host.published + 1, graph.messages + 1, count, read)
         host.published += count
         graph.messages += count
         self._batches.append(batch)
-        self._before, self._last = self._last, batch
+        self.before, self.last = self.last, batch
         route.medium.transmit_many(host.index, route.receivers, *self._frame, route.members, batch)
-
-    def newest(self, index: int) -> Batch | None:
-        """The last batch of which message ``index`` has arrived, if it is one of the last two."""
-        last, before = self._last, self._before
-        if last is not None and self._graph.kernel.over(last.arrivals[index], Phase.DELIVER):
-            return last
-        # A batch sets out when all of the one before has arrived, or links have taken it over.
-        return before if before is not None and before.arrivals[index] != UNKNOWN_NS else None
 
     def release(self) -> None:
         """Leave all messages on their way to their links: what follows may change their fate."""
-        last, over = self._last, self._graph.kernel.over
+        last, over = self.last, self.kernel.over
         if last is None or self._route is None:
             return
         for index in tuple(last.open):
@@ -228,7 +232,7 @@ class BatchPublisher:
         if unsent:
             self._count_sent(route, unsent)
         arrivals = np.array([batch.arrivals for batch in batches])
-        landed = arrivals <= self._graph.kernel.last_over_ns(Phase.DELIVER)
+        landed = arrivals <= self.kernel.last_over_ns(Phase.DELIVER)
         for k, batch in enumerate(batches):
             if len(batch.open) < landed.shape[1]:
                 landed[k] &= np.isin(np.arange(landed.shape[1]), list(batch.open))
@@ -246,7 +250,7 @@ class BatchPublisher:
             if member.latest is not None:
                 member.latest.catch_up()
                 member.latest.feed = None
-        self._route = self._before = self._last = None
+        self._route = self.before = self.last = None
         self.mixed = True
         members = self._members()
         self._connections = self._graph.connections
@@ -279,9 +283,9 @@ class BatchPublisher:
 
     def _is_free(self, route: _Route) -> bool:
         """Whether each link can send at once."""
-        last = self._last
+        last = self.last
         if last is not None and last.open:
-            over = self._graph.kernel.over
+            over = self.kernel.over
             if not all(over(last.arrivals[index], Phase.DELIVER) for index in last.open):
                 return False
         if self.mixed and not all(member.link.is_idle for member in route.members):

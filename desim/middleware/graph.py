@@ -163,11 +163,13 @@ class Graph:
                ) -> None:
         """``host`` has ``message`` since ``time_ns``: enter it in the account."""
         latency_ns = time_ns - message.born_ns
-        counts = message.about.counts
+        origin, counts = message.origin, message.about.counts
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
-        host.hear(message.origin.index, time_ns, time_ns)
-        self.put(pack(time_ns, self.DELIVERED, host.id, message.origin.id, message.seq, latency_ns))
+        host.received_ns[origin.index] = time_ns
+        if host.awaited:
+            host.hear(origin.index, time_ns, time_ns)
+        self.put(pack(time_ns, self.DELIVERED, host.id, origin.id, message.seq, latency_ns))
         if self.on_fate is not None:
             self.on_fate(message, host.index, time_ns, None, first_ns, last_ns)
 
@@ -175,7 +177,6 @@ class Graph:
         """``message`` is at ``host``, which keeps the latest, since ``time_ns``."""
         if self._read_at_delivery:
             message.content  # noqa: B018 - reading computes it
-        host.receive(message)
         self.arrive(message, host, time_ns, first_ns, last_ns)
 
     def catch_up(self) -> None:

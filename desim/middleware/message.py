@@ -38,6 +38,11 @@ class Message:
         return self.about.name
 
     @property
+    def unread(self) -> Content:
+        """The content as it was published, to be passed on."""
+        return self._content
+
+    @property
     def content(self) -> Any:
         content = self._content
         return content.read() if type(content) is Lazy else content

@@ -60,7 +60,7 @@ class Expecting(Protocol):
     """A link with a message on its way that nobody waits for: its arrival is no event."""
 
     def land(self, message: Message, due_ns: int) -> object:
-        """``message`` has arrived, at ``due_ns``: ``put`` it."""
+        """``message`` arrived at ``due_ns``, and was taken."""
 
     def await_(self, message: Message, due_ns: int) -> object:
         """Somebody waits for ``message`` now: make an event of its arrival at ``due_ns``."""
@@ -137,6 +137,7 @@ class Latest:
         expected = self._expected
         while expected and self._host.graph.kernel.over(expected[0][0], Phase.DELIVER):
             due_ns, link, message = self._next_expected()
+            self._message, self._unread = message, True
             link.land(message, due_ns)
 
     def book(self) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from desim.middleware.contents import Lazy
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
@@ -24,4 +23,4 @@ class Localization(Node):
         self.subscribe(self._source, self._on_pose)
 
     def _on_pose(self, message: Message) -> None:
-        self.publish("pose", Lazy(message.size_bytes, lambda: message.content))
+        self.publish("pose", message.unread)
